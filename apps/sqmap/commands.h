@@ -1,0 +1,11 @@
+// Every subcommand registers itself on the parser; its callback does the work and returns the exit code through the
+// exit_code reference (0 done, 2 refused input, 64 usage, 70 internal).
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace sqmap::app {
+
+// void add_check(CLI::App& app, int& exit_code);
+
+}  // namespace sqmap::app

@@ -1,0 +1,21 @@
+#include "commands.h"
+
+#include <cstdio>
+#include <exception>
+
+int main(int argc, char** argv)
+{
+    CLI::App app{"sqmap: certified contact between complex shapes"};
+    app.set_version_flag("--version", "sqmap " SQMAP_VERSION);
+    app.require_subcommand(1);
+    int exit_code = 0;
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : 64;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "sqmap: internal error: %s\n", e.what());
+        return 70;
+    }
+    return exit_code;
+}

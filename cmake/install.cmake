@@ -1,0 +1,11 @@
+include(CMakePackageConfigHelpers)
+install(TARGETS sqmap_runtime sqmap_io sqmap_build EXPORT sqmapTargets FILE_SET HEADERS)
+install(EXPORT sqmapTargets NAMESPACE sqmap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
+configure_package_config_file(cmake/sqmapConfig.cmake.in ${PROJECT_BINARY_DIR}/sqmapConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/sqmapConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/sqmapConfig.cmake ${PROJECT_BINARY_DIR}/sqmapConfigVersion.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
+if(TARGET sqmap)
+  install(TARGETS sqmap)
+endif()

@@ -1,0 +1,42 @@
+// The validated triangle mesh that everything offline works on.
+#pragma once
+
+#include "sqmap/math/vec.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace sqmap::mesh {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// A validated triangle mesh. The gate (mesh/gate.h) makes it; what it promises:
+/// indices in range, coordinates finite, no repeated index in a triangle, no unused vertex, counter-clockwise outward.
+/// Canonical: vertices sorted by (x, y, z), each triangle rotated to start at its least vertex, triangles sorted, so
+/// that the order of faces and vertices in a file has no influence on anything that follows.
+struct Mesh {
+    std::vector<Vec3d> vertices;      ///< #vertices, mesh units
+    std::vector<Triangle> triangles;  ///< #triangles
+};
+
+/// Sorts vertices and triangles into the canonical order described at Mesh.
+[[nodiscard]] Mesh canonicalized(const Mesh& mesh);
+
+/// Model space: the mesh moved to its area centroid and divided by a rotation-invariant size, in double, so that units
+/// do not matter. model = (mesh - origin) / unit.
+struct Normalization {
+    Vec3d origin;  ///< area-weighted centroid of the surface, mesh units
+    double unit;   ///< area-weighted root mean square distance of the surface from origin, mesh units, > 0
+};
+
+[[nodiscard]] Normalization normalization_of(const Mesh& mesh);
+[[nodiscard]] Mesh normalized(const Mesh& mesh, const Normalization& n);
+
+[[nodiscard]] double triangle_area(const Mesh& mesh, std::uint32_t triangle);
+[[nodiscard]] Vec3d triangle_centroid(const Mesh& mesh, std::uint32_t triangle);
+
+/// Largest distance between two vertices (R_max of eq. 35), exact; near linear by way of extreme points.
+[[nodiscard]] double largest_vertex_distance(const Mesh& mesh);
+
+}  // namespace sqmap::mesh

@@ -1,0 +1,65 @@
+// The superquadric with tapering and bending: the paper's 15-parameter model (section 2, eq. 1 and 2).
+#pragma once
+
+#include "sqmap/math/vec.h"
+
+#include <cmath>
+
+namespace sqmap::shape {
+
+/// A superellipsoid, tapered and bent, in a frame of its own (section 2; deformations after Solina and Bajcsy 1990).
+///
+/// Local point of a model point p: q = rotation * (p - translation); rotation's rows are the local axes in model
+/// space, rotation = (Rz(phi) Ry(theta) Rz(chi)) transposed for the ZYZ Euler angles of eq. 2.
+/// Order of deformations, from undeformed to local: taper, then bend.
+///   taper: X = (taper_x z/a.z + 1) x,  Y = (taper_y z/a.z + 1) y,  Z = z          taper_* in [-0.95, 0.95]
+///   bend:  in the plane through z at angle bend_angle to the local x axis, with curvature bend >= 0 (1/length):
+///          r = cos(bend_angle - atan2(Y, X)) hypot(X, Y);  gamma = Z bend;  R = 1/bend - (1/bend - r) cos gamma;
+///          x' = X + cos(bend_angle) (R - r),  y' = Y + sin(bend_angle) (R - r),  z' = (1/bend - r) sin gamma.
+template <class Real>
+struct Superquadric {
+    Vec3<Real> a{Real(1), Real(1), Real(1)};  ///< semi-axes, > 0, model units
+    Real eps1{1}, eps2{1};                    ///< exponents, in [0.1, 2]
+    Mat3<Real> rotation{};
+    Vec3<Real> translation{};
+    Real taper_x{0}, taper_y{0};
+    Real bend{0};        ///< curvature k of eq. 2; 0 is straight
+    Real bend_angle{0};  ///< alpha of eq. 2, radians
+
+    constexpr bool is_tapered() const { return !(taper_x == Real(0)) || !(taper_y == Real(0)); }
+    constexpr bool is_bent() const { return !(bend == Real(0)); }
+    constexpr bool is_deformed() const { return is_tapered() || is_bent(); }
+};
+
+using Superquadricf = Superquadric<float>;
+using Superquadricd = Superquadric<double>;
+
+/// Local point of a model point.
+template <class Real>
+Vec3<Real> to_local(const Superquadric<Real>& sq, Vec3<Real> p)
+{
+    return sq.rotation * (p - sq.translation);
+}
+template <class Real>
+Vec3<Real> to_model(const Superquadric<Real>& sq, Vec3<Real> q)
+{
+    return transpose_mul(sq.rotation, q) + sq.translation;
+}
+
+/// Undoes bend and taper: the point of the plain superellipsoid that the local point q came from.
+/// Points where the taper vanishes (behind its apex) have no source: they map to infinity and so lie outside.
+template <class Real>
+Vec3<Real> undeform(const Superquadric<Real>& sq, Vec3<Real> q);
+
+/// Inside-outside function F of eq. 1 at a model point: <= 1 inside or on, > 1 outside; homogeneous of degree 2 in
+/// the undeformed local point. Powers are taken of ratios <= 1 only, so exponents from 0.1 to 2 never overflow.
+template <class Real>
+Real implicit(const Superquadric<Real>& sq, Vec3<Real> p);
+
+/// F of eq. 1 at an undeformed local point.
+template <class Real>
+Real implicit_undeformed(Vec3<Real> a, Real eps1, Real eps2, Vec3<Real> q);
+
+}  // namespace sqmap::shape
+
+#include "sqmap/shape/superquadric_impl.h"

@@ -1,0 +1,1 @@
+#include "sqmap/bake/bake.h"

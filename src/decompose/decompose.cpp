@@ -1,0 +1,1 @@
+#include "sqmap/decompose/decompose.h"

@@ -1,0 +1,1 @@
+#include "sqmap/fit/fit.h"

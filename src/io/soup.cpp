@@ -1,0 +1,1 @@
+#include "sqmap/io/soup.h"

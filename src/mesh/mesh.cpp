@@ -1,0 +1,98 @@
+#include "sqmap/mesh/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace sqmap::mesh {
+
+Mesh canonicalized(const Mesh& mesh)
+{
+    const auto key = [&](std::uint32_t v) { return std::tuple(mesh.vertices[v].x, mesh.vertices[v].y, mesh.vertices[v].z, v); };
+    std::vector<std::uint32_t> order(mesh.vertices.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](auto u, auto v) { return key(u) < key(v); });
+
+    Mesh out;
+    out.vertices.reserve(order.size());
+    std::vector<std::uint32_t> rank(order.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) {
+        rank[order[i]] = i;
+        out.vertices.push_back(mesh.vertices[order[i]]);
+    }
+    out.triangles.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) {
+        Triangle r{rank[t[0]], rank[t[1]], rank[t[2]]};
+        std::rotate(r.begin(), std::min_element(r.begin(), r.end()), r.end());
+        out.triangles.push_back(r);
+    }
+    std::sort(out.triangles.begin(), out.triangles.end());
+    return out;
+}
+
+Normalization normalization_of(const Mesh& mesh)
+{
+    // Relative to the first vertex: coordinates may sit far from zero, where squares would lose every digit.
+    const Vec3d base = mesh.vertices.front();
+    double area = 0;
+    Vec3d sum{};
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const double w = triangle_area(mesh, t);
+        area += w;
+        sum += w * (triangle_centroid(mesh, t) - base);
+    }
+    const Vec3d mean = sum / area;
+    double second = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3d a = mesh.vertices[t[0]] - base - mean, b = mesh.vertices[t[1]] - base - mean,
+                    c = mesh.vertices[t[2]] - base - mean;
+        // Integral of |x|^2 over a triangle: area/12 (|a|^2 + |b|^2 + |c|^2 + |a + b + c|^2).
+        const double w = 0.5 * norm(cross(b - a, c - a));
+        second += w / 12.0 * (norm_sq(a) + norm_sq(b) + norm_sq(c) + norm_sq(a + b + c));
+    }
+    return {base + mean, std::sqrt(second / area)};
+}
+
+Mesh normalized(const Mesh& mesh, const Normalization& n)
+{
+    Mesh out = mesh;
+    for (Vec3d& v : out.vertices) v = (v - n.origin) / n.unit;
+    return out;
+}
+
+double triangle_area(const Mesh& mesh, std::uint32_t triangle)
+{
+    const Triangle& t = mesh.triangles[triangle];
+    const Vec3d a = mesh.vertices[t[0]];
+    return 0.5 * norm(cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a));
+}
+
+Vec3d triangle_centroid(const Mesh& mesh, std::uint32_t triangle)
+{
+    const Triangle& t = mesh.triangles[triangle];
+    const Vec3d a = mesh.vertices[t[0]];
+    return a + ((mesh.vertices[t[1]] - a) + (mesh.vertices[t[2]] - a)) / 3.0;
+}
+
+double largest_vertex_distance(const Mesh& mesh)
+{
+    // Sort by distance from the box centre; a pair can only be longer than the best if the sum of both distances is.
+    Vec3d lo = mesh.vertices.front(), hi = lo;
+    for (const Vec3d& v : mesh.vertices)
+        for (int i = 0; i < 3; ++i) {
+            lo[i] = std::min(lo[i], v[i]);
+            hi[i] = std::max(hi[i], v[i]);
+        }
+    const Vec3d centre = lo + (hi - lo) / 2.0;
+    std::vector<std::pair<double, Vec3d>> far;
+    for (const Vec3d& v : mesh.vertices) far.emplace_back(norm(v - centre), v);
+    std::sort(far.begin(), far.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    double best = 0;
+    for (std::size_t i = 0; i < far.size() && 2 * far[i].first > best; ++i)
+        for (std::size_t j = i + 1; j < far.size() && far[i].first + far[j].first > best; ++j)
+            best = std::max(best, norm(far[i].second - far[j].second));
+    return best;
+}
+
+}  // namespace sqmap::mesh

@@ -1,0 +1,1 @@
+#include "sqmap/model/model.h"

@@ -1,0 +1,1 @@
+#include "sqmap/query/query.h"
