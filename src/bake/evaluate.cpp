@@ -42,14 +42,25 @@ Distribution summarize(std::vector<double> values)
     return d;
 }
 
+/// Where the part's map answers.
+bool in_chart(const model::Part& part, Vec3f p)
+{
+    const Vec3f d = p - model::vec3(part.chart_centre);
+    for (int i = 0; i < 3; ++i) {
+        const float x = dot(model::vec3(part.chart_rows + 3 * i), d);
+        if (x < part.chart_lo[i] || x > part.chart_hi[i]) return false;
+    }
+    return true;
+}
+
 bool in_superquadric(const model::Part& part, Vec3f p)
 {
     const Vec3f offset = p - model::vec3(part.sphere);
-    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && shape::implicit(model::superquadric_of(part), p) <= 1.f;
+    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && in_chart(part, p) && shape::implicit(model::superquadric_of(part), p) <= 1.f;
 }
 
 /// Signed distance from p to the solid's nearest boundary crossing on the ray from centre through p, within the part's
-/// superquadric. False where there is none.
+/// chart. False where there is none.
 bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p, double& distance)
 {
     const Vec3d centre = cast<double>(model::vec3(part.chart_centre));
@@ -62,7 +73,7 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
     bool found = false;
     for (const mesh::Bvh::Crossing& c : crossings) {
         const int next = winding - c.sign;
-        if ((next > 0) != (winding > 0) && in_superquadric(part, cast<float>(centre + c.t * direction))) {
+        if ((next > 0) != (winding > 0) && in_chart(part, cast<float>(centre + c.t * direction))) {
             if (!found || std::abs(c.t - length) < std::abs(distance)) distance = c.t - length;
             found = true;
         }

@@ -405,7 +405,9 @@ bool distance_along_projection(const ModelView& model, std::uint32_t part_index,
     }
     bool found = false;
     for (int j = 0; j < leaf.sheets; ++j) {
-        const float d = (q.w / std::max(sheet_value(leaf, j, q.s, q.t).w, 1e-6f) - 1.f) * length;
+        const float reach = q.w / std::max(sheet_value(leaf, j, q.s, q.t).w, 1e-6f);
+        if (!map.in_box(reach * x)) continue;
+        const float d = (reach - 1.f) * length;
         if (!found || std::abs(d) < std::abs(distance)) distance = d;
         found = true;
     }
