@@ -191,15 +191,6 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
-//TEMP
-decompose::Partition decompose_for(const mesh::Mesh& mesh, const BakeOptions& options)
-{
-    std::size_t n=mesh.triangles.size(); std::vector<Vec3d> c; for(std::uint32_t t=0;t<n;++t) c.push_back(mesh::triangle_centroid(mesh,t));
-    std::vector<Vec3d> seeds{c[0]}; std::vector<double> d(n,1e30); decompose::Partition p; p.part_of_triangle.assign(n,0);
-    for(std::uint32_t k=0;k<options.max_parts;++k){ std::size_t far=0; for(std::size_t t=0;t<n;++t){ double q=norm(c[t]-seeds.back()); if(q<d[t]){d[t]=q;p.part_of_triangle[t]=k;} if(d[t]>d[far]) far=t;} p.part_count=k+1; seeds.push_back(c[far]); }
-    return p;
-}
-
 }  // namespace
 
 BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, bool solid_mesh, const BakeOptions& options)
@@ -229,7 +220,7 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
     lap("prepare");
 
     progress("decompose", 0);
-    decompose::Partition partition = decompose_for(mesh, options);
+    decompose::Partition partition = decompose::decompose(mesh, options.decompose);
     lap("decompose");
 
     progress("fit", 0);
