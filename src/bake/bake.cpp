@@ -115,10 +115,13 @@ CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& par
 {
     CentralMapData best;
     std::size_t best_bytes = 0;
-    for (const std::uint32_t base : {4u, 8u, 12u, 16u, 24u, 32u, 48u}) {
+    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
         CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
         const std::size_t bytes = map.map_bytes() + map.exact_bytes();
-        if (best.base != 0 && bytes > best_bytes) break;
+        if (best.base != 0 && bytes > best_bytes) {
+            if (bytes > best_bytes + best_bytes / 4) break;
+            continue;
+        }
         best_bytes = bytes;
         best = std::move(map);
     }
@@ -264,7 +267,10 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
         for (const Vec3d& v : mesh.vertices)
             for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            data.triangles.insert(data.triangles.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+            for (const std::uint32_t v : mesh.triangles[t]) {
+                if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
+                else data.triangles32.push_back(v);
+            }
             data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
         }
     }
