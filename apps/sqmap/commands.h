@@ -6,6 +6,6 @@
 
 namespace sqmap::app {
 
-// void add_check(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
 
 }  // namespace sqmap::app
