@@ -7,5 +7,7 @@
 namespace sqmap::app {
 
 // void add_check(CLI::App& app, int& exit_code);
+void add_render(CLI::App& app, int& exit_code);
+void add_shapes(CLI::App& app, int& exit_code);
 
 }  // namespace sqmap::app

@@ -9,6 +9,8 @@ int main(int argc, char** argv)
     app.set_version_flag("--version", "sqmap " SQMAP_VERSION);
     app.require_subcommand(1);
     int exit_code = 0;
+    sqmap::app::add_render(app, exit_code);
+    sqmap::app::add_shapes(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
