@@ -5,6 +5,7 @@
 #include "central_map.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/fit/fit.h"
+#include "sqmap/mesh/error.h"
 #include "sqmap/mesh/solid.h"
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <ctime>
 #include <exception>
-#include <stdexcept>
 #include <thread>
 
 namespace sqmap::bake {
@@ -140,6 +140,8 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
 {
     const shape::Superquadricd& sq = work.fit.superquadric;
     model::Part p{};
+    const Vec3d euler = shape::euler_zyz(sq.rotation);
+    for (int i = 0; i < 3; ++i) p.euler[i] = static_cast<float>(euler[i]);
     for (int i = 0; i < 3; ++i) {
         p.a[i] = static_cast<float>(sq.a[i]);
         p.translation[i] = static_cast<float>(sq.translation[i]);
@@ -196,10 +198,17 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
 
 }  // namespace
 
-BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, bool solid_mesh, const BakeOptions& options)
+mesh::Mesh model_space(const mesh::Mesh& mesh)
 {
-    if (!(options.target_error > 0)) throw std::invalid_argument("target error must be above zero");
-    if (options.max_parts < 1 || options.max_parts > 1000) throw std::invalid_argument("max parts must be from 1 to 1000");
+    mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));
+    for (Vec3d& v : out.vertices) v = cast<double>(cast<float>(v));
+    return out;
+}
+
+BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::uint8_t> crossed, const BakeOptions& options)
+{
+    if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
+    if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
     const auto progress = [&](const char* stage, double done) {
         if (options.progress) options.progress(stage, done);
     };
@@ -211,10 +220,8 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
         last = now;
     };
 
-    // Model space, every coordinate as the float runtime will see it: what is certified is what is stored.
     const mesh::Normalization normalization = mesh::normalization_of(input);
-    mesh::Mesh mesh = mesh::normalized(input, normalization);
-    for (Vec3d& v : mesh.vertices) v = cast<double>(cast<float>(v));
+    const mesh::Mesh mesh = model_space(input);
     const mesh::Solid solid(mesh, crossed);
     std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < flags.size(); ++t)

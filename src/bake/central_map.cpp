@@ -2,11 +2,12 @@
 // stay straight and planes stay linear in w = 1/rho, so that every deviation below is exact up to rounding.
 #include "central_map.h"
 
+#include "sqmap/mesh/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace sqmap::bake {
 
@@ -487,7 +488,7 @@ private:
         std::uint16_t payload = 0;
         if (!add_special(offset, payload)) {
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
-            throw std::length_error("a part's central map needs more than 16384 refined cells");
+            throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
         }
         out_.pool.push_back(static_cast<std::uint16_t>(sheets));
         out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
@@ -588,7 +589,7 @@ private:
     {
         if (local_index_.empty()) local_index_.assign(context_.mesh.triangles.size(), 0xffffffffu);
         if (local_index_[triangle] == 0xffffffffu) {
-            if (out_.locals.size() >= model::k_split_list) throw std::length_error("a part's chart meets more than 65534 triangles");
+            if (out_.locals.size() >= model::k_split_list) throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
             local_index_[triangle] = static_cast<std::uint32_t>(out_.locals.size());
             out_.locals.push_back(triangle);
         }
@@ -648,7 +649,7 @@ private:
     void push_start()
     {
         const std::size_t offset = out_.refs.size() - out_.rows.back();
-        if (offset > 0xffff) throw std::length_error("a row of a part's exact layer holds more than 65535 entries");
+        if (offset > 0xffff) throw mesh::InvalidInput("a row of a part's exact layer holds more than 65535 entries");
         out_.starts.push_back(static_cast<std::uint16_t>(offset));
     }
 

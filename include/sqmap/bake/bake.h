@@ -45,8 +45,12 @@ struct BakeResult {
     BakeReport report;
 };
 
-/// mesh: validated, in mesh units. crossed: #triangles, true where triangles of a self-intersecting mesh cut each other.
-/// @throw std::invalid_argument for options out of range; std::length_error where a part exceeds the format's limits.
-[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, std::span<const std::uint8_t> crossed, bool solid, const BakeOptions& options);
+/// mesh: validated, in mesh units. solid: it bounds a volume. crossed: #triangles, non-zero where another triangle cuts
+/// it, empty for none (see mesh/solid.h).
+/// @throw mesh::InvalidInput for options out of range; or where a part exceeds the format's limits.
+[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, std::span<const std::uint8_t> crossed, const BakeOptions& options);
+
+/// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about.
+[[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);
 
 }  // namespace sqmap::bake
