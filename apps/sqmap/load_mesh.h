@@ -17,8 +17,8 @@ struct LoadOptions {
     mesh::Repair repair = mesh::Repair::Safe;
     bool accept_surface = false;
     double thickness = 0;
-    std::optional<double> unit;  ///< metres per unit of the file
-    io::ReadLimits limits;
+    std::optional<double> unit{};  ///< metres per unit of the file
+    io::ReadLimits limits{};
 };
 
 struct LoadedMesh {

@@ -13,6 +13,7 @@ namespace sqmap::mesh {
 namespace {
 
 constexpr double k_sliver_height = 1e-9;     // of the box's diagonal: lower triangles have no area
+constexpr double k_thin_height = 1e-6;       // of the diagonal: extra faces this low are what rounding left of such
 constexpr double k_weld_distance = 1e-7;     // of the diagonal: positions closer may be one vertex
 constexpr double k_flat_thickness = 1e-5;    // of the diagonal: thinner is a sheet; float and a fit have nothing to hold on to
 constexpr double k_range_ratio = 1e15;       // double has 16 digits
@@ -174,11 +175,10 @@ private:
     {
         drop_faces();
         // A mesh that is closed as it is indexed keeps its indices: shells that touch may do so on purpose.
-        if (!is_closed(surface_.faces)) {
-            const std::uint64_t exact = weld(coincident(surface_.points));
-            std::uint64_t welded = exact;
-            if (exact > 0) drop_faces();
-            if (!is_closed(surface_.faces)) welded += weld_nearby();
+        if (!is_closed(surface_.faces) && !drop_thin_faces()) {
+            std::uint64_t welded = weld(coincident(surface_.points));
+            if (welded > 0) drop_faces();
+            if (!is_closed(surface_.faces) && !drop_thin_faces()) welded += weld_nearby();
             if (welded > 0) note("welded_vertices", welded);
         }
         if (degenerate_count_ > 0) note("degenerate_faces", degenerate_count_);
@@ -215,30 +215,42 @@ private:
         return 0;
     }
 
+    /// Extra faces that are thin only up to the rounding of a text file; undone unless the mesh closes without them.
+    bool drop_thin_faces()
+    {
+        const std::vector<Face> before = surface_.faces;
+        const std::uint64_t count = degenerate_count_;
+        drop_loose_slivers(k_thin_height);
+        if (is_closed(surface_.faces)) return true;
+        surface_.faces = before;
+        degenerate_count_ = count;
+        return false;
+    }
+
     void drop_faces()
     {
         const std::size_t before = surface_.faces.size();
         std::erase_if(surface_.faces, [](const Face& f) { return f.v[0] == f.v[1] || f.v[1] == f.v[2] || f.v[2] == f.v[0]; });
         degenerate_count_ += before - surface_.faces.size();
         drop_duplicates();
-        drop_loose_slivers();
+        drop_loose_slivers(k_sliver_height);
     }
 
-    [[nodiscard]] bool is_sliver(const Face& f) const
+    [[nodiscard]] bool is_sliver(const Face& f, double height) const
     {
         const Vec3d a = surface_.points[f.v[0]], b = surface_.points[f.v[1]], c = surface_.points[f.v[2]];
         // In units of the diagonal: squares of small lengths must not vanish.
         const Vec3d u = (b - a) / diagonal_, w = (c - a) / diagonal_;
         const double longest = std::sqrt(std::max({norm_sq(u), norm_sq(w), norm_sq(w - u)}));
-        return norm(cross(u, w)) <= k_sliver_height * longest;
+        return norm(cross(u, w)) <= height * longest;
     }
 
     /// Faces without area that are not between exactly three neighbours: taking them away opens nothing.
-    void drop_loose_slivers()
+    void drop_loose_slivers(double height)
     {
         std::vector<bool> sliver(surface_.faces.size());
         bool any = false;
-        for (std::size_t f = 0; f < sliver.size(); ++f) any = (sliver[f] = is_sliver(surface_.faces[f])) || any;
+        for (std::size_t f = 0; f < sliver.size(); ++f) any = (sliver[f] = is_sliver(surface_.faces[f], height)) || any;
         while (any) {
             std::vector<bool> loose(surface_.faces.size(), false);
             any = false;
