@@ -39,7 +39,7 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
 }
 
 // The locale where a protruding part meets the rest of the body.
-LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_area, const DecomposeOptions& o)
+LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area, const DecomposeOptions& o)
 {
     std::vector<LocaleCut> rises;
     double inside = 0;
@@ -49,7 +49,7 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         const double level = l.width * static_cast<double>(k);
         const double radius = l.mean_radius(at - 2, at);
         if (inside > 0.5 * part_area) break;
-        if (inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
+        if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
         const Growth g = growth_at(l, at, radius);
         const double strength = g.after - std::max(g.before, -o.boundary_strength);
         if (g.after > 0.5 * o.boundary_strength && strength > o.boundary_strength)
@@ -99,6 +99,7 @@ private:
     struct Front {
         std::vector<std::uint32_t> sources;
         double height = 0;  // geodesic height of what was cut off before
+        double least_level = 0;  // cuts up to here were tried in vain
     };
 
     LocaleCut locale_cut(const Front& front, std::vector<std::uint32_t>& triangles, std::vector<double>& field)
@@ -106,7 +107,7 @@ private:
         const std::uint32_t part = partition_.part_of_triangle[front.sources.front()];
         triangles = triangles_of(partition_, part);
         geodesics_.run(front.sources, field, k_unreached, partition_.part_of_triangle, part);
-        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height, least_area_, options_);
+        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height, front.least_level, least_area_, options_);
     }
 
     double area_of(std::span<const std::uint32_t> triangles) const
@@ -129,7 +130,7 @@ private:
             std::push_heap(queue.begin(), queue.end(), std::greater<>());
         };
         for (const auto f : features) {
-            fronts.push_back({{f}, 0});
+            fronts.push_back({{f}, 0, 0});
             if (const LocaleCut cut = locale_cut(fronts.back(), triangles, field); cut.found) push(cut.area, fronts.size() - 1);
         }
         while (!queue.empty() && partition_.part_count < options_.maximum_parts) {
@@ -143,10 +144,18 @@ private:
                 continue;
             }
             const std::uint32_t source = fronts[f].sources.front();
-            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 0.6 * cut.radius, cut.radius);
-            if (apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) continue;
+            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
+            const double slender = (fronts[f].height > 0 ? 0 : cut.level) / cut.radius;
+            const double concave = mean_concavity(surface_, triangles, near, cut.radius);
+            // Parts meet in a concavity (the minima rule), unless what is cut off is slender beyond doubt.
+            const bool meets = concave > options_.boundary_concavity || slender > 2 * options_.protrusion_ratio;
+            if (!meets || apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) {
+                fronts[f].least_level = cut.level + 0.5 * cut.radius;
+                if (const LocaleCut next = locale_cut(fronts[f], triangles, field); next.found) push(next.area, f);
+                continue;
+            }
             const std::uint32_t piece = partition_.part_of_triangle[source];
-            Front rim{{}, fronts[f].height + cut.level};
+            Front rim{{}, fronts[f].height + cut.level, 0};
             std::uint32_t body = mesh::k_no_triangle;  // the rim lies on the largest neighbour
             double longest = 0;
             for (const Boundary& b : partition_.boundaries)

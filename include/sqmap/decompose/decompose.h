@@ -45,6 +45,8 @@ struct DecomposeOptions {
                                             ///< that counts as a significant rise; a cylinder meeting a plane has 0.5
     double protrusion_ratio = 1.6;          ///< least ratio of geodesic height to radius of a salient part at its cut;
                                             ///< a disc has 1, a hemisphere pi / 2
+    double boundary_concavity = 0.3;        ///< least mean concavity of a salient boundary (radius times bending per
+                                            ///< length, at most 1), unless the part is twice the protrusion ratio tall
     double curvature_window = 2.0;          ///< window of the Gaussian curvature, of sqrt(triangle area)
     double hyperbolic_share = 0.35;         ///< k_h: least share of a locale's area that is hyperbolic
     double hyperbolic_curvature = 6.0;      ///< t_h: least |mean curvature of hyperbolic points| times the area since the
