@@ -87,6 +87,7 @@ public:
         for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_, options_.salient_window * root_area_, options_.salient_prominence))
             out.salient_triangles.push_back(geodesics_.around(v).front());
         cut_salient(out.salient_triangles);
+        cut_bends();
         cut_within_parts();
         merge_needless();
         order_by_area(surface_, partition_);
@@ -177,6 +178,93 @@ private:
         }
     }
 
+    // The rims of a part: triangles on its boundary with other parts, by loop.
+    std::vector<std::vector<std::uint32_t>> rims_of(std::uint32_t part, std::span<const std::uint32_t> triangles)
+    {
+        std::vector<std::vector<std::uint32_t>> rims;
+        std::vector<std::uint8_t> state(surface_.area.size(), 0);  // 1: on a rim, 2: taken
+        const auto rim_vertex = [&](std::uint32_t v) {
+            const auto around = geodesics_.around(v);
+            return std::any_of(around.begin(), around.end(), [&](auto t) { return partition_.part_of_triangle[t] != part; });
+        };
+        for (const auto t : triangles)
+            if (rim_vertex(mesh_.triangles[t][0]) || rim_vertex(mesh_.triangles[t][1]) || rim_vertex(mesh_.triangles[t][2])) state[t] = 1;
+        for (const auto seed : triangles) {
+            if (state[seed] != 1) continue;
+            rims.emplace_back(1, seed);
+            state[seed] = 2;
+            for (std::size_t i = 0; i < rims.back().size(); ++i)
+                for (const auto o : surface_.graph.neighbours[rims.back()[i]])
+                    if (o != mesh::k_no_triangle && state[o] == 1) {
+                        state[o] = 2;
+                        rims.back().push_back(o);
+                    }
+        }
+        return rims;
+    }
+
+    // Tubes are cut where they bend. The negative curvature of a tube that turns by an angle amounts to twice that angle,
+    // so a part is given as many pieces as its hyperbolic locales' curvature makes up t_h, with equal shares of it.
+    // A body that three parts or more grow from is no tube: its saddles are theirs.
+    void cut_bends()
+    {
+        for (std::uint32_t part = 0; part < partition_.part_count && partition_.part_count < options_.maximum_parts;)
+            if (!cut_bend(part)) ++part;
+    }
+
+    bool cut_bend(std::uint32_t part)
+    {
+        const auto triangles = triangles_of(partition_, part);
+        const double part_area = area_of(triangles);
+        if (part_area < 2 * least_area_) return false;
+        const auto rims = rims_of(part, triangles);
+        if (rims.size() > 2) return false;
+        const std::vector<std::uint32_t> sources = rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{most_protruding(triangles)};
+        std::vector<double> field;
+        geodesics_.run(sources, field, k_unreached, partition_.part_of_triangle, part);
+        if (rims.size() == 2) {  // between two rims, locales turn from the one into the other
+            std::vector<double> other;
+            geodesics_.run(rims[1], other, k_unreached, partition_.part_of_triangle, part);
+            double length = 0;
+            for (const auto t : rims[1]) length += field[mesh_.triangles[t][0]] / static_cast<double>(rims[1].size());
+            for (const auto v : geodesics_.reached()) field[v] = field[v] + other[v] > 0 ? length * field[v] / (field[v] + other[v]) : 0;
+        }
+        const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
+        const auto hyperbolic = [&](std::size_t k) { return l.hyperbolic_area[k] > options_.hyperbolic_share * l.area[k]; };
+        // In a bend the outer side is as elliptic as the inner is hyperbolic. A waist is hyperbolic all around: no bend.
+        const auto bending = [&](std::size_t k) {
+            return hyperbolic(k) ? std::min(-l.hyperbolic_curvature[k] * l.hyperbolic_area[k], l.elliptic_curvature[k]) : 0.0;
+        };
+        double total = 0;
+        for (std::size_t k = 0; k < l.area.size(); ++k) total += bending(k);
+        const double pieces = std::round(total / options_.hyperbolic_curvature);
+        if (pieces < 2) return false;
+        double sum = 0, inside = 0;
+        const auto at_centres = at_triangles(mesh_, field);
+        for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
+            inside += l.area[k - 1];
+            sum += bending(k - 1);
+            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_) continue;
+            const double radius = l.mean_radius(static_cast<std::ptrdiff_t>(k) - 1, static_cast<std::ptrdiff_t>(k) + 2);
+            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
+            if (apply_cut(surface_, partition_, part, triangles, near, CutKind::Curvature, least_area_) > 1) return true;
+        }
+        return false;
+    }
+
+    std::uint32_t most_protruding(std::span<const std::uint32_t> triangles) const
+    {
+        std::uint32_t best = triangles.front();
+        double highest = -1;
+        for (const auto t : triangles)
+            for (const auto v : mesh_.triangles[t])
+                if (protrusion_[v] > highest) {
+                    highest = protrusion_[v];
+                    best = t;
+                }
+        return best;
+    }
+
     // Fragments, parts with a long border for their area, join the neighbour that takes them with the least loss; so do
     // neighbours that one ellipsoid serves nearly as well as two.
     void merge_needless()
@@ -232,14 +320,7 @@ private:
         const auto triangles = triangles_of(partition_, part);
         const double part_area = area_of(triangles);
         if (part_area < 2 * least_area_) return false;
-        std::uint32_t seed = triangles.front();
-        double highest = -1;
-        for (const auto t : triangles)
-            for (const auto v : mesh_.triangles[t])
-                if (protrusion_[v] > highest) {
-                    highest = protrusion_[v];
-                    seed = t;
-                }
+        const std::uint32_t seed = most_protruding(triangles);
         std::vector<double> field;
         geodesics_.run({&seed, 1}, field, k_unreached, partition_.part_of_triangle, part);
         const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);

@@ -49,8 +49,8 @@ struct DecomposeOptions {
                                             ///< length, at most 1), unless the part is twice the protrusion ratio tall
     double curvature_window = 2.0;          ///< window of the Gaussian curvature, of sqrt(triangle area)
     double hyperbolic_share = 0.35;         ///< k_h: least share of a locale's area that is hyperbolic
-    double hyperbolic_curvature = 6.0;      ///< t_h: least |mean curvature of hyperbolic points| times the area since the
-                                            ///< last cut; a torus has 8 pi for the whole
+    double hyperbolic_curvature = 3.0;      ///< t_h: least |mean curvature of hyperbolic points| times their area since
+                                            ///< the last cut: twice the angle by which a tube may turn, 4 pi for a torus
     double minimum_part_area = 0.006;       ///< least part, of the surface area
     double least_gain = 0.3;                ///< least share of its ellipsoid of inertia's volume that a part must save by
                                             ///< being cut further
