@@ -88,8 +88,7 @@ public:
             out.salient_triangles.push_back(geodesics_.around(v).front());
         cut_salient(out.salient_triangles);
         cut_bends();
-        cut_within_parts();
-        merge_needless();
+        merge_fragments();
         order_by_area(surface_, partition_);
         out.partition = partition_;
         return out;
@@ -265,96 +264,50 @@ private:
         return best;
     }
 
-    // Fragments, parts with a long border for their area, join the neighbour that takes them with the least loss; so do
-    // neighbours that one ellipsoid serves nearly as well as two.
-    void merge_needless()
+    // Fragments, parts with a long border for their area, join the neighbour that takes them with the least loss of
+    // tightness: a ring goes to the limb rather than to the body.
+    void merge_fragments()
     {
-        std::vector<double> volume, area, border;
         while (true) {
             const std::uint32_t n = partition_.part_count;
-            volume.assign(n, 0);
-            area.assign(n, 0);
-            border.assign(n, 0);
+            std::vector<double> area(n), border(n, 0.0);
+            std::vector<std::vector<std::uint32_t>> triangles(n);
             for (std::uint32_t p = 0; p < n; ++p) {
-                const auto triangles = triangles_of(partition_, p);
-                volume[p] = ellipsoid_volume(mesh_, triangles);
-                area[p] = area_of(triangles);
+                triangles[p] = triangles_of(partition_, p);
+                area[p] = area_of(triangles[p]);
             }
             for (const Boundary& b : partition_.boundaries) {
                 border[b.part_a] += b.length;
                 border[b.part_b] += b.length;
             }
-            const auto fragment = [&](std::uint32_t p) {
-                return 4 * std::numbers::pi * area[p] < options_.fragment_roundness * border[p] * border[p];
-            };
+            std::uint32_t fragment = n;
+            double worst = options_.fragment_roundness;
+            for (std::uint32_t p = 0; p < n; ++p)
+                if (const double round = 4 * std::numbers::pi * area[p] / (border[p] * border[p]); border[p] > 0 && round < worst) {
+                    // A body that many parts grow from has a long border too.
+                    const auto larger = [&](const Boundary& b) {
+                        return (b.part_a == p && area[b.part_b] > area[p]) || (b.part_b == p && area[b.part_a] > area[p]);
+                    };
+                    if (std::none_of(partition_.boundaries.begin(), partition_.boundaries.end(), larger)) continue;
+                    worst = round;
+                    fragment = p;
+                }
+            if (fragment == n) return;
             double least = k_unreached;
-            const Boundary* needless = nullptr;
+            std::uint32_t into = n;
             for (const Boundary& b : partition_.boundaries) {
-                auto both = triangles_of(partition_, b.part_a);
-                const auto second = triangles_of(partition_, b.part_b);
-                both.insert(both.end(), second.begin(), second.end());
-                const std::uint32_t smaller = area[b.part_a] < area[b.part_b] ? b.part_a : b.part_b;
-                const double loss = ellipsoid_volume(mesh_, both) - volume[b.part_a] - volume[b.part_b];
-                const bool joins = fragment(smaller) || (b.kind != CutKind::Salient && loss < options_.needless_loss * (volume[b.part_a] + volume[b.part_b]) &&
-                                                         loss < 0.5 * volume[smaller]);
-                if (joins && loss / volume[smaller] < least) {
-                    least = loss / volume[smaller];
-                    needless = &b;
+                if (b.part_a != fragment && b.part_b != fragment) continue;
+                const std::uint32_t other = b.part_a == fragment ? b.part_b : b.part_a;
+                auto both = triangles[other];
+                both.insert(both.end(), triangles[fragment].begin(), triangles[fragment].end());
+                const double loss = ellipsoid_volume(mesh_, both) - ellipsoid_volume(mesh_, triangles[other]);
+                if (loss < least) {
+                    least = loss;
+                    into = other;
                 }
             }
-            if (!needless) return;
-            apply_merge(surface_, partition_, needless->part_a, needless->part_b);
+            apply_merge(surface_, partition_, into, fragment);
         }
-    }
-
-    // Parts that one convex shape cannot serve are cut further, locale by locale from their most protruding point, where
-    // a locale passes the curvature test or Boundary Strength changes.
-    void cut_within_parts()
-    {
-        for (std::uint32_t part = 0; part < partition_.part_count && partition_.part_count < options_.maximum_parts;)
-            if (!cut_within(part)) ++part;
-    }
-
-    bool cut_within(std::uint32_t part)
-    {
-        const auto triangles = triangles_of(partition_, part);
-        const double part_area = area_of(triangles);
-        if (part_area < 2 * least_area_) return false;
-        const std::uint32_t seed = most_protruding(triangles);
-        std::vector<double> field;
-        geodesics_.run({&seed, 1}, field, k_unreached, partition_.part_of_triangle, part);
-        const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
-        const auto at_centres = at_triangles(mesh_, field);
-        const double whole = ellipsoid_volume(mesh_, triangles);
-
-        struct Best {
-            double gain = 0;
-            CutKind kind{};
-            Partition partition;
-        } best;
-        double inside = 0;
-        for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
-            inside += l.area[k - 1];
-            if (inside < least_area_ || part_area - inside < least_area_) continue;
-            const auto at = static_cast<std::ptrdiff_t>(k);
-            const double radius = l.mean_radius(at - 1, at + 1);
-            const bool hyperbolic = l.hyperbolic_area[k] > options_.hyperbolic_share * l.area[k] &&
-                                    -l.hyperbolic_curvature[k] * inside > options_.hyperbolic_curvature;
-            const Growth g = growth_at(l, at, radius);
-            const bool stepped = std::abs(g.after - g.before) > options_.boundary_strength;
-            if (!hyperbolic && !stepped) continue;
-            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
-            Partition trial = partition_;
-            const std::uint32_t before = trial.part_count;
-            const CutKind kind = hyperbolic ? CutKind::Curvature : CutKind::Salient;
-            if (apply_cut(surface_, trial, part, triangles, near, kind, least_area_) < 2) continue;
-            double sum = ellipsoid_volume(mesh_, triangles_of(trial, part));
-            for (std::uint32_t p = before; p < trial.part_count; ++p) sum += ellipsoid_volume(mesh_, triangles_of(trial, p));
-            if (const double gain = 1 - sum / whole; gain > best.gain) best = {gain, kind, std::move(trial)};
-        }
-        if (best.gain < options_.least_gain) return false;
-        partition_ = std::move(best.partition);
-        return true;
     }
 
     const mesh::Mesh& mesh_;

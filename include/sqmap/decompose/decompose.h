@@ -52,10 +52,6 @@ struct DecomposeOptions {
     double hyperbolic_curvature = 3.0;      ///< t_h: least |mean curvature of hyperbolic points| times their area since
                                             ///< the last cut: twice the angle by which a tube may turn, 4 pi for a torus
     double minimum_part_area = 0.006;       ///< least part, of the surface area
-    double least_gain = 0.3;                ///< least share of its ellipsoid of inertia's volume that a part must save by
-                                            ///< being cut further
-    double needless_loss = 0.2;             ///< neighbours are joined while that adds less than this share to the volumes
-                                            ///< of their ellipsoids of inertia
     double fragment_roundness = 0.5;        ///< a part whose 4 pi area is less than this share of its border's length
                                             ///< squared is a fragment; a disc has 1
     std::uint32_t maximum_parts = 24;       ///< no more cuts beyond this
