@@ -39,7 +39,7 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
 }
 
 // The locale where a protruding part meets the rest of the body.
-LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_area, const DecomposeOptions& o)
+LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area, const DecomposeOptions& o)
 {
     std::vector<LocaleCut> rises;
     double inside = 0;
@@ -49,7 +49,7 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         const double level = l.width * static_cast<double>(k);
         const double radius = l.mean_radius(at - 2, at);
         if (inside > 0.5 * part_area) break;
-        if (inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
+        if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
         const Growth g = growth_at(l, at, radius);
         const double strength = g.after - std::max(g.before, -o.boundary_strength);
         if (g.after > 0.5 * o.boundary_strength && strength > o.boundary_strength)
@@ -87,8 +87,8 @@ public:
         for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_, options_.salient_window * root_area_, options_.salient_prominence))
             out.salient_triangles.push_back(geodesics_.around(v).front());
         cut_salient(out.salient_triangles);
-        cut_within_parts();
-        merge_needless();
+        cut_bends();
+        merge_fragments();
         order_by_area(surface_, partition_);
         out.partition = partition_;
         return out;
@@ -99,6 +99,7 @@ private:
     struct Front {
         std::vector<std::uint32_t> sources;
         double height = 0;  // geodesic height of what was cut off before
+        double least_level = 0;  // cuts up to here were tried in vain
     };
 
     LocaleCut locale_cut(const Front& front, std::vector<std::uint32_t>& triangles, std::vector<double>& field)
@@ -106,7 +107,7 @@ private:
         const std::uint32_t part = partition_.part_of_triangle[front.sources.front()];
         triangles = triangles_of(partition_, part);
         geodesics_.run(front.sources, field, k_unreached, partition_.part_of_triangle, part);
-        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height, least_area_, options_);
+        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height, front.least_level, least_area_, options_);
     }
 
     double area_of(std::span<const std::uint32_t> triangles) const
@@ -129,7 +130,7 @@ private:
             std::push_heap(queue.begin(), queue.end(), std::greater<>());
         };
         for (const auto f : features) {
-            fronts.push_back({{f}, 0});
+            fronts.push_back({{f}, 0, 0});
             if (const LocaleCut cut = locale_cut(fronts.back(), triangles, field); cut.found) push(cut.area, fronts.size() - 1);
         }
         while (!queue.empty() && partition_.part_count < options_.maximum_parts) {
@@ -143,10 +144,18 @@ private:
                 continue;
             }
             const std::uint32_t source = fronts[f].sources.front();
-            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 0.6 * cut.radius, cut.radius);
-            if (apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) continue;
+            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
+            const double slender = (fronts[f].height > 0 ? 0 : cut.level) / cut.radius;
+            const double concave = mean_concavity(surface_, triangles, near, cut.radius);
+            // Parts meet in a concavity (the minima rule), unless what is cut off is slender beyond doubt.
+            const bool meets = concave > options_.boundary_concavity || slender > 2 * options_.protrusion_ratio;
+            if (!meets || apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) {
+                fronts[f].least_level = cut.level + 0.5 * cut.radius;
+                if (const LocaleCut next = locale_cut(fronts[f], triangles, field); next.found) push(next.area, f);
+                continue;
+            }
             const std::uint32_t piece = partition_.part_of_triangle[source];
-            Front rim{{}, fronts[f].height + cut.level};
+            Front rim{{}, fronts[f].height + cut.level, 0};
             std::uint32_t body = mesh::k_no_triangle;  // the rim lies on the largest neighbour
             double longest = 0;
             for (const Boundary& b : partition_.boundaries)
@@ -168,103 +177,137 @@ private:
         }
     }
 
-    // Fragments, parts with a long border for their area, join the neighbour that takes them with the least loss; so do
-    // neighbours that one ellipsoid serves nearly as well as two.
-    void merge_needless()
+    // The rims of a part: triangles on its boundary with other parts, by loop.
+    std::vector<std::vector<std::uint32_t>> rims_of(std::uint32_t part, std::span<const std::uint32_t> triangles)
     {
-        std::vector<double> volume, area, border;
-        while (true) {
-            const std::uint32_t n = partition_.part_count;
-            volume.assign(n, 0);
-            area.assign(n, 0);
-            border.assign(n, 0);
-            for (std::uint32_t p = 0; p < n; ++p) {
-                const auto triangles = triangles_of(partition_, p);
-                volume[p] = ellipsoid_volume(mesh_, triangles);
-                area[p] = area_of(triangles);
-            }
-            for (const Boundary& b : partition_.boundaries) {
-                border[b.part_a] += b.length;
-                border[b.part_b] += b.length;
-            }
-            const auto fragment = [&](std::uint32_t p) {
-                return 4 * std::numbers::pi * area[p] < options_.fragment_roundness * border[p] * border[p];
-            };
-            double least = k_unreached;
-            const Boundary* needless = nullptr;
-            for (const Boundary& b : partition_.boundaries) {
-                auto both = triangles_of(partition_, b.part_a);
-                const auto second = triangles_of(partition_, b.part_b);
-                both.insert(both.end(), second.begin(), second.end());
-                const std::uint32_t smaller = area[b.part_a] < area[b.part_b] ? b.part_a : b.part_b;
-                const double loss = ellipsoid_volume(mesh_, both) - volume[b.part_a] - volume[b.part_b];
-                const bool joins = fragment(smaller) || (b.kind != CutKind::Salient && loss < options_.needless_loss * (volume[b.part_a] + volume[b.part_b]) &&
-                                                         loss < 0.5 * volume[smaller]);
-                if (joins && loss / volume[smaller] < least) {
-                    least = loss / volume[smaller];
-                    needless = &b;
-                }
-            }
-            if (!needless) return;
-            apply_merge(surface_, partition_, needless->part_a, needless->part_b);
+        std::vector<std::vector<std::uint32_t>> rims;
+        std::vector<std::uint8_t> state(surface_.area.size(), 0);  // 1: on a rim, 2: taken
+        const auto rim_vertex = [&](std::uint32_t v) {
+            const auto around = geodesics_.around(v);
+            return std::any_of(around.begin(), around.end(), [&](auto t) { return partition_.part_of_triangle[t] != part; });
+        };
+        for (const auto t : triangles)
+            if (rim_vertex(mesh_.triangles[t][0]) || rim_vertex(mesh_.triangles[t][1]) || rim_vertex(mesh_.triangles[t][2])) state[t] = 1;
+        for (const auto seed : triangles) {
+            if (state[seed] != 1) continue;
+            rims.emplace_back(1, seed);
+            state[seed] = 2;
+            for (std::size_t i = 0; i < rims.back().size(); ++i)
+                for (const auto o : surface_.graph.neighbours[rims.back()[i]])
+                    if (o != mesh::k_no_triangle && state[o] == 1) {
+                        state[o] = 2;
+                        rims.back().push_back(o);
+                    }
         }
+        return rims;
     }
 
-    // Parts that one convex shape cannot serve are cut further, locale by locale from their most protruding point, where
-    // a locale passes the curvature test or Boundary Strength changes.
-    void cut_within_parts()
+    // Tubes are cut where they bend. The negative curvature of a tube that turns by an angle amounts to twice that angle,
+    // so a part is given as many pieces as its hyperbolic locales' curvature makes up t_h, with equal shares of it.
+    // A body that three parts or more grow from is no tube: its saddles are theirs.
+    void cut_bends()
     {
         for (std::uint32_t part = 0; part < partition_.part_count && partition_.part_count < options_.maximum_parts;)
-            if (!cut_within(part)) ++part;
+            if (!cut_bend(part)) ++part;
     }
 
-    bool cut_within(std::uint32_t part)
+    bool cut_bend(std::uint32_t part)
     {
         const auto triangles = triangles_of(partition_, part);
         const double part_area = area_of(triangles);
         if (part_area < 2 * least_area_) return false;
-        std::uint32_t seed = triangles.front();
+        const auto rims = rims_of(part, triangles);
+        if (rims.size() > 2) return false;
+        const std::vector<std::uint32_t> sources = rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{most_protruding(triangles)};
+        std::vector<double> field;
+        geodesics_.run(sources, field, k_unreached, partition_.part_of_triangle, part);
+        if (rims.size() == 2) {  // between two rims, locales turn from the one into the other
+            std::vector<double> other;
+            geodesics_.run(rims[1], other, k_unreached, partition_.part_of_triangle, part);
+            double length = 0;
+            for (const auto t : rims[1]) length += field[mesh_.triangles[t][0]] / static_cast<double>(rims[1].size());
+            for (const auto v : geodesics_.reached()) field[v] = field[v] + other[v] > 0 ? length * field[v] / (field[v] + other[v]) : 0;
+        }
+        const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
+        const auto hyperbolic = [&](std::size_t k) { return l.hyperbolic_area[k] > options_.hyperbolic_share * l.area[k]; };
+        // In a bend the outer side is as elliptic as the inner is hyperbolic. A waist is hyperbolic all around: no bend.
+        const auto bending = [&](std::size_t k) {
+            return hyperbolic(k) ? std::min(-l.hyperbolic_curvature[k] * l.hyperbolic_area[k], l.elliptic_curvature[k]) : 0.0;
+        };
+        double total = 0;
+        for (std::size_t k = 0; k < l.area.size(); ++k) total += bending(k);
+        const double pieces = std::round(total / options_.hyperbolic_curvature);
+        if (pieces < 2) return false;
+        double sum = 0, inside = 0;
+        const auto at_centres = at_triangles(mesh_, field);
+        for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
+            inside += l.area[k - 1];
+            sum += bending(k - 1);
+            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_) continue;
+            const double radius = l.mean_radius(static_cast<std::ptrdiff_t>(k) - 1, static_cast<std::ptrdiff_t>(k) + 2);
+            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
+            if (apply_cut(surface_, partition_, part, triangles, near, CutKind::Curvature, least_area_) > 1) return true;
+        }
+        return false;
+    }
+
+    std::uint32_t most_protruding(std::span<const std::uint32_t> triangles) const
+    {
+        std::uint32_t best = triangles.front();
         double highest = -1;
         for (const auto t : triangles)
             for (const auto v : mesh_.triangles[t])
                 if (protrusion_[v] > highest) {
                     highest = protrusion_[v];
-                    seed = t;
+                    best = t;
                 }
-        std::vector<double> field;
-        geodesics_.run({&seed, 1}, field, k_unreached, partition_.part_of_triangle, part);
-        const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
-        const auto at_centres = at_triangles(mesh_, field);
-        const double whole = ellipsoid_volume(mesh_, triangles);
+        return best;
+    }
 
-        struct Best {
-            double gain = 0;
-            CutKind kind{};
-            Partition partition;
-        } best;
-        double inside = 0;
-        for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
-            inside += l.area[k - 1];
-            if (inside < least_area_ || part_area - inside < least_area_) continue;
-            const auto at = static_cast<std::ptrdiff_t>(k);
-            const double radius = l.mean_radius(at - 1, at + 1);
-            const bool hyperbolic = l.hyperbolic_area[k] > options_.hyperbolic_share * l.area[k] &&
-                                    -l.hyperbolic_curvature[k] * inside > options_.hyperbolic_curvature;
-            const Growth g = growth_at(l, at, radius);
-            const bool stepped = std::abs(g.after - g.before) > options_.boundary_strength;
-            if (!hyperbolic && !stepped) continue;
-            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
-            Partition trial = partition_;
-            const std::uint32_t before = trial.part_count;
-            const CutKind kind = hyperbolic ? CutKind::Curvature : CutKind::Salient;
-            if (apply_cut(surface_, trial, part, triangles, near, kind, least_area_) < 2) continue;
-            double sum = ellipsoid_volume(mesh_, triangles_of(trial, part));
-            for (std::uint32_t p = before; p < trial.part_count; ++p) sum += ellipsoid_volume(mesh_, triangles_of(trial, p));
-            if (const double gain = 1 - sum / whole; gain > best.gain) best = {gain, kind, std::move(trial)};
+    // Fragments, parts with a long border for their area, join the neighbour that takes them with the least loss of
+    // tightness: a ring goes to the limb rather than to the body.
+    void merge_fragments()
+    {
+        while (true) {
+            const std::uint32_t n = partition_.part_count;
+            std::vector<double> area(n), border(n, 0.0);
+            std::vector<std::vector<std::uint32_t>> triangles(n);
+            for (std::uint32_t p = 0; p < n; ++p) {
+                triangles[p] = triangles_of(partition_, p);
+                area[p] = area_of(triangles[p]);
+            }
+            for (const Boundary& b : partition_.boundaries) {
+                border[b.part_a] += b.length;
+                border[b.part_b] += b.length;
+            }
+            std::uint32_t fragment = n;
+            double worst = options_.fragment_roundness;
+            for (std::uint32_t p = 0; p < n; ++p)
+                if (const double round = 4 * std::numbers::pi * area[p] / (border[p] * border[p]); border[p] > 0 && round < worst) {
+                    // A body that many parts grow from has a long border too.
+                    const auto larger = [&](const Boundary& b) {
+                        return (b.part_a == p && area[b.part_b] > area[p]) || (b.part_b == p && area[b.part_a] > area[p]);
+                    };
+                    if (std::none_of(partition_.boundaries.begin(), partition_.boundaries.end(), larger)) continue;
+                    worst = round;
+                    fragment = p;
+                }
+            if (fragment == n) return;
+            double least = k_unreached;
+            std::uint32_t into = n;
+            for (const Boundary& b : partition_.boundaries) {
+                if (b.part_a != fragment && b.part_b != fragment) continue;
+                const std::uint32_t other = b.part_a == fragment ? b.part_b : b.part_a;
+                auto both = triangles[other];
+                both.insert(both.end(), triangles[fragment].begin(), triangles[fragment].end());
+                const double loss = ellipsoid_volume(mesh_, both) - ellipsoid_volume(mesh_, triangles[other]);
+                if (loss < least) {
+                    least = loss;
+                    into = other;
+                }
+            }
+            apply_merge(surface_, partition_, into, fragment);
         }
-        if (best.gain < options_.least_gain) return false;
-        partition_ = std::move(best.partition);
-        return true;
     }
 
     const mesh::Mesh& mesh_;
