@@ -24,6 +24,7 @@ namespace {
 using Corners = std::array<Vec3d, 3>;
 using shape::Superquadricd;
 
+constexpr int k_short = 3, k_long = 8;  ///< rounds of the augmented Lagrangian, to rank starts and to finish one
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 /// The part in coordinates of its own: about the middle of its principal box, with greatest distance 1 from it.
@@ -202,7 +203,7 @@ Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, s
     part.samples = sample(local, std::max(options.max_samples, 1));
     Vec3d half = box_of(part.frame, part.points).half;
     for (int k = 0; k < 3; ++k) half[k] = std::max(half[k], part.least_a);
-    part.extreme = part.points.size() > 200 ? extreme_points(part.points, part.frame, half, getenv("DIR")?atoi(getenv("DIR")):200) : part.points;
+    part.extreme = part.points.size() > 200 ? extreme_points(part.points, part.frame, half, 200) : part.points;
     part.extreme_inner = part.extreme;
     const std::size_t inner = part.points_inner.size() - part.points.size(), step = 1 + inner / 80;
     for (std::size_t i = part.points.size(); i < part.points_inner.size(); i += step) part.extreme_inner.push_back(part.points_inner[i]);
@@ -343,11 +344,10 @@ Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& op
         for (std::size_t i = 0; i < g.size(); ++i) term.lambda[i] = std::max(0.0, term.lambda[i] + term.mu * g[i]);
         term.mu *= 2;
 
-        Superquadricd wrapped = sq;
-        if (!shrink_wrap(wrapped, points)) continue;
-        const double v = volume(wrapped);
+        // The volume once it holds the points, by the closed form: exact for plain shapes, pessimistic for deformed ones.
+        const double v = volume(sq) * std::exp(3 * *std::max_element(g.begin(), g.begin() + points.size()));
         const bool settled = std::abs(v - best.volume) <= 2e-3 * v;
-        if (v < best.volume) best = {wrapped, v, settled};
+        if (v < best.volume) best = {sq, v, settled};
         if (settled) {
             best.converged = true;
             break;
@@ -497,22 +497,26 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
         if (c.volume < (1 - gain) * limit && !overhangs(c.sq, part.points, part.least_a, 1.1 * options.max_overhang)) ranked.push_back(c);
     };
     const Candidate data = fit_data_from<k_plain>(part, starts, options, report.iterations);
-    consider(fit_volume<k_plain>(part, data.sq, options, 8, report.iterations), 0);
-    const int SR = getenv("SR") ? atoi(getenv("SR")) : 8;
-    for (const Superquadricd& start : starts) consider(fit_volume<k_plain>(part, start, options, SR, report.iterations), 0);
-    if (getenv("SR") && !ranked.empty()) consider(fit_volume<k_plain>(part, ranked.back().sq, options, 8, report.iterations), 0);
+    const auto smallest_from = [&]<int N>(std::span<const Superquadricd> from) {
+        Candidate best;
+        for (const Superquadricd& start : from) best = std::min(best, fit_volume<N>(part, start, options, k_short, report.iterations), less);
+        if (!(best.volume < k_infinity)) return best;
+        return std::min(best, fit_volume<N>(part, best.sq, options, k_long, report.iterations), less);
+    };
+    starts.push_back(data.sq);
+    consider(smallest_from.operator()<k_plain>(starts), 0);
 
     const Candidate plain = ranked.empty() ? plain_bound : ranked.back();
     if (options.allow_taper) {
-        Superquadricd start = plain.sq;
-        start.taper_x = start.taper_y = 0.02;
-        consider(fit_volume<k_tapered>(part, start, options, 8, report.iterations), options.taper_gain);
+        starts.back() = plain.sq;
+        for (Superquadricd& start : starts) start.taper_x = start.taper_y = 0.02;  // the sign is found; at 0 it has no slope
+        consider(smallest_from.operator()<k_tapered>(starts), options.taper_gain);
     }
     if (options.allow_bend) {
         if (const auto start = bent_start(part, with_z_axis(part.frame, 0), options)) {
             double cost = 0;
             const Candidate c = fit_data<k_bent>(part, *start, part.samples, options, options.max_iterations, cost, report.iterations);
-            consider(fit_volume<k_bent>(part, c.sq, options, 8, report.iterations), options.bend_gain);
+            consider(fit_volume<k_bent>(part, c.sq, options, k_long, report.iterations), options.bend_gain);
         }
     }
 

@@ -114,9 +114,13 @@ struct VolumeTerm {
     {
         Vec3d extent{1e-9, 1e-9, 1e-9};
         extreme = {0, 0, 0};
+        const double round = 0.5 * std::log(2.0) * (sq.eps1 + sq.eps2);
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d u = undeformed(sq, points[i]);
-            g[i] = log_f(sq, u);
+            // max |u_k / a_k| <= f <= 2^((eps1 + eps2) / 2) max |u_k / a_k|: no powers for points far inside.
+            const double cube = std::max({std::abs(u.x / sq.a.x), std::abs(u.y / sq.a.y), std::abs(u.z / sq.a.z)});
+            const double most = std::log(cube + 1e-15) + round;
+            g[i] = most < 0 && !(lambda[i] > 0) ? most : log_f(sq, u);
             for (int k = 0; k < 3; ++k) {
                 if (std::abs(u[k]) > extent[k]) {
                     extent[k] = std::abs(u[k]);
