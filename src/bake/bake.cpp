@@ -1,1 +1,288 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
+
+#include "caps.h"
+#include "central_map.h"
+#include "sqmap/bake/evaluate.h"
+#include "sqmap/fit/fit.h"
+#include "sqmap/mesh/solid.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <ctime>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+
+namespace sqmap::bake {
+
+namespace {
+
+/// CPU seconds of the process.
+double cpu_seconds()
+{
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Calls work(i) for i in [0, count) on some threads; results go where i says, so their order does not matter.
+template <class Work>
+void parallel_for(std::size_t count, unsigned threads, Work&& work)
+{
+    if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
+    std::atomic<std::size_t> next{0};
+    std::vector<std::exception_ptr> errors(count);
+    const auto run = [&] {
+        for (std::size_t i = next++; i < count; i = next++) {
+            try {
+                work(i);
+            } catch (...) {
+                errors[i] = std::current_exception();
+            }
+        }
+    };
+    {
+        std::vector<std::jthread> pool;
+        for (unsigned t = 1; t < std::min<std::size_t>(threads, count); ++t) pool.emplace_back(run);
+        run();
+    }
+    for (const std::exception_ptr& e : errors)
+        if (e) std::rethrow_exception(e);
+}
+
+/// One part on its way to the model.
+struct PartWork {
+    std::vector<std::uint32_t> triangles;
+    std::vector<CapTriangle> caps;
+    fit::FitReport fit;
+    Vec3f centre;
+    CentralMapData map;
+};
+
+std::vector<Vec3d> corners_of(const mesh::Mesh& mesh, const PartWork& part)
+{
+    std::vector<Vec3d> points;
+    for (const std::uint32_t t : part.triangles)
+        for (const std::uint32_t v : mesh.triangles[t]) points.push_back(mesh.vertices[v]);
+    for (const CapTriangle& t : part.caps) points.insert(points.end(), t.begin(), t.end());
+    return points;
+}
+
+/// A small sphere about points: from the box's centre, moved towards what sticks out (Ritter 1990, repeated).
+void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
+{
+    Vec3d lo = points.front(), hi = lo;
+    for (const Vec3d& p : points)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], p[k]);
+            hi[k] = std::max(hi[k], p[k]);
+        }
+    Vec3d centre = 0.5 * (lo + hi), best_centre = centre;
+    double best = 0;
+    for (const Vec3d& p : points) best = std::max(best, norm(p - centre));
+    double pull = 0.1;
+    for (int step = 0; step < 100; ++step, pull *= 0.96) {
+        Vec3d farthest = points.front();
+        double radius = 0;
+        for (const Vec3d& p : points)
+            if (const double d = norm(p - centre); d > radius) {
+                radius = d;
+                farthest = p;
+            }
+        if (radius < best) {
+            best = radius;
+            best_centre = centre;
+        }
+        centre += pull * (farthest - centre);
+    }
+    for (int k = 0; k < 3; ++k) sphere[k] = static_cast<float>(best_centre[k]);
+    double radius = 0;
+    for (const Vec3d& p : points) radius = std::max(radius, norm(p - Vec3d{sphere[0], sphere[1], sphere[2]}));
+    sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
+}
+
+std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
+{
+    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
+    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
+    return triangles;
+}
+
+/// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
+CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartBox& box, const CentralOptions& options)
+{
+    CentralMapData best;
+    std::size_t best_bytes = 0;
+    for (const std::uint32_t base : {4u, 8u, 12u, 16u, 24u, 32u, 48u}) {
+        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
+        const std::size_t bytes = map.map_bytes() + map.exact_bytes();
+        if (best.base != 0 && bytes > best_bytes) break;
+        best_bytes = bytes;
+        best = std::move(map);
+    }
+    return best;
+}
+
+template <class T>
+std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
+{
+    const auto first = static_cast<std::uint32_t>(all.size());
+    all.insert(all.end(), some.begin(), some.end());
+    return first;
+}
+
+model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::ModelData& data)
+{
+    const shape::Superquadricd& sq = work.fit.superquadric;
+    model::Part p{};
+    for (int i = 0; i < 3; ++i) {
+        p.a[i] = static_cast<float>(sq.a[i]);
+        p.translation[i] = static_cast<float>(sq.translation[i]);
+        for (int j = 0; j < 3; ++j) p.rotation[3 * i + j] = static_cast<float>(sq.rotation.row[i][j]);
+        p.chart_centre[i] = work.map.centre[i];
+        p.chart_lo[i] = work.map.box.lo[i];
+        p.chart_hi[i] = work.map.box.hi[i];
+    }
+    p.eps[0] = static_cast<float>(sq.eps1);
+    p.eps[1] = static_cast<float>(sq.eps2);
+    p.taper[0] = static_cast<float>(sq.taper_x);
+    p.taper[1] = static_cast<float>(sq.taper_y);
+    p.bend = static_cast<float>(sq.bend);
+    p.bend_angle = static_cast<float>(sq.bend_angle);
+    p.largest_f = static_cast<float>(work.fit.certificate.largest_f);
+    p.tolerance = static_cast<float>(work.fit.certificate.tolerance);
+    std::copy(std::begin(work.map.chart_rows), std::end(work.map.chart_rows), p.chart_rows);
+    p.w_min = work.map.w_min;
+    p.w_step = work.map.w_step;
+    p.base = work.map.base;
+    p.flags = (work.map.centre_winding > 0 ? model::k_centre_inside : 0u) | (work.fit.fallback ? model::k_fit_fallback : 0u);
+    p.centre_winding = work.map.centre_winding;
+    p.triangle_count = static_cast<std::uint32_t>(work.triangles.size());
+    std::vector<std::uint32_t> vertices;
+    double area = 0;
+    for (const std::uint32_t t : work.triangles) {
+        vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+        area += mesh::triangle_area(mesh, t);
+    }
+    std::sort(vertices.begin(), vertices.end());
+    p.vertex_count = static_cast<std::uint32_t>(std::unique(vertices.begin(), vertices.end()) - vertices.begin());
+    p.area = static_cast<float>(area);
+    bounding_sphere(corners_of(mesh, work), p.sphere);
+
+    const CentralMapData& m = work.map;
+    p.sample_count = static_cast<std::uint32_t>(m.samples.size());
+    p.cell_count = static_cast<std::uint32_t>(m.cells.size());
+    p.block_count = static_cast<std::uint32_t>(m.blocks.size());
+    p.special_count = static_cast<std::uint32_t>(m.specials.size());
+    p.pool_count = static_cast<std::uint32_t>(m.pool.size());
+    p.ref_count = static_cast<std::uint32_t>(m.refs.size());
+    p.local_count = static_cast<std::uint32_t>(m.locals.size());
+    p.first_sample = append(data.samples, m.samples);
+    p.first_cell = append(data.cells, m.cells);
+    p.first_block = append(data.blocks, m.blocks);
+    p.first_special = append(data.specials, m.specials);
+    p.first_pool = append(data.pool, m.pool);
+    p.first_row = append(data.rows, m.rows);
+    p.first_start = append(data.starts, m.starts);
+    p.first_ref = append(data.refs, m.refs);
+    p.first_local = append(data.locals, m.locals);
+    return p;
+}
+
+//TEMP
+decompose::Partition decompose_for(const mesh::Mesh& mesh, const BakeOptions& options)
+{
+    std::size_t n=mesh.triangles.size(); std::vector<Vec3d> c; for(std::uint32_t t=0;t<n;++t) c.push_back(mesh::triangle_centroid(mesh,t));
+    std::vector<Vec3d> seeds{c[0]}; std::vector<double> d(n,1e30); decompose::Partition p; p.part_of_triangle.assign(n,0);
+    for(std::uint32_t k=0;k<options.max_parts;++k){ std::size_t far=0; for(std::size_t t=0;t<n;++t){ double q=norm(c[t]-seeds.back()); if(q<d[t]){d[t]=q;p.part_of_triangle[t]=k;} if(d[t]>d[far]) far=t;} p.part_count=k+1; seeds.push_back(c[far]); }
+    return p;
+}
+
+}  // namespace
+
+BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, bool solid_mesh, const BakeOptions& options)
+{
+    if (!(options.target_error > 0)) throw std::invalid_argument("target error must be above zero");
+    if (options.max_parts < 1 || options.max_parts > 1000) throw std::invalid_argument("max parts must be from 1 to 1000");
+    const auto progress = [&](const char* stage, double done) {
+        if (options.progress) options.progress(stage, done);
+    };
+    BakeResult result;
+    double last = cpu_seconds();
+    const auto lap = [&](const char* stage) {
+        const double now = cpu_seconds();
+        result.report.seconds.emplace_back(stage, now - last);
+        last = now;
+    };
+
+    // Model space, every coordinate as the float runtime will see it: what is certified is what is stored.
+    const mesh::Normalization normalization = mesh::normalization_of(input);
+    mesh::Mesh mesh = mesh::normalized(input, normalization);
+    for (Vec3d& v : mesh.vertices) v = cast<double>(cast<float>(v));
+    const mesh::Solid solid(mesh, crossed);
+    std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
+    for (std::size_t t = 0; t < flags.size(); ++t)
+        flags[t] = solid.boundary()[t] == mesh::Boundary::Buried ? model::k_buried : (solid.boundary()[t] == mesh::Boundary::Partly ? model::k_crossed : 0u);
+    const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
+    lap("prepare");
+
+    progress("decompose", 0);
+    decompose::Partition partition = decompose_for(mesh, options);
+    lap("decompose");
+
+    progress("fit", 0);
+    std::vector<PartWork> parts(partition.part_count);
+    {
+        std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
+        std::vector<std::vector<CapTriangle>> caps = cap_parts(mesh, partition);
+        parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+            parts[i].triangles = std::move(triangles[i]);
+            parts[i].caps = std::move(caps[i]);
+            parts[i].fit = fit::fit_bounding(mesh, parts[i].triangles, parts[i].caps, options.fit);
+        });
+    }
+    lap("fit");
+
+    progress("map", 0);
+    CentralOptions central;
+    central.exact = options.exact;
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        PartWork& part = parts[i];
+        part.centre = choose_centre(context, part.fit.superquadric, part.triangles);
+        part.map = bake_best_base(context, part, chart_box(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+    });
+    lap("map");
+
+    model::ModelData& data = result.model;
+    for (const PartWork& part : parts) {
+        data.parts.push_back(make_part(mesh, part, data));
+        data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
+    }
+    for (int k = 0; k < 3; ++k) data.header.origin[k] = normalization.origin[k];
+    data.header.unit = normalization.unit;
+    data.header.r_max = context.r_max;
+    bounding_sphere(mesh.vertices, data.header.sphere);
+    data.header.solid = solid_mesh ? 1 : 0;
+    data.header.projection = static_cast<std::uint32_t>(model::Projection::Central);
+    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
+    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
+    if (options.exact) {
+        for (const Vec3d& v : mesh.vertices)
+            for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            data.triangles.insert(data.triangles.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+            data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
+        }
+    }
+    for (const PartWork& part : parts)
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, 0, 0, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+    result.report.partition = std::move(partition);
+    progress("measure", 0);
+    lap("pack");
+    return result;
+}
+
+}  // namespace sqmap::bake
