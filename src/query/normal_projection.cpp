@@ -10,7 +10,11 @@
 
 namespace sqmap::query {
 
-using shape::Arc;
+using model::FootSeed;
+using model::k_map_cap;
+using model::k_map_largest;
+using model::k_map_miss;
+using model::VertexCorrection;
 using shape::Foot;
 using shape::SurfaceAnglesf;
 using shape::SurfacePlace;
