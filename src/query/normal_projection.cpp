@@ -133,10 +133,46 @@ std::int32_t nearest_column(const BaseGrid& grid, float omega)
     return static_cast<std::int32_t>(std::lround((omega / (2 * k_pi) + 0.5f) * static_cast<float>(grid.columns))) % grid.columns;
 }
 
+SurfacePlace<float> seed_place(const NormalMapView& map, const Superquadricf& local, Vec3f undeformed)
+{
+    const float n = static_cast<float>(map.seed_count);
+    std::size_t index = 0;
+    for (int i = 0; i < 3; ++i) {
+        const float w = undeformed[i] / local.a[i];
+        const float x = (map.seeds_mirrored ? std::abs(w) : 0.5f * (w + 1)) * n;
+        index = index * map.seed_count + static_cast<std::size_t>(std::clamp(x, 0.0f, n - 1));
+    }
+    const FootSeed seed = map.seeds[index];
+    SurfaceAnglesf angles{(static_cast<float>(seed.eta) + 0.5f) / 256 * k_pi - k_pi / 2,
+                          (static_cast<float>(seed.omega) + 0.5f) / 256 * 2 * k_pi - k_pi};
+    SurfacePlace<float> place = shape::place_at(local, angles);
+    if (map.seeds_mirrored) {
+        const auto flip = [](float like, float& c, float& nc) {
+            c = std::copysign(c, like);
+            nc = std::copysign(nc, like);
+        };
+        flip(undeformed.x, place.longitude.c, place.longitude.nc);
+        flip(undeformed.y, place.longitude.s, place.longitude.ns);
+        flip(undeformed.z, place.latitude.s, place.latitude.ns);
+    }
+    return place;
+}
+
+// The nearer of the place on q's own ray and the table's start: near the surface the first is right, deep inside and
+// beside a sharp edge the second.
+SurfacePlace<float> nearer_start(const BaseGrid& grid, Vec3f q, const SurfacePlace<float>& own)
+{
+    const SurfacePlace<float> seed = seed_place(grid.map, grid.local, shape::undeform(grid.local, q));
+    const float own_sq = norm_sq(shape::surface_point(grid.local, own).point - q);
+    return norm_sq(shape::surface_point(grid.local, seed).point - q) < own_sq ? seed : own;
+}
+
 GridFoot search_pyramid(const BaseGrid& grid, Vec3f q, const PyramidOptions& options)
 {
     Search search{grid, q, options.compare_distance};
-    const SurfaceAnglesf own = shape::angles_of(shape::place_through(grid.local, q));
+    SurfacePlace<float> start = shape::place_through(grid.local, q);
+    if (options.seeded && grid.map.seed_count > 0) start = nearer_start(grid, q, start);
+    const SurfaceAnglesf own = shape::angles_of(start);
     const std::int32_t row = nearest_row(grid, own.eta), column = nearest_column(grid, own.omega);
     const std::int32_t levels = window_levels(grid);
     const std::int32_t stride = std::int32_t{1} << (levels - 1);
@@ -199,31 +235,6 @@ GridFoot search_pyramid(const BaseGrid& grid, Vec3f q, const PyramidOptions& opt
     }
     return {static_cast<std::uint32_t>(best.node.row), static_cast<std::uint32_t>(best.node.column), best.collinearity,
             search.evaluations, wide};
-}
-
-SurfacePlace<float> seed_place(const NormalMapView& map, const Superquadricf& local, Vec3f undeformed)
-{
-    const float n = static_cast<float>(map.seed_count);
-    std::size_t index = 0;
-    for (int i = 0; i < 3; ++i) {
-        const float w = undeformed[i] / local.a[i];
-        const float x = (map.seeds_mirrored ? std::abs(w) : 0.5f * (w + 1)) * n;
-        index = index * map.seed_count + static_cast<std::size_t>(std::clamp(x, 0.0f, n - 1));
-    }
-    const FootSeed seed = map.seeds[index];
-    SurfaceAnglesf angles{(static_cast<float>(seed.eta) + 0.5f) / 256 * k_pi - k_pi / 2,
-                          (static_cast<float>(seed.omega) + 0.5f) / 256 * 2 * k_pi - k_pi};
-    SurfacePlace<float> place = shape::place_at(local, angles);
-    if (map.seeds_mirrored) {
-        const auto flip = [](float like, float& c, float& nc) {
-            c = std::copysign(c, like);
-            nc = std::copysign(nc, like);
-        };
-        flip(undeformed.x, place.longitude.c, place.longitude.nc);
-        flip(undeformed.y, place.longitude.s, place.longitude.ns);
-        flip(undeformed.z, place.latitude.s, place.latitude.ns);
-    }
-    return place;
 }
 
 Foot<float> foot_of_node(const NormalMapView& map, const BaseGrid& grid, Vec3f p, const GridFoot& node)
@@ -393,7 +404,7 @@ Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, st
         foot = foot_of_node(map, grid, p, node);
         if (node.wide) found |= k_projection_wide;
     } else {
-        foot = shape::polish_foot(map.superquadric, p, seed_place(map, grid.local, shape::undeform(grid.local, q)), k_newton);
+        foot = shape::polish_foot(map.superquadric, p, nearer_start(grid, q, shape::place_through(grid.local, q)), k_newton);
         const float size = std::max({grid.local.a.x, grid.local.a.y, grid.local.a.z});
         if (!(foot.miss <= k_proven_miss * size)) {
             // The start lay in no basin (a focal point, a sharp bend): start again from the search.

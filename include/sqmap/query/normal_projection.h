@@ -80,6 +80,7 @@ struct PyramidOptions {
     bool both_directions = true;   ///< false: the one direction of eq. 16
     bool compare_distance = true;  ///< false: I_S of eq. 19 alone decides
     bool wide_fallback = true;     ///< false: whatever the window holds
+    bool seeded = true;            ///< false: the window lies about p's own ray, never about the table's start
 };
 
 struct GridFoot {
