@@ -115,10 +115,13 @@ CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& par
 {
     CentralMapData best;
     std::size_t best_bytes = 0;
-    for (const std::uint32_t base : {4u, 8u, 12u, 16u, 24u, 32u, 48u}) {
+    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
         CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
         const std::size_t bytes = map.map_bytes() + map.exact_bytes();
-        if (best.base != 0 && bytes > best_bytes) break;
+        if (best.base != 0 && bytes > best_bytes) {
+            if (bytes > best_bytes + best_bytes / 4) break;
+            continue;
+        }
         best_bytes = bytes;
         best = std::move(map);
     }
@@ -191,15 +194,6 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
-//TEMP
-decompose::Partition decompose_for(const mesh::Mesh& mesh, const BakeOptions& options)
-{
-    std::size_t n=mesh.triangles.size(); std::vector<Vec3d> c; for(std::uint32_t t=0;t<n;++t) c.push_back(mesh::triangle_centroid(mesh,t));
-    std::vector<Vec3d> seeds{c[0]}; std::vector<double> d(n,1e30); decompose::Partition p; p.part_of_triangle.assign(n,0);
-    for(std::uint32_t k=0;k<options.max_parts;++k){ std::size_t far=0; for(std::size_t t=0;t<n;++t){ double q=norm(c[t]-seeds.back()); if(q<d[t]){d[t]=q;p.part_of_triangle[t]=k;} if(d[t]>d[far]) far=t;} p.part_count=k+1; seeds.push_back(c[far]); }
-    return p;
-}
-
 }  // namespace
 
 BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, bool solid_mesh, const BakeOptions& options)
@@ -229,7 +223,7 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
     lap("prepare");
 
     progress("decompose", 0);
-    decompose::Partition partition = decompose_for(mesh, options);
+    decompose::Partition partition = decompose::decompose(mesh, options.decompose);
     lap("decompose");
 
     progress("fit", 0);
@@ -273,7 +267,10 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
         for (const Vec3d& v : mesh.vertices)
             for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            data.triangles.insert(data.triangles.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+            for (const std::uint32_t v : mesh.triangles[t]) {
+                if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
+                else data.triangles32.push_back(v);
+            }
             data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
         }
     }

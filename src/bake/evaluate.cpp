@@ -166,8 +166,11 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             double exact = 0;
             float mapped = 0;
             const bool has_exact = exact_along_ray(solid, model.parts[i], q, exact);
-            const bool has_map = query::distance_along_projection(model, i, p, options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three, mapped);
-            if (has_exact && has_map) eq35.push_back(100 * std::abs(exact - static_cast<double>(mapped)) / r_max);
+            // Where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
+            const Vec3d along = normalized(q - cast<double>(model::vec3(model.parts[i].chart_centre)));
+            const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
+            const bool has_map = has_exact && query::distance_along_projection(model, i, cast<float>(q + exact * along), layer, mapped);
+            if (has_map) eq35.push_back(100 * std::abs(static_cast<double>(mapped)) / r_max);
             else ++left_out;
             break;
         }

@@ -19,6 +19,7 @@ struct BakeOptions {
     std::uint32_t max_parts = 24;
     bool exact = true;              ///< store the exact layer
     unsigned threads = 0;           ///< 0: one a core; the result does not depend on it
+    decompose::DecomposeOptions decompose{};
     fit::FitOptions fit{};
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
     std::function<void(const char* stage, double done)> progress;
