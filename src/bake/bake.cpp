@@ -7,6 +7,7 @@
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/shape/euler.h"
 
 #include <algorithm>
 #include <atomic>
@@ -140,8 +141,10 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
 {
     const shape::Superquadricd& sq = work.fit.superquadric;
     model::Part p{};
-    const Vec3d euler = shape::euler_zyz(sq.rotation);
-    for (int i = 0; i < 3; ++i) p.euler[i] = static_cast<float>(euler[i]);
+    const shape::EulerAngles<double> euler = shape::euler_angles_of(sq.rotation);
+    p.euler[0] = static_cast<float>(euler.phi);
+    p.euler[1] = static_cast<float>(euler.theta);
+    p.euler[2] = static_cast<float>(euler.chi);
     for (int i = 0; i < 3; ++i) {
         p.a[i] = static_cast<float>(sq.a[i]);
         p.translation[i] = static_cast<float>(sq.translation[i]);
@@ -194,6 +197,27 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.first_ref = append(data.refs, m.refs);
     p.first_local = append(data.locals, m.locals);
     return p;
+}
+
+/// The figures stored in the model: a quick evaluation of layer 3.
+model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
+{
+    EvaluateOptions options;
+    options.points = 4000;
+    const Evaluation e = evaluate(data.view(), solid, options);
+    model::Measured m;
+    m.points = e.points;
+    m.missed = e.missed;
+    m.false_contacts = e.false_contacts;
+    m.eq35_mean = e.eq35.mean;
+    m.eq35_p99 = e.eq35.p99;
+    m.eq35_max = e.eq35.max;
+    m.depth_median = e.depth.median;
+    m.depth_p95 = e.depth.p95;
+    m.depth_p99 = e.depth.p99;
+    m.depth_max = e.depth.max;
+    m.normal_median = e.normal.median;
+    return m;
 }
 
 }  // namespace
@@ -284,8 +308,11 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
     for (const PartWork& part : parts)
         result.report.parts.push_back({part.fit.certificate, part.fit.volume, 0, 0, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
     result.report.partition = std::move(partition);
-    progress("measure", 0);
     lap("pack");
+    progress("measure", 0);
+    data.measured = measure(data, solid);
+    progress("measure", 1);
+    lap("measure");
     return result;
 }
 
