@@ -42,6 +42,7 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
 LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area, const DecomposeOptions& o)
 {
     std::vector<LocaleCut> rises;
+    if (getenv("DBG2")) printf(" prof h %.2f part %.2f\n", height, part_area);
     double inside = 0;
     for (std::size_t k = 1; k + 2 < l.area.size(); ++k) {
         inside += l.area[k - 1];
@@ -52,6 +53,7 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
         const Growth g = growth_at(l, at, radius);
         const double strength = g.after - std::max(g.before, -o.boundary_strength);
+        if (getenv("DBG2") && strength > 0.1) printf("   lev %.2f r %.2f area %.3f before %.2f after %.2f s %.2f\n", level, radius, inside/part_area, g.before, g.after, strength);
         if (g.after > 0.5 * o.boundary_strength && strength > o.boundary_strength)
             rises.push_back({true, level, radius, inside, strength});
     }
@@ -144,7 +146,11 @@ private:
                 continue;
             }
             const std::uint32_t source = fronts[f].sources.front();
-            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
+            auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
+            // A locale that meets a slanted crease only in part: once more around the cut itself, kept if it is a better crease.
+            if (auto again = around_cut(triangles, near, 0.7 * cut.radius, cut.radius);
+                mean_concavity(surface_, triangles, again, cut.radius) > mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
+                near = std::move(again);
             const double slender = (fronts[f].height > 0 ? 0 : cut.level) / cut.radius;
             const double concave = mean_concavity(surface_, triangles, near, cut.radius);
             // Parts meet in a concavity (the minima rule), unless what is cut off is slender beyond doubt.
@@ -175,6 +181,27 @@ private:
             fronts.push_back(std::move(rim));
             if (const LocaleCut next = locale_cut(fronts.back(), triangles, field); next.found) push(next.area, fronts.size() - 1);
         }
+    }
+
+    // The best cut within a geodesic band around a cut.
+    std::vector<std::uint8_t> around_cut(std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double band, double radius)
+    {
+        std::vector<std::uint8_t> side(surface_.area.size(), 2);
+        for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+        std::vector<std::uint32_t> sources;
+        for (const auto t : triangles)
+            for (const auto o : surface_.graph.neighbours[t])
+                if (o != mesh::k_no_triangle && side[o] != 2 && side[o] != side[t]) {
+                    sources.push_back(t);
+                    break;
+                }
+        if (sources.empty()) return near;
+        std::vector<double> distance;
+        geodesics_.run(sources, distance, k_unreached, partition_.part_of_triangle, partition_.part_of_triangle[triangles.front()]);
+        auto field = at_triangles(mesh_, distance);
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            if (near[i]) field[triangles[i]] *= -1;
+        return best_cut(surface_, triangles, field, 0.0, band, radius);
     }
 
     // The rims of a part: triangles on its boundary with other parts, by loop.
@@ -243,9 +270,10 @@ private:
         for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
             inside += l.area[k - 1];
             sum += bending(k - 1);
-            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_) continue;
             const double radius = l.mean_radius(static_cast<std::ptrdiff_t>(k) - 1, static_cast<std::ptrdiff_t>(k) + 2);
-            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
+            const double level = l.width * static_cast<double>(k), rest = l.width * static_cast<double>(l.area.size() - k);
+            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_ || std::min(level, rest) < radius) continue;
+            const auto near = best_cut(surface_, triangles, at_centres, level, 0.5 * radius, radius);
             if (apply_cut(surface_, partition_, part, triangles, near, CutKind::Curvature, least_area_) > 1) return true;
         }
         return false;
