@@ -102,6 +102,7 @@ private:
         std::vector<std::uint32_t> sources;
         double height = 0;  // geodesic height of what was cut off before
         double least_level = 0;  // cuts up to here were tried in vain
+        LocaleCut cut{};         // the cut that waits
     };
 
     LocaleCut locale_cut(const Front& front, std::vector<std::uint32_t>& triangles, std::vector<double>& field)
@@ -131,17 +132,23 @@ private:
             queue.emplace_back(area, front);
             std::push_heap(queue.begin(), queue.end(), std::greater<>());
         };
+        const auto propose = [&](std::size_t f) {
+            fronts[f].cut = locale_cut(fronts[f], triangles, field);
+            if (fronts[f].cut.found) push(fronts[f].cut.area, f);
+        };
         for (const auto f : features) {
-            fronts.push_back({{f}, 0, 0});
-            if (const LocaleCut cut = locale_cut(fronts.back(), triangles, field); cut.found) push(cut.area, fronts.size() - 1);
+            fronts.push_back({{f}});
+            propose(fronts.size() - 1);
         }
         while (!queue.empty() && partition_.part_count < options_.maximum_parts) {
             std::pop_heap(queue.begin(), queue.end(), std::greater<>());
             const auto [area, f] = queue.back();
             queue.pop_back();
-            const LocaleCut cut = locale_cut(fronts[f], triangles, field);
-            if (!cut.found) continue;
+            // The body may have lost what made the rise (the other ear): then the cut found before still stands.
+            LocaleCut cut = locale_cut(fronts[f], triangles, field);
+            if (!cut.found) cut = fronts[f].cut;
             if (!queue.empty() && cut.area > 1.01 * area && cut.area > queue.front().first) {  // no longer the smallest
+                fronts[f].cut = cut;
                 push(cut.area, f);
                 continue;
             }
@@ -157,11 +164,11 @@ private:
             const bool meets = concave > options_.boundary_concavity || slender > 2 * options_.protrusion_ratio;
             if (!meets || apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) {
                 fronts[f].least_level = cut.level + 0.5 * cut.radius;
-                if (const LocaleCut next = locale_cut(fronts[f], triangles, field); next.found) push(next.area, f);
+                propose(f);
                 continue;
             }
             const std::uint32_t piece = partition_.part_of_triangle[source];
-            Front rim{{}, fronts[f].height + cut.level, 0};
+            Front rim{{}, fronts[f].height + cut.level};
             std::uint32_t body = mesh::k_no_triangle;  // the rim lies on the largest neighbour
             double longest = 0;
             for (const Boundary& b : partition_.boundaries)
@@ -179,7 +186,7 @@ private:
             }
             if (rim.sources.empty()) continue;
             fronts.push_back(std::move(rim));
-            if (const LocaleCut next = locale_cut(fronts.back(), triangles, field); next.found) push(next.area, fronts.size() - 1);
+            propose(fronts.size() - 1);
         }
     }
 

@@ -41,7 +41,7 @@ struct DecomposeOptions {
     double salient_window = 0.12;           ///< eps of eq. 5, of sqrt(area)
     double salient_prominence = 0.02;       ///< rise of p from the pass to a higher peak, of the mean of p
     double locale_width = 0.012;            ///< geodesic width of a locale, of sqrt(area)
-    double boundary_strength = 0.2;         ///< growth of a locale's radius (area / (2 pi width)) per geodesic distance
+    double boundary_strength = 0.25;        ///< growth of a locale's radius (area / (2 pi width)) per geodesic distance
                                             ///< that counts as a significant rise; a cylinder meeting a plane has 0.5
     double protrusion_ratio = 1.6;          ///< least ratio of geodesic height to radius of a salient part at its cut;
                                             ///< a disc has 1, a hemisphere pi / 2
