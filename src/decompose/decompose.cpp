@@ -158,10 +158,13 @@ private:
             if (auto again = around_cut(triangles, near, 0.7 * cut.radius, cut.radius);
                 mean_concavity(surface_, triangles, again, cut.radius) > mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
                 near = std::move(again);
-            const double slender = (fronts[f].height > 0 ? 0 : cut.level) / cut.radius;
             const double concave = mean_concavity(surface_, triangles, near, cut.radius);
-            // Parts meet in a concavity (the minima rule), unless what is cut off is slender beyond doubt.
-            const bool meets = concave > options_.boundary_concavity || slender > 2 * options_.protrusion_ratio;
+            if (concave < options_.boundary_concavity)  // nothing to hold on to: stay at the locale
+                near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 0.4 * cut.radius, cut.radius);
+            // Parts meet in a concavity (the minima rule), unless a feature is slender or set off beyond doubt.
+            const bool clear = fronts[f].height == 0 && (cut.level > 2 * options_.protrusion_ratio * cut.radius ||
+                                                         cut.strength > 2 * options_.boundary_strength);
+            const bool meets = clear || concave > options_.boundary_concavity;
             if (!meets || apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) {
                 fronts[f].least_level = cut.level + 0.5 * cut.radius;
                 propose(f);
