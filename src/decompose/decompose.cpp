@@ -63,7 +63,7 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         bool first = true;
         for (const LocaleCut& other : rises) {
             const bool close = std::abs(other.level - rise.level) < rise.radius;
-            const double weight = close ? 1.0 : (other.level > rise.level && other.radius < 2 * rise.radius ? 0.6 : 0.0);
+            const double weight = close ? 1.0 : (other.level > rise.level && other.radius < 1.5 * rise.radius ? 0.6 : 0.0);
             first = first && weight * other.strength <= rise.strength;
         }
         if (first) return rise;
