@@ -2,6 +2,8 @@
 // then shells: edges with too many faces, orientation, flatness, holes.
 #include "sqmap/mesh/gate.h"
 
+#include "sqmap/mesh/self_intersection.h"
+
 #include "shells.h"
 #include "surface.h"
 
@@ -429,9 +431,23 @@ private:
         }
         if (!out_.repairs.empty() && options_.repair == Repair::None) refuse_repair();
 
+        count_intersections();
+
         const Vec3d size = facts.box_max - facts.box_min;
         if (!options_.unit && std::max({size.x, size.y, size.z}) > k_unit_hint)
             warn("W_UNIT", 0, "more than 50 units wide: if that is not metres, say so with --unit (such as --unit mm)");
+    }
+
+    void count_intersections()
+    {
+        MeshFacts& facts = out_.facts;
+        const SelfIntersections found = find_self_intersections(out_.mesh, options_.max_intersections);
+        facts.self_intersecting_pairs = found.pair_count;
+        facts.intersections_complete = found.is_complete;
+        if (found.pair_count > 0)
+            warn("W_SELFX", found.pair_count,
+                 (found.is_complete ? "" : "at least ") + number(found.pair_count) +
+                     " pairs of faces intersect; the solid is where the winding number is positive");
     }
 
     /// Vertices that share a position are told apart by their faces, so that file order has no say in the canonical one.
