@@ -42,6 +42,7 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
 LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area, const DecomposeOptions& o)
 {
     std::vector<LocaleCut> rises;
+    if (getenv("DBG2")) printf(" prof h %.2f part %.2f\n", height, part_area);
     double inside = 0;
     for (std::size_t k = 1; k + 2 < l.area.size(); ++k) {
         inside += l.area[k - 1];
@@ -52,6 +53,7 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
         const Growth g = growth_at(l, at, radius);
         const double strength = g.after - std::max(g.before, -o.boundary_strength);
+        if (getenv("DBG2") && strength > 0.1) printf("   lev %.2f r %.2f area %.3f before %.2f after %.2f s %.2f\n", level, radius, inside/part_area, g.before, g.after, strength);
         if (g.after > 0.5 * o.boundary_strength && strength > o.boundary_strength)
             rises.push_back({true, level, radius, inside, strength});
     }
@@ -100,6 +102,7 @@ private:
         std::vector<std::uint32_t> sources;
         double height = 0;  // geodesic height of what was cut off before
         double least_level = 0;  // cuts up to here were tried in vain
+        LocaleCut cut{};         // the cut that waits
     };
 
     LocaleCut locale_cut(const Front& front, std::vector<std::uint32_t>& triangles, std::vector<double>& field)
@@ -129,33 +132,46 @@ private:
             queue.emplace_back(area, front);
             std::push_heap(queue.begin(), queue.end(), std::greater<>());
         };
+        const auto propose = [&](std::size_t f) {
+            fronts[f].cut = locale_cut(fronts[f], triangles, field);
+            if (fronts[f].cut.found) push(fronts[f].cut.area, f);
+        };
         for (const auto f : features) {
-            fronts.push_back({{f}, 0, 0});
-            if (const LocaleCut cut = locale_cut(fronts.back(), triangles, field); cut.found) push(cut.area, fronts.size() - 1);
+            fronts.push_back({{f}});
+            propose(fronts.size() - 1);
         }
         while (!queue.empty() && partition_.part_count < options_.maximum_parts) {
             std::pop_heap(queue.begin(), queue.end(), std::greater<>());
             const auto [area, f] = queue.back();
             queue.pop_back();
-            const LocaleCut cut = locale_cut(fronts[f], triangles, field);
-            if (!cut.found) continue;
+            // The body may have lost what made the rise (the other ear): then the cut found before still stands.
+            LocaleCut cut = locale_cut(fronts[f], triangles, field);
+            if (!cut.found) cut = fronts[f].cut;
             if (!queue.empty() && cut.area > 1.01 * area && cut.area > queue.front().first) {  // no longer the smallest
+                fronts[f].cut = cut;
                 push(cut.area, f);
                 continue;
             }
             const std::uint32_t source = fronts[f].sources.front();
-            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
-            const double slender = (fronts[f].height > 0 ? 0 : cut.level) / cut.radius;
+            auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
+            // A locale that meets a slanted crease only in part: once more around the cut itself, kept if it is a better crease.
+            if (auto again = around_cut(triangles, near, 0.7 * cut.radius, cut.radius);
+                mean_concavity(surface_, triangles, again, cut.radius) > mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
+                near = std::move(again);
             const double concave = mean_concavity(surface_, triangles, near, cut.radius);
-            // Parts meet in a concavity (the minima rule), unless what is cut off is slender beyond doubt.
-            const bool meets = concave > options_.boundary_concavity || slender > 2 * options_.protrusion_ratio;
+            if (concave < options_.boundary_concavity)  // nothing to hold on to: stay at the locale
+                near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 0.4 * cut.radius, cut.radius);
+            // Parts meet in a concavity (the minima rule), unless a feature is slender or set off beyond doubt.
+            const bool clear = fronts[f].height == 0 && (cut.level > 2 * options_.protrusion_ratio * cut.radius ||
+                                                         cut.strength > 2 * options_.boundary_strength);
+            const bool meets = clear || concave > options_.boundary_concavity;
             if (!meets || apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) {
                 fronts[f].least_level = cut.level + 0.5 * cut.radius;
-                if (const LocaleCut next = locale_cut(fronts[f], triangles, field); next.found) push(next.area, f);
+                propose(f);
                 continue;
             }
             const std::uint32_t piece = partition_.part_of_triangle[source];
-            Front rim{{}, fronts[f].height + cut.level, 0};
+            Front rim{{}, fronts[f].height + cut.level};
             std::uint32_t body = mesh::k_no_triangle;  // the rim lies on the largest neighbour
             double longest = 0;
             for (const Boundary& b : partition_.boundaries)
@@ -173,8 +189,29 @@ private:
             }
             if (rim.sources.empty()) continue;
             fronts.push_back(std::move(rim));
-            if (const LocaleCut next = locale_cut(fronts.back(), triangles, field); next.found) push(next.area, fronts.size() - 1);
+            propose(fronts.size() - 1);
         }
+    }
+
+    // The best cut within a geodesic band around a cut.
+    std::vector<std::uint8_t> around_cut(std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double band, double radius)
+    {
+        std::vector<std::uint8_t> side(surface_.area.size(), 2);
+        for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+        std::vector<std::uint32_t> sources;
+        for (const auto t : triangles)
+            for (const auto o : surface_.graph.neighbours[t])
+                if (o != mesh::k_no_triangle && side[o] != 2 && side[o] != side[t]) {
+                    sources.push_back(t);
+                    break;
+                }
+        if (sources.empty()) return near;
+        std::vector<double> distance;
+        geodesics_.run(sources, distance, k_unreached, partition_.part_of_triangle, partition_.part_of_triangle[triangles.front()]);
+        auto field = at_triangles(mesh_, distance);
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            if (near[i]) field[triangles[i]] *= -1;
+        return best_cut(surface_, triangles, field, 0.0, band, radius);
     }
 
     // The rims of a part: triangles on its boundary with other parts, by loop.
@@ -243,9 +280,10 @@ private:
         for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
             inside += l.area[k - 1];
             sum += bending(k - 1);
-            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_) continue;
             const double radius = l.mean_radius(static_cast<std::ptrdiff_t>(k) - 1, static_cast<std::ptrdiff_t>(k) + 2);
-            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
+            const double level = l.width * static_cast<double>(k), rest = l.width * static_cast<double>(l.area.size() - k);
+            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_ || std::min(level, rest) < radius) continue;
+            const auto near = best_cut(surface_, triangles, at_centres, level, 0.5 * radius, radius);
             if (apply_cut(surface_, partition_, part, triangles, near, CutKind::Curvature, least_area_) > 1) return true;
         }
         return false;
