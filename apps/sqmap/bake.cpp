@@ -91,7 +91,7 @@ void add_bake(CLI::App& app, int& exit_code)
         options->bake.progress = show_progress;
         bake::BakeResult baked;
         try {
-            baked = bake::bake(loaded.mesh, loaded.solid, {}, options->bake);
+            baked = bake::bake(loaded.mesh, loaded.solid, options->bake);
         } catch (const mesh::Error& e) {
             std::fprintf(stderr, "%s: %s\n", options->mesh.c_str(), e.what());
             exit_code = 2;

@@ -1,20 +1,20 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
 
-#include "caps.h"
 #include "central_map.h"
+#include "parallel.h"
+#include "part_work.h"
+#include "refine.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/shape/euler.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <ctime>
-#include <exception>
-#include <thread>
 
 namespace sqmap::bake {
 
@@ -26,49 +26,6 @@ double cpu_seconds()
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// Calls work(i) for i in [0, count) on some threads; results go where i says, so their order does not matter.
-template <class Work>
-void parallel_for(std::size_t count, unsigned threads, Work&& work)
-{
-    if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-    std::atomic<std::size_t> next{0};
-    std::vector<std::exception_ptr> errors(count);
-    const auto run = [&] {
-        for (std::size_t i = next++; i < count; i = next++) {
-            try {
-                work(i);
-            } catch (...) {
-                errors[i] = std::current_exception();
-            }
-        }
-    };
-    {
-        std::vector<std::jthread> pool;
-        for (unsigned t = 1; t < std::min<std::size_t>(threads, count); ++t) pool.emplace_back(run);
-        run();
-    }
-    for (const std::exception_ptr& e : errors)
-        if (e) std::rethrow_exception(e);
-}
-
-/// One part on its way to the model.
-struct PartWork {
-    std::vector<std::uint32_t> triangles;
-    std::vector<CapTriangle> caps;
-    fit::FitReport fit;
-    Vec3f centre;
-    CentralMapData map;
-};
-
-std::vector<Vec3d> corners_of(const mesh::Mesh& mesh, const PartWork& part)
-{
-    std::vector<Vec3d> points;
-    for (const std::uint32_t t : part.triangles)
-        for (const std::uint32_t v : mesh.triangles[t]) points.push_back(mesh.vertices[v]);
-    for (const CapTriangle& t : part.caps) points.insert(points.end(), t.begin(), t.end());
-    return points;
 }
 
 /// A small sphere about points: from the box's centre, moved towards what sticks out (Ritter 1990, repeated).
@@ -102,13 +59,6 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     double radius = 0;
     for (const Vec3d& p : points) radius = std::max(radius, norm(p - Vec3d{sphere[0], sphere[1], sphere[2]}));
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
-}
-
-std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
-{
-    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
-    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
-    return triangles;
 }
 
 /// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
@@ -199,6 +149,16 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
+std::uint16_t surface_flag(mesh::Boundary boundary)
+{
+    switch (boundary) {
+        case mesh::Boundary::Buried: return model::k_buried;
+        case mesh::Boundary::Partly: return model::k_crossed;
+        case mesh::Boundary::Whole: break;
+    }
+    return 0;
+}
+
 /// The figures stored in the model: a quick evaluation of layer 3.
 model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
 {
@@ -229,7 +189,7 @@ mesh::Mesh model_space(const mesh::Mesh& mesh)
     return out;
 }
 
-BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::uint8_t> crossed, const BakeOptions& options)
+BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& options)
 {
     if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
     if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
@@ -246,10 +206,10 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
 
     const mesh::Normalization normalization = mesh::normalization_of(input);
     const mesh::Mesh mesh = model_space(input);
-    const mesh::Solid solid(mesh, crossed);
+    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
     std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < flags.size(); ++t)
-        flags[t] = solid.boundary()[t] == mesh::Boundary::Buried ? model::k_buried : (solid.boundary()[t] == mesh::Boundary::Partly ? model::k_crossed : 0u);
+        flags[t] = surface_flag(solid.boundary()[t]);
     const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
     lap("prepare");
 
@@ -258,16 +218,8 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
     lap("decompose");
 
     progress("fit", 0);
-    std::vector<PartWork> parts(partition.part_count);
-    {
-        std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
-        std::vector<std::vector<CapTriangle>> caps = cap_parts(mesh, partition);
-        parallel_for(parts.size(), options.threads, [&](std::size_t i) {
-            parts[i].triangles = std::move(triangles[i]);
-            parts[i].caps = std::move(caps[i]);
-            parts[i].fit = fit::fit_bounding(mesh, parts[i].triangles, parts[i].caps, options.fit);
-        });
-    }
+    std::vector<PartWork> parts = fit_parts(context, partition, options);
+    refine_parts(context, partition, parts, options);
     lap("fit");
 
     progress("map", 0);
@@ -275,7 +227,6 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
     central.exact = options.exact;
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
-        part.centre = choose_centre(context, part.fit.superquadric, part.triangles);
         part.map = bake_best_base(context, part, chart_box(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
     });
     lap("map");
@@ -306,7 +257,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
         }
     }
     for (const PartWork& part : parts)
-        result.report.parts.push_back({part.fit.certificate, part.fit.volume, 0, 0, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.area, part.q2_share, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
     result.report.partition = std::move(partition);
     lap("pack");
     progress("measure", 0);
