@@ -1,19 +1,20 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
 
-#include "caps.h"
 #include "central_map.h"
+#include "parallel.h"
+#include "part_work.h"
+#include "refine.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/fit/fit.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/shape/euler.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <ctime>
-#include <exception>
-#include <stdexcept>
-#include <thread>
 
 namespace sqmap::bake {
 
@@ -25,49 +26,6 @@ double cpu_seconds()
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// Calls work(i) for i in [0, count) on some threads; results go where i says, so their order does not matter.
-template <class Work>
-void parallel_for(std::size_t count, unsigned threads, Work&& work)
-{
-    if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-    std::atomic<std::size_t> next{0};
-    std::vector<std::exception_ptr> errors(count);
-    const auto run = [&] {
-        for (std::size_t i = next++; i < count; i = next++) {
-            try {
-                work(i);
-            } catch (...) {
-                errors[i] = std::current_exception();
-            }
-        }
-    };
-    {
-        std::vector<std::jthread> pool;
-        for (unsigned t = 1; t < std::min<std::size_t>(threads, count); ++t) pool.emplace_back(run);
-        run();
-    }
-    for (const std::exception_ptr& e : errors)
-        if (e) std::rethrow_exception(e);
-}
-
-/// One part on its way to the model.
-struct PartWork {
-    std::vector<std::uint32_t> triangles;
-    std::vector<CapTriangle> caps;
-    fit::FitReport fit;
-    Vec3f centre;
-    CentralMapData map;
-};
-
-std::vector<Vec3d> corners_of(const mesh::Mesh& mesh, const PartWork& part)
-{
-    std::vector<Vec3d> points;
-    for (const std::uint32_t t : part.triangles)
-        for (const std::uint32_t v : mesh.triangles[t]) points.push_back(mesh.vertices[v]);
-    for (const CapTriangle& t : part.caps) points.insert(points.end(), t.begin(), t.end());
-    return points;
 }
 
 /// A small sphere about points: from the box's centre, moved towards what sticks out (Ritter 1990, repeated).
@@ -103,22 +61,18 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
 }
 
-std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
-{
-    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
-    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
-    return triangles;
-}
-
 /// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
 CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartBox& box, const CentralOptions& options)
 {
     CentralMapData best;
     std::size_t best_bytes = 0;
-    for (const std::uint32_t base : {4u, 8u, 12u, 16u, 24u, 32u, 48u}) {
+    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
         CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
         const std::size_t bytes = map.map_bytes() + map.exact_bytes();
-        if (best.base != 0 && bytes > best_bytes) break;
+        if (best.base != 0 && bytes > best_bytes) {
+            if (bytes > best_bytes + best_bytes / 4) break;
+            continue;
+        }
         best_bytes = bytes;
         best = std::move(map);
     }
@@ -137,6 +91,10 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
 {
     const shape::Superquadricd& sq = work.fit.superquadric;
     model::Part p{};
+    const shape::EulerAngles<double> euler = shape::euler_angles_of(sq.rotation);
+    p.euler[0] = static_cast<float>(euler.phi);
+    p.euler[1] = static_cast<float>(euler.theta);
+    p.euler[2] = static_cast<float>(euler.chi);
     for (int i = 0; i < 3; ++i) {
         p.a[i] = static_cast<float>(sq.a[i]);
         p.translation[i] = static_cast<float>(sq.translation[i]);
@@ -191,12 +149,50 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
+std::uint16_t surface_flag(mesh::Boundary boundary)
+{
+    switch (boundary) {
+        case mesh::Boundary::Buried: return model::k_buried;
+        case mesh::Boundary::Partly: return model::k_crossed;
+        case mesh::Boundary::Whole: break;
+    }
+    return 0;
+}
+
+/// The figures stored in the model: a quick evaluation of layer 3.
+model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
+{
+    EvaluateOptions options;
+    options.points = 4000;
+    const Evaluation e = evaluate(data.view(), solid, options);
+    model::Measured m;
+    m.points = e.points;
+    m.missed = e.missed;
+    m.false_contacts = e.false_contacts;
+    m.eq35_mean = e.eq35.mean;
+    m.eq35_p99 = e.eq35.p99;
+    m.eq35_max = e.eq35.max;
+    m.depth_median = e.depth.median;
+    m.depth_p95 = e.depth.p95;
+    m.depth_p99 = e.depth.p99;
+    m.depth_max = e.depth.max;
+    m.normal_median = e.normal.median;
+    return m;
+}
+
 }  // namespace
 
-BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, bool solid_mesh, const BakeOptions& options)
+mesh::Mesh model_space(const mesh::Mesh& mesh)
 {
-    if (!(options.target_error > 0)) throw std::invalid_argument("target error must be above zero");
-    if (options.max_parts < 1 || options.max_parts > 1000) throw std::invalid_argument("max parts must be from 1 to 1000");
+    mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));
+    for (Vec3d& v : out.vertices) v = cast<double>(cast<float>(v));
+    return out;
+}
+
+BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& options)
+{
+    if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
+    if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
     const auto progress = [&](const char* stage, double done) {
         if (options.progress) options.progress(stage, done);
     };
@@ -208,14 +204,12 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
         last = now;
     };
 
-    // Model space, every coordinate as the float runtime will see it: what is certified is what is stored.
     const mesh::Normalization normalization = mesh::normalization_of(input);
-    mesh::Mesh mesh = mesh::normalized(input, normalization);
-    for (Vec3d& v : mesh.vertices) v = cast<double>(cast<float>(v));
-    const mesh::Solid solid(mesh, crossed);
+    const mesh::Mesh mesh = model_space(input);
+    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
     std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < flags.size(); ++t)
-        flags[t] = solid.boundary()[t] == mesh::Boundary::Buried ? model::k_buried : (solid.boundary()[t] == mesh::Boundary::Partly ? model::k_crossed : 0u);
+        flags[t] = surface_flag(solid.boundary()[t]);
     const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
     lap("prepare");
 
@@ -224,16 +218,8 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
     lap("decompose");
 
     progress("fit", 0);
-    std::vector<PartWork> parts(partition.part_count);
-    {
-        std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
-        std::vector<std::vector<CapTriangle>> caps = cap_parts(mesh, partition);
-        parallel_for(parts.size(), options.threads, [&](std::size_t i) {
-            parts[i].triangles = std::move(triangles[i]);
-            parts[i].caps = std::move(caps[i]);
-            parts[i].fit = fit::fit_bounding(mesh, parts[i].triangles, parts[i].caps, options.fit);
-        });
-    }
+    std::vector<PartWork> parts = fit_parts(context, partition, options);
+    refine_parts(context, partition, parts, options);
     lap("fit");
 
     progress("map", 0);
@@ -241,7 +227,6 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
     central.exact = options.exact;
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
-        part.centre = choose_centre(context, part.fit.superquadric, part.triangles);
         part.map = bake_best_base(context, part, chart_box(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
     });
     lap("map");
@@ -264,15 +249,21 @@ BakeResult bake(const mesh::Mesh& input, std::span<const std::uint8_t> crossed, 
         for (const Vec3d& v : mesh.vertices)
             for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            data.triangles.insert(data.triangles.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+            for (const std::uint32_t v : mesh.triangles[t]) {
+                if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
+                else data.triangles32.push_back(v);
+            }
             data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
         }
     }
     for (const PartWork& part : parts)
-        result.report.parts.push_back({part.fit.certificate, part.fit.volume, 0, 0, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.area, part.q2_share, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
     result.report.partition = std::move(partition);
-    progress("measure", 0);
     lap("pack");
+    progress("measure", 0);
+    data.measured = measure(data, solid);
+    progress("measure", 1);
+    lap("measure");
     return result;
 }
 

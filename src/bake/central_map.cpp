@@ -2,11 +2,12 @@
 // stay straight and planes stay linear in w = 1/rho, so that every deviation below is exact up to rounding.
 #include "central_map.h"
 
+#include "sqmap/mesh/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace sqmap::bake {
 
@@ -16,6 +17,7 @@ using model::CellKind;
 
 constexpr double k_border = 4e-6;  // of a face: more than float rounding moves a point between cells
 constexpr int k_max_corners = 20;
+constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corner samples of their own
 
 struct Stw {
     double s, t, w;
@@ -329,56 +331,49 @@ private:
 
         bool same = true;
         for (int i = 0; i < 4; ++i) same = same && corner[i].valid && corner[i].count == corner[0].count;
-        const int sheets = corner[0].count;
-        if (same && sheets >= 1 && sheets <= 3) {
-            std::uint16_t cell = 0;
-            bool good = false;
-            if (bake_sheets(face, s0, t0, size, sheets, corner, polys, depth, cell, good)) {
-                if (good || depth >= options_.max_depth) {
-                    if (!good) ++out_.rough_cells;
-                    return cell;
-                }
-            }
-        }
         double w_least = std::numeric_limits<double>::infinity();
         for (const Polygon& p : polys)
             for (int i = 0; i < p.count; ++i) w_least = std::min(w_least, p.corner[static_cast<std::size_t>(i)].w);
-        if (depth < options_.max_depth && metric_size(face, size, w_least) > options_.silhouette * context_.r_max) {
-            std::uint16_t cell = 0;
-            if (bake_split(face, s0, t0, size, depth, polys, cell)) return cell;
-        }
+        const bool may_split = depth < options_.max_depth && metric_size(face, size, w_least) > options_.finest * context_.r_max;
+        const int sheets = corner[0].count;
         std::uint16_t cell = 0;
-        if (same && sheets >= 1 && sheets <= 3) {
-            bool good = false;
-            if (bake_sheets(face, s0, t0, size, sheets, corner, polys, options_.max_depth, cell, good)) {
-                ++out_.rough_cells;
-                return cell;
-            }
+        const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear ? measure_sheets(s0, t0, size, face, sheets, corner, polys) : Sheets{};
+        if (layers.valid && (layers.deviation <= options_.tolerance * context_.r_max || !may_split)) {
+            if (layers.deviation > options_.tolerance * context_.r_max) ++out_.rough_cells;
+            if (store_sheets(layers, cell)) return cell;
         }
+        if (may_split && bake_split(face, s0, t0, size, depth, polys, cell)) return cell;
+        ++out_.rough_cells;
         return bake_mixed(face, s0, t0, size, polys);
     }
 
-    /// One bilinear surface per corner crossing, with certified deviations; false where their bands overlap.
-    bool bake_sheets(int face, double s0, double t0, double size, int sheets, const RaySample corner[4], const std::vector<Polygon>& polys,
-                     int depth, std::uint16_t& cell, bool& good)
+    /// Bilinear surfaces through the corner crossings of a cell, with their certified deviations.
+    struct Sheets {
+        bool valid = false;      ///< every surface over the cell lies in one of the disjoint bands
+        int count = 0;
+        double deviation = 0;    ///< the widest band, as a length in model units
+        std::uint16_t stored[k_max_bilinear][4];
+        std::uint16_t code[k_max_bilinear];
+    };
+
+    Sheets measure_sheets(double s0, double t0, double size, int face, int sheets, const RaySample corner[4],
+                          const std::vector<Polygon>& polys) const
     {
-        double c[3][4];
-        std::uint16_t stored[3][4];
+        Sheets out;
+        out.count = sheets;
+        double c[k_max_bilinear][4];
         for (int j = 0; j < sheets; ++j)
             for (int i = 0; i < 4; ++i) {
-                stored[j][i] = encode(corner[i].w[static_cast<std::size_t>(j)]);
-                c[j][i] = decode(stored[j][i]);
+                out.stored[j][i] = encode(corner[i].w[static_cast<std::size_t>(j)]);
+                c[j][i] = decode(out.stored[j][i]);
             }
-        double e[3] = {0, 0, 0};
+        double e[k_max_bilinear] = {};
         for (const Polygon& p : polys) {
             if (buried(p.triangle)) continue;
-            Polygon q = p;
-            clip_to_cell(q, s0 - k_border, s0 + size + k_border, t0 - k_border, t0 + size + k_border);
-            if (q.count == 0) continue;
             int best = 0;
             double least = std::numeric_limits<double>::infinity();
             for (int j = 0; j < sheets; ++j) {
-                const double d = deviation(q, c[j], s0, t0, size);
+                const double d = deviation(p, c[j], s0, t0, size);
                 if (d < least) {
                     least = d;
                     best = j;
@@ -386,34 +381,35 @@ private:
             }
             e[best] = std::max(e[best], least);
         }
-        std::uint16_t code[3];
-        double widest = 0;
         for (int j = 0; j < sheets; ++j) {
             // The runtime evaluates in float: a few parts in 10^7 of w on top.
             const double largest = std::max(std::max(c[j][0], c[j][1]), std::max(c[j][2], c[j][3]));
-            code[j] = code_of_deviation(e[j] + 3e-6 * largest, static_cast<double>(out_.w_step));
-            if (code[j] > 255) return false;
-            e[j] = std::ldexp((8.0 + (code[j] & 7u)) * 0.03125 * static_cast<double>(out_.w_step), code[j] >> 3);
+            out.code[j] = code_of_deviation(e[j] + 3e-6 * largest, static_cast<double>(out_.w_step));
+            if (out.code[j] > 255) return out;
+            e[j] = std::ldexp((8.0 + (out.code[j] & 7u)) * 0.03125 * static_cast<double>(out_.w_step), out.code[j] >> 3);
             const double w = 0.25 * (c[j][0] + c[j][1] + c[j][2] + c[j][3]);
             const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size, wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
-            widest = std::max(widest, metric_deviation(face, s0 + 0.5 * size, t0 + 0.5 * size, w, ws, wt, e[j]));
+            out.deviation = std::max(out.deviation, metric_deviation(face, s0 + 0.5 * size, t0 + 0.5 * size, w, ws, wt, e[j]));
         }
         for (int j = 0; j + 1 < sheets; ++j)
             for (int i = 0; i < 4; ++i)
-                if (!(c[j][i] - c[j + 1][i] > e[j] + e[j + 1])) return false;
-        good = widest <= options_.tolerance * context_.r_max;
-        if (!good && depth < options_.max_depth) return true;
-        if (sheets == 1) {
-            cell = make_cell(CellKind::Single, code[0]);
+                if (!(c[j][i] - c[j + 1][i] > e[j] + e[j + 1])) return out;
+        out.valid = true;
+        return out;
+    }
+
+    bool store_sheets(const Sheets& sheets, std::uint16_t& cell)
+    {
+        if (sheets.count == 1) {
+            cell = make_cell(CellKind::Single, sheets.code[0]);  // its corners are shared samples
             return true;
         }
-        const auto offset = static_cast<std::uint32_t>(out_.pool.size());
         std::uint16_t payload = 0;
-        if (!add_special(offset, payload)) return false;
-        out_.pool.push_back(static_cast<std::uint16_t>(sheets | 8));
-        for (int j = 0; j < sheets; ++j) {
-            for (int i = 0; i < 4; ++i) out_.pool.push_back(stored[j][i]);
-            out_.pool.push_back(code[j]);
+        if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), payload)) return false;
+        out_.pool.push_back(static_cast<std::uint16_t>(sheets.count | 8));
+        for (int j = 0; j < sheets.count; ++j) {
+            out_.pool.insert(out_.pool.end(), sheets.stored[j], sheets.stored[j] + 4);
+            out_.pool.push_back(sheets.code[j]);
         }
         cell = make_cell(CellKind::Layered, payload);
         return true;
@@ -492,7 +488,7 @@ private:
         std::uint16_t payload = 0;
         if (!add_special(offset, payload)) {
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
-            throw std::length_error("a part's central map needs more than 16384 refined cells");
+            throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
         }
         out_.pool.push_back(static_cast<std::uint16_t>(sheets));
         out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
@@ -593,7 +589,7 @@ private:
     {
         if (local_index_.empty()) local_index_.assign(context_.mesh.triangles.size(), 0xffffffffu);
         if (local_index_[triangle] == 0xffffffffu) {
-            if (out_.locals.size() >= model::k_split_list) throw std::length_error("a part's chart meets more than 65534 triangles");
+            if (out_.locals.size() >= model::k_split_list) throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
             local_index_[triangle] = static_cast<std::uint32_t>(out_.locals.size());
             out_.locals.push_back(triangle);
         }
@@ -653,7 +649,7 @@ private:
     void push_start()
     {
         const std::size_t offset = out_.refs.size() - out_.rows.back();
-        if (offset > 0xffff) throw std::length_error("a row of a part's exact layer holds more than 65535 entries");
+        if (offset > 0xffff) throw mesh::InvalidInput("a row of a part's exact layer holds more than 65535 entries");
         out_.starts.push_back(static_cast<std::uint16_t>(offset));
     }
 

@@ -20,8 +20,8 @@ struct SurfaceContext {
 };
 
 struct CentralOptions {
-    double tolerance = 0.0006;   ///< a Single cell is split while its certified deviation exceeds this share of R_max
-    double silhouette = 0.0035;  ///< a cell without one clear surface is split down to this share of R_max
+    double tolerance = 0.001;    ///< a cell is split while its certified deviation exceeds this share of R_max
+    double finest = 0.007;       ///< cells below this share of R_max are not split further
     int max_depth = model::k_max_split_depth;
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split
     bool exact = true;

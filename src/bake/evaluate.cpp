@@ -118,6 +118,36 @@ std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const Eva
     return points;
 }
 
+Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh)
+{
+    Containment result;
+    std::vector<shape::Superquadricd> shapes;
+    for (const model::Part& p : model.parts) {
+        if (p.largest_f <= 1.f) ++result.certified;
+        const shape::Superquadricf f = model::superquadric_of(p);
+        shape::Superquadricd d;
+        d.a = cast<double>(f.a);
+        d.eps1 = f.eps1;
+        d.eps2 = f.eps2;
+        for (int i = 0; i < 3; ++i) d.rotation.row[i] = cast<double>(f.rotation.row[i]);
+        d.translation = cast<double>(f.translation);
+        d.taper_x = f.taper_x;
+        d.taper_y = f.taper_y;
+        d.bend = f.bend;
+        d.bend_angle = f.bend_angle;
+        shapes.push_back(d);
+    }
+    for (const mesh::Triangle& t : mesh.triangles) {
+        const Vec3d a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
+        const Vec3d points[] = {a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0};
+        const bool held = std::any_of(shapes.begin(), shapes.end(), [&](const shape::Superquadricd& sq) {
+            return std::all_of(std::begin(points), std::end(points), [&](Vec3d p) { return shape::implicit(sq, p) <= 1; });
+        });
+        result.outside += held ? 0u : 1u;
+    }
+    return result;
+}
+
 Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const double r_max = model.header.r_max;
@@ -166,8 +196,11 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             double exact = 0;
             float mapped = 0;
             const bool has_exact = exact_along_ray(solid, model.parts[i], q, exact);
-            const bool has_map = query::distance_along_projection(model, i, p, options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three, mapped);
-            if (has_exact && has_map) eq35.push_back(100 * std::abs(exact - static_cast<double>(mapped)) / r_max);
+            // Where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
+            const Vec3d along = normalized(q - cast<double>(model::vec3(model.parts[i].chart_centre)));
+            const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
+            const bool has_map = has_exact && query::distance_along_projection(model, i, cast<float>(q + exact * along), layer, mapped);
+            if (has_map) eq35.push_back(100 * std::abs(static_cast<double>(mapped)) / r_max);
             else ++left_out;
             break;
         }

@@ -147,6 +147,21 @@ std::vector<std::uint8_t> best_cut(const CutSurface& s, std::span<const std::uin
     return side;
 }
 
+double mean_concavity(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double radius)
+{
+    std::vector<std::uint8_t> side(s.area.size(), 2);
+    for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+    double length = 0, concave = 0;
+    for (const auto t : triangles)
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t o = s.graph.neighbours[t][e];
+            if (o == mesh::k_no_triangle || side[o] == 2 || side[o] == side[t]) continue;
+            length += s.edge_length[t][e];
+            concave += s.edge_length[t][e] * std::min(1.0, radius * s.edge_concavity[t][e]);
+        }
+    return length > 0 ? concave / length : 0.0;
+}
+
 double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles)
 {
     double total = 0;

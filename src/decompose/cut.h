@@ -27,6 +27,11 @@ struct CutSurface {
 [[nodiscard]] std::vector<std::uint8_t> best_cut(const CutSurface& surface, std::span<const std::uint32_t> triangles,
                                                  std::span<const double> field, double level, double band, double radius);
 
+/// Mean of min(1, radius * concavity) along the cut between near and far triangles, by length: 0 where it runs over a
+/// convex or flat surface, 1 in a crease as sharp as the part is thick. 0 without a cut.
+[[nodiscard]] double mean_concavity(const CutSurface& surface, std::span<const std::uint32_t> triangles,
+                                    const std::vector<std::uint8_t>& near, double radius);
+
 /// Volume (up to a constant factor) of the ellipsoid with the axes of inertia of the triangles that encloses them.
 [[nodiscard]] double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles);
 

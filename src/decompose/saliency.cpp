@@ -184,6 +184,7 @@ Locales locales_of(const mesh::Mesh& mesh, std::span<const std::uint32_t> triang
     out.area.assign(count, 0.0);
     out.hyperbolic_area.assign(count, 0.0);
     out.hyperbolic_curvature.assign(count, 0.0);
+    out.elliptic_curvature.assign(count, 0.0);
     for (const auto t : triangles) {
         const mesh::Triangle& tri = mesh.triangles[t];
         double d[3] = {distance[tri[0]], distance[tri[1]], distance[tri[2]]};
@@ -206,6 +207,8 @@ Locales locales_of(const mesh::Mesh& mesh, std::span<const std::uint32_t> triang
             if (curvature[t] < 0) {
                 out.hyperbolic_area[k] += a;
                 out.hyperbolic_curvature[k] += a * curvature[t];
+            } else {
+                out.elliptic_curvature[k] += a * curvature[t];
             }
             if (upto >= 1.0) break;
         }

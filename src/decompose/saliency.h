@@ -24,6 +24,7 @@ struct Locales {
     std::vector<double> area;            ///< area of each band
     std::vector<double> hyperbolic_area;  ///< of its points with negative curvature
     std::vector<double> hyperbolic_curvature;  ///< their mean curvature (area-weighted), <= 0
+    std::vector<double> elliptic_curvature;    ///< integral of the positive curvature
 
     /// Radius of the circle that a band would be around: area / (2 pi width).
     [[nodiscard]] double radius(std::size_t k) const;

@@ -31,7 +31,7 @@ Real logistic(const Real& t)
 }
 inline double logit(double p)
 {
-    p = std::clamp(p, 1e-3, 1 - 1e-3);
+    p = std::clamp(p, 0.01, 0.99);  // farther out the logistic is so flat that a step could not come back
     return std::log(p / (1 - p));
 }
 

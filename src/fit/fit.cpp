@@ -24,6 +24,7 @@ namespace {
 using Corners = std::array<Vec3d, 3>;
 using shape::Superquadricd;
 
+constexpr int k_short = 3, k_long = 8;  ///< rounds of the augmented Lagrangian, to rank starts and to finish one
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 /// The part in coordinates of its own: about the middle of its principal box, with greatest distance 1 from it.
@@ -34,6 +35,8 @@ struct Part {
     double size = 1;                   ///< model units
     std::vector<Vec3d> points;         ///< all corners
     std::vector<Vec3d> extreme;        ///< those of them that lie farthest in some of many directions
+    std::vector<Vec3d> points_inner;   ///< points, and some within triangles large enough to leave a shape that is not convex
+    std::vector<Vec3d> extreme_inner;  ///< extreme, and some of those
     std::vector<Sample> samples;       ///< of the surface, without caps
     double least_a = 1e-3;
 };
@@ -153,6 +156,16 @@ std::vector<Vec3d> extreme_points(std::span<const Vec3d> points, const Mat3d& fr
     return extreme;
 }
 
+void add_inner_points(const Corners& t, Vec3d middle, double size, std::vector<Vec3d>& points)
+{
+    const double longest = std::max({norm(t[1] - t[0]), norm(t[2] - t[1]), norm(t[0] - t[2])}) / size;
+    const int n = std::min(4, static_cast<int>(longest / 0.2));
+    for (int i = 0; n >= 2 && i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j)
+            if (i != n && j != n && i + j != 0)
+                points.push_back((t[0] + (double(i) / n) * (t[1] - t[0]) + (double(j) / n) * (t[2] - t[0]) - middle) / size);
+}
+
 Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Corners> caps, const FitOptions& options)
 {
     Part part;
@@ -185,10 +198,15 @@ Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, s
         for (Vec3d& v : t) v = (v - part.middle) / part.size;
         local.push_back(t);
     }
+    part.points_inner = part.points;
+    for (const Corners& t : part.triangles) add_inner_points(t, part.middle, part.size, part.points_inner);
     part.samples = sample(local, std::max(options.max_samples, 1));
     Vec3d half = box_of(part.frame, part.points).half;
     for (int k = 0; k < 3; ++k) half[k] = std::max(half[k], part.least_a);
     part.extreme = part.points.size() > 200 ? extreme_points(part.points, part.frame, half, 200) : part.points;
+    part.extreme_inner = part.extreme;
+    const std::size_t inner = part.points_inner.size() - part.points.size(), step = 1 + inner / 80;
+    for (std::size_t i = part.points.size(); i < part.points_inner.size(); i += step) part.extreme_inner.push_back(part.points_inner[i]);
     return part;
 }
 
@@ -205,17 +223,30 @@ void scale_by(Superquadricd& sq, double s)
     sq.bend = sq.bend / s;
 }
 
-/// Scales sq about its centre until it just holds the points. One step is exact for plain shapes, F(s x) = s^2 F(x);
-/// deformed ones are followed until they settle.
+/// Scales sq about its centre until it just holds the points. One step is exact for plain shapes, F(s x) = s^2 F(x). For
+/// deformed ones f falls faster with the size, log f ~ -degree log s: secant steps, never past a bracket.
 bool shrink_wrap(Superquadricd& sq, std::span<const Vec3d> points)
 {
-    for (int i = 0; i < 40; ++i) {
+    double degree = sq.is_deformed() ? 2 : 1, scale = 1, last_log_f = 0, last_step = 0;
+    double low = 0, high = k_infinity;
+    const Superquadricd start = sq;
+    for (int i = 0; i < 30; ++i) {
         const double m = largest_f(sq, points);
-        if (!std::isfinite(m) || !(m > 1e-12)) return false;
-        scale_by(sq, m);
-        if (std::abs(m - 1) < 1e-9 || (i == 0 && !sq.is_deformed())) return true;
+        if (!std::isfinite(m) || !(m > 1e-9)) return false;
+        const double log_f = std::log(m);
+        if (std::abs(log_f) < 1e-7) return true;
+        (log_f > 0 ? low : high) = scale;
+        if (i > 0 && sq.is_deformed()) degree = std::clamp((last_log_f - log_f) / last_step, 0.5, 30.0);
+        double next = scale * std::exp(std::clamp(log_f / degree, -1.0, 1.0));
+        if (!(next > low && next < high)) next = high < k_infinity ? 0.5 * (low + high) : 1.1 * low;
+        last_step = std::log(next / scale);
+        last_log_f = log_f;
+        scale = next;
+        sq = start;
+        scale_by(sq, scale);
+        if (!sq.is_deformed()) return true;
     }
-    return largest_f(sq, points) < 1.001;
+    return std::abs(largest_f(sq, points) - 1) < 1e-3;
 }
 
 Mat3d with_z_axis(const Mat3d& frame, int axis)
@@ -277,7 +308,7 @@ Candidate fit_data(const Part& part, const Superquadricd& start, std::span<const
     const DataTerm<N> term{chart, samples, options.residual};
     ceres::TinySolver<DataTerm<N>> solver;
     solver.options.max_num_iterations = iterations;
-    solver.options.function_tolerance = 1e-12;
+    solver.options.function_tolerance = 1e-8;
     const auto& summary = solver.Solve(term, &t);
     spent += summary.iterations;
     cost = summary.final_cost;
@@ -290,19 +321,22 @@ Candidate fit_data(const Part& part, const Superquadricd& start, std::span<const
 template <int N>
 Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& options, int rounds, int& spent)
 {
-    if (!shrink_wrap(start, part.extreme)) return {};
+    if (!shrink_wrap(start, N == k_plain ? part.extreme : part.extreme_inner)) return {};
     Chart chart = chart_of(part, options);
     typename ceres::TinySolver<VolumeTerm<N>>::Parameters t;
     encode<N>(start, chart, t.data());
-    VolumeTerm<N> term{chart, part.extreme, options.max_overhang, 0, 30, std::vector<double>(part.extreme.size() + 3)};
+    const std::vector<Vec3d>& points = N == k_plain ? part.extreme : part.extreme_inner;
+    VolumeTerm<N> term(chart, points, options.max_overhang);
     ceres::TinySolver<VolumeTerm<N>> solver;
     solver.options.max_num_iterations = 8;
-    solver.options.function_tolerance = 1e-9;
-    std::vector<double> g(part.extreme.size() + 3);
+    solver.options.function_tolerance = 1e-7;
+    solver.options.initial_trust_region_radius = 3;
+    std::vector<double> g(points.size() + 3);
     std::array<std::size_t, 3> extreme;
     Candidate best;
     for (int round = 0; round < rounds; ++round) {
         term.log_volume_0 = log_volume(decode<N>(chart, t.data()));
+        std::copy_n(t.data(), N, term.t0.begin());
         spent += solver.Solve(term, &t).iterations;
         if (!t.allFinite()) break;
         const Superquadricd sq = decode<N>(chart, t.data());
@@ -310,17 +344,16 @@ Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& op
         for (std::size_t i = 0; i < g.size(); ++i) term.lambda[i] = std::max(0.0, term.lambda[i] + term.mu * g[i]);
         term.mu *= 2;
 
-        Superquadricd wrapped = sq;
-        if (!shrink_wrap(wrapped, part.extreme)) continue;
-        const double v = volume(wrapped);
+        // The volume once it holds the points, by the closed form: exact for plain shapes, pessimistic for deformed ones.
+        const double v = volume(sq) * std::exp(3 * *std::max_element(g.begin(), g.begin() + points.size()));
         const bool settled = std::abs(v - best.volume) <= 2e-3 * v;
-        if (v < best.volume) best = {wrapped, v, settled};
+        if (v < best.volume) best = {sq, v, settled};
         if (settled) {
             best.converged = true;
             break;
         }
     }
-    if (!(best.volume < k_infinity) || !shrink_wrap(best.sq, part.points)) return {};
+    if (!(best.volume < k_infinity) || !shrink_wrap(best.sq, N == k_plain ? part.points : part.points_inner)) return {};
     best.volume = volume(best.sq);
     return best;
 }
@@ -458,38 +491,48 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     const auto less = [](const Candidate& a, const Candidate& b) { return a.volume < b.volume; };
     const Candidate plain_bound = *std::min_element(closed.begin(), closed.end(), less);
 
-    Candidate best;
+    std::vector<Candidate> ranked;  // each pays for what it adds to those before
     const auto consider = [&](const Candidate& c, double gain) {
-        if (c.volume < (1 - gain) * best.volume && !overhangs(c.sq, part.points, part.least_a, 1.1 * options.max_overhang)) best = c;
+        const double limit = ranked.empty() ? plain_bound.volume : ranked.back().volume;
+        if (c.volume < (1 - gain) * limit && !overhangs(c.sq, part.points, part.least_a, 1.1 * options.max_overhang)) ranked.push_back(c);
     };
     const Candidate data = fit_data_from<k_plain>(part, starts, options, report.iterations);
-    consider(fit_volume<k_plain>(part, data.sq, options, 8, report.iterations), 0);
-    for (const Superquadricd& start : starts) consider(fit_volume<k_plain>(part, start, options, 8, report.iterations), 0);
+    const auto smallest_from = [&]<int N>(std::span<const Superquadricd> from) {
+        Candidate best;
+        for (const Superquadricd& start : from) best = std::min(best, fit_volume<N>(part, start, options, k_short, report.iterations), less);
+        if (!(best.volume < k_infinity)) return best;
+        return std::min(best, fit_volume<N>(part, best.sq, options, k_long, report.iterations), less);
+    };
+    starts.push_back(data.sq);
+    consider(smallest_from.operator()<k_plain>(starts), 0);
 
-    const Candidate plain = best.volume < k_infinity ? best : plain_bound;
+    const Candidate plain = ranked.empty() ? plain_bound : ranked.back();
     if (options.allow_taper) {
-        Superquadricd start = plain.sq;
-        start.taper_x = start.taper_y = 0.02;
-        consider(fit_volume<k_tapered>(part, start, options, 8, report.iterations), options.taper_gain);
+        starts.back() = plain.sq;
+        for (Superquadricd& start : starts) start.taper_x = start.taper_y = 0.02;  // the sign is found; at 0 it has no slope
+        consider(smallest_from.operator()<k_tapered>(starts), options.taper_gain);
     }
     if (options.allow_bend) {
         if (const auto start = bent_start(part, with_z_axis(part.frame, 0), options)) {
             double cost = 0;
             const Candidate c = fit_data<k_bent>(part, *start, part.samples, options, options.max_iterations, cost, report.iterations);
-            consider(fit_volume<k_bent>(part, c.sq, options, 8, report.iterations), options.bend_gain);
+            consider(fit_volume<k_bent>(part, c.sq, options, k_long, report.iterations), options.bend_gain);
         }
     }
 
-    report.converged = best.converged && data.converged;
-    if (!(best.volume < 0.999 * plain_bound.volume) || !finish(part, best.sq, report)) {
-        report.fallback = true;
-        report.converged = false;
-        if (!finish(part, plain_bound.sq, report)) {
-            // A ball about everything: reached only when all else has failed.
-            Superquadricd ball;
-            ball.a = {1.01, 1.01, 1.01};
-            finish(part, ball, report);
-        }
+    // The proof may ask for some room: more than a little of it, and the simpler shape before is the better one.
+    report.fallback = true;
+    for (auto c = ranked.rbegin(); c != ranked.rend() && report.fallback; ++c) {
+        const double before = c + 1 == ranked.rend() ? plain_bound.volume : (c + 1)->volume;
+        if (!finish(part, c->sq, report) || report.volume > 1.02 * before * part.size * part.size * part.size) continue;
+        report.fallback = false;
+        report.converged = c->converged && data.converged;
+    }
+    if (report.fallback && !finish(part, plain_bound.sq, report)) {
+        // A ball about everything: reached only when all else has failed.
+        Superquadricd ball;
+        ball.a = {1.01, 1.01, 1.01};
+        finish(part, ball, report);
     }
     report.rms = radial_rms(part, report.superquadric);
     return report;

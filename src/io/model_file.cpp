@@ -39,7 +39,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto refs = builder.CreateVector(data.refs);
     const auto locals = builder.CreateVector(data.locals);
     const auto vertices = builder.CreateVector(data.vertices);
-    const auto triangles = builder.CreateVector(data.triangles);
+    const auto triangles16 = builder.CreateVector(data.triangles16);
+    const auto triangles32 = builder.CreateVector(data.triangles32);
     const auto triangle_part = builder.CreateVector(data.triangle_part);
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max, m.depth_median,
@@ -48,7 +49,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto source = builder.CreateString(data.source);
     const auto options = builder.CreateString(data.options);
     fb::FinishModelBuffer(builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, cells,
-                                                   blocks, specials, pool, rows, starts, refs, locals, vertices, triangles, triangle_part,
+                                                   blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32, triangle_part,
                                                    measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
@@ -61,7 +62,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     s.superquadrics = v.parts.size_bytes();
     s.map = v.samples.size_bytes() + v.cells.size_bytes() + v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();
-    s.mesh = v.vertices.size_bytes() + v.triangles.size_bytes() + v.triangle_part.size_bytes();
+    s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes();
     return s;
 }
 

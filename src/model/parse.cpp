@@ -101,13 +101,13 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         return ParseStatus::BadStructure;
     for (std::uint32_t i = 0; i < part.cell_count; ++i)
         if (!valid_cell(part, view, view.cells[part.first_cell + i], 0)) return ParseStatus::BadStructure;
-    if (view.triangles.empty()) return ParseStatus::Ok;
+    if (!has_exact(view)) return ParseStatus::Ok;
 
     if (!within(part.first_row, k_faces * n, view.rows.size()) || !within(part.first_start, k_faces * n * (n + 1), view.starts.size()) ||
         !within(part.first_ref, part.ref_count, view.refs.size()) || !within(part.first_local, part.local_count, view.locals.size()))
         return ParseStatus::BadStructure;
     for (std::uint32_t i = 0; i < part.local_count; ++i)
-        if (view.locals[part.first_local + i] >= view.triangles.size() / 3) return ParseStatus::BadStructure;
+        if (view.locals[part.first_local + i] >= view.triangle_part.size()) return ParseStatus::BadStructure;
     const std::span<const std::uint16_t> refs = view.refs.subspan(part.first_ref, part.ref_count);
     for (std::uint32_t row = 0; row < k_faces * n; ++row) {
         const std::uint64_t base = view.rows[part.first_row + row];
@@ -181,7 +181,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.refs);
     hash_bytes(hash, view.locals);
     hash_bytes(hash, view.vertices);
-    hash_bytes(hash, view.triangles);
+    hash_bytes(hash, view.triangles16);
+    hash_bytes(hash, view.triangles32);
     hash_bytes(hash, view.triangle_part);
     return hash;
 }
@@ -210,7 +211,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.refs = span_of<std::uint16_t>(model->refs());
     v.locals = span_of<std::uint32_t>(model->locals());
     v.vertices = span_of<float>(model->vertices());
-    v.triangles = span_of<std::uint32_t>(model->triangles());
+    v.triangles16 = span_of<std::uint16_t>(model->triangles16());
+    v.triangles32 = span_of<std::uint32_t>(model->triangles32());
     v.triangle_part = span_of<std::uint16_t>(model->triangle_part());
 
     const Header& h = v.header;
@@ -218,11 +220,14 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         if (!std::isfinite(value)) return ParseStatus::BadValue;
     if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere)) return ParseStatus::BadValue;
     if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_part_mask) return ParseStatus::BadStructure;
-    if (v.triangles.size() % 3 != 0 || v.vertices.size() % 3 != 0 || v.triangle_part.size() != v.triangles.size() / 3)
+    const std::size_t corners = v.triangles16.size() + v.triangles32.size();
+    if ((!v.triangles16.empty() && !v.triangles32.empty()) || v.vertices.size() % 3 != 0 || corners != 3 * v.triangle_part.size())
         return ParseStatus::BadStructure;
     if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
     if (!finite(v.vertices)) return ParseStatus::BadValue;
-    for (const std::uint32_t i : v.triangles)
+    for (const std::uint32_t i : v.triangles16)
+        if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
+    for (const std::uint32_t i : v.triangles32)
         if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
     for (const std::uint16_t p : v.triangle_part)
         if ((p & k_part_mask) >= v.parts.size()) return ParseStatus::BadStructure;

@@ -81,7 +81,8 @@ public:
         const double d_size = norm(d);
         int winding = centre_winding;
         for (const std::uint16_t* r = list.begin; r != list.end; ++r) {
-            const std::uint32_t* tri = view_.triangles.data() + 3 * static_cast<std::size_t>(locals_[*r]);
+            const std::uint32_t t = locals_[*r];
+            const std::uint32_t tri[3] = {triangle_vertex(view_, t, 0), triangle_vertex(view_, t, 1), triangle_vertex(view_, t, 2)};
             const Vec3d a = vertex(tri[0]) - centre, b = vertex(tri[1]) - centre, c = vertex(tri[2]) - centre;
             // Both triangles of an edge see the same number, since it is computed from its lower vertex to its upper.
             const double u = edge(tri[1], tri[2], b, c, d), v = edge(tri[2], tri[0], c, a, d), w = edge(tri[0], tri[1], a, b, d);

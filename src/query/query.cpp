@@ -263,10 +263,10 @@ void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nea
 {
     const std::uint16_t owner = model.triangle_part[triangle];
     if ((owner & model::k_buried) != 0) return;
-    const std::uint32_t* tri = model.triangles.data() + 3 * static_cast<std::size_t>(triangle);
-    const Vec3f a = model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(tri[0]));
-    const Vec3f b = model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(tri[1]));
-    const Vec3f c = model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(tri[2]));
+    const auto corner = [&](std::uint32_t k) {
+        return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
+    };
+    const Vec3f a = corner(0), b = corner(1), c = corner(2);
     const Vec3f point = closest_on_triangle(p, a, b, c);
     const float distance_sq = norm_sq(point - p);
     if (!(distance_sq < best.distance_sq)) return;
@@ -341,7 +341,7 @@ Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
         const Contact c = layer_one(model, point);
         return c.contact ? c : contact;
     }
-    const bool has_exact = !model.triangles.empty();
+    const bool has_exact = model::has_exact(model);
     if (layer == Layer::Exact && !has_exact) contact.status |= k_no_exact;
 
     std::int32_t asked = -1;

@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +16,9 @@ namespace sqmap::bake {
 struct BakeOptions {
     double target_error = 0.5;      ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
+    double max_looseness = 2.0;     ///< a part is split while its superquadric has more than this times its solid's volume
+    double max_q2_share = 0.1;      ///< or while more than this share of its area is hidden from its projection
+    double split_gain = 0.05;       ///< a split stays if it saves this share of the part's cost
     bool exact = true;              ///< store the exact layer
     unsigned threads = 0;           ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
@@ -45,8 +47,11 @@ struct BakeResult {
     BakeReport report;
 };
 
-/// mesh: validated, in mesh units. crossed: #triangles, true where triangles of a self-intersecting mesh cut each other.
-/// @throw std::invalid_argument for options out of range; std::length_error where a part exceeds the format's limits.
-[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, std::span<const std::uint8_t> crossed, bool solid, const BakeOptions& options);
+/// mesh: validated, in mesh units. solid: it bounds a volume.
+/// @throw mesh::InvalidInput for options out of range; or where a part exceeds the format's limits.
+[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
+
+/// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about.
+[[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);
 
 }  // namespace sqmap::bake

@@ -44,6 +44,13 @@ struct Evaluation {
 /// space. Deterministic for a seed. Cost: about 10 microseconds a point.
 [[nodiscard]] Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
 
+/// Containment, checked afresh from the stored parameters.
+struct Containment {
+    std::uint32_t certified = 0;  ///< parts whose stored certificate says that patch and caps are held
+    std::uint32_t outside = 0;    ///< triangles with a corner, edge middle or centroid outside every superquadric
+};
+[[nodiscard]] Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh);
+
 /// The sample points alone, model space.
 [[nodiscard]] std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const EvaluateOptions& options);
 

@@ -45,11 +45,15 @@ struct DecomposeOptions {
                                             ///< that counts as a significant rise; a cylinder meeting a plane has 0.5
     double protrusion_ratio = 1.6;          ///< least ratio of geodesic height to radius of a salient part at its cut;
                                             ///< a disc has 1, a hemisphere pi / 2
+    double boundary_concavity = 0.3;        ///< least mean concavity of a salient boundary (radius times bending per
+                                            ///< length, at most 1), unless the part is twice the protrusion ratio tall
     double curvature_window = 2.0;          ///< window of the Gaussian curvature, of sqrt(triangle area)
     double hyperbolic_share = 0.35;         ///< k_h: least share of a locale's area that is hyperbolic
-    double hyperbolic_curvature = 6.0;      ///< t_h: least |mean curvature of hyperbolic points| times the area since the
-                                            ///< last cut; a torus has 8 pi for the whole
-    double minimum_part_area = 0.008;       ///< least part, of the surface area
+    double hyperbolic_curvature = 3.0;      ///< t_h: least |mean curvature of hyperbolic points| times their area since
+                                            ///< the last cut: twice the angle by which a tube may turn, 4 pi for a torus
+    double minimum_part_area = 0.006;       ///< least part, of the surface area
+    double fragment_roundness = 0.5;        ///< a part whose 4 pi area is less than this share of its border's length
+                                            ///< squared is a fragment; a disc has 1
     std::uint32_t maximum_parts = 24;       ///< no more cuts beyond this
 };
 

@@ -116,10 +116,18 @@ struct ModelView {
     std::span<const std::uint16_t> refs;      ///< part-local triangles; a list may be split, see k_split_list
     std::span<const std::uint32_t> locals;    ///< part-local triangle -> triangle of the model
     std::span<const float> vertices;          ///< #vertices by 3, model space
-    std::span<const std::uint32_t> triangles; ///< #triangles by 3
+    std::span<const std::uint16_t> triangles16;  ///< #triangles by 3, where the model has at most 65536 vertices
+    std::span<const std::uint32_t> triangles32;  ///< #triangles by 3, where it has more
     std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
 };
 
+[[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
+/// Vertex k (0 to 2) of a triangle.
+[[nodiscard]] constexpr std::uint32_t triangle_vertex(const ModelView& view, std::uint32_t triangle, std::uint32_t k)
+{
+    const std::size_t i = 3 * static_cast<std::size_t>(triangle) + k;
+    return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
+}
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
 

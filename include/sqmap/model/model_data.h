@@ -29,14 +29,16 @@ struct ModelData {
     std::vector<std::uint16_t> starts, refs;
     std::vector<std::uint32_t> locals;
     std::vector<float> vertices;
-    std::vector<std::uint32_t> triangles;
+    std::vector<std::uint16_t> triangles16;
+    std::vector<std::uint32_t> triangles32;
     std::vector<std::uint16_t> triangle_part;
     Measured measured;
     std::string made_by, source, options;
 
     [[nodiscard]] ModelView view() const
     {
-        return {header, parts, samples, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles, triangle_part};
+        return {header, parts, samples, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32,
+                triangle_part};
     }
 };
 
