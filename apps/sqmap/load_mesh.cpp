@@ -28,6 +28,7 @@ LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& optio
     out.facts = gate.facts;
     out.mesh = std::move(gate.mesh);
     out.solid = gate.solid;
+    out.crossed = std::move(gate.crossed);
     return out;
 }
 

@@ -4,6 +4,7 @@
 
 #include "sqmap/mesh/self_intersection.h"
 
+#include "holes.h"
 #include "shells.h"
 #include "surface.h"
 
@@ -57,6 +58,8 @@ public:
             out_.verdict = Verdict::Refused;
             out_.diagnosis = std::move(refusal.diagnosis);
             out_.mesh = {};
+            out_.repairs.clear();
+            out_.warnings.clear();
             out_.solid = false;
         }
         return std::move(out_);
@@ -344,6 +347,20 @@ private:
         MeshFacts& facts = out_.facts;
         count_edges();
         Orientation orientation = orient(surface_);
+        if (!orientation.conflict) {
+            if (orientation.turned_count > 0) note("reoriented", orientation.turned_count);
+            bool changed = remove_tight_slivers();
+            if (options_.repair == Repair::Holes && first_boundary_) {
+                const std::uint32_t filled =
+                    fill_holes(surface_, {.max_edges = options_.max_hole_edges, .max_diagonal = options_.max_hole_size * diagonal_});
+                if (filled > 0) note("filled_holes", filled);
+                changed = changed || filled > 0;
+            }
+            if (changed) {
+                count_edges();
+                orientation = orient(surface_);
+            }
+        }
         Pairing pairing = paired(surface_, orientation);
         if (first_nonmanifold_ && (pairing.unpaired || first_boundary_))
             refuse("E_NONMANIFOLD", edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
@@ -352,7 +369,7 @@ private:
         if (orientation.conflict)
             refuse("E_ORIENT", element("face", surface_.faces[*orientation.conflict].polygon), "the faces cannot be oriented alike: the surface has one side",
                    "cut the surface where it is twisted, or remove the twisted part");
-        if (orientation.turned_count > 0) note("reoriented", orientation.turned_count);
+        if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
@@ -360,6 +377,81 @@ private:
                    "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness for a sheet");
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note("split_vertices", made);
         component_ = components(surface_.faces.size(), pairing.mate);
+    }
+
+    Pairing thickened(Pairing pairing)
+    {
+        if (!first_boundary_) {
+            warn("W_THICKNESS", 0, "the mesh is closed: --thickness was not used");
+            return pairing;
+        }
+        if (!(area_of(surface_) > 0)) return pairing;
+        split_fans(surface_, pairing.mate);
+        note("thickened", surface_.faces.size());
+        thicken(surface_, options_.thickness / options_.unit.value_or(1.0));
+        count_edges();
+        return paired(surface_, orient(surface_));
+    }
+
+    static double area_of(const Surface& surface)
+    {
+        double twice = 0;
+        for (const Face& f : surface.faces)
+            twice += norm(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
+        return twice / 2;
+    }
+
+    /// Faces without area that have a neighbour at each side: the corner that lies on the opposite edge is joined to the
+    /// corner beyond, so that nothing opens and nothing moves. Says whether any face changed.
+    bool remove_tight_slivers()
+    {
+        constexpr int k_passes = 16;  // a fan of slivers takes one pass for each
+        std::uint64_t removed = 0, left = 0;
+        for (int pass = 0; pass < k_passes; ++pass) {
+            std::vector<std::uint32_t> slivers;
+            for (std::uint32_t f = 0; f < surface_.faces.size(); ++f)
+                if (is_sliver(surface_.faces[f], k_sliver_height)) slivers.push_back(f);
+            left = slivers.size();
+            if (slivers.empty()) break;
+            const std::vector<EdgeUse> uses = edge_uses(surface_.faces);
+            const auto sides_of = [&](std::uint32_t a, std::uint32_t b) {
+                const auto order = [](const EdgeUse& u, const EdgeUse& w) { return std::tie(u.lo, u.hi) < std::tie(w.lo, w.hi); };
+                return std::equal_range(uses.begin(), uses.end(), EdgeUse{std::min(a, b), std::max(a, b), 0, false}, order);
+            };
+            std::vector<bool> touched(surface_.faces.size(), false);
+            std::vector<std::pair<std::uint32_t, std::uint32_t>> added;
+            std::uint64_t turned = 0;
+            for (const std::uint32_t f : slivers) {
+                std::uint32_t k = 0;
+                double longest = -1;
+                for (std::uint32_t i = 0; i < 3; ++i) {
+                    const double length = norm(surface_.points[surface_.faces[f].v[(i + 1) % 3]] - surface_.points[surface_.faces[f].v[i]]);
+                    if (length > longest) {
+                        longest = length;
+                        k = i;
+                    }
+                }
+                const Triangle v = surface_.faces[f].v;
+                const std::uint32_t a = v[k], b = v[(k + 1) % 3], c = v[(k + 2) % 3];
+                const auto [first, last] = sides_of(a, b);
+                if (touched[f] || last - first != 2) continue;
+                const std::uint32_t other = first->half / 3 == f ? (first + 1)->half : first->half;
+                const std::uint32_t g = other / 3, d = surface_.faces[g].v[(other + 2) % 3];
+                const auto [cd, cd_end] = sides_of(c, d);
+                const std::pair new_edge(std::min(c, d), std::max(c, d));
+                if (touched[g] || c == d || cd != cd_end || std::find(added.begin(), added.end(), new_edge) != added.end()) continue;
+                surface_.faces[f].v = {a, d, c};
+                surface_.faces[g].v = {d, b, c};
+                touched[f] = touched[g] = true;
+                added.push_back(new_edge);
+                ++turned;
+            }
+            removed += turned;
+            if (turned == 0) break;
+        }
+        if (removed > 0) note("degenerate_faces", removed);
+        if (left > 0) warn("W_DEGENERATE", left, number(left) + " faces have no area and could not be removed without opening the mesh");
+        return removed > 0;
     }
 
     /// Points about the origin in units of the diagonal, for everything that multiplies coordinates.
@@ -429,7 +521,7 @@ private:
             const auto v = static_cast<std::int64_t>(facts.vertex_count), f = static_cast<std::int64_t>(facts.triangle_count);
             facts.genus = static_cast<std::int64_t>(facts.component_count) - (v - f / 2) / 2;  // V - 3F/2 + F = 2 (C - genus)
         }
-        if (!out_.repairs.empty() && options_.repair == Repair::None) refuse_repair();
+        if (options_.repair == Repair::None) refuse_repair();
 
         count_intersections();
 
@@ -441,8 +533,9 @@ private:
     void count_intersections()
     {
         MeshFacts& facts = out_.facts;
-        const SelfIntersections found = find_self_intersections(out_.mesh, options_.max_intersections);
+        SelfIntersections found = find_self_intersections(out_.mesh, options_.max_intersections);
         facts.self_intersecting_pairs = found.pair_count;
+        if (found.pair_count > 0) out_.crossed = std::move(found.crossed);
         facts.intersections_complete = found.is_complete;
         if (found.pair_count > 0)
             warn("W_SELFX", found.pair_count,
@@ -496,15 +589,32 @@ private:
         out_.mesh = canonicalized(mesh);
     }
 
-    [[noreturn]] void refuse_repair()
+    /// With Repair::None what would have been repaired is the verdict, by the code that names it best.
+    void refuse_repair()
     {
         std::string list;
-        for (const RepairNote& r : out_.repairs) list += (list.empty() ? "" : ", ") + r.kind + " (" + number(r.count) + ")";
-        out_.repairs.clear();
-        refuse("E_REPAIR", "mesh", "it needs repairs that are forbidden: " + list, "allow them with --repair safe");
+        const auto has = [&](const char* kind) {
+            return std::any_of(out_.repairs.begin(), out_.repairs.end(), [&](const RepairNote& r) { return r.kind == kind; });
+        };
+        for (const RepairNote& r : out_.repairs)
+            if (r.kind != "thickened") list += (list.empty() ? "" : ", ") + r.kind + " (" + number(r.count) + ")";
+        if (list.empty()) return;  // a thickness is asked for, not a repair
+        const char* code = has("duplicate_faces") || has("split_vertices") ? "E_NONMANIFOLD"
+                           : has("reoriented") || has("flipped")           ? "E_ORIENT"
+                           : has("welded_vertices")                        ? "E_OPEN"
+                                                                           : "E_REPAIR";
+        refuse(code, "mesh", "it needs repairs that are forbidden: " + list, "allow them with --repair safe");
     }
 
-    void note(const char* kind, std::uint64_t count) { out_.repairs.push_back({kind, count}); }
+    void note(const char* kind, std::uint64_t count)
+    {
+        for (RepairNote& r : out_.repairs)
+            if (r.kind == kind) {
+                r.count += count;
+                return;
+            }
+        out_.repairs.push_back({kind, count});
+    }
     void warn(const char* code, std::uint64_t count, std::string message) { out_.warnings.push_back({code, count, std::move(message)}); }
 
     const PolygonView& in_;

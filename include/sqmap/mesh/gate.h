@@ -43,7 +43,8 @@ struct RepairNote {
     std::uint64_t count = 0;  ///< polygons, vertices, faces or holes it was done to
 };
 
-/// Something a user should know about. code is one of W_SELFX, W_CAVITY, W_FLIPPED, W_UNIT, W_DEGENERATE, W_SURFACE.
+/// Something a user should know about. code is one of W_SELFX, W_CAVITY, W_FLIPPED, W_UNIT,
+/// W_DEGENERATE, W_SURFACE, W_THICKNESS.
 struct Warning {
     std::string code;
     std::uint64_t count = 0;
@@ -72,11 +73,12 @@ struct GateResult {
     MeshFacts facts;
     Mesh mesh;           ///< canonical; empty after a refusal
     bool solid = false;  ///< the mesh bounds a volume: where its winding number is positive
+    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
 };
 
 /// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:
-/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, then repairs, then E_NONMANIFOLD, E_ORIENT, E_FLAT, E_OPEN (and E_REPAIR: only
-/// a repair that Repair::None forbids would make it fit).
+/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, then repairs, then E_NONMANIFOLD, E_ORIENT, E_FLAT, E_OPEN. Repair::None
+/// refuses with the one of the last that names what would have been repaired, E_REPAIR where none does.
 /// Polygons are split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed;
 /// faces are oriented alike by propagation, shells outward by volume; vertices where shells touch are split. Shells that
 /// intersect are accepted: the solid is where the winding number is positive.
