@@ -43,7 +43,6 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
 LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area, const DecomposeOptions& o)
 {
     std::vector<LocaleCut> rises;
-    if (getenv("DBG2")) printf(" prof h %.2f part %.2f\n", height, part_area);
     double inside = 0;
     for (std::size_t k = 1; k + 2 < l.area.size(); ++k) {
         inside += l.area[k - 1];
@@ -54,7 +53,6 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
         const Growth g = growth_at(l, at, radius);
         const double strength = g.after - std::max(g.before, -o.boundary_strength);
-        if (getenv("DBG2") && strength > 0.1) printf("   lev %.2f r %.2f area %.3f before %.2f after %.2f s %.2f\n", level, radius, inside/part_area, g.before, g.after, strength);
         if (g.after > 0.5 * o.boundary_strength && strength > o.boundary_strength)
             rises.push_back({true, level, radius, inside, strength});
     }
