@@ -152,9 +152,9 @@ private:
             std::pop_heap(queue.begin(), queue.end(), std::greater<>());
             const auto [area, f] = queue.back();
             queue.pop_back();
-            // The body may have lost what made the rise (the other ear): then the cut found before still stands.
+            // The body may have lost what made the rise (the other ear or leg): then the cut found before still stands.
             LocaleCut cut = locale_cut(fronts[f], triangles, field);
-            if (!cut.found) cut = fronts[f].cut;
+            if (!cut.found || cut.level > fronts[f].cut.level + fronts[f].cut.radius) cut = fronts[f].cut;
             if (!queue.empty() && cut.area > 1.01 * area && cut.area > queue.front().first) {  // no longer the smallest
                 fronts[f].cut = cut;
                 push(cut.area, f);
