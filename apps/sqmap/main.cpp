@@ -9,6 +9,13 @@ int main(int argc, char** argv)
     app.set_version_flag("--version", "sqmap " SQMAP_VERSION);
     app.require_subcommand(1);
     int exit_code = 0;
+    sqmap::app::add_check(app, exit_code);
+    sqmap::app::add_bake(app, exit_code);
+    sqmap::app::add_info(app, exit_code);
+    sqmap::app::add_query(app, exit_code);
+    sqmap::app::add_eval(app, exit_code);
+    sqmap::app::add_render(app, exit_code);
+    sqmap::app::add_shapes(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -1,1 +1,270 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
+
+#include "central_map.h"
+#include "parallel.h"
+#include "part_work.h"
+#include "refine.h"
+#include "sqmap/bake/evaluate.h"
+#include "sqmap/fit/fit.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/solid.h"
+#include "sqmap/shape/euler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+namespace sqmap::bake {
+
+namespace {
+
+/// CPU seconds of the process.
+double cpu_seconds()
+{
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// A small sphere about points: from the box's centre, moved towards what sticks out (Ritter 1990, repeated).
+void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
+{
+    Vec3d lo = points.front(), hi = lo;
+    for (const Vec3d& p : points)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], p[k]);
+            hi[k] = std::max(hi[k], p[k]);
+        }
+    Vec3d centre = 0.5 * (lo + hi), best_centre = centre;
+    double best = 0;
+    for (const Vec3d& p : points) best = std::max(best, norm(p - centre));
+    double pull = 0.1;
+    for (int step = 0; step < 100; ++step, pull *= 0.96) {
+        Vec3d farthest = points.front();
+        double radius = 0;
+        for (const Vec3d& p : points)
+            if (const double d = norm(p - centre); d > radius) {
+                radius = d;
+                farthest = p;
+            }
+        if (radius < best) {
+            best = radius;
+            best_centre = centre;
+        }
+        centre += pull * (farthest - centre);
+    }
+    for (int k = 0; k < 3; ++k) sphere[k] = static_cast<float>(best_centre[k]);
+    double radius = 0;
+    for (const Vec3d& p : points) radius = std::max(radius, norm(p - Vec3d{sphere[0], sphere[1], sphere[2]}));
+    sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
+}
+
+/// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
+CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartBox& box, const CentralOptions& options)
+{
+    CentralMapData best;
+    std::size_t best_bytes = 0;
+    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
+        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
+        const std::size_t bytes = map.map_bytes() + map.exact_bytes();
+        if (best.base != 0 && bytes > best_bytes) {
+            if (bytes > best_bytes + best_bytes / 4) break;
+            continue;
+        }
+        best_bytes = bytes;
+        best = std::move(map);
+    }
+    return best;
+}
+
+template <class T>
+std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
+{
+    const auto first = static_cast<std::uint32_t>(all.size());
+    all.insert(all.end(), some.begin(), some.end());
+    return first;
+}
+
+model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::ModelData& data)
+{
+    const shape::Superquadricd& sq = work.fit.superquadric;
+    model::Part p{};
+    const shape::EulerAngles<double> euler = shape::euler_angles_of(sq.rotation);
+    p.euler[0] = static_cast<float>(euler.phi);
+    p.euler[1] = static_cast<float>(euler.theta);
+    p.euler[2] = static_cast<float>(euler.chi);
+    for (int i = 0; i < 3; ++i) {
+        p.a[i] = static_cast<float>(sq.a[i]);
+        p.translation[i] = static_cast<float>(sq.translation[i]);
+        for (int j = 0; j < 3; ++j) p.rotation[3 * i + j] = static_cast<float>(sq.rotation.row[i][j]);
+        p.chart_centre[i] = work.map.centre[i];
+        p.chart_lo[i] = work.map.box.lo[i];
+        p.chart_hi[i] = work.map.box.hi[i];
+    }
+    p.eps[0] = static_cast<float>(sq.eps1);
+    p.eps[1] = static_cast<float>(sq.eps2);
+    p.taper[0] = static_cast<float>(sq.taper_x);
+    p.taper[1] = static_cast<float>(sq.taper_y);
+    p.bend = static_cast<float>(sq.bend);
+    p.bend_angle = static_cast<float>(sq.bend_angle);
+    p.largest_f = static_cast<float>(work.fit.certificate.largest_f);
+    p.tolerance = static_cast<float>(work.fit.certificate.tolerance);
+    std::copy(std::begin(work.map.chart_rows), std::end(work.map.chart_rows), p.chart_rows);
+    p.w_min = work.map.w_min;
+    p.w_step = work.map.w_step;
+    p.base = work.map.base;
+    p.flags = (work.map.centre_winding > 0 ? model::k_centre_inside : 0u) | (work.fit.fallback ? model::k_fit_fallback : 0u);
+    p.centre_winding = work.map.centre_winding;
+    p.triangle_count = static_cast<std::uint32_t>(work.triangles.size());
+    std::vector<std::uint32_t> vertices;
+    double area = 0;
+    for (const std::uint32_t t : work.triangles) {
+        vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+        area += mesh::triangle_area(mesh, t);
+    }
+    std::sort(vertices.begin(), vertices.end());
+    p.vertex_count = static_cast<std::uint32_t>(std::unique(vertices.begin(), vertices.end()) - vertices.begin());
+    p.area = static_cast<float>(area);
+    bounding_sphere(corners_of(mesh, work), p.sphere);
+
+    const CentralMapData& m = work.map;
+    p.sample_count = static_cast<std::uint32_t>(m.samples.size());
+    p.cell_count = static_cast<std::uint32_t>(m.cells.size());
+    p.block_count = static_cast<std::uint32_t>(m.blocks.size());
+    p.special_count = static_cast<std::uint32_t>(m.specials.size());
+    p.pool_count = static_cast<std::uint32_t>(m.pool.size());
+    p.ref_count = static_cast<std::uint32_t>(m.refs.size());
+    p.local_count = static_cast<std::uint32_t>(m.locals.size());
+    p.first_sample = append(data.samples, m.samples);
+    p.first_cell = append(data.cells, m.cells);
+    p.first_block = append(data.blocks, m.blocks);
+    p.first_special = append(data.specials, m.specials);
+    p.first_pool = append(data.pool, m.pool);
+    p.first_row = append(data.rows, m.rows);
+    p.first_start = append(data.starts, m.starts);
+    p.first_ref = append(data.refs, m.refs);
+    p.first_local = append(data.locals, m.locals);
+    return p;
+}
+
+std::uint16_t surface_flag(mesh::Boundary boundary)
+{
+    switch (boundary) {
+        case mesh::Boundary::Buried: return model::k_buried;
+        case mesh::Boundary::Partly: return model::k_crossed;
+        case mesh::Boundary::Whole: break;
+    }
+    return 0;
+}
+
+/// The figures stored in the model: a quick evaluation of layer 3.
+model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
+{
+    EvaluateOptions options;
+    options.points = 4000;
+    const Evaluation e = evaluate(data.view(), solid, options);
+    model::Measured m;
+    m.points = e.points;
+    m.missed = e.missed;
+    m.false_contacts = e.false_contacts;
+    m.eq35_mean = e.eq35.mean;
+    m.eq35_p99 = e.eq35.p99;
+    m.eq35_max = e.eq35.max;
+    m.depth_median = e.depth.median;
+    m.depth_p95 = e.depth.p95;
+    m.depth_p99 = e.depth.p99;
+    m.depth_max = e.depth.max;
+    m.normal_median = e.normal.median;
+    return m;
+}
+
+}  // namespace
+
+mesh::Mesh model_space(const mesh::Mesh& mesh)
+{
+    mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));
+    for (Vec3d& v : out.vertices) v = cast<double>(cast<float>(v));
+    return out;
+}
+
+BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& options)
+{
+    if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
+    if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
+    const auto progress = [&](const char* stage, double done) {
+        if (options.progress) options.progress(stage, done);
+    };
+    BakeResult result;
+    double last = cpu_seconds();
+    const auto lap = [&](const char* stage) {
+        const double now = cpu_seconds();
+        result.report.seconds.emplace_back(stage, now - last);
+        last = now;
+    };
+
+    const mesh::Normalization normalization = mesh::normalization_of(input);
+    const mesh::Mesh mesh = model_space(input);
+    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
+    std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
+    for (std::size_t t = 0; t < flags.size(); ++t)
+        flags[t] = surface_flag(solid.boundary()[t]);
+    const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
+    lap("prepare");
+
+    progress("decompose", 0);
+    decompose::Partition partition = decompose::decompose(mesh, options.decompose);
+    lap("decompose");
+
+    progress("fit", 0);
+    std::vector<PartWork> parts = fit_parts(context, partition, options);
+    refine_parts(context, partition, parts, options);
+    lap("fit");
+
+    progress("map", 0);
+    CentralOptions central;
+    central.exact = options.exact;
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        PartWork& part = parts[i];
+        part.map = bake_best_base(context, part, chart_box(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+    });
+    lap("map");
+
+    model::ModelData& data = result.model;
+    for (const PartWork& part : parts) {
+        data.parts.push_back(make_part(mesh, part, data));
+        data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
+    }
+    for (int k = 0; k < 3; ++k) data.header.origin[k] = normalization.origin[k];
+    data.header.unit = normalization.unit;
+    data.header.r_max = context.r_max;
+    bounding_sphere(mesh.vertices, data.header.sphere);
+    data.header.solid = solid_mesh ? 1 : 0;
+    data.header.projection = static_cast<std::uint32_t>(model::Projection::Central);
+    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
+    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
+    if (options.exact) {
+        for (const Vec3d& v : mesh.vertices)
+            for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            for (const std::uint32_t v : mesh.triangles[t]) {
+                if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
+                else data.triangles32.push_back(v);
+            }
+            data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
+        }
+    }
+    for (const PartWork& part : parts)
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+    result.report.partition = std::move(partition);
+    lap("pack");
+    progress("measure", 0);
+    data.measured = measure(data, solid);
+    progress("measure", 1);
+    lap("measure");
+    return result;
+}
+
+}  // namespace sqmap::bake

@@ -101,9 +101,9 @@ ClosestPoint Bvh::closest_point(Vec3d p, double within) const
     return best;
 }
 
-bool Bvh::crossings(Vec3d p, Vec3d direction, int& winding) const
+bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) const
 {
-    winding = 0;
+    out.clear();
     const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
     std::vector<std::uint32_t> stack{0};
     while (!stack.empty()) {
@@ -134,9 +134,12 @@ bool Bvh::crossings(Vec3d p, Vec3d direction, int& winding) const
                 if (along == 0 || volume / along > -1e-9 * size) return false;
                 continue;
             }
-            if ((volume > 0) == (along > 0)) winding += along > 0 ? 1 : -1;
+            if ((volume > 0) == (along > 0)) out.push_back({volume / along, along > 0 ? 1 : -1, order_[i]});
         }
     }
+    std::sort(out.begin(), out.end(), [](const Crossing& l, const Crossing& r) {
+        return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle);
+    });
     return true;
 }
 
@@ -146,9 +149,11 @@ int Bvh::winding_number(Vec3d p) const
     static constexpr Vec3d k_directions[] = {{0.5773, 0.6211, 0.5301}, {-0.7071, 0.4512, 0.5447}, {0.3137, -0.8911, 0.3279},
                                              {0.1327, 0.3119, -0.9408}, {-0.6417, -0.3511, -0.6819}, {0.8823, 0.2241, -0.4139},
                                              {-0.2729, 0.9241, -0.2673}, {0.4219, -0.4937, -0.7604}};
-    int winding = 0;
+    std::vector<Crossing> crossings;
     for (const Vec3d& direction : k_directions)
-        if (crossings(p, direction, winding)) return winding;
+        if (ray_crossings(p, direction, crossings)) break;
+    int winding = 0;
+    for (const Crossing& c : crossings) winding += c.sign;
     return winding;
 }
 

@@ -1,1 +1,59 @@
+// From a validated mesh to a baked model: decompose, fit, map, and refine until the error is met.
 #pragma once
+
+#include "sqmap/decompose/decompose.h"
+#include "sqmap/fit/fit.h"
+#include "sqmap/mesh/mesh.h"
+#include "sqmap/model/model_data.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace sqmap::bake {
+
+struct BakeOptions {
+    double target_error = 0.5;      ///< percent of R_max: layer-3 depth error, 99th percentile
+    std::uint32_t max_parts = 24;
+    double max_looseness = 1.6;     ///< a part is split while its superquadric has more than this times its solid's volume
+    double max_q2_share = 0.1;      ///< or while more than this share of its area is hidden from its projection
+    double split_gain = 0.05;       ///< a split stays if it saves this share of the part's cost
+    bool exact = true;              ///< store the exact layer
+    unsigned threads = 0;           ///< 0: one a core; the result does not depend on it
+    decompose::DecomposeOptions decompose{};
+    fit::FitOptions fit{};
+    /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
+    std::function<void(const char* stage, double done)> progress;
+};
+
+struct PartReport {
+    fit::Certificate certificate;
+    double volume = 0;              ///< of the superquadric, model units cubed
+    double solid_volume = 0;        ///< of the solid that is the part's, caps and all
+    double area = 0;
+    double q2_share = 0;            ///< of the part's area: not the first surface its projection meets
+    bool fallback = false;
+    std::uint32_t base = 0;
+    std::size_t map_bytes = 0, exact_bytes = 0;
+};
+
+struct BakeReport {
+    std::vector<PartReport> parts;
+    decompose::Partition partition;
+    std::vector<std::pair<std::string, double>> seconds;  ///< CPU time a stage
+};
+
+struct BakeResult {
+    model::ModelData model;
+    BakeReport report;
+};
+
+/// mesh: validated, in mesh units. solid: it bounds a volume.
+/// @throw mesh::InvalidInput for options out of range; or where a part exceeds the format's limits.
+[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
+
+/// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about.
+[[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);
+
+}  // namespace sqmap::bake

@@ -11,10 +11,83 @@ namespace sqmap::decompose {
 /// Why a boundary between two parts exists. Salient and curvature cuts passed a test of section 3.
 enum class CutKind : std::uint8_t { Salient, Curvature, Error };
 
-/// Parts of a mesh: one label a triangle; every part is connected through edges.
+/// A boundary between two adjacent parts.
+struct Boundary {
+    std::uint32_t part_a;    ///< part_a < part_b
+    std::uint32_t part_b;
+    CutKind kind;            ///< the strongest reason for it, Salient before Curvature before Error
+    double length;           ///< mesh units
+};
+
+/// Parts of a mesh: one label a triangle; every part is connected through edges. Labels are in order of area, the
+/// largest part first.
 struct Partition {
     std::vector<std::uint32_t> part_of_triangle;  ///< #triangles, values in [0, part_count)
     std::uint32_t part_count = 0;
+    std::vector<Boundary> boundaries;             ///< pairs of adjacent parts, in order of (part_a, part_b)
 };
+
+/// How the protrusion sum of eq. 4 is taken.
+enum class ProtrusionSum : std::uint8_t {
+    Sampled,  ///< over area-weighted farthest-point sources: near-linear cost
+    Exact,    ///< over every triangle: quadratic cost
+};
+
+/// Thresholds of section 3, whose values the paper does not state. Lengths are fractions of sqrt(surface area), areas of
+/// the surface area, so that every default is free of scale.
+struct DecomposeOptions {
+    ProtrusionSum protrusion = ProtrusionSum::Sampled;
+    std::uint32_t protrusion_sources = 64;  ///< sources of the sampled sum
+    double salient_window = 0.12;           ///< eps of eq. 5, of sqrt(area)
+    double salient_prominence = 0.02;       ///< rise of p from the pass to a higher peak, of the mean of p
+    double locale_width = 0.012;            ///< geodesic width of a locale, of sqrt(area)
+    double boundary_strength = 0.25;        ///< growth of a locale's radius (area / (2 pi width)) per geodesic distance
+                                            ///< that counts as a significant rise; a cylinder meeting a plane has 0.5
+    double protrusion_ratio = 1.6;          ///< least ratio of geodesic height to radius of a salient part at its cut;
+                                            ///< a disc has 1, a hemisphere pi / 2
+    double boundary_concavity = 0.3;        ///< least mean concavity of a salient boundary (radius times bending per
+                                            ///< length, at most 1), unless the part is twice the protrusion ratio tall
+    double curvature_window = 2.0;          ///< window of the Gaussian curvature, of sqrt(triangle area)
+    double hyperbolic_share = 0.35;         ///< k_h: least share of a locale's area that is hyperbolic
+    double hyperbolic_curvature = 3.0;      ///< t_h: least |mean curvature of hyperbolic points| times their area since
+                                            ///< the last cut: twice the angle by which a tube may turn, 4 pi for a torus
+    double minimum_part_area = 0.006;       ///< least part, of the surface area
+    double fragment_roundness = 0.5;        ///< a part whose 4 pi area is less than this share of its border's length
+                                            ///< squared is a fragment; a disc has 1
+    std::uint32_t maximum_parts = 24;       ///< no more cuts beyond this
+};
+
+/// What decompose() saw on the way, for pictures and reports.
+struct Decomposition {
+    Partition partition;
+    std::vector<double> protrusion;               ///< p of eq. 4 over the mean of p, #triangles
+    std::vector<double> curvature;                ///< Gaussian curvature of eq. 6, 1 / mesh units squared, #triangles
+    std::vector<std::uint32_t> salient_triangles;  ///< salient features, the most protruding first
+};
+
+/// Cuts a mesh into quasi-convex parts: steps 1 to 3 of section 3.
+/// Any units and frame; the mesh may have several components and borders.
+/// Cost: O(n log n) with ProtrusionSum::Sampled.
+/// Source: paper section 3; departures are listed in docs/algorithms/decompose.md.
+[[nodiscard]] Decomposition decompose_with_diagnostics(const mesh::Mesh& mesh, const DecomposeOptions& options = {});
+[[nodiscard]] Partition decompose(const mesh::Mesh& mesh, const DecomposeOptions& options = {});
+
+/// The best cut of one part in two (or more, where the cut leaves several pieces), labelled CutKind::Error.
+struct Split {
+    Partition partition;
+    bool found = false;   ///< false: no cut leaves both sides at least minimum_part_area
+    double gain = 0;      ///< share of the part's moment-ellipsoid volume that the cut saves, in [0, 1)
+};
+
+/// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most for the length of the cut.
+/// The pieces keep the labels of the part and of part_count onwards: other parts keep their labels.
+[[nodiscard]] Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part,
+                               const DecomposeOptions& options = {});
+
+/// The partition with part_b joined to part_a; the last label moves into the gap.
+[[nodiscard]] Partition merge_parts(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part_a, std::uint32_t part_b);
+
+/// Relabelled by area, the largest part first.
+[[nodiscard]] Partition ordered_by_area(const mesh::Mesh& mesh, const Partition& partition);
 
 }  // namespace sqmap::decompose

@@ -32,6 +32,15 @@ public:
     /// is cast again in another direction, so the answer is exact for points off the surface.
     [[nodiscard]] int winding_number(Vec3d p) const;
 
+    /// A crossing of a ray: at origin + t direction; sign +1 where it leaves through the triangle's front, -1 entering.
+    struct Crossing {
+        double t;
+        int sign;
+        std::uint32_t triangle;
+    };
+    /// All crossings with t > 0, nearest first. False where the ray passes within rounding of an edge.
+    bool ray_crossings(Vec3d origin, Vec3d direction, std::vector<Crossing>& out) const;
+
     /// Calls visit(triangle, closest_so_far_sq) -> double for every triangle whose box is nearer than the radius that
     /// visit returns; nearest boxes first.
     template <class Visit>
@@ -45,8 +54,6 @@ private:
     };
 
     std::uint32_t build(std::uint32_t first, std::uint32_t last, std::vector<Vec3d>& centroids);
-    /// Signed crossings of the ray from p along direction, or false where an edge is too close to call.
-    bool crossings(Vec3d p, Vec3d direction, int& winding) const;
     static double box_distance_sq(const Node& node, Vec3d p);
 
     const Mesh& mesh_;

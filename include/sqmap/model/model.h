@@ -1,1 +1,134 @@
+// The baked model as the runtime sees it: plain structs over one immutable blob that the caller owns.
 #pragma once
+
+#include "sqmap/math/vec.h"
+#include "sqmap/shape/superquadric.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sqmap::model {
+
+inline constexpr std::uint32_t k_format_version = 1;
+inline constexpr int k_faces = 6;          ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
+inline constexpr int k_block = 4;          ///< base cells along the side of a block of the pyramid
+inline constexpr int k_max_split_depth = 4;///< a base cell is halved at most this often
+inline constexpr int k_max_sheets = 7;     ///< surfaces along one ray that a layered cell tells apart
+
+/// How a part's surface is projected (fixed at bake).
+enum class Projection : std::uint32_t { Central = 0, Normal = 1 };
+
+/// One part: its superquadric, certificate, central chart and where its data lies in the model's arrays.
+/// Model space throughout. Layout equals the FlatBuffers struct Part of sqmap.fbs.
+struct Part {
+    // Superquadric: 15 parameters, the rotation as matrix rows too.
+    float a[3];
+    float eps[2];
+    float rotation[9];
+    float translation[3];
+    float euler[3];  ///< phi, theta, chi of eq. 2 (ZYZ), radians
+    float taper[2];
+    float bend, bend_angle;
+    // Proof that it holds its triangles and the caps that close them (see fit/fit.h).
+    float largest_f, tolerance;
+    float sphere[4];  ///< bounding sphere of the superquadric: centre, radius
+    // Central chart: x' = scale * rotation' * (p - centre) with chart rows = diag(1/a) rotation.
+    float chart_rows[9];
+    float chart_centre[3];
+    float chart_lo[3], chart_hi[3];  ///< box of the superquadric in the chart frame; the chart answers inside it
+    float w_min, w_step;             ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
+    std::uint32_t base;              ///< cells along a face's side, a multiple of k_block
+    std::uint32_t flags;             ///< PartFlag bits
+    std::int32_t centre_winding;     ///< winding number of the mesh about the chart's centre
+    std::uint32_t triangle_count, vertex_count;  ///< of the surface that belongs to the part
+    float area;                      ///< of that surface
+    // First entries in the model's arrays, and how many.
+    std::uint32_t first_sample, sample_count;
+    std::uint32_t first_cell, cell_count;
+    std::uint32_t first_block, block_count;
+    std::uint32_t first_special, special_count;
+    std::uint32_t first_pool, pool_count;
+    std::uint32_t first_row, first_start;    ///< exact layer: k_faces * base rows, k_faces * base * (base + 1) starts
+    std::uint32_t first_ref, ref_count;
+    std::uint32_t first_local, local_count;
+};
+
+enum PartFlag : std::uint32_t {
+    k_centre_inside = 1u,  ///< the chart's centre lies in the solid
+    k_fit_fallback = 2u,   ///< the closed-form ellipsoid bounds the part
+    k_interior_part = 4u,
+};
+
+/// Facts of the whole model. Layout equals the FlatBuffers struct Header.
+struct Header {
+    double origin[3];  ///< mesh units; model = (mesh - origin) / unit
+    double unit;
+    double r_max;        ///< largest distance between two vertices, model units
+    double quantisation; ///< largest error that 16-bit storage added to a radius, model units
+    float sphere[4];     ///< bounding sphere of the object, model units
+    std::uint32_t solid; ///< 1 a closed solid, 0 a surface
+    std::uint32_t projection;
+    std::uint32_t triangle_count, vertex_count;
+    std::uint32_t self_intersecting;  ///< 1 if some exact triangles cross each other
+    std::uint32_t reserved;
+};
+
+/// How a stored cell of the central chart is read: two bits of kind, fourteen of payload.
+/// Uniform: no surface; payload bit 0 is the verdict (1 inside).
+/// Single: one surface over the four corner samples; payload is the code of its certified deviation in w.
+/// Split: payload is an index of specials, which points at 9 samples and 4 cells in the pool.
+/// Layered: payload is an index of specials, which points at a layered record in the pool.
+enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layered = 3 };
+
+constexpr CellKind cell_kind(std::uint16_t cell) { return static_cast<CellKind>(cell >> 14); }
+constexpr std::uint32_t cell_payload(std::uint16_t cell) { return cell & 0x3fffu; }
+
+/// A block of k_block x k_block base cells: the least and greatest stored w of any surface over it; lo > hi: none.
+struct Block {
+    std::uint16_t lo, hi;
+};
+
+/// First entry of an exact list that is split in four quadrants (s low t low, s high t low, ...): five offsets follow,
+/// counted from the entry after them, then the four lists, each of which may be split again.
+inline constexpr std::uint16_t k_split_list = 0xffff;
+inline constexpr std::uint16_t k_no_surface = 0xffff;  ///< a base sample whose ray meets no surface
+
+/// High bits of triangle_part.
+enum SurfaceFlag : std::uint16_t {
+    k_part_mask = 0x3fff,
+    k_buried = 0x4000,   ///< both sides are inside the solid: no boundary
+    k_crossed = 0x8000,  ///< another triangle cuts it: some of it may be buried
+};
+
+/// Everything a query reads. Copyable; valid as long as the blob it was parsed from.
+struct ModelView {
+    Header header{};
+    std::span<const Part> parts;
+    std::span<const std::uint16_t> samples;   ///< base samples, a part: face by row by column, (base+1)^2 a face
+    std::span<const std::uint16_t> cells;     ///< base cells, a part: face by row by column, base^2 a face
+    std::span<const Block> blocks;
+    std::span<const std::uint32_t> specials;  ///< offsets into a part's pool
+    std::span<const std::uint16_t> pool;
+    // Exact layer; empty when the model was baked without it.
+    std::span<const std::uint32_t> rows;      ///< a part: a row of base cells -> first entry in the part's refs
+    std::span<const std::uint16_t> starts;    ///< a part: (base + 1) a row: a cell's list is refs[row + start .. row + next)
+    std::span<const std::uint16_t> refs;      ///< part-local triangles; a list may be split, see k_split_list
+    std::span<const std::uint32_t> locals;    ///< part-local triangle -> triangle of the model
+    std::span<const float> vertices;          ///< #vertices by 3, model space
+    std::span<const std::uint16_t> triangles16;  ///< #triangles by 3, where the model has at most 65536 vertices
+    std::span<const std::uint32_t> triangles32;  ///< #triangles by 3, where it has more
+    std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
+};
+
+[[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
+/// Vertex k (0 to 2) of a triangle.
+[[nodiscard]] constexpr std::uint32_t triangle_vertex(const ModelView& view, std::uint32_t triangle, std::uint32_t k)
+{
+    const std::size_t i = 3 * static_cast<std::size_t>(triangle) + k;
+    return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
+}
+[[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
+[[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
+
+}  // namespace sqmap::model

@@ -1,1 +1,57 @@
+// The layered query (section 4.2): is a point inside the object, how deep, which way is out.
 #pragma once
+
+#include "sqmap/math/vec.h"
+#include "sqmap/model/model.h"
+
+#include <cstdint>
+#include <span>
+
+namespace sqmap::query {
+
+/// How far to go. Each layer starts from the answer of the one before it.
+enum class Layer : std::uint8_t {
+    One,    ///< the superquadrics alone: errs towards contact
+    Two,    ///< the base map
+    Three,  ///< the refined map
+    Exact,  ///< the mesh's own triangles
+    Auto,   ///< the gate of section 4.2 step 4, a part at a time: Three where the base map is sparse, else Two
+};
+
+/// k_L of section 4.2: Layer 3 is worth its time while a part has fewer base samples than k_L times its vertices.
+inline constexpr std::uint32_t k_layer3_gate = 10;
+
+/// What happened besides the answer; bits of Contact::status.
+enum Status : std::uint8_t {
+    k_ok = 0,
+    k_not_finite = 1,   ///< the query point is NaN or infinite: reported free
+    k_no_exact = 2,     ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
+    k_unresolved = 4,   ///< the exact test met a degenerate ray eight times: answered by the map
+};
+
+/// Answer for one point, model space.
+struct Contact {
+    Vec3f point{};             ///< nearest surface point; the query point where free
+    Vec3f normal{};            ///< unit, outward, at that surface point; zero where free
+    float depth = 0;           ///< distance to the surface, >= 0; zero where free
+    std::int32_t part = -1;    ///< part that the surface point belongs to; -1 where free
+    bool contact = false;
+    bool certain = false;      ///< the verdict is proven (by the map's bounds or by exact geometry), not approximated
+    std::uint8_t status = k_ok;
+};
+
+/// One point. @pre model came from model::parse. Total, noexcept, no allocation.
+/// Cost: a sphere and a box test a part; where the point is inside, a search bounded by the part's cells.
+[[nodiscard]] Contact query_point(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
+
+/// A batch: contacts[i] answers points[i]. Returns the number of contacts.
+/// @pre contacts.size() >= points.size(), else the rest is left out.
+std::size_t query_points(const model::ModelView& model, std::span<const Vec3f> points, Layer layer,
+                         std::span<Contact> contacts) noexcept;
+
+/// Distance to the surface along the projection at a point (eq. 35): the signed distance, model units, from the point
+/// to the nearest crossing on its part's ray, positive outwards. False where the part's map has none on that ray.
+[[nodiscard]] bool distance_along_projection(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer,
+                                             float& distance) noexcept;
+
+}  // namespace sqmap::query

@@ -46,8 +46,16 @@ Vec3<Real> to_model(const Superquadric<Real>& sq, Vec3<Real> q)
     return transpose_mul(sq.rotation, q) + sq.translation;
 }
 
+/// Which deformations to apply: both in their order, or the bend alone (to a point that is tapered already).
+enum class Deformation { TaperThenBend, BendOnly };
+
+/// Tapers and bends an undeformed local point; written so that curvature towards zero loses no digits.
+template <class Real>
+Vec3<Real> deform(const Superquadric<Real>& sq, Vec3<Real> q, Deformation which = Deformation::TaperThenBend);
+
 /// Undoes bend and taper: the point of the plain superellipsoid that the local point q came from.
 /// Points where the taper vanishes (behind its apex) have no source: they map to infinity and so lie outside.
+/// @pre bend a.z < pi, or the body overlaps itself and the inverse is not unique.
 template <class Real>
 Vec3<Real> undeform(const Superquadric<Real>& sq, Vec3<Real> q);
 

@@ -6,6 +6,26 @@
 namespace sqmap::shape {
 
 template <class Real>
+Vec3<Real> deform(const Superquadric<Real>& sq, Vec3<Real> q, Deformation which)
+{
+    using std::cos;
+    using std::sin;
+    if (which == Deformation::TaperThenBend && sq.is_tapered()) {
+        q.x = q.x * (sq.taper_x * q.z / sq.a.z + Real(1));
+        q.y = q.y * (sq.taper_y * q.z / sq.a.z + Real(1));
+    }
+    if (sq.is_bent()) {
+        const Real ca = cos(sq.bend_angle), sa = sin(sq.bend_angle);
+        const Real r = ca * q.x + sa * q.y;
+        const Real gamma = q.z * sq.bend;
+        const Real half = sin(gamma / Real(2));
+        const Real shift = Real(2) * half * half * (Real(1) / sq.bend - r);  // R - r = (1/k - r) (1 - cos gamma)
+        q = {q.x + ca * shift, q.y + sa * shift, (Real(1) / sq.bend - r) * sin(gamma)};
+    }
+    return q;
+}
+
+template <class Real>
 Vec3<Real> undeform(const Superquadric<Real>& sq, Vec3<Real> q)
 {
     using std::atan2;
@@ -15,16 +35,18 @@ Vec3<Real> undeform(const Superquadric<Real>& sq, Vec3<Real> q)
     if (sq.is_bent()) {
         const Real ca = cos(sq.bend_angle), sa = sin(sq.bend_angle);
         const Real big_r = ca * q.x + sa * q.y;  // = cos(alpha - beta) hypot(x', y')
-        const Real c = Real(1) / sq.bend;
-        // Points beyond the centre of curvature fold over; there gamma grows past pi/2 and z = gamma c is large, outside.
-        const Real gamma = atan2(q.z, c - big_r);
-        const Real r = c - sqrt(q.z * q.z + (c - big_r) * (c - big_r));
-        q = {q.x - ca * (big_r - r), q.y - sa * (big_r - r), gamma * c};
+        const Real k = sq.bend;
+        // Points beyond the centre of curvature fold over; there gamma grows past pi/2 and z = gamma / k is large, outside.
+        const Real gamma = atan2(k * q.z, Real(1) - k * big_r);
+        // R - r with r = 1/k - hypot(z', 1/k - R), free of the difference of two large numbers.
+        const Real radius = sqrt(k * q.z * (k * q.z) + (Real(1) - k * big_r) * (Real(1) - k * big_r));
+        const Real shift = big_r - (Real(2) * big_r - k * (big_r * big_r + q.z * q.z)) / (Real(1) + radius);
+        q = {q.x - ca * shift, q.y - sa * shift, gamma / k};
     }
     if (sq.is_tapered()) {
         const Real fx = sq.taper_x * q.z / sq.a.z + Real(1);
         const Real fy = sq.taper_y * q.z / sq.a.z + Real(1);
-        const Real tiny(1e-6);
+        const Real tiny = Real(1e-6);
         q.x = q.x / (fx > tiny ? fx : tiny);
         q.y = q.y / (fy > tiny ? fy : tiny);
     }

@@ -1,0 +1,128 @@
+#include "sqmap/bake/bake.h"
+
+#include "commands.h"
+#include "load_mesh.h"
+#include "reports.h"
+#include "sqmap/io/model_file.h"
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+namespace sqmap::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Progress as one line that rewrites itself on a terminal and stays silent in a pipe.
+void show_progress(const char* stage, double done)
+{
+    if (::isatty(STDERR_FILENO) == 0) return;
+    std::fprintf(stderr, "\r%-12s %3.0f %%  ", stage, 100 * done);
+    if (done >= 1) std::fprintf(stderr, "\r%-24s\r", "");
+    std::fflush(stderr);
+}
+
+ordered_json report_json(const bake::BakeResult& baked)
+{
+    ordered_json out;
+    out["parts"] = ordered_json::array();
+    for (const bake::PartReport& p : baked.report.parts)
+        out["parts"].push_back({{"area", p.area}, {"volume", p.volume}, {"solid_volume", p.solid_volume}, {"q2_share", p.q2_share}, {"largest_f", p.certificate.largest_f},
+                                {"tolerance", p.certificate.tolerance}, {"fallback", p.fallback}, {"base", p.base},
+                                {"map_bytes", p.map_bytes}, {"exact_bytes", p.exact_bytes}});
+    for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
+    out["measured"] = measured_json(baked.model.measured);
+    return out;
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app, int& exit_code)
+{
+    struct Options {
+        std::string mesh, model, report;
+        LoadOptions load;
+        bake::BakeOptions bake;
+        bool no_exact = false;
+        bool no_taper = false, no_bend = false;
+        bool exact_geodesics = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("bake", "Bake a mesh into an SQ-Map model");
+    command->add_option("mesh", options->mesh, "OFF, OBJ, STL, PLY, glTF or GLB")->required()->check(CLI::ExistingFile);
+    command->add_option("-o,--output", options->model, "Model to write (.sqmap)")->required();
+    command->add_option("--target-error", options->bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--max-parts", options->bake.max_parts, "Most parts that refinement may make")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
+    command->add_option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")->capture_default_str();
+    command->add_option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");
+    command->add_option("--max-looseness", options->bake.max_looseness, "Split a part while its superquadric has more than this times its solid's volume")
+        ->capture_default_str();
+    command->add_option("--max-q2", options->bake.max_q2_share, "Split a part while more than this share of its area is hidden from its projection")
+        ->capture_default_str();
+    add_load_options(*command, options->load);
+    decompose::DecomposeOptions& d = options->bake.decompose;
+    const char* const k_decomposition = "Decomposition (section 3; lengths of sqrt(area), areas of the area)";
+    command->add_flag("--exact-geodesics", options->exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost")->group(k_decomposition);
+    command->add_option("--salient-window", d.salient_window, "Geodesic window of a salient feature (eq. 5)")->group(k_decomposition)->capture_default_str();
+    command->add_option("--boundary-strength", d.boundary_strength, "Growth of a locale that counts as a cut")->group(k_decomposition)->capture_default_str();
+    command->add_option("--hyperbolic-share", d.hyperbolic_share, "k_h")->group(k_decomposition)->capture_default_str();
+    command->add_option("--hyperbolic-curvature", d.hyperbolic_curvature, "t_h, times the area")->group(k_decomposition)->capture_default_str();
+    command->add_option("--minimum-part", d.minimum_part_area, "Least part")->group(k_decomposition)->capture_default_str();
+    command->add_flag("--no-taper", options->no_taper, "Do not try tapering")->group("Superquadrics (section 2)");
+    command->add_flag("--no-bend", options->no_bend, "Do not try bending")->group("Superquadrics (section 2)");
+    command->footer("Exit code: 0 written, 2 mesh refused or target not reachable, 64 wrong usage, 70 internal error.");
+    command->callback([options, &exit_code] {
+        const LoadedMesh loaded = load_mesh(options->mesh, options->load);
+        if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
+            std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", options->mesh.c_str(), report(loaded).c_str());
+        if (loaded.refused()) {
+            exit_code = 2;
+            return;
+        }
+        options->bake.exact = !options->no_exact;
+        options->bake.fit.allow_taper = !options->no_taper;
+        options->bake.fit.allow_bend = !options->no_bend;
+        if (options->exact_geodesics) options->bake.decompose.protrusion = decompose::ProtrusionSum::Exact;
+        options->bake.progress = show_progress;
+        bake::BakeResult baked;
+        try {
+            baked = bake::bake(loaded.mesh, loaded.solid, options->bake);
+        } catch (const mesh::Error& e) {
+            std::fprintf(stderr, "%s: %s\n", options->mesh.c_str(), e.what());
+            exit_code = 2;
+            return;
+        }
+        baked.model.made_by = "sqmap " SQMAP_VERSION;
+        baked.model.source = std::filesystem::path(options->mesh).filename().string();
+        try {
+            io::write_model(baked.model, options->model);
+            if (!options->report.empty()) {
+                std::ofstream out(options->report);
+                out << report_json(baked).dump(2) << '\n';
+                if (!out) throw io::ModelFileError("cannot write " + options->report);
+            }
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+            exit_code = 2;
+            return;
+        }
+        const std::size_t bytes = std::filesystem::file_size(options->model);
+        double seconds = 0;
+        for (const auto& [stage, s] : baked.report.seconds) seconds += s;
+        std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", options->model.c_str(), baked.report.parts.size(),
+                    static_cast<double>(bytes) / 1000, seconds);
+        print_measured(baked.model.measured);
+        exit_code = 0;
+    });
+}
+
+}  // namespace sqmap::app

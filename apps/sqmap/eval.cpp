@@ -1,0 +1,98 @@
+#include "commands.h"
+#include "load_mesh.h"
+#include "reports.h"
+#include "sqmap/bake/bake.h"
+#include "sqmap/bake/evaluate.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/self_intersection.h"
+
+#include <cstdio>
+#include <memory>
+
+namespace sqmap::app {
+namespace {
+
+void print_distribution(const char* name, const bake::Distribution& d, const char* unit)
+{
+    std::printf("  %-12s mean %.4f  median %.4f  p95 %.4f  p99 %.3f  max %.2f %s (%u)\n", name, d.mean, d.median, d.p95, d.p99, d.max, unit, d.count);
+}
+
+void print(const char* layer, const bake::Evaluation& e)
+{
+    std::printf("layer %s on %u points, %u inside: %u missed, %u false beyond the band (%u and %u at any distance)\n", layer, e.points, e.inside,
+                e.missed, e.false_contacts, e.missed_any, e.false_any);
+    std::printf("  certain %u, of them wrong %u, contradicted by layers 2 or 3 %u; layer 1 missed %u\n", e.certain, e.certain_wrong, e.contradictions,
+                e.layer1_missed);
+    print_distribution("eq. 35", e.eq35, "% of R_max");
+    std::printf("               left out %.2f %% (one side has no crossing on the ray)\n", e.eq35_left_out);
+    print_distribution("depth", e.depth, "% of R_max");
+    print_distribution("normal", e.normal, "degrees");
+}
+
+}  // namespace
+
+void add_eval(CLI::App& app, int& exit_code)
+{
+    struct Options {
+        std::string model, mesh, layer = "all";
+        bake::EvaluateOptions evaluate;
+        LoadOptions load;
+        bool json = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("eval", "Measure a model against its mesh with an exact oracle");
+    command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
+    command->add_option("mesh", options->mesh, "The mesh it was baked from")->required()->check(CLI::ExistingFile);
+    command->add_option("--layer", options->layer, "2, 3, exact, or all")->check(CLI::IsMember({"2", "3", "exact", "all"}))->capture_default_str();
+    command->add_option("--points", options->evaluate.points, "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
+        ->check(CLI::Range(1, 100000000))
+        ->capture_default_str();
+    command->add_option("--seed", options->evaluate.seed, "Seed of the sample")->capture_default_str();
+    command->add_flag("--json", options->json, "Answer as JSON");
+    add_load_options(*command, options->load);
+    command->footer("Exit code: 0 measured, 2 bad model or mesh, 64 wrong usage, 70 internal error.");
+    command->callback([options, &exit_code] {
+        exit_code = 2;
+        const LoadedMesh loaded = load_mesh(options->mesh, options->load);
+        if (loaded.refused()) {
+            std::fprintf(stderr, "%s: %s", options->mesh.c_str(), report(loaded).c_str());
+            return;
+        }
+        try {
+            const io::MappedModel file(options->model);
+            const model::ModelView& m = file.view();
+            if (m.header.triangle_count != loaded.mesh.triangles.size() || m.header.vertex_count != loaded.mesh.vertices.size()) {
+                std::fprintf(stderr, "%s was baked from another mesh: it has %u triangles, %s has %zu\n", options->model.c_str(),
+                             m.header.triangle_count, options->mesh.c_str(), loaded.mesh.triangles.size());
+                return;
+            }
+            const mesh::Mesh mesh = bake::model_space(loaded.mesh);
+            const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
+            nlohmann::ordered_json out;
+            const std::pair<const char*, query::Layer> layers[] = {{"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
+            for (const auto& [name, layer] : layers) {
+                if (options->layer != "all" && options->layer != name) continue;
+                if (layer == query::Layer::Exact && !model::has_exact(m)) continue;
+                bake::EvaluateOptions evaluate = options->evaluate;
+                evaluate.layer = layer;
+                if (layer == query::Layer::Exact) evaluate.verdict_band = 1e-5;
+                const bake::Evaluation e = bake::evaluate(m, solid, evaluate);
+                if (options->json) out["layer"][name] = evaluation_json(e);
+                else print(name, e);
+            }
+            const bake::Containment containment = bake::check_containment(m, mesh);
+            if (options->json) {
+                out["containment"] = {{"certified_parts", containment.certified}, {"parts", m.parts.size()}, {"triangles_outside", containment.outside}};
+                std::printf("%s\n", out.dump(2).c_str());
+            } else {
+                std::printf("containment: %u of %zu parts certified (every triangle and cap within its superquadric), %u triangles outside\n",
+                            containment.certified, m.parts.size(), containment.outside);
+            }
+            exit_code = 0;
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        }
+    });
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,127 @@
+#include "commands.h"
+#include "reports.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/model/parse.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <memory>
+
+namespace sqmap::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json array_of(const float* values, int count)
+{
+    ordered_json out = ordered_json::array();
+    for (int i = 0; i < count; ++i) out.push_back(values[i]);
+    return out;
+}
+
+ordered_json part_json(const model::Part& p, std::size_t index, const model::Header& h)
+{
+    ordered_json out;
+    out["part"] = index;
+    out["a1"] = p.a[0];
+    out["a2"] = p.a[1];
+    out["a3"] = p.a[2];
+    out["eps1"] = p.eps[0];
+    out["eps2"] = p.eps[1];
+    out["phi"] = p.euler[0];
+    out["theta"] = p.euler[1];
+    out["chi"] = p.euler[2];
+    out["tx"] = p.translation[0];
+    out["ty"] = p.translation[1];
+    out["tz"] = p.translation[2];
+    out["Kx"] = p.taper[0];
+    out["Ky"] = p.taper[1];
+    out["k"] = p.bend;
+    out["alpha"] = p.bend_angle;
+    out["rotation"] = {array_of(p.rotation, 3), array_of(p.rotation + 3, 3), array_of(p.rotation + 6, 3)};
+    // The same in the mesh's own units, for readers that hold the mesh.
+    out["mesh_units"] = {{"a", {p.a[0] * h.unit, p.a[1] * h.unit, p.a[2] * h.unit}},
+                         {"translation", {p.translation[0] * h.unit + h.origin[0], p.translation[1] * h.unit + h.origin[1],
+                                          p.translation[2] * h.unit + h.origin[2]}},
+                         {"k", p.bend / h.unit},
+                         {"projection_centre", {p.chart_centre[0] * h.unit + h.origin[0], p.chart_centre[1] * h.unit + h.origin[1],
+                                                p.chart_centre[2] * h.unit + h.origin[2]}}};
+    out["projection_centre"] = array_of(p.chart_centre, 3);
+    out["bounding_sphere"] = array_of(p.sphere, 4);
+    out["certificate"] = {{"largest_f", p.largest_f}, {"tolerance", p.tolerance}, {"bounding", p.largest_f <= 1.f}};
+    out["fit_fallback"] = (p.flags & model::k_fit_fallback) != 0;
+    out["triangles"] = p.triangle_count;
+    out["vertices"] = p.vertex_count;
+    out["area"] = p.area;
+    out["base_cells"] = p.cell_count;
+    return out;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, int& exit_code)
+{
+    struct Options {
+        std::string model;
+        bool json = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("info", "Say what is in a model: parts, certificates, bytes, measured error");
+    command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
+    command->add_flag("--json", options->json, "Answer as JSON");
+    command->footer("Exit code: 0, 2 not a valid model, 64 wrong usage, 70 internal error.");
+    command->callback([options, &exit_code] {
+        try {
+            const io::MappedModel file(options->model);
+            const model::ModelView& m = file.view();
+            const io::SectionBytes bytes = io::section_bytes(m, file.size());
+            const bool central = m.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
+            if (options->json) {
+                ordered_json out;
+                out["format_version"] = model::k_format_version;
+                char hash[20];
+                std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
+                out["content_hash"] = hash;
+                out["made_by"] = file.made_by();
+                out["source"] = file.source();
+                out["projection"] = central ? "central" : "normal";
+                out["solid"] = m.header.solid != 0;
+                out["self_intersecting"] = m.header.self_intersecting != 0;
+                out["origin"] = {m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+                out["unit"] = m.header.unit;
+                out["r_max"] = m.header.r_max * m.header.unit;
+                out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
+                out["triangles"] = m.header.triangle_count;
+                out["vertices"] = m.header.vertex_count;
+                out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics}, {"map", bytes.map},
+                                {"exact_lists", bytes.exact}, {"exact_mesh", bytes.mesh}, {"without_exact", bytes.total - bytes.exact - bytes.mesh}};
+                out["measured"] = measured_json(file.measured());
+                out["parts"] = ordered_json::array();
+                for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
+                std::printf("%s\n", out.dump(2).c_str());
+            } else {
+                std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(), m.parts.size(),
+                            central ? "central" : "normal", m.header.triangle_count, file.made_by().c_str(), file.source().c_str());
+                std::printf("  %zu bytes: superquadrics %zu, map %zu, exact layer %zu + %zu\n", bytes.total, bytes.superquadrics, bytes.map,
+                            bytes.exact, bytes.mesh);
+                std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
+                            100 * m.header.quantisation / m.header.r_max);
+                print_measured(file.measured());
+                std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
+                for (std::size_t i = 0; i < m.parts.size(); ++i) {
+                    const model::Part& p = m.parts[i];
+                    std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0], p.eps[1],
+                                p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "", p.bend != 0 ? " bent" : "",
+                                (p.flags & model::k_fit_fallback) != 0 ? " fallback" : "");
+                }
+            }
+            exit_code = 0;
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+            exit_code = 2;
+        }
+    });
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,85 @@
+#include "load_mesh.h"
+
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace sqmap::app {
+
+LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& options)
+{
+    LoadedMesh out;
+    io::ReadResult read = io::read_mesh_file(path, options.limits);
+    if (read.format) out.format = io::format_name(*read.format);
+    if (read.error) {
+        out.diagnosis = {read.error->code, read.error->element, read.error->message, read.error->cure};
+        return out;
+    }
+    const io::PolygonSoup& soup = read.soup;
+    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices},
+                                        {.repair = options.repair,
+                                         .accept_surface = options.accept_surface,
+                                         .thickness = options.thickness,
+                                         .unit = options.unit});
+    out.verdict = gate.verdict;
+    out.diagnosis = std::move(gate.diagnosis);
+    out.repairs = std::move(gate.repairs);
+    out.warnings = std::move(gate.warnings);
+    out.facts = gate.facts;
+    out.mesh = std::move(gate.mesh);
+    out.solid = gate.solid;
+    out.crossed = std::move(gate.crossed);
+    return out;
+}
+
+const char* verdict_name(mesh::Verdict verdict)
+{
+    switch (verdict) {
+        case mesh::Verdict::Accept: return "ACCEPT";
+        case mesh::Verdict::Repaired: return "REPAIRED";
+        case mesh::Verdict::Refused: break;
+    }
+    return "REFUSED";
+}
+
+std::string report(const LoadedMesh& loaded)
+{
+    std::string out = verdict_name(loaded.verdict);
+    if (loaded.refused())
+        out += " " + loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " + loaded.diagnosis.message +
+               "\n  cure: " + loaded.diagnosis.cure;
+    out += "\n";
+    for (const mesh::RepairNote& r : loaded.repairs) out += "  repaired: " + r.kind + " (" + std::to_string(r.count) + ")\n";
+    for (const mesh::Warning& w : loaded.warnings) out += "  " + w.code + ": " + w.message + "\n";
+    return out;
+}
+
+void add_load_options(CLI::App& command, LoadOptions& options)
+{
+    const std::map<std::string, mesh::Repair> repairs{
+        {"none", mesh::Repair::None}, {"safe", mesh::Repair::Safe}, {"holes", mesh::Repair::Holes}};
+    command.add_option("--repair", options.repair, "What may be changed: none, safe, or safe and small holes filled")
+        ->transform(CLI::CheckedTransformer(repairs, CLI::ignore_case))
+        ->type_name("none|safe|holes")
+        ->default_str("safe");
+    command.add_flag("--surface", options.accept_surface, "Take an open mesh as a surface without inside");
+    command.add_option("--thickness", options.thickness, "Make open and flat meshes plates this thick, in units of the result")
+        ->check(CLI::PositiveNumber);
+    // The result is in metres, so that "--unit mm" divides by a thousand.
+    command
+        .add_option_function<std::string>(
+            "--unit",
+            [&options](const std::string& text) {
+                const std::map<std::string, double> units{{"um", 1e-6}, {"mm", 1e-3},   {"cm", 1e-2},   {"dm", 0.1},
+                                                          {"m", 1.0},   {"km", 1000.0}, {"in", 0.0254}, {"ft", 0.3048}};
+                double value = 0;
+                if (const auto known = units.find(text); known != units.end()) value = known->second;
+                else if (!CLI::detail::lexical_cast(text, value) || !(value >= 1e-12 && value <= 1e12))
+                    throw CLI::ValidationError("--unit", "um, mm, cm, dm, m, km, in, ft or metres per unit");
+                options.unit = value;
+            },
+            "The file's unit of length: um, mm, cm, dm, m, km, in, ft or metres per unit; the result is in metres")
+        ->type_name("UNIT");
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,123 @@
+#include "sqmap/query/query.h"
+
+#include "commands.h"
+#include "sqmap/io/model_file.h"
+
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace sqmap::app {
+namespace {
+
+/// A points file that does not read as x,y,z rows.
+class BadPoints : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+bool parse_row(std::string_view line, double v[3])
+{
+    for (int i = 0; i < 3; ++i) {
+        while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
+        const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), v[i]);
+        if (error != std::errc()) return false;
+        line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+        while (!line.empty() && (line.front() == ' ' || line.front() == '\t' || line.front() == '\r')) line.remove_prefix(1);
+        if (i < 2) {
+            if (line.empty() || line.front() != ',') return false;
+            line.remove_prefix(1);
+        }
+    }
+    return line.empty();
+}
+
+std::vector<Vec3d> read_points(const std::string& path)
+{
+    std::ifstream in(path);
+    if (!in) throw BadPoints("cannot open " + path);
+    std::string line;
+    std::size_t number = 1;
+    if (!std::getline(in, line)) throw BadPoints(path + " is empty: its first line must be the header x,y,z");
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    if (line != "x,y,z") throw BadPoints(path + ":1: the header must be x,y,z, found '" + line.substr(0, 40) + "'");
+    std::vector<Vec3d> points;
+    while (std::getline(in, line)) {
+        ++number;
+        if (line.empty() && in.peek() == std::ifstream::traits_type::eof()) break;
+        double v[3];
+        if (!parse_row(line, v)) throw BadPoints(path + ":" + std::to_string(number) + ": expected three numbers x,y,z, found '" + line.substr(0, 60) + "'");
+        points.push_back({v[0], v[1], v[2]});
+    }
+    return points;
+}
+
+}  // namespace
+
+void add_query(CLI::App& app, int& exit_code)
+{
+    struct Options {
+        std::string model, points, output, layer = "auto";
+        bool certain = false;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("query", "Ask a model about points: inside, how deep, which way is out");
+    command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
+    command->add_option("points", options->points, "CSV with the header x,y,z; mesh units")->required()->check(CLI::ExistingFile);
+    command->add_option("-o,--output", options->output, "CSV to write, a row for each row of points")->required();
+    command->add_option("--layer", options->layer, "1 superquadrics, 2 base map, 3 refined map, exact, or auto")
+        ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
+        ->capture_default_str();
+    command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
+    command->footer("Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward.\n"
+                    "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
+    command->callback([options, &exit_code] {
+        exit_code = 2;
+        try {
+            const io::MappedModel file(options->model);
+            const model::ModelView& m = file.view();
+            const std::vector<Vec3d> points = read_points(options->points);
+            const query::Layer layer = options->layer == "1"   ? query::Layer::One
+                                       : options->layer == "2" ? query::Layer::Two
+                                       : options->layer == "3" ? query::Layer::Three
+                                       : options->layer == "exact" ? query::Layer::Exact
+                                                                   : query::Layer::Auto;
+            if (layer == query::Layer::Exact && !model::has_exact(m))
+                throw BadPoints(options->model + " was baked without the exact layer: bake it without --no-exact");
+            const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+            const std::string temporary = options->output + ".part";
+            std::FILE* out = std::fopen(temporary.c_str(), "w");
+            if (out == nullptr) throw BadPoints("cannot write " + options->output);
+            std::fprintf(out, "contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
+            for (const Vec3d& p : points) {
+                // To model space in double: coordinates may be far from zero.
+                const query::Contact c = query::query_point(m, cast<float>((p - origin) / m.header.unit), layer);
+                if (c.contact) {
+                    const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
+                    std::fprintf(out, "1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,
+                                 static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x, s.y, s.z);
+                } else {
+                    std::fprintf(out, "0,-1,,,,,,,");
+                }
+                if (options->certain) std::fprintf(out, ",%d", c.certain ? 1 : 0);
+                std::fputc('\n', out);
+            }
+            const bool failed = std::ferror(out) != 0;
+            if (std::fclose(out) != 0 || failed || std::rename(temporary.c_str(), options->output.c_str()) != 0) {
+                std::remove(temporary.c_str());
+                throw BadPoints("cannot write " + options->output + ": nothing was left behind");
+            }
+            exit_code = 0;
+        } catch (const BadPoints& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        }
+    });
+}
+
+}  // namespace sqmap::app

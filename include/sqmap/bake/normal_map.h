@@ -1,0 +1,104 @@
+// Baking the paper's own map: distances along the superquadric's inward normals (section 4.1, steps 2 and 3).
+#pragma once
+
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/mesh/mesh.h"
+#include "sqmap/model/normal_map.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace sqmap::bake {
+
+/// Rays against a closed mesh, and the solid it bounds (winding number above 0). Kept between the parts of one mesh,
+/// which must outlive it. Const members are thread-safe.
+class MapRays {
+public:
+    explicit MapRays(const mesh::Mesh& mesh);
+    ~MapRays();
+    MapRays(MapRays&&) noexcept;
+    MapRays& operator=(MapRays&&) noexcept;
+
+    struct Hit {
+        double distance = 0;
+        std::uint32_t triangle = 0;
+        bool entering = false;  ///< the ray meets the triangle's outer side
+    };
+    /// First triangle within (from, to) along a unit direction.
+    [[nodiscard]] std::optional<Hit> first_hit(Vec3d origin, Vec3d direction, double from, double to) const;
+
+    enum class Kind : std::uint8_t { Hit, Cap, Miss };
+    struct Surface {
+        Kind kind = Kind::Miss;
+        double distance = 0;
+        std::uint32_t triangle = 0;
+    };
+    /// Where a ray from origin first enters the solid within `to`: Cap if it starts inside. Buried surfaces (the solid on
+    /// both sides) do not count. Triangles up to `lift` behind the origin do, at distance 0. Crossings are counted along
+    /// the whole ray; where they contradict each other (a grazed edge) the exact winding number decides.
+    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, double to, double lift) const;
+
+    [[nodiscard]] const mesh::Mesh& mesh() const;
+    [[nodiscard]] const mesh::Bvh& bvh() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+/// Lengths are relative to the superquadric's largest semi-axis.
+struct NormalMapOptions {
+    double target_error = 2e-3;  ///< bounds the 99th percentile of what linear interpolation misses within one sheet
+    int min_level = 4;           ///< finest grid at least 2^level + 1 by 2^(level + 1)
+    int max_level = 7;           ///< and at most
+    int subdivisions = 1;        ///< A_S: the base grid of layer 2 is coarser by 2^A_S
+    double offset_constant = 1.5;     ///< a_N of eq. 12
+    bool corrections = true;          ///< step 3
+    double correction_threshold = 0.1;///< vertices closer to the map than this share of target_error add nothing
+    double jump_slope = 1.5;  ///< samples whose distances differ by more than this per length are probed for a jump
+};
+
+/// What was measured while baking. Shares are of grid samples unless said otherwise.
+struct NormalMapReport {
+    int level = 0;
+    bool target_met = false;
+    double hit_share = 0, cap_share = 0, miss_share = 0;
+    double cut_share = 0;  ///< of cells that hold a jump of the surface
+    double interpolation_mean = 0, interpolation_p99 = 0;  ///< model units, at centres of cells without a jump
+    double quantization_error = 0;                         ///< largest, model units
+    std::uint32_t vertices = 0, occluded_vertices = 0, corrections = 0;
+    double q2_share = 0;  ///< of the part's area: points whose line to their foot crosses the mesh (section 5)
+};
+
+/// A baked map that owns its arrays; see model::NormalMapView for what they hold.
+struct NormalMap {
+    shape::Superquadricf superquadric;
+    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0;
+    bool seeds_mirrored = false;
+    float distance_scale = 0, offset_scale = 0, quantization_error = 0;
+    std::vector<std::uint16_t> distance, normal;
+    std::vector<std::uint8_t> cuts, offset;
+    std::vector<std::uint32_t> correction_rows;
+    std::vector<model::VertexCorrection> corrections;
+    std::vector<model::FootSeed> seeds;
+    std::vector<shape::Arc<float>> rows, columns;
+    NormalMapReport report;
+
+    [[nodiscard]] model::NormalMapView view() const;
+    /// Bytes that a file needs: all arrays but rows and columns, which grid_arcs makes again.
+    [[nodiscard]] std::size_t stored_bytes() const;
+};
+
+/// The powers of a grid's angles: rows #eta_count, columns #omega_count.
+void grid_arcs(const shape::Superquadricf& superquadric, std::span<shape::Arc<float>> rows, std::span<shape::Arc<float>> columns);
+
+/// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
+/// part's own and serve step 3 and the Q2 share. Deterministic. Cost: about 3 rays a sample, 1 a vertex.
+/// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi
+[[nodiscard]] NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles,
+                                        const shape::Superquadricd& superquadric, const NormalMapOptions& options = {});
+
+}  // namespace sqmap::bake

@@ -1,0 +1,59 @@
+// The .sqmap file: writing a baked model, mapping it back.
+#pragma once
+
+#include "sqmap/model/model_data.h"
+#include "sqmap/model/parse.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+namespace sqmap::io {
+
+/// A model file that cannot be read or written; what() says why and what to do.
+class ModelFileError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// The file's bytes. The same data gives the same bytes.
+[[nodiscard]] std::vector<std::byte> serialize(const model::ModelData& data);
+
+/// Bytes of a serialized model by section, for reports.
+struct SectionBytes {
+    std::size_t total = 0, superquadrics = 0, map = 0, exact = 0, mesh = 0;
+};
+[[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);
+
+/// Writes through a temporary file beside path and a rename: path is never partly written.
+/// @throw ModelFileError where the folder cannot be written or the disk is full.
+void write_model(const model::ModelData& data, const std::filesystem::path& path);
+
+/// A model file mapped into memory, verified. Movable; the view lives as long as the object.
+class MappedModel {
+public:
+    /// @throw ModelFileError where the file cannot be opened or does not verify.
+    explicit MappedModel(const std::filesystem::path& path);
+    ~MappedModel();
+    MappedModel(MappedModel&& other) noexcept;
+    MappedModel& operator=(MappedModel&&) = delete;
+
+    [[nodiscard]] const model::ModelView& view() const { return view_; }
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(data_), size_}; }
+    /// Figures stored at bake, provenance, and the content hash.
+    [[nodiscard]] model::Measured measured() const;
+    [[nodiscard]] std::string made_by() const;
+    [[nodiscard]] std::string source() const;
+    [[nodiscard]] std::string options() const;
+
+private:
+    void* data_ = nullptr;
+    std::size_t size_ = 0;
+    model::ModelView view_;
+};
+
+}  // namespace sqmap::io

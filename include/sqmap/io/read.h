@@ -1,0 +1,50 @@
+// Mesh files to polygon soups. Every size is checked against the bytes that are there before anything is allocated.
+#pragma once
+
+#include "sqmap/io/soup.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace sqmap::io {
+
+/// What a reader is willing to take on.
+struct ReadLimits {
+    std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< size of the file
+    std::uint64_t max_faces = 20'000'000;              ///< polygons in it, instances counted
+};
+
+enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb };
+
+[[nodiscard]] const char* format_name(MeshFormat format);
+
+/// Why a file is not read.
+struct ReadError {
+    std::string code;     ///< E_FORMAT, E_TRUNCATED or E_LIMIT
+    std::string element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"
+    std::string message;  ///< what was found and what was expected
+    std::string cure;     ///< what a user can do
+};
+
+struct ReadResult {
+    PolygonSoup soup;                ///< empty after an error
+    std::optional<MeshFormat> format;  ///< as recognised, also after most errors
+    std::optional<ReadError> error;
+};
+
+/// Reads a mesh file: OFF, OBJ, STL (text and binary), PLY (text and binary of both byte orders), glTF and GLB.
+/// The name's extension names the format and the content must agree; a name without a known one is told by content.
+/// Only geometry is read. glTF: triangles of the default scene, each node's transform applied (a skinned mesh as bound).
+/// Indices and coordinates are passed on as they are, out of range or not finite: judging them is the gate's work.
+/// Failures: in the result, never thrown. E_FORMAT: not such a file; E_TRUNCATED: it ends too early, or declares more
+/// than its bytes can hold; E_LIMIT: above the limits. Memory: below 64 MB + 64 times the file's size. Cost: linear.
+[[nodiscard]] ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits = {});
+
+/// The same on bytes in memory; buffers beside a glTF file are out of reach.
+[[nodiscard]] ReadResult read_mesh_bytes(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits = {});
+
+}  // namespace sqmap::io

@@ -1,0 +1,25 @@
+// The dual graph of a mesh: a dual vertex is a triangle, a dual edge links two triangles that share an edge.
+#pragma once
+
+#include "sqmap/mesh/mesh.h"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace sqmap::mesh {
+
+inline constexpr std::uint32_t k_no_triangle = std::numeric_limits<std::uint32_t>::max();
+
+/// Dual graph (paper section 3.1, after Lin, Liao and Lin, "Visual salience-guided mesh decomposition").
+struct DualGraph {
+    /// #triangles; entry e is the triangle across the edge from corner e to corner e + 1, k_no_triangle on a border.
+    /// Where more than two triangles meet in an edge they are paired in order of their index.
+    std::vector<std::array<std::uint32_t, 3>> neighbours;
+};
+
+/// Cost: O(#triangles log #triangles).
+[[nodiscard]] DualGraph dual_graph(const Mesh& mesh);
+
+}  // namespace sqmap::mesh

@@ -1,0 +1,88 @@
+// The one gate that every mesh passes: polygons as they come in, a validated mesh or a reasoned refusal out.
+#pragma once
+
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/mesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sqmap::mesh {
+
+enum class Verdict { Accept, Repaired, Refused };
+
+/// How much the gate may change. None: nothing. Safe: what leaves no doubt about the surface that was meant.
+/// Holes: small holes are filled, too.
+enum class Repair { None, Safe, Holes };
+
+/// Polygons as read; the spans belong to the caller.
+struct PolygonView {
+    std::span<const Vec3d> positions;
+    std::span<const std::uint32_t> offsets;  ///< #polygons + 1: polygon i is indices[offsets[i] .. offsets[i+1])
+    std::span<const std::int64_t> indices;   ///< zero-based; anything may stand here
+};
+
+struct GateOptions {
+    Repair repair = Repair::Safe;
+    bool accept_surface = false;            ///< an open mesh is taken as a surface without inside (solid is false then)
+    double thickness = 0;                   ///< > 0: open and flat meshes become plates this thick, in units of the result
+    std::optional<double> unit{};           ///< metres per unit of the file: the result is in metres; absent: as in the file
+    std::uint32_t max_hole_edges = 100;     ///< largest hole that Repair::Holes fills
+    double max_hole_size = 0.05;            ///< its largest diagonal, of the mesh's own
+    std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
+};
+
+/// Something that was done to the mesh. kind is one of triangulated, unused_vertices, welded_vertices,
+/// degenerate_faces, duplicate_faces, reoriented, flipped, split_vertices, filled_holes, thickened.
+struct RepairNote {
+    std::string kind;
+    std::uint64_t count = 0;  ///< polygons, vertices, faces or holes it was done to
+};
+
+/// Something a user should know about. code is one of W_SELFX, W_CAVITY, W_FLIPPED, W_UNIT,
+/// W_DEGENERATE, W_SURFACE, W_THICKNESS.
+struct Warning {
+    std::string code;
+    std::uint64_t count = 0;
+    std::string message;
+};
+
+/// What the mesh is, as far as it was looked at before a refusal.
+struct MeshFacts {
+    std::uint64_t vertex_count = 0, triangle_count = 0;
+    std::uint64_t component_count = 0;
+    std::uint64_t boundary_edge_count = 0;
+    std::uint64_t nonmanifold_edge_count = 0;
+    std::uint64_t self_intersecting_pairs = 0;
+    bool intersections_complete = true;  ///< false: counting stopped at max_intersections
+    bool is_closed = false;
+    std::int64_t genus = 0;              ///< sum over the components; closed meshes only
+    Vec3d box_min, box_max;              ///< of the vertices in use, units of the result
+    double area = 0, volume = 0;         ///< volume: signed, closed meshes only
+};
+
+struct GateResult {
+    Verdict verdict = Verdict::Refused;
+    Diagnosis diagnosis;  ///< of a refusal
+    std::vector<RepairNote> repairs;
+    std::vector<Warning> warnings;
+    MeshFacts facts;
+    Mesh mesh;           ///< canonical; empty after a refusal
+    bool solid = false;  ///< the mesh bounds a volume: where its winding number is positive
+    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
+};
+
+/// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:
+/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, then repairs, then E_NONMANIFOLD, E_ORIENT, E_FLAT, E_OPEN. Repair::None
+/// refuses with the one of the last that names what would have been repaired, E_REPAIR where none does.
+/// Polygons are split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed;
+/// faces are oriented alike by propagation, shells outward by volume; vertices where shells touch are split. Shells that
+/// intersect are accepted: the solid is where the winding number is positive.
+/// Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the intersecting pairs.
+[[nodiscard]] GateResult admit(const PolygonView& polygons, const GateOptions& options = {});
+
+}  // namespace sqmap::mesh

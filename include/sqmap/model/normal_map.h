@@ -1,0 +1,55 @@
+// One part's normal map as the runtime sees it: spans over arrays that someone else owns (section 4.1, steps 2 and 3).
+#pragma once
+
+#include "sqmap/shape/superellipse.h"
+#include "sqmap/shape/superquadric.h"
+
+#include <cstdint>
+#include <span>
+
+namespace sqmap::model {
+
+/// Values of NormalMapView::distance above k_map_largest are not distances.
+inline constexpr std::uint16_t k_map_largest = 65533;
+inline constexpr std::uint16_t k_map_cap = 65534;   ///< the ray starts inside the solid: solid from depth 0, no surface
+inline constexpr std::uint16_t k_map_miss = 65535;  ///< the ray meets no surface: free along all of it
+
+/// A mesh vertex seen by step 3, as a correction of the interpolated map: a pyramid over its cell, 1 at the vertex and 0
+/// on the border, times correction. Sorted by row (normal map: correction_rows) and column.
+struct VertexCorrection {
+    std::uint16_t column;            ///< of the cell
+    std::uint8_t eta, omega;         ///< place in the cell, in 1/256
+    std::int16_t correction;         ///< times distance_scale
+    friend constexpr bool operator==(const VertexCorrection&, const VertexCorrection&) = default;
+};
+
+/// A coarse table of starts for the foot search: equal-spaced angles in 1/256 of their ranges.
+struct FootSeed {
+    std::uint8_t eta, omega;
+    friend constexpr bool operator==(const FootSeed&, const FootSeed&) = default;
+};
+
+/// One part's normal map. Grids are row-major, #eta_count by #omega_count, omega fastest; eta_i = pi (i / (eta_count - 1)
+/// - 1/2), omega_j = 2 pi j / omega_count - pi are equal-spaced angles (eqs. 9 and 10). The grid is the finest level;
+/// the base grid of Layer 2 is every 2^subdivisions-th row and column. Lengths in model units, frame of the model.
+struct NormalMapView {
+    shape::Superquadricf superquadric;
+    std::uint32_t eta_count = 0, omega_count = 0;  ///< multiples of 2^subdivisions: eta_count - 1 and omega_count
+    std::uint32_t subdivisions = 0;                ///< A_S of section 4.2.3
+    float distance_scale = 0;                      ///< length of one step of distance and correction
+    float offset_scale = 0;                        ///< length of one step of offset
+    float quantization_error = 0;                  ///< largest measured error of a stored distance
+    std::span<const std::uint16_t> distance;       ///< finest grid
+    std::span<const std::uint16_t> normal;         ///< finest grid: surface normals by eq. 26, octahedral, 8 + 8 bits
+    /// Finest grid, two bits a node, four nodes a byte: 1 = the surface jumps towards the next row, 2 = next column.
+    std::span<const std::uint8_t> cuts;
+    std::span<const std::uint32_t> correction_rows;  ///< #eta_count: cells of row i have corrections [rows[i], rows[i+1])
+    std::span<const VertexCorrection> corrections;
+    std::span<const std::uint8_t> offset;  ///< delta of eq. 12 on the base grid, rounded up
+    std::uint32_t seed_count = 0;          ///< seeds along each axis
+    bool seeds_mirrored = false;           ///< seeds cover the octant x, y, z >= 0 only
+    std::span<const FootSeed> seeds;       ///< #seed_count^3, z fastest, over the undeformed bounding box
+    std::span<const shape::Arc<float>> rows, columns;  ///< #eta_count, #omega_count: powers of the grid's angles
+};
+
+}  // namespace sqmap::model

@@ -1,0 +1,109 @@
+// The paper's own map: distance along the superquadric's normal, looked up at the foot point (section 4.2).
+#pragma once
+
+#include "sqmap/model/normal_map.h"
+#include "sqmap/shape/foot_point.h"
+
+#include <cstdint>
+#include <span>
+
+namespace sqmap::query {
+
+using model::NormalMapView;
+
+/// How the foot point is found. Both are kept so that they can be compared.
+enum class Projector : std::uint8_t {
+    Pyramid,  ///< the multiresolution search of eqs. 16 to 19, corrected (errata 5 to 7): a sample of the grid
+    Newton,   ///< polish_foot from a table of starts: the exact foot
+};
+
+/// Layers of section 4.2. Layer 2 reads the nearest base sample; layer 3 the finest level and the vertices of step 3.
+enum class Layer : std::uint8_t { One = 1, Two = 2, Three = 3 };
+
+struct ProjectionOptions {
+    Layer layer = Layer::Three;
+    Projector projector = Projector::Newton;
+    bool use_offset = false;       ///< subtract delta of eq. 12: for probes made of triangles, not for points
+    bool use_corrections = true;   ///< step 3 data in layer 3
+};
+
+enum ProjectionFlags : std::uint8_t {
+    k_projection_cap = 1,        ///< contact without a surface to push to
+    k_projection_miss = 2,       ///< free because the ray meets nothing
+    k_projection_wide = 4,       ///< the pyramid's window did not hold the foot: the whole surface was searched
+    k_projection_unproven = 8,   ///< the foot search did not converge: the verdict is a guess and no witness
+    k_projection_silhouette = 16 ///< the cell holds a jump of the surface: values of one sheet only were used
+};
+
+enum class Verdict : std::uint8_t {
+    Outside,  ///< of this superquadric: says nothing about the solid
+    Free,     ///< inside the superquadric, in front of the surface: proves that the point is free
+    Contact,  ///< inside the superquadric and not in front of the surface
+};
+
+/// What one part says about one point.
+struct PartAnswer {
+    Verdict verdict = Verdict::Outside;
+    std::uint8_t flags = 0;
+    float foot_distance = 0;   ///< |p - P_M|, S_SQ^M of eq. 21
+    float map_distance = 0;    ///< D_SQ(P_M); 0 for a cap, infinity for a miss
+    float depth_along = 0;     ///< foot_distance - map_distance: depth along the superquadric's normal, negative in front
+    float depth = 0;           ///< distance to the tangent plane at the surface point: first-order nearest depth
+    shape::SurfaceAnglesf angles;  ///< of the foot
+    Vec3f foot;                ///< P_M
+    Vec3f foot_normal;         ///< outward normal of the superquadric
+    Vec3f surface;             ///< the surface point along the normal; the foot for caps and misses
+    Vec3f normal;              ///< unit outward surface normal; that of the superquadric for caps, misses and layer 1
+};
+
+/// Layer 1, then the asked-for layer for points inside the superquadric. Layer One answers Contact for all of those.
+/// Total: a point that is not finite is Outside. Cost: about 3 ns a part outside its box, see docs for the rest.
+[[nodiscard]] PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options = {}) noexcept;
+
+/// What all parts together say about one point.
+struct CombinedAnswer {
+    bool contact = false;
+    bool has_surface = false;   ///< false where only caps claim the point: no depth, no normal
+    std::int32_t part = -1;     ///< index into answers of the part that depth and normal come from
+};
+
+/// The witness rule for overlapping parts (errata 15): a point is in contact if a part claims it and no part that holds it
+/// proves it free; a proof is a Free verdict whose foot converged. Depth and normal come from the claim with the least
+/// depth among true surface samples.
+[[nodiscard]] CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept;
+
+/// The foot point alone.
+[[nodiscard]] shape::Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector,
+                                           std::uint8_t* flags = nullptr) noexcept;
+
+struct PyramidOptions {
+    bool both_directions = true;   ///< false: the one direction of eq. 16
+    bool compare_distance = true;  ///< false: I_S of eq. 19 alone decides
+    bool wide_fallback = true;     ///< false: whatever the window holds
+    bool seeded = true;            ///< false: the window lies about p's own ray, never about the table's start
+};
+
+struct GridFoot {
+    std::uint32_t row = 0, column = 0;  ///< of the base grid
+    float collinearity = 0;             ///< I_S of eq. 19
+    int evaluations = 0;                ///< of I_S or distance
+    bool wide = false;
+};
+
+/// The pyramid search on the base grid (eqs. 17 to 19, Fig. 7) around the sample on p's own ray; with all options false
+/// it is the paper's. p in the model frame, inside the superquadric.
+[[nodiscard]] GridFoot pyramid_search(const NormalMapView& map, Vec3f p, const PyramidOptions& options = {}) noexcept;
+
+/// Layer 3's map at given angles; also what the bake measures itself with.
+struct MapSample {
+    float distance = 0;  ///< infinity for a miss, 0 for a cap
+    Vec3f normal;        ///< unit, outward, model frame; zero for caps and misses
+    std::uint8_t flags = 0;
+};
+[[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles, const ProjectionOptions& options) noexcept;
+
+/// Unit vectors in 16 bits: octahedral, 8 + 8 bits, error below 1 degree.
+[[nodiscard]] std::uint16_t encode_normal(Vec3f unit) noexcept;
+[[nodiscard]] Vec3f decode_normal(std::uint16_t code) noexcept;
+
+}  // namespace sqmap::query

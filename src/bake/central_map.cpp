@@ -1,0 +1,787 @@
+// The central map: conservative rasterisation of the mesh's triangles onto a cube of directions, where straight edges
+// stay straight and planes stay linear in w = 1/rho, so that every deviation below is exact up to rounding.
+#include "central_map.h"
+
+#include "sqmap/mesh/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::bake {
+
+namespace {
+
+using model::CellKind;
+
+constexpr double k_border = 4e-6;  // of a face: more than float rounding moves a point between cells
+constexpr int k_max_corners = 20;
+constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corner samples of their own
+
+struct Stw {
+    double s, t, w;
+};
+
+/// A triangle's footprint on a face, clipped; w is affine over it.
+struct Polygon {
+    std::uint32_t triangle = 0;
+    int count = 0;
+    std::array<Stw, k_max_corners> corner;
+};
+
+/// Keeps the side where value(corner) >= 0.
+template <class Value>
+void clip(Polygon& p, Value&& value)
+{
+    Polygon out;
+    out.triangle = p.triangle;
+    for (int i = 0; i < p.count; ++i) {
+        const Stw& a = p.corner[static_cast<std::size_t>(i)];
+        const Stw& b = p.corner[static_cast<std::size_t>((i + 1) % p.count)];
+        const double va = value(a), vb = value(b);
+        if (va >= 0) out.corner[static_cast<std::size_t>(out.count++)] = a;
+        if ((va >= 0) != (vb >= 0)) {
+            const double f = va / (va - vb);
+            out.corner[static_cast<std::size_t>(out.count++)] = {a.s + f * (b.s - a.s), a.t + f * (b.t - a.t), a.w + f * (b.w - a.w)};
+        }
+        if (out.count >= k_max_corners - 2) break;
+    }
+    p = out;
+}
+
+void clip_to_cell(Polygon& p, double s0, double s1, double t0, double t1)
+{
+    double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
+    for (int i = 0; i < p.count; ++i) {
+        const Stw& c = p.corner[static_cast<std::size_t>(i)];
+        lo_s = std::min(lo_s, c.s);
+        hi_s = std::max(hi_s, c.s);
+        lo_t = std::min(lo_t, c.t);
+        hi_t = std::max(hi_t, c.t);
+    }
+    if (hi_s < s0 || lo_s > s1 || hi_t < t0 || lo_t > t1) p.count = 0;
+    if (p.count > 0 && lo_s < s0) clip(p, [&](const Stw& c) { return c.s - s0; });
+    if (p.count > 0 && hi_s > s1) clip(p, [&](const Stw& c) { return s1 - c.s; });
+    if (p.count > 0 && lo_t < t0) clip(p, [&](const Stw& c) { return c.t - t0; });
+    if (p.count > 0 && hi_t > t1) clip(p, [&](const Stw& c) { return t1 - c.t; });
+}
+
+/// Surface crossings of one ray from the centre, nearest first: values of w where the verdict flips.
+struct RaySample {
+    bool valid = false;
+    int count = 0;
+    std::array<double, 16> w{};
+};
+
+std::uint16_t code_of_deviation(double e, double w_step)
+{
+    for (std::uint32_t code = 0; code < 256; ++code) {
+        const double value = std::ldexp((8.0 + (code & 7u)) * 0.03125 * w_step, static_cast<int>(code >> 3));
+        if (value >= e) return static_cast<std::uint16_t>(code);
+    }
+    return 0xffff;
+}
+
+class Baker {
+public:
+    Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartBox& box, std::uint32_t base,
+          const CentralOptions& options)
+        : context_(context), sq_(sq), options_(options), base_(base)
+    {
+        out_.centre = centre;
+        out_.base = base;
+        centre_ = cast<double>(centre);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                out_.chart_rows[3 * i + j] = static_cast<float>(sq.rotation.row[i][j] / sq.a[i]);
+                rows_.row[i][j] = out_.chart_rows[3 * i + j];
+            }
+        out_.box = box;
+        out_.centre_winding = context.bvh.winding_number(centre_);
+    }
+
+    CentralMapData run()
+    {
+        project();
+        choose_range();
+        bake_faces();
+        return std::move(out_);
+    }
+
+private:
+    bool buried(std::uint32_t triangle) const { return (context_.flags[triangle] & model::k_buried) != 0; }
+
+    /// Clips every triangle to the chart's box and spreads it over the faces.
+    void project()
+    {
+        const std::size_t n = context_.mesh.vertices.size();
+        x_.resize(n);
+        for (std::size_t i = 0; i < n; ++i) x_[i] = rows_ * (context_.mesh.vertices[i] - centre_);
+        double lo[3], hi[3];
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = out_.box.lo[k] - k_border;
+            hi[k] = out_.box.hi[k] + k_border;
+        }
+        for (std::uint32_t t = 0; t < context_.mesh.triangles.size(); ++t) {
+            const mesh::Triangle& tri = context_.mesh.triangles[t];
+            bool outside = false;
+            for (int k = 0; k < 3 && !outside; ++k) {
+                const double a = x_[tri[0]][k], b = x_[tri[1]][k], c = x_[tri[2]][k];
+                outside = std::max({a, b, c}) < lo[k] || std::min({a, b, c}) > hi[k];
+            }
+            if (!outside) project_triangle(t, lo, hi);
+        }
+    }
+
+    void project_triangle(std::uint32_t t, const double lo[3], const double hi[3])
+    {
+        const mesh::Triangle& tri = context_.mesh.triangles[t];
+        for (int face = 0; face < model::k_faces; ++face) {
+            const int m = face >> 1, iu = (m + 1) % 3, iv = (m + 2) % 3;
+            const double sign = (face & 1) != 0 ? -1.0 : 1.0;
+            const double limit = sign > 0 ? hi[m] : -lo[m];
+            std::vector<Vec3d>& poly = scratch_;
+            poly.clear();
+            for (const std::uint32_t v : tri) poly.push_back({sign * x_[v][m], x_[v][iu], x_[v][iv]});
+            const auto cut = [&](auto&& value) {
+                if (poly.empty()) return;
+                scratch2_.clear();
+                for (std::size_t i = 0; i < poly.size(); ++i) {
+                    const Vec3d a = poly[i], b = poly[(i + 1) % poly.size()];
+                    const double va = value(a), vb = value(b);
+                    if (va >= 0) scratch2_.push_back(a);
+                    if ((va >= 0) != (vb >= 0)) scratch2_.push_back(a + (va / (va - vb)) * (b - a));
+                }
+                poly.swap(scratch2_);
+            };
+            const double e = 1 + k_border;
+            cut([](Vec3d p) { return p.x - 1e-4; });
+            cut([&](Vec3d p) { return e * p.x - p.y; });
+            cut([&](Vec3d p) { return e * p.x + p.y; });
+            cut([&](Vec3d p) { return e * p.x - p.z; });
+            cut([&](Vec3d p) { return e * p.x + p.z; });
+            cut([&](Vec3d p) { return limit - p.x; });
+            cut([&](Vec3d p) { return p.y - lo[iu]; });
+            cut([&](Vec3d p) { return hi[iu] - p.y; });
+            cut([&](Vec3d p) { return p.z - lo[iv]; });
+            cut([&](Vec3d p) { return hi[iv] - p.z; });
+            if (poly.empty()) continue;
+            Polygon polygon;
+            polygon.triangle = t;
+            for (const Vec3d& p : poly) polygon.corner[static_cast<std::size_t>(polygon.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
+            polygons_[face].push_back(polygon);
+        }
+    }
+
+    void choose_range()
+    {
+        double lo = std::numeric_limits<double>::infinity(), hi = 0;
+        for (const auto& face : polygons_)
+            for (const Polygon& p : face)
+                for (int i = 0; i < p.count; ++i) {
+                    lo = std::min(lo, p.corner[static_cast<std::size_t>(i)].w);
+                    hi = std::max(hi, p.corner[static_cast<std::size_t>(i)].w);
+                }
+        if (!(hi > 0)) lo = hi = 1;
+        // Samples a little beyond the chart's box are kept for interpolation: leave them room.
+        out_.w_min = static_cast<float>(0.9 * lo);
+        out_.w_step = static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0);
+        // d rho = dw / w^2, largest where w is least, in the longest axis.
+        out_.quantisation = 0.5 * out_.w_step / (lo * lo) * std::max({sq_.a.x, sq_.a.y, sq_.a.z});
+    }
+
+    double decode(std::uint16_t v) const { return static_cast<double>(out_.w_min + out_.w_step * static_cast<float>(v)); }
+    std::uint16_t encode(double w) const
+    {
+        const double v = (w - static_cast<double>(out_.w_min)) / static_cast<double>(out_.w_step);
+        return static_cast<std::uint16_t>(std::clamp(std::nearbyint(v), 0.0, 65534.0));
+    }
+    std::uint16_t encode_down(double w) const
+    {
+        const double v = (w - static_cast<double>(out_.w_min)) / static_cast<double>(out_.w_step) - 0.01;
+        return static_cast<std::uint16_t>(std::clamp(std::floor(v), 0.0, 65534.0));
+    }
+    std::uint16_t encode_up(double w) const
+    {
+        const double v = (w - static_cast<double>(out_.w_min)) / static_cast<double>(out_.w_step) + 0.01;
+        return static_cast<std::uint16_t>(std::clamp(std::ceil(v), 0.0, 65534.0));
+    }
+
+    std::uint16_t stored_sample(const RaySample& r) const { return r.valid && r.count > 0 ? encode(r.w[0]) : model::k_no_surface; }
+
+    /// Crossings of the ray through (s, t) with the triangles of polys, as verdict flips.
+    RaySample sample(int face, double s, double t, const std::vector<Polygon>& polys) const
+    {
+        const int m = face >> 1;
+        // A ray through an edge or corner is moved by less than a cell border; the certificates measure what is stored.
+        static constexpr double k_nudge[][2] = {{0.61e-6, 0.37e-6}, {-0.83e-6, 0.29e-6}, {0.17e-6, -0.91e-6}, {-0.41e-6, -0.67e-6}};
+        RaySample result;
+        for (const auto& nudge : k_nudge) {
+            Vec3d q{};
+            q[m] = (face & 1) != 0 ? -1.0 : 1.0;
+            q[(m + 1) % 3] = s + nudge[0];
+            q[(m + 2) % 3] = t + nudge[1];
+            if (cast_ray(q, polys, result)) return result;
+        }
+        return result;
+    }
+
+    bool cast_ray(Vec3d q, const std::vector<Polygon>& polys, RaySample& result) const
+    {
+        std::array<std::pair<double, int>, 64> hits;
+        std::size_t count = 0;
+        for (const Polygon& p : polys) {
+            const mesh::Triangle& tri = context_.mesh.triangles[p.triangle];
+            const Vec3d a = x_[tri[0]], b = x_[tri[1]], c = x_[tri[2]];
+            const auto edge = [&](std::uint32_t i, std::uint32_t j, Vec3d e, Vec3d f) {
+                return i < j ? dot(cross(e, f), q) : -dot(cross(f, e), q);
+            };
+            const double u = edge(tri[1], tri[2], b, c), v = edge(tri[2], tri[0], c, a), w = edge(tri[0], tri[1], a, b);
+            const double size = std::sqrt(std::max({norm_sq(a), norm_sq(b), norm_sq(c)}));
+            const double tiny = 1e-14 * size * size;
+            if ((u > tiny || v > tiny || w > tiny) && (u < -tiny || v < -tiny || w < -tiny)) continue;
+            if (std::abs(u) <= tiny || std::abs(v) <= tiny || std::abs(w) <= tiny) return false;
+            const double volume = dot(a, cross(b, c)), along = u + v + w;
+            if (!((along > 0) == (volume > 0)) || volume == 0) continue;
+            if (count == hits.size()) return false;
+            hits[count++] = {along / volume, along > 0 ? 1 : -1};  // w = 1/rho since q has largest coordinate 1
+        }
+        std::sort(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(count),
+                  [](const auto& l, const auto& r) { return l.first > r.first; });
+        result.valid = true;
+        result.count = 0;
+        int winding = out_.centre_winding;
+        for (std::size_t i = 0; i < count; ++i) {
+            const int next = winding - hits[i].second;
+            if ((next > 0) != (winding > 0) && result.count < 16) result.w[static_cast<std::size_t>(result.count++)] = hits[i].first;
+            winding = next;
+        }
+        return true;
+    }
+
+    /// Length, in model units, that a change of w by e moves a surface with plane (w, ws, wt) at (s, t).
+    double metric_deviation(int face, double s, double t, double w, double ws, double wt, double e) const
+    {
+        const int m = face >> 1;
+        Vec3d n{};
+        n[m] = w - ws * s - wt * t;
+        n[(m + 1) % 3] = ws;
+        n[(m + 2) % 3] = wt;
+        const Vec3d l{n.x / sq_.a.x, n.y / sq_.a.y, n.z / sq_.a.z};
+        const double length = norm(l);
+        return length > 0 ? e / (w * length) : 0;
+    }
+
+    /// Largest extent of a cell at radius 1/w, model units.
+    double metric_size(int face, double size, double w) const
+    {
+        const int m = face >> 1;
+        return size / w * std::max(sq_.a[(m + 1) % 3], sq_.a[(m + 2) % 3]);
+    }
+
+    /// Largest |w - b| over a polygon, b the bilinear form of four corner values on the unit cell. The difference is
+    /// a saddle, so its extremes lie on the polygon's edges, where it is a parabola.
+    static double deviation(const Polygon& p, const double c[4], double s0, double t0, double size)
+    {
+        const double k = c[0] - c[1] - c[2] + c[3];
+        const auto difference = [&](double s, double t, double w) {
+            const double u = (s - s0) / size, v = (t - t0) / size;
+            return w - (c[0] + u * (c[1] - c[0]) + v * (c[2] - c[0]) + u * v * k);
+        };
+        double worst = 0;
+        for (int i = 0; i < p.count; ++i) {
+            const Stw& a = p.corner[static_cast<std::size_t>(i)];
+            const Stw& b = p.corner[static_cast<std::size_t>((i + 1) % p.count)];
+            const double d0 = difference(a.s, a.t, a.w), d1 = difference(b.s, b.t, b.w);
+            worst = std::max(worst, std::abs(d0));
+            // Along the edge: d(f) = d0 + (d1 - d0 + q) f - q f^2 with q = k du dv.
+            const double q = k * (b.s - a.s) * (b.t - a.t) / (size * size);
+            if (q != 0) {
+                const double f = (d1 - d0 + q) / (2 * q);
+                if (f > 0 && f < 1) worst = std::max(worst, std::abs(d0 + (d1 - d0 + q) * f - q * f * f));
+            }
+        }
+        return worst;
+    }
+
+    std::uint16_t uniform() const { return out_.centre_winding > 0 ? 1 : 0; }
+
+    bool add_special(std::uint32_t offset, std::uint16_t& payload)
+    {
+        if (out_.specials.size() >= 0x4000) return false;
+        payload = static_cast<std::uint16_t>(out_.specials.size());
+        out_.specials.push_back(offset);
+        return true;
+    }
+
+    static std::uint16_t make_cell(CellKind kind, std::uint32_t payload)
+    {
+        return static_cast<std::uint16_t>((static_cast<std::uint32_t>(kind) << 14) | payload);
+    }
+
+    /// One cell and everything below it. polys: footprints clipped to the cell (with a border); corner: the rays at its
+    /// corners, shared with its neighbours, since a Single cell reads shared samples.
+    std::uint16_t bake_cell(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
+                            const RaySample corner[4])
+    {
+        bool any = false;
+        for (const Polygon& p : polys) any = any || !buried(p.triangle);
+        if (!any) return uniform();
+
+        bool same = true;
+        for (int i = 0; i < 4; ++i) same = same && corner[i].valid && corner[i].count == corner[0].count;
+        double w_least = std::numeric_limits<double>::infinity();
+        for (const Polygon& p : polys)
+            for (int i = 0; i < p.count; ++i) w_least = std::min(w_least, p.corner[static_cast<std::size_t>(i)].w);
+        const bool may_split = depth < options_.max_depth && metric_size(face, size, w_least) > options_.finest * context_.r_max;
+        const int sheets = corner[0].count;
+        std::uint16_t cell = 0;
+        const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear ? measure_sheets(s0, t0, size, face, sheets, corner, polys) : Sheets{};
+        if (layers.valid && (layers.deviation <= options_.tolerance * context_.r_max || !may_split)) {
+            if (layers.deviation > options_.tolerance * context_.r_max) ++out_.rough_cells;
+            if (store_sheets(layers, cell)) return cell;
+        }
+        if (may_split && bake_split(face, s0, t0, size, depth, polys, cell)) return cell;
+        ++out_.rough_cells;
+        return bake_mixed(face, s0, t0, size, polys);
+    }
+
+    /// Bilinear surfaces through the corner crossings of a cell, with their certified deviations.
+    struct Sheets {
+        bool valid = false;      ///< every surface over the cell lies in one of the disjoint bands
+        int count = 0;
+        double deviation = 0;    ///< the widest band, as a length in model units
+        std::uint16_t stored[k_max_bilinear][4];
+        std::uint16_t code[k_max_bilinear];
+    };
+
+    Sheets measure_sheets(double s0, double t0, double size, int face, int sheets, const RaySample corner[4],
+                          const std::vector<Polygon>& polys) const
+    {
+        Sheets out;
+        out.count = sheets;
+        double c[k_max_bilinear][4];
+        for (int j = 0; j < sheets; ++j)
+            for (int i = 0; i < 4; ++i) {
+                out.stored[j][i] = encode(corner[i].w[static_cast<std::size_t>(j)]);
+                c[j][i] = decode(out.stored[j][i]);
+            }
+        double e[k_max_bilinear] = {};
+        for (const Polygon& p : polys) {
+            if (buried(p.triangle)) continue;
+            int best = 0;
+            double least = std::numeric_limits<double>::infinity();
+            for (int j = 0; j < sheets; ++j) {
+                const double d = deviation(p, c[j], s0, t0, size);
+                if (d < least) {
+                    least = d;
+                    best = j;
+                }
+            }
+            e[best] = std::max(e[best], least);
+        }
+        for (int j = 0; j < sheets; ++j) {
+            // The runtime evaluates in float: a few parts in 10^7 of w on top.
+            const double largest = std::max(std::max(c[j][0], c[j][1]), std::max(c[j][2], c[j][3]));
+            out.code[j] = code_of_deviation(e[j] + 3e-6 * largest, static_cast<double>(out_.w_step));
+            if (out.code[j] > 255) return out;
+            e[j] = std::ldexp((8.0 + (out.code[j] & 7u)) * 0.03125 * static_cast<double>(out_.w_step), out.code[j] >> 3);
+            const double w = 0.25 * (c[j][0] + c[j][1] + c[j][2] + c[j][3]);
+            const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size, wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
+            out.deviation = std::max(out.deviation, metric_deviation(face, s0 + 0.5 * size, t0 + 0.5 * size, w, ws, wt, e[j]));
+        }
+        for (int j = 0; j + 1 < sheets; ++j)
+            for (int i = 0; i < 4; ++i)
+                if (!(c[j][i] - c[j + 1][i] > e[j] + e[j + 1])) return out;
+        out.valid = true;
+        return out;
+    }
+
+    bool store_sheets(const Sheets& sheets, std::uint16_t& cell)
+    {
+        if (sheets.count == 1) {
+            cell = make_cell(CellKind::Single, sheets.code[0]);  // its corners are shared samples
+            return true;
+        }
+        std::uint16_t payload = 0;
+        if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), payload)) return false;
+        out_.pool.push_back(static_cast<std::uint16_t>(sheets.count | 8));
+        for (int j = 0; j < sheets.count; ++j) {
+            out_.pool.insert(out_.pool.end(), sheets.stored[j], sheets.stored[j] + 4);
+            out_.pool.push_back(sheets.code[j]);
+        }
+        cell = make_cell(CellKind::Layered, payload);
+        return true;
+    }
+
+    bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys, std::uint16_t& cell)
+    {
+        std::uint16_t payload = 0;
+        if (!add_special(0, payload)) return false;
+        const double half = 0.5 * size;
+        RaySample rays[9];
+        std::uint16_t samples[9];
+        for (int i = 0; i < 9; ++i) {
+            rays[i] = sample(face, s0 + half * (i % 3), t0 + half * (i / 3), polys);
+            samples[i] = stored_sample(rays[i]);
+        }
+        std::uint16_t children[4];
+        for (int q = 0; q < 4; ++q) {
+            const double s = s0 + half * (q & 1), t = t0 + half * (q >> 1);
+            std::vector<Polygon> inside;
+            for (const Polygon& p : polys) {
+                Polygon c = p;
+                clip_to_cell(c, s - k_border, s + half + k_border, t - k_border, t + half + k_border);
+                if (c.count > 0) inside.push_back(c);
+            }
+            const RaySample* r = rays + (q & 1) + 3 * (q >> 1);
+            const RaySample corner[4] = {r[0], r[1], r[3], r[4]};
+            children[q] = bake_cell(face, s, t, half, depth + 1, inside, corner);
+        }
+        out_.specials[payload] = static_cast<std::uint32_t>(out_.pool.size());
+        out_.pool.insert(out_.pool.end(), samples, samples + 9);
+        out_.pool.insert(out_.pool.end(), children, children + 4);
+        cell = make_cell(CellKind::Split, payload);
+        return true;
+    }
+
+    /// A cell whose rays do not all meet the same surfaces: one certified band, and planes through its middle ray.
+    std::uint16_t bake_mixed(int face, double s0, double t0, double size, const std::vector<Polygon>& polys)
+    {
+        double lo = std::numeric_limits<double>::infinity(), hi = 0;
+        for (const Polygon& p : polys) {
+            if (buried(p.triangle)) continue;
+            for (int i = 0; i < p.count; ++i) {
+                lo = std::min(lo, p.corner[static_cast<std::size_t>(i)].w);
+                hi = std::max(hi, p.corner[static_cast<std::size_t>(i)].w);
+            }
+        }
+        // A middle ray whose point beyond the band lies in the chart's box tells the verdict there.
+        static constexpr double k_rays[][2] = {{.5, .5}, {.25, .25}, {.75, .75}, {.25, .75}, {.75, .25}, {.05, .05}, {.95, .95}, {.05, .95}, {.95, .05}};
+        RaySample chosen;
+        double cs = s0 + 0.5 * size, ct = t0 + 0.5 * size;
+        bool found = false;
+        for (const auto& ray : k_rays) {
+            const double s = s0 + ray[0] * size, t = t0 + ray[1] * size;
+            RaySample r = sample(face, s, t, polys);
+            if (!r.valid) continue;
+            int kept = 0;
+            while (kept < r.count && r.w[static_cast<std::size_t>(kept)] >= lo * (1 - 1e-9)) ++kept;
+            r.count = kept;
+            const bool reaches = beyond_is_in_box(face, s, t, lo * (1 - 1e-6));
+            if (!chosen.valid || reaches) {
+                chosen = r;
+                cs = s;
+                ct = t;
+            }
+            if (reaches) {
+                found = true;
+                break;
+            }
+        }
+        (void)found;  // where no ray reaches past the band, nothing can be asked there
+        int sheets = std::min(chosen.count, model::k_max_sheets);
+        if ((sheets & 1) != (chosen.count & 1)) --sheets;
+
+        const auto offset = static_cast<std::uint32_t>(out_.pool.size());
+        std::uint16_t payload = 0;
+        if (!add_special(offset, payload)) {
+            // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
+            throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
+        }
+        out_.pool.push_back(static_cast<std::uint16_t>(sheets));
+        out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
+        out_.pool.push_back(encode_up(hi * (1 + 3e-6)));
+        for (int j = 0; j < sheets; ++j) {
+            double ws = 0, wt = 0;
+            plane_at(face, cs, ct, chosen.w[static_cast<std::size_t>(j)], polys, ws, wt);
+            // Stored at the middle of the cell; slopes that would leave the band are flattened.
+            const double reach = 0.5 * size;
+            const double limit = std::max(hi - lo, static_cast<double>(out_.w_step));
+            const double steep = std::max(std::abs(ws), std::abs(wt)) * reach;
+            const double flatten = steep > limit ? limit / steep : 1;
+            ws *= flatten;
+            wt *= flatten;
+            const double w = chosen.w[static_cast<std::size_t>(j)] + (s0 + reach - cs) * ws + (t0 + reach - ct) * wt;
+            out_.pool.push_back(encode(std::clamp(w, lo, hi)));
+            out_.pool.push_back(slope(ws * reach));
+            out_.pool.push_back(slope(wt * reach));
+        }
+        return make_cell(CellKind::Layered, payload);
+    }
+
+    std::uint16_t slope(double rise) const
+    {
+        const double v = std::clamp(std::nearbyint(rise / static_cast<double>(out_.w_step)), -32767.0, 32767.0);
+        return static_cast<std::uint16_t>(static_cast<std::int16_t>(v));
+    }
+
+    /// Slopes of the triangle that crosses the ray (s, t) at w.
+    void plane_at(int face, double s, double t, double w, const std::vector<Polygon>& polys, double& ws, double& wt) const
+    {
+        const int m = face >> 1;
+        double least = std::numeric_limits<double>::infinity();
+        for (const Polygon& p : polys) {
+            const mesh::Triangle& tri = context_.mesh.triangles[p.triangle];
+            const Vec3d a = x_[tri[0]], n = cross(x_[tri[1]] - a, x_[tri[2]] - a);
+            const double d = dot(n, a);
+            if (std::abs(d) < 1e-12) continue;
+            const double fs = n[(m + 1) % 3] / d, ft = n[(m + 2) % 3] / d;
+            const double at = ((face & 1) != 0 ? -1.0 : 1.0) * n[m] / d + fs * s + ft * t;
+            double near = std::abs(at - w);
+            // Planes agree only where the triangle itself is near the ray.
+            {
+                double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
+                for (int k = 0; k < p.count; ++k) {
+                    lo_s = std::min(lo_s, p.corner[static_cast<std::size_t>(k)].s);
+                    hi_s = std::max(hi_s, p.corner[static_cast<std::size_t>(k)].s);
+                    lo_t = std::min(lo_t, p.corner[static_cast<std::size_t>(k)].t);
+                    hi_t = std::max(hi_t, p.corner[static_cast<std::size_t>(k)].t);
+                }
+                near += w * (std::max({lo_s - s, 0.0, s - hi_s}) + std::max({lo_t - t, 0.0, t - hi_t}));
+            }
+            if (near < least) {
+                least = near;
+                ws = fs;
+                wt = ft;
+            }
+        }
+    }
+
+    bool beyond_is_in_box(int face, double s, double t, double w) const
+    {
+        const int m = face >> 1;
+        double x[3];
+        x[m] = ((face & 1) != 0 ? -1.0 : 1.0) / w;
+        x[(m + 1) % 3] = s / w;
+        x[(m + 2) % 3] = t / w;
+        for (int k = 0; k < 3; ++k)
+            if (x[k] < out_.box.lo[k] || x[k] > out_.box.hi[k]) return false;
+        return true;
+    }
+
+    /// An exact list, split in four while it is long.
+    void bake_list(double s0, double t0, double size, int depth, const std::vector<Polygon>& polys)
+    {
+        if (polys.size() <= options_.split_list || depth >= model::k_max_split_depth) {
+            for (const Polygon& p : polys) out_.refs.push_back(local_of(p.triangle));
+            return;
+        }
+        const std::size_t head = out_.refs.size();
+        out_.refs.insert(out_.refs.end(), 6, model::k_split_list);
+        out_.refs[head + 1] = 0;
+        const double half = 0.5 * size;
+        for (int q = 0; q < 4; ++q) {
+            const double s = s0 + half * (q & 1), t = t0 + half * (q >> 1);
+            std::vector<Polygon> inside;
+            for (const Polygon& p : polys) {
+                Polygon c = p;
+                clip_to_cell(c, s - k_border, s + half + k_border, t - k_border, t + half + k_border);
+                if (c.count > 0) inside.push_back(c);
+            }
+            bake_list(s, t, half, depth + 1, inside);
+            out_.refs[head + 2 + static_cast<std::size_t>(q)] = static_cast<std::uint16_t>(out_.refs.size() - head - 6);
+        }
+    }
+
+    std::uint16_t local_of(std::uint32_t triangle)
+    {
+        if (local_index_.empty()) local_index_.assign(context_.mesh.triangles.size(), 0xffffffffu);
+        if (local_index_[triangle] == 0xffffffffu) {
+            if (out_.locals.size() >= model::k_split_list) throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
+            local_index_[triangle] = static_cast<std::uint32_t>(out_.locals.size());
+            out_.locals.push_back(triangle);
+        }
+        return static_cast<std::uint16_t>(local_index_[triangle]);
+    }
+
+    void bake_faces()
+    {
+        const auto n = static_cast<int>(base_);
+        const double size = 2.0 / n;
+        const int blocks = n / model::k_block;
+        for (int face = 0; face < model::k_faces; ++face) {
+            std::vector<std::vector<Polygon>> bins(static_cast<std::size_t>(n * n));
+            for (const Polygon& p : polygons_[face]) bin(p, size, n, bins);
+            std::vector<RaySample> rays;
+            for (int row = 0; row <= n; ++row)
+                for (int column = 0; column <= n; ++column) {
+                    // All four cells around: a surface that leaves the chart's box may be listed in one of them only.
+                    std::vector<Polygon> polys;
+                    for (int q = 0; q < 4; ++q) {
+                        const int r = row - (q >> 1), c = column - (q & 1);
+                        if (r < 0 || c < 0 || r >= n || c >= n) continue;
+                        for (const Polygon& p : bins[static_cast<std::size_t>(r * n + c)])
+                            if (std::none_of(polys.begin(), polys.end(), [&](const Polygon& o) { return o.triangle == p.triangle; }))
+                                polys.push_back(p);
+                    }
+                    rays.push_back(sample(face, -1 + size * column, -1 + size * row, polys));
+                    out_.samples.push_back(stored_sample(rays.back()));
+                }
+            std::vector<model::Block> pyramid(static_cast<std::size_t>(blocks * blocks), model::Block{0xffff, 0});
+            for (int row = 0; row < n; ++row) {
+                if (options_.exact) out_.rows.push_back(static_cast<std::uint32_t>(out_.refs.size()));
+                for (int column = 0; column < n; ++column) {
+                    const auto& polys = bins[static_cast<std::size_t>(row * n + column)];
+                    const RaySample* r = rays.data() + row * (n + 1) + column;
+                    const RaySample corner[4] = {r[0], r[1], r[n + 1], r[n + 2]};
+                    out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
+                    model::Block& block = pyramid[static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block)];
+                    for (const Polygon& p : polys) {
+                        if (buried(p.triangle)) continue;
+                        for (int i = 0; i < p.count; ++i) {
+                            block.lo = std::min(block.lo, encode_down(p.corner[static_cast<std::size_t>(i)].w));
+                            block.hi = std::max(block.hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
+                        }
+                    }
+                    if (options_.exact) {
+                        push_start();
+                        bake_list(-1 + size * column, -1 + size * row, size, 0, polys);
+                    }
+                }
+                if (options_.exact) push_start();
+            }
+            out_.blocks.insert(out_.blocks.end(), pyramid.begin(), pyramid.end());
+        }
+    }
+
+    void push_start()
+    {
+        const std::size_t offset = out_.refs.size() - out_.rows.back();
+        if (offset > 0xffff) throw mesh::InvalidInput("a row of a part's exact layer holds more than 65535 entries");
+        out_.starts.push_back(static_cast<std::uint16_t>(offset));
+    }
+
+    static void bin(const Polygon& p, double size, int n, std::vector<std::vector<Polygon>>& bins)
+    {
+        double lo_t = 2, hi_t = -2;
+        for (int i = 0; i < p.count; ++i) {
+            lo_t = std::min(lo_t, p.corner[static_cast<std::size_t>(i)].t);
+            hi_t = std::max(hi_t, p.corner[static_cast<std::size_t>(i)].t);
+        }
+        const auto cell = [&](double v) { return std::clamp(static_cast<int>(std::floor((v + 1) / size)), 0, n - 1); };
+        for (int row = cell(lo_t - k_border); row <= cell(hi_t + k_border); ++row) {
+            Polygon strip = p;
+            clip_to_cell(strip, -2, 2, -1 + size * row - k_border, -1 + size * (row + 1) + k_border);
+            if (strip.count == 0) continue;
+            double lo_s = 2, hi_s = -2;
+            for (int i = 0; i < strip.count; ++i) {
+                lo_s = std::min(lo_s, strip.corner[static_cast<std::size_t>(i)].s);
+                hi_s = std::max(hi_s, strip.corner[static_cast<std::size_t>(i)].s);
+            }
+            for (int column = cell(lo_s - k_border); column <= cell(hi_s + k_border); ++column) {
+                Polygon c = strip;
+                clip_to_cell(c, -1 + size * column - k_border, -1 + size * (column + 1) + k_border, -2, 2);
+                if (c.count > 0) bins[static_cast<std::size_t>(row * n + column)].push_back(c);
+            }
+        }
+    }
+
+    const SurfaceContext& context_;
+    shape::Superquadricd sq_;
+    CentralOptions options_;
+    std::uint32_t base_;
+    CentralMapData out_;
+    Vec3d centre_;
+    Mat3d rows_;
+    std::vector<Vec3d> x_;
+    std::vector<Polygon> polygons_[model::k_faces];
+    std::vector<Vec3d> scratch_, scratch2_;
+    std::vector<std::uint32_t> local_index_;
+};
+
+}  // namespace
+
+ChartBox chart_box(const shape::Superquadricd& sq, Vec3f centre, std::span<const Vec3d> points)
+{
+    // The centre too: the way from it to any point of the box then stays in the box.
+    Vec3d lo{}, hi{};
+    for (const Vec3d& p : points) {
+        const Vec3d q = sq.rotation * (p - cast<double>(centre));
+        for (int i = 0; i < 3; ++i) {
+            lo[i] = std::min(lo[i], q[i] / sq.a[i]);
+            hi[i] = std::max(hi[i], q[i] / sq.a[i]);
+        }
+    }
+    constexpr double k_hair = 2e-5;
+    ChartBox box;
+    for (int i = 0; i < 3; ++i) {
+        box.lo[i] = static_cast<float>(lo[i] - k_hair);
+        box.hi[i] = static_cast<float>(hi[i] + k_hair);
+    }
+    return box;
+}
+
+Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& sq, std::span<const std::uint32_t> own)
+{
+    // Clearance in the chart's metric, from the part's own triangles (their corners and centroids).
+    std::vector<Vec3d> surface;
+    for (const std::uint32_t t : own) {
+        for (const std::uint32_t v : context.mesh.triangles[t]) surface.push_back(context.mesh.vertices[v]);
+        surface.push_back(mesh::triangle_centroid(context.mesh, t));
+    }
+    const auto chart = [&](Vec3d p) {
+        const Vec3d q = sq.rotation * (p - sq.translation);
+        return Vec3d{q.x / sq.a.x, q.y / sq.a.y, q.z / sq.a.z};
+    };
+    std::vector<Vec3d> x;
+    const std::size_t stride = std::max<std::size_t>(1, surface.size() / 1500);
+    for (std::size_t i = 0; i < surface.size(); i += stride) x.push_back(chart(surface[i]));
+
+    const auto score = [&](Vec3d p) {
+        const Vec3d c = chart(p);
+        double clearance_sq = std::numeric_limits<double>::infinity();
+        for (const Vec3d& v : x) clearance_sq = std::min(clearance_sq, norm_sq(v - c));
+        return std::sqrt(clearance_sq) - 0.35 * norm(c);
+    };
+    std::vector<std::pair<double, Vec3d>> candidates;
+    constexpr int k_side = 4;
+    for (int i = -k_side; i <= k_side; ++i)
+        for (int j = -k_side; j <= k_side; ++j)
+            for (int k = -k_side; k <= k_side; ++k) {
+                const Vec3d l{sq.a.x * i / (k_side + 1.0), sq.a.y * j / (k_side + 1.0), sq.a.z * k / (k_side + 1.0)};
+                const Vec3d p = shape::to_model(sq, l);
+                candidates.emplace_back(score(p), p);
+            }
+    // Points half way through the part's thickness, for parts that the superquadric's middle misses.
+    const std::size_t own_stride = std::max<std::size_t>(1, own.size() / 40);
+    for (std::size_t i = 0; i < own.size(); i += own_stride) {
+        const mesh::Triangle& tri = context.mesh.triangles[own[i]];
+        const Vec3d a = context.mesh.vertices[tri[0]];
+        const Vec3d n = normalized(cross(context.mesh.vertices[tri[1]] - a, context.mesh.vertices[tri[2]] - a));
+        const Vec3d c = mesh::triangle_centroid(context.mesh, own[i]);
+        for (double depth = 0.5 * std::min({sq.a.x, sq.a.y, sq.a.z}); depth > 1e-4; depth *= 0.5) {
+            const Vec3d p = c - depth * n;
+            if (context.bvh.closest_point(p).distance > 0.7 * depth) {
+                candidates.emplace_back(score(p), p);
+                break;
+            }
+        }
+    }
+    std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
+    // The floor: no surface nearer than a fraction of the least axis, or distances along rays would lose their digits.
+    const double floor = 0.02 * std::min({sq.a.x, sq.a.y, sq.a.z});
+    Vec3d best = candidates.front().second;
+    double best_clearance = -1;
+    for (const auto& [value, p] : candidates) {
+        const Vec3d rounded = cast<double>(cast<float>(p));
+        const bool inside = context.bvh.winding_number(rounded) > 0;
+        const double clearance = context.bvh.closest_point(rounded).distance;
+        if (inside && clearance > floor) return cast<float>(rounded);
+        const double rank = inside ? clearance : -1.0;
+        if (rank > best_clearance) {
+            best_clearance = rank;
+            best = rounded;
+        }
+    }
+    return cast<float>(best);
+}
+
+CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
+                                const ChartBox& box, std::uint32_t base, const CentralOptions& options)
+{
+    return Baker(context, superquadric, centre, box, base, options).run();
+}
+
+}  // namespace sqmap::bake

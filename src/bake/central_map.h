@@ -1,0 +1,73 @@
+// Baking the central map and the exact layer of one part. See query/central_map.h for what the stored numbers mean.
+#pragma once
+
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/model/model.h"
+#include "sqmap/shape/superquadric.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::bake {
+
+/// What the parts of a model share.
+struct SurfaceContext {
+    const mesh::Mesh& mesh;               ///< model space, every coordinate representable as float
+    const mesh::Bvh& bvh;
+    std::span<const std::uint16_t> flags; ///< #triangles: model::SurfaceFlag bits
+    double r_max;
+};
+
+struct CentralOptions {
+    double tolerance = 0.001;    ///< a cell is split while its certified deviation exceeds this share of R_max
+    double finest = 0.007;       ///< cells below this share of R_max are not split further
+    int max_depth = model::k_max_split_depth;
+    std::uint32_t split_list = 14;  ///< exact lists longer than this are split
+    bool exact = true;
+};
+
+/// A box in the superquadric's frame divided by its axes, relative to the projection centre.
+struct ChartBox {
+    float lo[3], hi[3];
+};
+
+/// One part's arrays, offsets relative to the part.
+struct CentralMapData {
+    Vec3f centre;
+    int centre_winding = 0;
+    float chart_rows[9];
+    ChartBox box;
+    float w_min = 0, w_step = 1;
+    std::uint32_t base = 0;
+    std::vector<std::uint16_t> samples, cells;
+    std::vector<model::Block> blocks;
+    std::vector<std::uint32_t> specials;
+    std::vector<std::uint16_t> pool;
+    std::vector<std::uint32_t> rows;
+    std::vector<std::uint16_t> starts, refs;
+    std::vector<std::uint32_t> locals;
+    double quantisation = 0;       ///< largest radius error of 16-bit storage, model units
+    std::uint32_t rough_cells = 0; ///< leaves that stayed above their tolerance
+
+    std::size_t map_bytes() const
+    {
+        return 2 * (samples.size() + cells.size() + pool.size()) + 4 * (blocks.size() + specials.size());
+    }
+    std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
+};
+
+/// Projection centre of a part: inside the solid, with large clearance from the part's own surface in the chart's
+/// metric (a centre close to the surface would spread a few triangles over half the chart). Candidates are points of a
+/// lattice in the superquadric's box and the depth centres below the part's triangles.
+[[nodiscard]] Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& superquadric,
+                                  std::span<const std::uint32_t> own_triangles);
+
+/// The smallest box that holds the points, and a hair more.
+[[nodiscard]] ChartBox chart_box(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
+
+/// box: where the chart must answer: the corners of the part and its caps, which hold all of the solid that is its.
+[[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
+                                              const ChartBox& box, std::uint32_t base, const CentralOptions& options);
+
+}  // namespace sqmap::bake

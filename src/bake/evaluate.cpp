@@ -1,0 +1,217 @@
+#include "sqmap/bake/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sqmap::bake {
+
+namespace {
+
+/// SplitMix64: a small generator with the same numbers on every platform.
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t bits()
+    {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+        return z ^ (z >> 31);
+    }
+    double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+    double between(double lo, double hi) { return lo + (hi - lo) * uniform(); }
+
+private:
+    std::uint64_t state_;
+};
+
+Distribution summarize(std::vector<double> values)
+{
+    Distribution d;
+    d.count = static_cast<std::uint32_t>(values.size());
+    if (values.empty()) return d;
+    std::sort(values.begin(), values.end());
+    for (const double v : values) d.mean += v;
+    d.mean /= static_cast<double>(values.size());
+    const auto at = [&](double q) { return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))]; };
+    d.median = at(0.5);
+    d.p95 = at(0.95);
+    d.p99 = at(0.99);
+    d.max = values.back();
+    return d;
+}
+
+/// Where the part's map answers.
+bool in_chart(const model::Part& part, Vec3f p)
+{
+    const Vec3f d = p - model::vec3(part.chart_centre);
+    for (int i = 0; i < 3; ++i) {
+        const float x = dot(model::vec3(part.chart_rows + 3 * i), d);
+        if (x < part.chart_lo[i] || x > part.chart_hi[i]) return false;
+    }
+    return true;
+}
+
+bool in_superquadric(const model::Part& part, Vec3f p)
+{
+    const Vec3f offset = p - model::vec3(part.sphere);
+    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && in_chart(part, p) && shape::implicit(model::superquadric_of(part), p) <= 1.f;
+}
+
+/// Signed distance from p to the solid's nearest boundary crossing on the ray from centre through p, within the part's
+/// chart. False where there is none.
+bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p, double& distance)
+{
+    const Vec3d centre = cast<double>(model::vec3(part.chart_centre));
+    const double length = norm(p - centre);
+    if (!(length > 0)) return false;
+    const Vec3d direction = (p - centre) / length;
+    std::vector<mesh::Bvh::Crossing> crossings;
+    if (!solid.bvh().ray_crossings(centre, direction, crossings)) return false;
+    int winding = part.centre_winding;
+    bool found = false;
+    for (const mesh::Bvh::Crossing& c : crossings) {
+        const int next = winding - c.sign;
+        if ((next > 0) != (winding > 0) && in_chart(part, cast<float>(centre + c.t * direction))) {
+            if (!found || std::abs(c.t - length) < std::abs(distance)) distance = c.t - length;
+            found = true;
+        }
+        winding = next;
+    }
+    return found;
+}
+
+}  // namespace
+
+std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const EvaluateOptions& options)
+{
+    Random random(options.seed);
+    std::vector<double> cumulative;
+    double area = 0;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) cumulative.push_back(area += mesh::triangle_area(mesh, t));
+    Vec3d lo = mesh.vertices.front(), hi = lo;
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], v[k]);
+            hi[k] = std::max(hi[k], v[k]);
+        }
+    std::vector<Vec3d> points;
+    for (std::uint32_t i = 0; i < options.points; ++i) {
+        if (i % 4 == 3) {
+            points.push_back({random.between(lo.x, hi.x), random.between(lo.y, hi.y), random.between(lo.z, hi.z)});
+            continue;
+        }
+        const auto it = std::upper_bound(cumulative.begin(), cumulative.end(), random.uniform() * area);
+        const auto t = static_cast<std::size_t>(std::min<std::ptrdiff_t>(it - cumulative.begin(), std::ssize(cumulative) - 1));
+        const mesh::Triangle& tri = mesh.triangles[t];
+        double u = random.uniform(), v = random.uniform();
+        if (u + v > 1) {
+            u = 1 - u;
+            v = 1 - v;
+        }
+        const Vec3d a = mesh.vertices[tri[0]];
+        const Vec3d ab = mesh.vertices[tri[1]] - a, ac = mesh.vertices[tri[2]] - a;
+        const Vec3d n = normalized(cross(ab, ac));
+        points.push_back(a + u * ab + v * ac + random.between(-1, 1) * options.near_band * r_max * n);
+    }
+    return points;
+}
+
+Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh)
+{
+    Containment result;
+    std::vector<shape::Superquadricd> shapes;
+    for (const model::Part& p : model.parts) {
+        if (p.largest_f <= 1.f) ++result.certified;
+        const shape::Superquadricf f = model::superquadric_of(p);
+        shape::Superquadricd d;
+        d.a = cast<double>(f.a);
+        d.eps1 = f.eps1;
+        d.eps2 = f.eps2;
+        for (int i = 0; i < 3; ++i) d.rotation.row[i] = cast<double>(f.rotation.row[i]);
+        d.translation = cast<double>(f.translation);
+        d.taper_x = f.taper_x;
+        d.taper_y = f.taper_y;
+        d.bend = f.bend;
+        d.bend_angle = f.bend_angle;
+        shapes.push_back(d);
+    }
+    for (const mesh::Triangle& t : mesh.triangles) {
+        const Vec3d a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
+        const Vec3d points[] = {a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0};
+        const bool held = std::any_of(shapes.begin(), shapes.end(), [&](const shape::Superquadricd& sq) {
+            return std::all_of(std::begin(points), std::end(points), [&](Vec3d p) { return shape::implicit(sq, p) <= 1; });
+        });
+        result.outside += held ? 0u : 1u;
+    }
+    return result;
+}
+
+Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
+{
+    const double r_max = model.header.r_max;
+    Evaluation e;
+    std::vector<double> eq35, depth, normal;
+    std::vector<std::pair<double, Vec3d>> worst;
+    std::uint32_t in_some = 0, left_out = 0;
+    for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
+        const Vec3f p = cast<float>(exact_point);
+        const Vec3d q = cast<double>(p);
+        const bool inside = solid.inside(q);
+        const mesh::ClosestPoint nearest = solid.closest_boundary(q);
+        const query::Contact c = query::query_point(model, p, options.layer);
+        ++e.points;
+        e.inside += inside ? 1u : 0u;
+        const bool far = nearest.distance > options.verdict_band * r_max;
+        const bool beyond_rounding = nearest.distance > 1e-5 * r_max;
+        if (inside && !c.contact) {
+            ++e.missed_any;
+            e.missed += far ? 1u : 0u;
+        }
+        if (!inside && c.contact) {
+            ++e.false_any;
+            e.false_contacts += far ? 1u : 0u;
+        }
+        if (c.certain) {
+            ++e.certain;
+            e.certain_wrong += inside != c.contact && beyond_rounding ? 1u : 0u;
+            for (const query::Layer layer : {query::Layer::Two, query::Layer::Three})
+                if (query::Contact other = query::query_point(model, p, layer); other.certain && other.contact != c.contact) ++e.contradictions;
+        }
+        if (inside && beyond_rounding && !query::query_point(model, p, query::Layer::One).contact) ++e.layer1_missed;
+        if (inside && c.contact) {
+            const double error = 100 * std::abs(static_cast<double>(c.depth) - nearest.distance) / r_max;
+            depth.push_back(error);
+            worst.emplace_back(error, q);
+            const Vec3d way = nearest.point - q;
+            if (norm(way) > 1e-4 * r_max) {
+                const double cosine = dot(normalized(way), cast<double>(c.normal));
+                normal.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
+            }
+        }
+        for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
+            if (!in_superquadric(model.parts[i], p)) continue;
+            ++in_some;
+            double exact = 0;
+            float mapped = 0;
+            const bool has_exact = exact_along_ray(solid, model.parts[i], q, exact);
+            // Where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
+            const Vec3d along = normalized(q - cast<double>(model::vec3(model.parts[i].chart_centre)));
+            const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
+            const bool has_map = has_exact && query::distance_along_projection(model, i, cast<float>(q + exact * along), layer, mapped);
+            if (has_map) eq35.push_back(100 * std::abs(static_cast<double>(mapped)) / r_max);
+            else ++left_out;
+            break;
+        }
+    }
+    e.eq35 = summarize(std::move(eq35));
+    e.eq35_left_out = in_some > 0 ? 100.0 * left_out / in_some : 0;
+    e.depth = summarize(std::move(depth));
+    e.normal = summarize(std::move(normal));
+    std::sort(worst.begin(), worst.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
+    for (std::size_t i = 0; i < worst.size() && i < 50; ++i) e.worst.push_back(worst[i].second);
+    return e;
+}
+
+}  // namespace sqmap::bake

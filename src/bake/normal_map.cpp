@@ -1,0 +1,535 @@
+// Moustakas, Tzovaras, Strintzis, "SQ-Map", section 4.1 steps 2 and 3, eqs. 9 to 12 and 22 to 27, section 5 for Q2.
+#include "sqmap/bake/normal_map.h"
+
+#include "sqmap/query/normal_projection.h"
+#include "sqmap/shape/bounding_sphere.h"
+#include "sqmap/shape/foot_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace sqmap::bake {
+
+using model::FootSeed;
+using model::k_map_cap;
+using model::k_map_largest;
+using model::k_map_miss;
+using model::NormalMapView;
+using model::VertexCorrection;
+using shape::Arc;
+using shape::Superquadricd;
+using shape::Superquadricf;
+using Kind = MapRays::Kind;
+using Surface = MapRays::Surface;
+using Angles = shape::SurfaceAngles<double>;
+
+namespace {
+
+constexpr double k_pi = std::numbers::pi;
+
+Superquadricf narrowed(const Superquadricd& sq)
+{
+    Superquadricf f;
+    f.a = cast<float>(sq.a);
+    f.eps1 = static_cast<float>(sq.eps1);
+    f.eps2 = static_cast<float>(sq.eps2);
+    for (int i = 0; i < 3; ++i) f.rotation.row[i] = cast<float>(sq.rotation.row[i]);
+    f.translation = cast<float>(sq.translation);
+    f.taper_x = static_cast<float>(sq.taper_x);
+    f.taper_y = static_cast<float>(sq.taper_y);
+    f.bend = static_cast<float>(sq.bend);
+    f.bend_angle = static_cast<float>(sq.bend_angle);
+    return f;
+}
+
+Superquadricd widened(const Superquadricf& f)
+{
+    Superquadricd sq;
+    sq.a = cast<double>(f.a);
+    sq.eps1 = static_cast<double>(f.eps1);
+    sq.eps2 = static_cast<double>(f.eps2);
+    for (int i = 0; i < 3; ++i) sq.rotation.row[i] = cast<double>(f.rotation.row[i]);
+    sq.translation = cast<double>(f.translation);
+    sq.taper_x = static_cast<double>(f.taper_x);
+    sq.taper_y = static_cast<double>(f.taper_y);
+    sq.bend = static_cast<double>(f.bend);
+    sq.bend_angle = static_cast<double>(f.bend_angle);
+    return sq;
+}
+
+double largest_axis(const Superquadricd& sq) { return std::max({sq.a.x, sq.a.y, sq.a.z}); }
+
+// Casting from surface places, and how far beyond the superquadric a ray can matter.
+struct Caster {
+    const MapRays& rays;
+    const Superquadricd sq;
+    const double reach, lift;
+
+    Caster(const MapRays& r, const Superquadricd& s)
+        : rays(r), sq(s), reach(2 * shape::bounding_sphere(s).radius), lift(1e-5 * largest_axis(s))
+    {
+    }
+    shape::SurfacePoint<double> at(Angles a) const { return shape::surface_point(sq, a); }
+    Surface cast(Angles a) const
+    {
+        const shape::SurfacePoint<double> s = at(a);
+        return rays.surface_along(s.point, -s.normal, reach, lift);
+    }
+};
+
+// One level of samples: 2^level + 1 rows by 2^(level + 1) columns.
+struct Grid {
+    int rows = 0, columns = 0;
+    std::vector<Surface> samples;
+
+    explicit Grid(int level) : rows((1 << level) + 1), columns(2 << level), samples(static_cast<std::size_t>(rows) * columns) {}
+    std::size_t index(int i, int j) const { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; }
+    const Surface& at(int i, int j) const { return samples[index(i, j)]; }
+    Angles angles(double i, double j) const { return {k_pi * (i / (rows - 1) - 0.5), 2 * k_pi * j / columns - k_pi}; }
+};
+
+Grid cast_level(const Caster& caster, int level, const Grid* coarser)
+{
+    Grid grid(level);
+    for (int i = 0; i < grid.rows; ++i)
+        for (int j = 0; j < grid.columns; ++j) {
+            Surface& s = grid.samples[grid.index(i, j)];
+            const bool pole = i == 0 || i == grid.rows - 1;
+            if (pole && j > 0)
+                s = grid.at(i, 0);
+            else if (coarser && i % 2 == 0 && j % 2 == 0)
+                s = coarser->at(i / 2, j / 2);
+            else
+                s = caster.cast(grid.angles(i, j));
+        }
+    return grid;
+}
+
+// True where the surface jumps between two neighbouring samples, so that nothing may be interpolated across.
+bool jumps(const Caster& caster, const Grid& grid, double slope, int i0, int j0, int i1, int j1)
+{
+    const Surface &a = grid.at(i0, j0), &b = grid.at(i1, j1);
+    if (a.kind != b.kind) return true;
+    if (a.kind != Kind::Hit) return false;
+    const double rise = std::abs(a.distance - b.distance);
+    const double length = norm(caster.at(grid.angles(i0, j0)).point - caster.at(grid.angles(i1, j1)).point);
+    if (rise <= slope * length) return false;
+    // Steep or torn: a steep sheet is still near the mean half way.
+    const Surface middle = caster.cast(grid.angles(0.5 * (i0 + i1), 0.5 * (j0 + j1)));
+    return middle.kind != Kind::Hit || std::abs(middle.distance - 0.5 * (a.distance + b.distance)) > 0.25 * rise;
+}
+
+// Two bits a sample: towards the next row, towards the next column.
+std::vector<std::uint8_t> find_cuts(const Caster& caster, const Grid& grid, double slope)
+{
+    std::vector<std::uint8_t> bits(grid.samples.size());
+    for (int i = 0; i < grid.rows; ++i)
+        for (int j = 0; j < grid.columns; ++j) {
+            unsigned b = 0;
+            if (i + 1 < grid.rows && jumps(caster, grid, slope, i, j, i + 1, j)) b |= 1;
+            if (i > 0 && i + 1 < grid.rows && jumps(caster, grid, slope, i, j, i, j + 1)) b |= 2;
+            bits[grid.index(i, j)] = static_cast<std::uint8_t>(b);
+        }
+    return bits;
+}
+
+bool whole_cell(const Grid& grid, const std::vector<std::uint8_t>& cuts, int i, int j)
+{
+    return (cuts[grid.index(i, j)] & 3u) == 0 && (cuts[grid.index(i, j + 1)] & 1u) == 0 && (cuts[grid.index(i + 1, j)] & 2u) == 0;
+}
+
+struct InterpolationError {
+    double mean = 0, p99 = 0, cut_share = 0;
+};
+
+// What bilinear interpolation misses at cell centres, on a regular subset of the cells.
+InterpolationError measure_interpolation(const Caster& caster, const Grid& grid, const std::vector<std::uint8_t>& cuts)
+{
+    const int every = std::max(1, grid.columns / 64);
+    std::vector<double> errors;
+    std::size_t cut = 0, cells = 0;
+    for (int i = 0; i + 1 < grid.rows; ++i)
+        for (int j = 0; j < grid.columns; ++j) {
+            ++cells;
+            if (!whole_cell(grid, cuts, i, j)) {
+                ++cut;
+                continue;
+            }
+            if (grid.at(i, j).kind != Kind::Hit || (i * 7 + j) % every != 0) continue;
+            const Surface s = caster.cast(grid.angles(i + 0.5, j + 0.5));
+            const double mean = 0.25 * (grid.at(i, j).distance + grid.at(i + 1, j).distance + grid.at(i, j + 1).distance +
+                                        grid.at(i + 1, j + 1).distance);
+            errors.push_back(s.kind == Kind::Hit ? std::abs(s.distance - mean) : mean);
+        }
+    InterpolationError out;
+    out.cut_share = static_cast<double>(cut) / static_cast<double>(cells);
+    if (errors.empty()) return out;
+    for (const double e : errors) out.mean += e / static_cast<double>(errors.size());
+    const auto nth = errors.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(errors.size() - 1));
+    std::nth_element(errors.begin(), nth, errors.end());
+    out.p99 = *nth;
+    return out;
+}
+
+Vec3d face_normal(const mesh::Mesh& m, std::uint32_t triangle)
+{
+    const mesh::Triangle& t = m.triangles[triangle];
+    return normalized(cross(m.vertices[t[1]] - m.vertices[t[0]], m.vertices[t[2]] - m.vertices[t[0]]));
+}
+
+// Eq. 26 with eq. 27: derivatives of D by differences that stay on one sheet, those of r and n exact. Where eq. 26 has no
+// answer (poles, samples alone on their sheet) the normal of the triangle that was hit.
+Vec3d surface_normal(const Caster& caster, const Grid& grid, const std::vector<std::uint8_t>& cuts, int i, int j)
+{
+    const Surface& here = grid.at(i, j);
+    const Vec3d face = face_normal(caster.rays.mesh(), here.triangle);
+    if (i == 0 || i == grid.rows - 1) return face;
+    const auto slope = [&](bool ahead, bool behind, const Surface& next, const Surface& last, double step, double& out) {
+        if (!ahead && !behind) return false;
+        const double high = ahead ? next.distance : here.distance, low = behind ? last.distance : here.distance;
+        out = (high - low) / (step * (ahead && behind ? 2 : 1));
+        return true;
+    };
+    double d_eta = 0, d_omega = 0;
+    const bool eta = slope((cuts[grid.index(i, j)] & 1) == 0, (cuts[grid.index(i - 1, j)] & 1) == 0, grid.at(i + 1, j),
+                           grid.at(i - 1, j), k_pi / (grid.rows - 1), d_eta);
+    const bool omega = slope((cuts[grid.index(i, j)] & 2) == 0, (cuts[grid.index(i, j - 1)] & 2) == 0, grid.at(i, j + 1),
+                             grid.at(i, j - 1), 2 * k_pi / grid.columns, d_omega);
+    if (!eta || !omega) return face;
+    const auto jet = shape::surface_jet(caster.sq, shape::place_at(caster.sq, grid.angles(i, j)));
+    const Vec3d n = normalized(shape::mapped_normal(jet, here.distance, d_eta, d_omega));
+    // Beyond a focal point of the superquadric S = r - D n folds over and eq. 26 points in.
+    return dot(n, face) > 0 ? n : face;
+}
+
+// Eq. 12 as corrected (errata 8): at local minima of the base grid, the greatest gradient of the one-ring.
+std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, double constant)
+{
+    const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
+    const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
+    std::vector<Vec3d> points(static_cast<std::size_t>(rows) * columns);
+    const auto index = [&](int i, int j) { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; };
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) points[index(i, j)] = caster.at(finest.angles(i * stride, j * stride)).point;
+    double spacing = 0;
+    for (int i = 1; i + 1 < rows; ++i)
+        for (int j = 0; j < columns; ++j)
+            spacing += 0.5 * (norm(points[index(i, j)] - points[index(i, j + 1)]) + norm(points[index(i, j)] - points[index(i + 1, j)]));
+    spacing /= static_cast<double>((rows - 2) * columns);
+    const auto gradient = [&](int i, int j) {
+        double sum = 0;
+        for (const auto& [di, dj] : {std::pair{1, 0}, std::pair{0, 1}}) {
+            const int i0 = std::max(i - di, 0), i1 = std::min(i + di, rows - 1);
+            const Surface &a = at(i0, j - dj), &b = at(i1, j + dj);
+            const double length = norm(points[index(i0, j - dj)] - points[index(i1, j + dj)]);
+            if (a.kind != Kind::Hit || b.kind != Kind::Hit || !(length > 0)) continue;
+            const double slope = (b.distance - a.distance) / length;
+            sum += slope * slope;
+        }
+        return std::sqrt(sum);
+    };
+    std::vector<double> out(points.size(), 0.0);
+    for (int i = 1; i + 1 < rows; ++i)
+        for (int j = 0; j < columns; ++j) {
+            const Surface& here = at(i, j);
+            if (here.kind != Kind::Hit) continue;
+            bool minimum = true;
+            double steepest = 0;
+            for (int di = -1; di <= 1 && minimum; ++di)
+                for (int dj = -1; dj <= 1; ++dj) {
+                    const Surface& s = at(i + di, j + dj);
+                    if (s.kind == Kind::Cap || (s.kind == Kind::Hit && s.distance < here.distance)) minimum = false;
+                    if (s.kind == Kind::Hit) steepest = std::max(steepest, gradient(i + di, j + dj));
+                }
+            if (minimum) out[index(i, j)] = constant * spacing * steepest;
+        }
+    return out;
+}
+
+std::vector<std::uint32_t> vertices_of(const mesh::Mesh& m, std::span<const std::uint32_t> triangles)
+{
+    std::vector<std::uint32_t> out;
+    for (const std::uint32_t t : triangles) out.insert(out.end(), m.triangles[t].begin(), m.triangles[t].end());
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
+shape::Foot<double> exact_foot(const Superquadricd& sq, const NormalMapView& view, Vec3d p)
+{
+    const shape::Foot<float> start = query::find_foot(view, sqmap::cast<float>(p), query::Projector::Newton);
+    const shape::SurfaceAnglesf a = shape::angles_of(start.place);
+    const Angles angles{static_cast<double>(a.eta), static_cast<double>(a.omega)};
+    return shape::polish_foot(sq, p, shape::place_at(sq, angles), {.max_iterations = 20, .tolerance = 1e-9});
+}
+
+// True where the segment from a surface point to its foot crosses the mesh (point W of Fig. 5a).
+bool occluded(const Caster& caster, const shape::Foot<double>& foot)
+{
+    const double margin = 1e-4 * largest_axis(caster.sq);
+    if (foot.depth <= 2 * margin) return false;
+    return caster.rays.first_hit(foot.point, -foot.normal, 0.0, foot.depth - margin).has_value();
+}
+
+struct PlacedVertex {
+    std::uint32_t row;
+    VertexCorrection data;
+    double residual;
+};
+
+double hat(const VertexCorrection& v, double y, double x)
+{
+    const double y0 = (v.eta + 0.5) / 256, x0 = (v.omega + 0.5) / 256;
+    return std::max(0.0, std::min({x / x0, (1 - x) / (1 - x0), y / y0, (1 - y) / (1 - y0)}));
+}
+
+// Heights of the pyramids so that their sum meets every residual of the cell; vertices too close together to be told
+// apart are dropped, least residual first.
+void solve_cell(std::vector<PlacedVertex>& cell)
+{
+    std::stable_sort(cell.begin(), cell.end(),
+                     [](const PlacedVertex& a, const PlacedVertex& b) { return std::abs(a.residual) > std::abs(b.residual); });
+    if (cell.size() > 8) cell.resize(8);
+    while (!cell.empty()) {
+        const std::size_t n = cell.size();
+        std::vector<double> a(n * (n + 1));
+        double largest = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+            const double y = (cell[i].data.eta + 0.5) / 256, x = (cell[i].data.omega + 0.5) / 256;
+            for (std::size_t j = 0; j < n; ++j) a[i * (n + 1) + j] = hat(cell[j].data, y, x);
+            a[i * (n + 1) + n] = cell[i].residual;
+            largest = std::max(largest, std::abs(cell[i].residual));
+        }
+        bool good = true;
+        for (std::size_t k = 0; k < n && good; ++k) {
+            std::size_t pivot = k;
+            for (std::size_t i = k; i < n; ++i)
+                if (std::abs(a[i * (n + 1) + k]) > std::abs(a[pivot * (n + 1) + k])) pivot = i;
+            good = std::abs(a[pivot * (n + 1) + k]) > 0.1;
+            for (std::size_t j = 0; j <= n; ++j) std::swap(a[k * (n + 1) + j], a[pivot * (n + 1) + j]);
+            for (std::size_t i = 0; i < n && good; ++i) {
+                if (i == k) continue;
+                const double f = a[i * (n + 1) + k] / a[k * (n + 1) + k];
+                for (std::size_t j = k; j <= n; ++j) a[i * (n + 1) + j] -= f * a[k * (n + 1) + j];
+            }
+        }
+        for (std::size_t i = 0; i < n && good; ++i) {
+            cell[i].residual = a[i * (n + 1) + n] / a[i * (n + 1) + i];
+            good = std::abs(cell[i].residual) <= 3 * largest;
+        }
+        if (good) return;
+        cell.pop_back();
+    }
+}
+
+// Step 3: every vertex of the part that its foot can see, as a correction of the interpolated map.
+void add_corrections(const Caster& caster, const Grid& grid, const std::vector<std::uint8_t>& cuts,
+                     std::span<const std::uint32_t> triangles, double threshold, NormalMap& map)
+{
+    const mesh::Mesh& m = caster.rays.mesh();
+    const NormalMapView view = map.view();
+    const double scale = static_cast<double>(map.distance_scale);
+    std::vector<PlacedVertex> placed;
+    for (const std::uint32_t v : vertices_of(m, triangles)) {
+        ++map.report.vertices;
+        const shape::Foot<double> foot = exact_foot(caster.sq, view, m.vertices[v]);
+        if (!foot.converged || foot.depth < 0) continue;
+        if (occluded(caster, foot)) {
+            ++map.report.occluded_vertices;
+            continue;
+        }
+        const Angles a = shape::angles_of(foot.place);
+        const double y = (a.eta / k_pi + 0.5) * (grid.rows - 1), x = (a.omega / (2 * k_pi) + 0.5) * grid.columns;
+        const int i = std::clamp(static_cast<int>(y), 0, grid.rows - 2), j = std::clamp(static_cast<int>(x), 0, grid.columns - 1);
+        if (!whole_cell(grid, cuts, i, j) || grid.at(i, j).kind != Kind::Hit) continue;
+        const auto eighth = [](double f) { return static_cast<std::uint8_t>(std::clamp(f * 256, 0.0, 255.0)); };
+        const VertexCorrection data{static_cast<std::uint16_t>(j), eighth(y - i), eighth(x - j), 0};
+        // Linear interpolation as the run time will do it, at the place that is stored.
+        const double fy = (data.eta + 0.5) / 256, fx = (data.omega + 0.5) / 256;
+        const auto value = [&](int r, int c) { return scale * map.distance[grid.index(r, c)]; };
+        const double low = value(i, j) + fx * (value(i, j + 1) - value(i, j));
+        const double high = value(i + 1, j) + fx * (value(i + 1, j + 1) - value(i + 1, j));
+        const double residual = foot.depth - (low + fy * (high - low));
+        if (std::abs(residual) < threshold) continue;
+        placed.push_back({static_cast<std::uint32_t>(i), data, residual});
+    }
+    const auto cell_key = [](const PlacedVertex& p) { return std::pair(p.row, p.data.column); };
+    std::stable_sort(placed.begin(), placed.end(),
+                     [&](const PlacedVertex& a, const PlacedVertex& b) { return cell_key(a) < cell_key(b); });
+    map.correction_rows.assign(static_cast<std::size_t>(grid.rows), 0);
+    for (std::size_t first = 0; first < placed.size();) {
+        std::size_t last = first;
+        while (last < placed.size() && cell_key(placed[last]) == cell_key(placed[first])) ++last;
+        std::vector<PlacedVertex> cell(placed.begin() + static_cast<std::ptrdiff_t>(first),
+                                       placed.begin() + static_cast<std::ptrdiff_t>(last));
+        solve_cell(cell);
+        for (PlacedVertex& p : cell) {
+            const double code = std::round(p.residual / scale);
+            if (std::abs(code) > 32767 || code == 0) continue;
+            p.data.correction = static_cast<std::int16_t>(code);
+            map.corrections.push_back(p.data);
+            ++map.correction_rows[p.row + 1];
+        }
+        first = last;
+    }
+    for (std::size_t i = 1; i < map.correction_rows.size(); ++i) map.correction_rows[i] += map.correction_rows[i - 1];
+    map.report.corrections = static_cast<std::uint32_t>(map.corrections.size());
+}
+
+double q2_share(const Caster& caster, const NormalMapView& view, std::span<const std::uint32_t> triangles)
+{
+    const mesh::Mesh& m = caster.rays.mesh();
+    double hidden = 0, total = 0;
+    for (const std::uint32_t t : triangles) {
+        const double area = mesh::triangle_area(m, t);
+        total += area;
+        const shape::Foot<double> foot = exact_foot(caster.sq, view, mesh::triangle_centroid(m, t));
+        if (!foot.converged || occluded(caster, foot)) hidden += area;
+    }
+    return total > 0 ? hidden / total : 0;
+}
+
+// The sample nearest to the middle of every seed cell, on a grid of 33 by 64.
+void make_seeds(const Superquadricd& sq, NormalMap& map)
+{
+    Superquadricd local = sq;
+    local.rotation = {};
+    local.translation = {};
+    const Grid grid(5);
+    std::vector<Vec3d> points;
+    for (int i = 0; i < grid.rows; ++i)
+        for (int j = 0; j < grid.columns; ++j) points.push_back(shape::surface_point(local, grid.angles(i, j)).point);
+    map.seeds_mirrored = !sq.is_deformed();
+    map.seed_count = map.seeds_mirrored ? 8 : 12;
+    const int n = static_cast<int>(map.seed_count);
+    const auto middle = [&](int i) { return map.seeds_mirrored ? (i + 0.5) / n : 2 * (i + 0.5) / n - 1; };
+    for (int x = 0; x < n; ++x)
+        for (int y = 0; y < n; ++y)
+            for (int z = 0; z < n; ++z) {
+                const Vec3d q = shape::deform(local, Vec3d{sq.a.x * middle(x), sq.a.y * middle(y), sq.a.z * middle(z)});
+                std::size_t best = 0;
+                for (std::size_t k = 1; k < points.size(); ++k)
+                    if (norm_sq(points[k] - q) < norm_sq(points[best] - q)) best = k;
+                const int i = static_cast<int>(best) / grid.columns, j = static_cast<int>(best) % grid.columns;
+                const auto code = [](double share) { return static_cast<std::uint8_t>(std::clamp(share * 256, 0.0, 255.0)); };
+                map.seeds.push_back({code(static_cast<double>(i) / (grid.rows - 1)), code(static_cast<double>(j) / grid.columns)});
+            }
+}
+
+}  // namespace
+
+NormalMapView NormalMap::view() const
+{
+    NormalMapView v;
+    v.superquadric = superquadric;
+    v.eta_count = eta_count;
+    v.omega_count = omega_count;
+    v.subdivisions = subdivisions;
+    v.distance_scale = distance_scale;
+    v.offset_scale = offset_scale;
+    v.quantization_error = quantization_error;
+    v.distance = distance;
+    v.normal = normal;
+    v.cuts = cuts;
+    v.correction_rows = correction_rows;
+    v.corrections = corrections;
+    v.offset = offset;
+    v.seed_count = seed_count;
+    v.seeds_mirrored = seeds_mirrored;
+    v.seeds = seeds;
+    v.rows = rows;
+    v.columns = columns;
+    return v;
+}
+
+std::size_t NormalMap::stored_bytes() const
+{
+    return sizeof(superquadric) + 7 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() + offset.size() +
+           4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + sizeof(FootSeed) * seeds.size();
+}
+
+void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Arc<float>> columns)
+{
+    // The angles in double: the poles' cosine must be 0, not the sine of a rounding error.
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const double eta = k_pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
+        const bool pole = i == 0 || i + 1 == rows.size();
+        rows[i] = shape::arc_through(pole ? 0.0f : static_cast<float>(std::cos(eta)), static_cast<float>(std::sin(eta)), sq.eps1);
+    }
+    for (std::size_t j = 0; j < columns.size(); ++j) {
+        const double omega = 2 * k_pi * static_cast<double>(j) / static_cast<double>(columns.size()) - k_pi;
+        columns[j] = shape::arc_through(static_cast<float>(std::cos(omega)), static_cast<float>(std::sin(omega)), sq.eps2);
+    }
+}
+
+NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
+                          const NormalMapOptions& options)
+{
+    NormalMap map;
+    map.superquadric = narrowed(superquadric);
+    const Superquadricd sq = widened(map.superquadric);
+    const Caster caster(rays, sq);
+    const double target = options.target_error * largest_axis(sq);
+
+    int level = options.min_level;
+    Grid grid = cast_level(caster, level, nullptr);
+    std::vector<std::uint8_t> cuts = find_cuts(caster, grid, options.jump_slope);
+    InterpolationError error = measure_interpolation(caster, grid, cuts);
+    while (error.p99 > target && level < options.max_level) {
+        ++level;
+        grid = cast_level(caster, level, &grid);
+        cuts = find_cuts(caster, grid, options.jump_slope);
+        error = measure_interpolation(caster, grid, cuts);
+    }
+    map.report.level = level;
+    map.report.target_met = error.p99 <= target;
+    map.report.interpolation_mean = error.mean;
+    map.report.interpolation_p99 = error.p99;
+    map.report.cut_share = error.cut_share;
+
+    map.eta_count = static_cast<std::uint32_t>(grid.rows);
+    map.omega_count = static_cast<std::uint32_t>(grid.columns);
+    map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, level - 2));
+    map.rows.resize(map.eta_count);
+    map.columns.resize(map.omega_count);
+    grid_arcs(map.superquadric, map.rows, map.columns);
+    make_seeds(sq, map);
+
+    double largest = 0;
+    for (const Surface& s : grid.samples)
+        if (s.kind == Kind::Hit) largest = std::max(largest, s.distance);
+    map.distance_scale = largest > 0 ? static_cast<float>(largest / k_map_largest) : 1.0f;
+    const double scale = static_cast<double>(map.distance_scale);
+    const double share = 1.0 / static_cast<double>(grid.samples.size());
+    for (int i = 0; i < grid.rows; ++i)
+        for (int j = 0; j < grid.columns; ++j) {
+            const Surface& s = grid.at(i, j);
+            std::uint16_t code = s.kind == Kind::Cap ? k_map_cap : k_map_miss, normal = 0;
+            if (s.kind == Kind::Hit) {
+                code = static_cast<std::uint16_t>(std::min(std::round(s.distance / scale), double(k_map_largest)));
+                map.report.quantization_error = std::max(map.report.quantization_error, std::abs(code * scale - s.distance));
+                normal = query::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
+            }
+            (s.kind == Kind::Hit ? map.report.hit_share : (s.kind == Kind::Cap ? map.report.cap_share : map.report.miss_share)) += share;
+            map.distance.push_back(code);
+            map.normal.push_back(normal);
+        }
+    map.quantization_error = static_cast<float>(map.report.quantization_error);
+    map.cuts.assign((grid.samples.size() + 3) / 4, 0);
+    for (std::size_t k = 0; k < cuts.size(); ++k) map.cuts[k / 4] = static_cast<std::uint8_t>(map.cuts[k / 4] | cuts[k] << (2 * (k % 4)));
+
+    const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options.offset_constant);
+    const double largest_delta = *std::max_element(delta.begin(), delta.end());
+    map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / 255 * (1 + 1e-6) : 1.0);
+    for (const double d : delta)
+        map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
+
+    if (options.corrections)
+        add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);
+    map.report.q2_share = q2_share(caster, map.view(), triangles);
+    return map;
+}
+
+}  // namespace sqmap::bake

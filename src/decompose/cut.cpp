@@ -1,0 +1,207 @@
+// Least-weight cut in a band, after Katz and Tal, "Hierarchical mesh decomposition using fuzzy clustering and cuts",
+// SIGGRAPH 2003; maximum flow by Dinic's algorithm.
+#include "cut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::decompose {
+
+CutSurface::CutSurface(const mesh::Mesh& m) : mesh(m), graph(mesh::dual_graph(m))
+{
+    const std::size_t n = mesh.triangles.size();
+    area.resize(n);
+    std::vector<Vec3d> centre(n), normal(n);
+    for (std::uint32_t t = 0; t < n; ++t) {
+        area[t] = mesh::triangle_area(mesh, t);
+        total_area += area[t];
+        centre[t] = mesh::triangle_centroid(mesh, t);
+        const mesh::Triangle& tri = mesh.triangles[t];
+        normal[t] = 0.5 * cross(mesh.vertices[tri[1]] - mesh.vertices[tri[0]], mesh.vertices[tri[2]] - mesh.vertices[tri[0]]);
+    }
+    // Normals averaged over the neighbours: concavity should see the shape, not the scanner's noise.
+    std::vector<Vec3d> smooth = normal;
+    for (std::uint32_t t = 0; t < n; ++t) {
+        for (const auto o : graph.neighbours[t])
+            if (o != mesh::k_no_triangle) smooth[t] += normal[o];
+        smooth[t] = sqmap::normalized(smooth[t]);
+    }
+    edge_length.assign(n, {});
+    edge_concavity.assign(n, {});
+    for (std::uint32_t t = 0; t < n; ++t)
+        for (int e = 0; e < 3; ++e) {
+            edge_length[t][e] = norm(mesh.vertices[mesh.triangles[t][(e + 1) % 3]] - mesh.vertices[mesh.triangles[t][e]]);
+            const std::uint32_t o = graph.neighbours[t][e];
+            if (o == mesh::k_no_triangle) continue;
+            const Vec3d d = centre[o] - centre[t];
+            const double angle = std::atan2(norm(cross(smooth[t], smooth[o])), dot(smooth[t], smooth[o]));
+            const double length = norm(d);
+            if (length > 0 && dot(smooth[t] - smooth[o], d) > 0) edge_concavity[t][e] = angle / length;
+        }
+}
+
+namespace {
+
+class MaximumFlow {
+public:
+    explicit MaximumFlow(std::uint32_t nodes) : first_(nodes) {}
+
+    void add_edge(std::uint32_t a, std::uint32_t b, double there, double back)
+    {
+        first_[a].push_back(static_cast<std::uint32_t>(arcs_.size()));
+        arcs_.push_back({b, there});
+        first_[b].push_back(static_cast<std::uint32_t>(arcs_.size()));
+        arcs_.push_back({a, back});
+    }
+
+    /// Nodes that the source still reaches once the flow is maximal.
+    std::vector<std::uint8_t> source_side(std::uint32_t source, std::uint32_t sink, double tolerance)
+    {
+        std::vector<int> level;
+        while (true) {
+            level.assign(first_.size(), -1);
+            level[source] = 0;
+            std::vector<std::uint32_t> queue{source};
+            for (std::size_t i = 0; i < queue.size(); ++i)
+                for (const auto a : first_[queue[i]])
+                    if (arcs_[a].room > tolerance && level[arcs_[a].to] < 0) {
+                        level[arcs_[a].to] = level[queue[i]] + 1;
+                        queue.push_back(arcs_[a].to);
+                    }
+            if (level[sink] < 0) break;
+            std::vector<std::size_t> next(first_.size(), 0);
+            std::vector<std::uint32_t> path;
+            std::uint32_t at = source;
+            while (true) {
+                if (at == sink) {
+                    double push = std::numeric_limits<double>::infinity();
+                    for (const auto a : path) push = std::min(push, arcs_[a].room);
+                    std::size_t keep = path.size();
+                    for (std::size_t i = path.size(); i-- > 0;) {
+                        arcs_[path[i]].room -= push;
+                        arcs_[path[i] ^ 1].room += push;
+                        if (arcs_[path[i]].room <= tolerance) keep = i;
+                    }
+                    path.resize(keep);
+                    at = path.empty() ? source : arcs_[path.back()].to;
+                    continue;
+                }
+                bool moved = false;
+                for (; next[at] < first_[at].size(); ++next[at]) {
+                    const auto a = first_[at][next[at]];
+                    if (arcs_[a].room > tolerance && level[arcs_[a].to] == level[at] + 1) {
+                        path.push_back(a);
+                        at = arcs_[a].to;
+                        moved = true;
+                        break;
+                    }
+                }
+                if (moved) continue;
+                if (path.empty()) break;
+                level[at] = -1;
+                path.pop_back();
+                at = path.empty() ? source : arcs_[path.back()].to;
+            }
+        }
+        std::vector<std::uint8_t> side(first_.size(), 0);
+        for (std::size_t i = 0; i < first_.size(); ++i) side[i] = level[i] >= 0;
+        return side;
+    }
+
+private:
+    struct Arc {
+        std::uint32_t to;
+        double room;
+    };
+    std::vector<std::vector<std::uint32_t>> first_;
+    std::vector<Arc> arcs_;
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> best_cut(const CutSurface& s, std::span<const std::uint32_t> triangles, std::span<const double> field,
+                                   double level, double band, double radius)
+{
+    constexpr std::uint32_t k_outside = mesh::k_no_triangle, k_source = 0, k_sink = 1;
+    std::vector<std::uint32_t> node(s.mesh.triangles.size(), k_outside);
+    std::uint32_t count = 2;
+    for (const auto t : triangles)
+        node[t] = field[t] <= level - band ? k_source : (field[t] >= level + band ? k_sink : count++);
+    MaximumFlow flow(count);
+    double longest = 0;
+    for (const auto t : triangles) {
+        if (node[t] < 2) continue;
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t o = s.graph.neighbours[t][e];
+            if (o == mesh::k_no_triangle || node[o] == k_outside) continue;
+            if (node[o] >= 2 && o < t) continue;
+            const double weight = s.edge_length[t][e] / (1 + radius * s.edge_concavity[t][e]);
+            longest = std::max(longest, weight);
+            flow.add_edge(node[t], node[o], weight, weight);
+        }
+    }
+    const auto near = flow.source_side(k_source, k_sink, 1e-12 * longest);
+    std::vector<std::uint8_t> side(triangles.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i) side[i] = near[node[triangles[i]]];
+    return side;
+}
+
+double mean_concavity(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double radius)
+{
+    std::vector<std::uint8_t> side(s.area.size(), 2);
+    for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+    double length = 0, concave = 0;
+    for (const auto t : triangles)
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t o = s.graph.neighbours[t][e];
+            if (o == mesh::k_no_triangle || side[o] == 2 || side[o] == side[t]) continue;
+            length += s.edge_length[t][e];
+            concave += s.edge_length[t][e] * std::min(1.0, radius * s.edge_concavity[t][e]);
+        }
+    return length > 0 ? concave / length : 0.0;
+}
+
+double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles)
+{
+    double total = 0;
+    Vec3d mean{};
+    for (const auto t : triangles) {
+        const double w = mesh::triangle_area(mesh, t);
+        total += w;
+        mean += w * mesh::triangle_centroid(mesh, t);
+    }
+    if (total <= 0) return 0;
+    mean = mean / total;
+    double c[6] = {};  // xx xy xz yy yz zz
+    const auto add = [&](double w, Vec3d v) {
+        c[0] += w * v.x * v.x, c[1] += w * v.x * v.y, c[2] += w * v.x * v.z;
+        c[3] += w * v.y * v.y, c[4] += w * v.y * v.z, c[5] += w * v.z * v.z;
+    };
+    for (const auto t : triangles) {
+        const double w = mesh::triangle_area(mesh, t) / (12 * total);
+        Vec3d sum{};
+        for (const auto v : mesh.triangles[t]) {
+            add(w, mesh.vertices[v] - mean);
+            sum += mesh.vertices[v] - mean;
+        }
+        add(w, sum);
+    }
+    // A flat patch has no volume: thicken by a small share of its extent, so that flat parts still compare.
+    const double thin = 1e-3 * (c[0] + c[3] + c[5]);
+    c[0] += thin, c[3] += thin, c[5] += thin;
+    const double i00 = c[3] * c[5] - c[4] * c[4], i01 = c[2] * c[4] - c[1] * c[5], i02 = c[1] * c[4] - c[2] * c[3];
+    const double det = c[0] * i00 + c[1] * i01 + c[2] * i02;
+    if (det <= 0) return 0;
+    const double i11 = c[0] * c[5] - c[2] * c[2], i12 = c[1] * c[2] - c[0] * c[4], i22 = c[0] * c[3] - c[1] * c[1];
+    double farthest = 0;
+    for (const auto t : triangles)
+        for (const auto v : mesh.triangles[t]) {
+            const Vec3d p = mesh.vertices[v] - mean;
+            const double m = i00 * p.x * p.x + i11 * p.y * p.y + i22 * p.z * p.z + 2 * (i01 * p.x * p.y + i02 * p.x * p.z + i12 * p.y * p.z);
+            farthest = std::max(farthest, m);
+        }
+    return std::sqrt(det) * std::pow(farthest / det, 1.5);
+}
+
+}  // namespace sqmap::decompose

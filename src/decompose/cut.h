@@ -1,0 +1,38 @@
+// Shortest concave cut near a locale, and the moment-ellipsoid volume that ranks cuts.
+#pragma once
+
+#include "sqmap/decompose/decompose.h"
+#include "sqmap/mesh/adjacency.h"
+
+#include <span>
+#include <vector>
+
+namespace sqmap::decompose {
+
+/// What every cut needs to know of the mesh, computed once.
+struct CutSurface {
+    explicit CutSurface(const mesh::Mesh& m);
+
+    const mesh::Mesh& mesh;
+    mesh::DualGraph graph;
+    std::vector<double> area;
+    double total_area = 0;
+    /// Length and concave bending (angle over distance, 1 / mesh units, >= 0) of the edge e of each triangle.
+    std::vector<std::array<double, 3>> edge_length, edge_concavity;
+};
+
+/// One byte per entry of triangles: 1 on the near side (field below the level), 0 on the far side. Triangles whose field
+/// differs from level by less than band are free to go to either side: the cut is the one of least weight, each edge
+/// weighing its length over 1 + radius * concavity, so that it is short and keeps to concave creases.
+[[nodiscard]] std::vector<std::uint8_t> best_cut(const CutSurface& surface, std::span<const std::uint32_t> triangles,
+                                                 std::span<const double> field, double level, double band, double radius);
+
+/// Mean of min(1, radius * concavity) along the cut between near and far triangles, by length: 0 where it runs over a
+/// convex or flat surface, 1 in a crease as sharp as the part is thick. 0 without a cut.
+[[nodiscard]] double mean_concavity(const CutSurface& surface, std::span<const std::uint32_t> triangles,
+                                    const std::vector<std::uint8_t>& near, double radius);
+
+/// Volume (up to a constant factor) of the ellipsoid with the axes of inertia of the triangles that encloses them.
+[[nodiscard]] double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles);
+
+}  // namespace sqmap::decompose

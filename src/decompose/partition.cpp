@@ -1,0 +1,175 @@
+#include "partition.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace sqmap::decompose {
+
+namespace {
+
+using Pair = std::pair<std::uint32_t, std::uint32_t>;
+using Kinds = std::map<Pair, CutKind>;
+
+Pair pair_of(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
+
+Kinds kinds_of(const Partition& partition)
+{
+    Kinds kinds;
+    for (const Boundary& b : partition.boundaries) kinds[{b.part_a, b.part_b}] = b.kind;
+    return kinds;
+}
+
+// Boundaries from the labels; former[l] is the label that l had before, and a boundary inside a former label is of the
+// new kind. A boundary that stood for several reasons keeps the strongest.
+void rebuild(const CutSurface& s, Partition& partition, const Kinds& kinds, const std::vector<std::vector<std::uint32_t>>& former, CutKind kind)
+{
+    std::map<Pair, double> length;
+    for (std::uint32_t t = 0; t < s.area.size(); ++t)
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t o = s.graph.neighbours[t][e];
+            if (o == mesh::k_no_triangle || o < t) continue;
+            const std::uint32_t a = partition.part_of_triangle[t], b = partition.part_of_triangle[o];
+            if (a != b) length[pair_of(a, b)] += s.edge_length[t][e];
+        }
+    partition.boundaries.clear();
+    for (const auto& [pair, l] : length) {
+        CutKind strongest = CutKind::Error;
+        bool found = false;
+        for (const auto fa : former[pair.first])
+            for (const auto fb : former[pair.second]) {
+                const auto it = kinds.find(pair_of(fa, fb));
+                if (it == kinds.end()) continue;
+                strongest = found ? std::min(strongest, it->second) : it->second;
+                found = true;
+            }
+        partition.boundaries.push_back({pair.first, pair.second, found ? strongest : kind, l});
+    }
+}
+
+// Pieces of the triangles that are edge-connected and have the same side.
+std::vector<std::vector<std::uint32_t>> pieces_of(const CutSurface& s, std::span<const std::uint32_t> triangles,
+                                                  const std::vector<std::uint8_t>& side_of_triangle)
+{
+    std::vector<std::uint8_t> inside(s.area.size(), 0);
+    for (const auto t : triangles) inside[t] = 1;
+    std::vector<std::vector<std::uint32_t>> pieces;
+    for (const auto seed : triangles) {
+        if (inside[seed] != 1) continue;
+        pieces.emplace_back(1, seed);
+        auto& piece = pieces.back();
+        inside[seed] = 2;
+        for (std::size_t i = 0; i < piece.size(); ++i)
+            for (const auto o : s.graph.neighbours[piece[i]])
+                if (o != mesh::k_no_triangle && inside[o] == 1 && side_of_triangle[o] == side_of_triangle[seed]) {
+                    inside[o] = 2;
+                    piece.push_back(o);
+                }
+    }
+    return pieces;
+}
+
+double area_of(const CutSurface& s, std::span<const std::uint32_t> triangles)
+{
+    double sum = 0;
+    for (const auto t : triangles) sum += s.area[t];
+    return sum;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> triangles_of(const Partition& partition, std::uint32_t part)
+{
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t)
+        if (partition.part_of_triangle[t] == part) out.push_back(t);
+    return out;
+}
+
+Partition components(const CutSurface& s)
+{
+    Partition partition;
+    std::vector<std::uint32_t> all(s.area.size());
+    std::iota(all.begin(), all.end(), 0u);
+    partition.part_of_triangle.assign(all.size(), 0);
+    for (const auto& piece : pieces_of(s, all, std::vector<std::uint8_t>(all.size(), 0))) {
+        for (const auto t : piece) partition.part_of_triangle[t] = partition.part_count;
+        ++partition.part_count;
+    }
+    return partition;
+}
+
+std::uint32_t apply_cut(const CutSurface& s, Partition& partition, std::uint32_t part, std::span<const std::uint32_t> triangles,
+                        std::vector<std::uint8_t> near, CutKind kind, double least_area)
+{
+    std::vector<std::uint8_t> side(s.area.size(), 0);
+    for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+    std::vector<std::vector<std::uint32_t>> pieces;
+    while (true) {  // the smallest piece below the limit changes side, until none is left
+        pieces = pieces_of(s, triangles, side);
+        if (pieces.size() < 2) return 1;
+        const std::vector<std::uint32_t>* smallest = nullptr;
+        double least = least_area;
+        for (const auto& piece : pieces)
+            if (const double a = area_of(s, piece); a < least) {
+                least = a;
+                smallest = &piece;
+            }
+        if (!smallest) break;
+        for (const auto t : *smallest) side[t] ^= 1;
+    }
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < pieces.size(); ++i) order.emplace_back(-area_of(s, pieces[i]), i);
+    std::sort(order.begin(), order.end());
+    const Kinds kinds = kinds_of(partition);
+    std::vector<std::vector<std::uint32_t>> former;
+    for (std::uint32_t l = 0; l < partition.part_count; ++l) former.push_back({l});
+    for (std::size_t i = 1; i < order.size(); ++i) {
+        for (const auto t : pieces[order[i].second]) partition.part_of_triangle[t] = partition.part_count;
+        ++partition.part_count;
+        former.push_back({part});
+    }
+    rebuild(s, partition, kinds, former, kind);
+    return static_cast<std::uint32_t>(pieces.size());
+}
+
+void apply_merge(const CutSurface& s, Partition& partition, std::uint32_t a, std::uint32_t b)
+{
+    const Kinds kinds = kinds_of(partition);
+    const std::uint32_t last = partition.part_count - 1;
+    std::vector<std::vector<std::uint32_t>> former;
+    for (std::uint32_t l = 0; l < last; ++l) former.push_back({l == b ? last : l});
+    const std::uint32_t kept = a == last ? b : a;
+    former[kept] = {a, b};
+    for (auto& l : partition.part_of_triangle) {
+        if (l == a || l == b)
+            l = kept;
+        else if (l == last)
+            l = b;
+    }
+    partition.part_count = last;
+    rebuild(s, partition, kinds, former, CutKind::Error);
+}
+
+void order_by_area(const CutSurface& s, Partition& partition)
+{
+    std::vector<double> area(partition.part_count, 0.0);
+    for (std::uint32_t t = 0; t < s.area.size(); ++t) area[partition.part_of_triangle[t]] += s.area[t];
+    // Parts of (nearly) equal area keep the order of their least triangle.
+    std::vector<std::uint32_t> first(partition.part_count, mesh::k_no_triangle);
+    for (std::uint32_t t = static_cast<std::uint32_t>(s.area.size()); t-- > 0;) first[partition.part_of_triangle[t]] = t;
+    std::vector<std::uint32_t> order(partition.part_count), rank(partition.part_count);
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return area[a] != area[b] ? area[a] > area[b] : first[a] < first[b]; });
+    for (std::uint32_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
+    for (auto& l : partition.part_of_triangle) l = rank[l];
+    for (Boundary& b : partition.boundaries) {
+        const auto [x, y] = pair_of(rank[b.part_a], rank[b.part_b]);
+        b.part_a = x;
+        b.part_b = y;
+    }
+    std::sort(partition.boundaries.begin(), partition.boundaries.end(),
+              [](const Boundary& a, const Boundary& b) { return pair_of(a.part_a, a.part_b) < pair_of(b.part_a, b.part_b); });
+}
+
+}  // namespace sqmap::decompose

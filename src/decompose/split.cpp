@@ -1,0 +1,132 @@
+// The best cut of one part: candidates are the level sets of geodesic fields from the part's extremes, refined to the
+// least-weight cut nearby; the winner saves most bounding volume for its length.
+#include "cut.h"
+#include "geodesic.h"
+#include "partition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sqmap::decompose {
+
+namespace {
+
+struct Candidate {
+    double score = 0;
+    double gain = 0;
+    std::vector<std::uint8_t> near;
+};
+
+double cut_length(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near)
+{
+    std::vector<std::uint8_t> side(s.area.size(), 2);
+    for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+    double length = 0;
+    for (const auto t : triangles)
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t o = s.graph.neighbours[t][e];
+            if (o != mesh::k_no_triangle && o > t && side[o] != 2 && side[o] != side[t]) length += s.edge_length[t][e];
+        }
+    return length;
+}
+
+}  // namespace
+
+Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part, const DecomposeOptions& options)
+{
+    const CutSurface s(mesh);
+    Split out;
+    out.partition = partition;
+    const auto triangles = triangles_of(partition, part);
+    if (triangles.size() < 4) return out;
+    double area = 0;
+    for (const auto t : triangles) area += s.area[t];
+    const double least = std::min(options.minimum_part_area * s.total_area, 0.25 * area);
+    const double whole = ellipsoid_volume(mesh, triangles);
+    if (whole <= 0) return out;
+
+    // Extremes: the triangle farthest from the part's centroid, then farthest-point sampling.
+    GeodesicSolver geodesics(mesh);
+    Vec3d centre{};
+    for (const auto t : triangles) centre += s.area[t] * mesh::triangle_centroid(mesh, t);
+    centre = centre / area;
+    std::uint32_t extreme = triangles.front();
+    double farthest = -1;
+    for (const auto t : triangles)
+        if (const double d = norm(mesh::triangle_centroid(mesh, t) - centre); d > farthest) {
+            farthest = d;
+            extreme = t;
+        }
+    constexpr int k_extremes = 4;
+    std::vector<double> field, nearest(s.area.size(), k_unreached);
+    std::vector<std::vector<double>> fields;
+    for (int k = 0; k < k_extremes; ++k) {
+        geodesics.run({&extreme, 1}, field, k_unreached, partition.part_of_triangle, part);
+        fields.push_back(at_triangles(mesh, field));
+        farthest = -1;
+        for (const auto t : triangles) {
+            nearest[t] = std::min(nearest[t], fields.back()[t]);
+            if (nearest[t] > farthest) {
+                farthest = nearest[t];
+                extreme = t;
+            }
+        }
+    }
+    fields.push_back(fields[0]);  // the bisector of the two farthest extremes
+    for (const auto t : triangles) fields.back()[t] = fields[0][t] - fields[1][t];
+
+    Candidate best;
+    const auto consider = [&](std::vector<std::uint8_t> near) {
+        std::vector<std::uint32_t> a, b;
+        double area_a = 0;
+        for (std::size_t i = 0; i < triangles.size(); ++i) {
+            (near[i] ? a : b).push_back(triangles[i]);
+            if (near[i]) area_a += s.area[triangles[i]];
+        }
+        if (area_a < least || area - area_a < least) return;
+        const double gain = 1 - (ellipsoid_volume(mesh, a) + ellipsoid_volume(mesh, b)) / whole;
+        const double smaller = std::min(area_a, area - area_a);
+        const double score = gain - 0.05 * cut_length(s, triangles, near) / std::sqrt(4 * std::numbers::pi * smaller);
+        if (best.near.empty() || score > best.score) best = {score, gain, std::move(near)};
+    };
+    for (const auto& f : fields) {
+        std::vector<std::pair<double, double>> sorted;
+        for (const auto t : triangles)
+            if (f[t] < k_unreached) sorted.emplace_back(f[t], s.area[t]);
+        if (sorted.empty()) continue;
+        std::sort(sorted.begin(), sorted.end());
+        constexpr int k_levels = 12;
+        double below = 0;
+        int next = 1;
+        for (const auto& [value, a] : sorted) {
+            below += a;
+            if (next < k_levels && below >= area * next / k_levels) {
+                const double extent = sorted.back().first - sorted.front().first;
+                const double radius = area / (2 * std::numbers::pi * extent);
+                consider(best_cut(s, triangles, f, value, 0.5 * extent / k_levels, radius));
+                ++next;
+            }
+        }
+    }
+    if (best.near.empty()) return out;
+    out.found = apply_cut(s, out.partition, part, triangles, best.near, CutKind::Error, least) > 1;
+    out.gain = best.gain;
+    return out;
+}
+
+Partition merge_parts(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part_a, std::uint32_t part_b)
+{
+    Partition out = partition;
+    apply_merge(CutSurface(mesh), out, part_a, part_b);
+    return out;
+}
+
+Partition ordered_by_area(const mesh::Mesh& mesh, const Partition& partition)
+{
+    Partition out = partition;
+    order_by_area(CutSurface(mesh), out);
+    return out;
+}
+
+}  // namespace sqmap::decompose

@@ -1,0 +1,447 @@
+// glTF 2.0 (Khronos, ISO/IEC 12113:2022), JSON with buffers beside it or inside it, and GLB. Only what makes the surface
+// is read: nodes, meshes, triangle primitives, positions and indices.
+#include "parse.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <fstream>
+#include <vector>
+
+namespace sqmap::io {
+namespace {
+
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "glTF buffers are read in place");
+
+constexpr std::uint32_t k_magic = 0x46546C67, k_chunk_json = 0x4E4F534A, k_chunk_binary = 0x004E4942;
+
+/// Rows of an affine map.
+struct Transform {
+    Mat3d linear;
+    Vec3d shift;
+};
+
+Transform operator*(const Transform& a, const Transform& b) { return {a.linear * b.linear, a.linear * b.shift + a.shift}; }
+
+double determinant(const Mat3d& m) { return dot(m.row[0], cross(m.row[1], m.row[2])); }
+
+std::string name_of(const char* array, std::uint64_t index) { return std::string(array) + " " + std::to_string(index); }
+
+/// Element index of one of the file's top-level arrays.
+const json& item(const json& root, const char* array, std::uint64_t index)
+{
+    const auto found = root.find(array);
+    if (found == root.end() || !found->is_array() || index >= found->size() || !(*found)[index].is_object())
+        fail_format(name_of(array, index), "the file has no such object");
+    return (*found)[index];
+}
+
+/// A whole number that is not negative; fallback where the key is missing.
+std::uint64_t whole(const json& object, const char* key, const std::string& where, std::optional<std::uint64_t> fallback = {})
+{
+    const auto found = object.find(key);
+    if (found == object.end()) {
+        if (fallback) return *fallback;
+        fail_format(where, std::string("'") + key + "' is missing");
+    }
+    if (!found->is_number_unsigned()) fail_format(where, std::string("'") + key + "' is not a whole number");
+    return found->get<std::uint64_t>();
+}
+
+template <std::size_t N>
+std::array<double, N> reals(const json& object, const char* key, const std::string& where, const std::array<double, N>& fallback)
+{
+    const auto found = object.find(key);
+    if (found == object.end()) return fallback;
+    if (!found->is_array() || found->size() != N) fail_format(where, std::string("'") + key + "' is not " + std::to_string(N) + " numbers");
+    std::array<double, N> out{};
+    for (std::size_t i = 0; i < N; ++i) {
+        if (!(*found)[i].is_number()) fail_format(where, std::string("'") + key + "' is not " + std::to_string(N) + " numbers");
+        out[i] = (*found)[i].template get<double>();
+    }
+    return out;
+}
+
+const json* array_or_null(const json& object, const char* key, const std::string& where)
+{
+    const auto found = object.find(key);
+    if (found == object.end()) return nullptr;
+    if (!found->is_array()) fail_format(where, std::string("'") + key + "' is not an array");
+    return &*found;
+}
+
+Transform transform_of(const json& node, const std::string& where)
+{
+    if (node.contains("matrix")) {
+        const auto m = reals<16>(node, "matrix", where, {});  // columns first
+        return {{{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}}, {m[12], m[13], m[14]}};
+    }
+    const auto t = reals<3>(node, "translation", where, {0, 0, 0});
+    const auto q = reals<4>(node, "rotation", where, {0, 0, 0, 1});
+    const auto s = reals<3>(node, "scale", where, {1, 1, 1});
+    const double x = q[0], y = q[1], z = q[2], w = q[3];
+    const Mat3d rotation{{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                          {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                          {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+    const Mat3d scale{{{s[0], 0, 0}, {0, s[1], 0}, {0, 0, s[2]}}};
+    return {rotation * scale, {t[0], t[1], t[2]}};
+}
+
+std::vector<std::byte> decoded_base64(std::string_view text, const std::string& where)
+{
+    std::vector<std::byte> out;
+    out.reserve(text.size() / 4 * 3);
+    std::uint32_t bits = 0;
+    int bit_count = 0;
+    for (char c : text) {
+        if (c == '=') break;
+        constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        const std::size_t value = alphabet.find(c);
+        if (value == std::string_view::npos) fail_format(where, "the data URI is not base64");
+        bits = (bits << 6) | static_cast<std::uint32_t>(value);
+        if ((bit_count += 6) >= 8) out.push_back(static_cast<std::byte>(bits >> (bit_count -= 8)));
+    }
+    return out;
+}
+
+/// The file beside the glTF file; only plain relative names, so that a file can make us read nothing else.
+std::vector<std::byte> read_beside(const std::filesystem::path& folder, const std::string& uri, const std::string& where,
+                                   const ReadLimits& limits)
+{
+    std::string name;
+    for (std::size_t i = 0; i < uri.size(); ++i) {
+        unsigned code = 0;
+        if (uri[i] == '%' && i + 2 < uri.size() && std::from_chars(&uri[i + 1], &uri[i + 3], code, 16).ptr == &uri[i + 3]) {
+            name += static_cast<char>(code);
+            i += 2;
+        } else {
+            name += uri[i];
+        }
+    }
+    const std::filesystem::path relative(name);
+    const bool climbs = std::find(relative.begin(), relative.end(), "..") != relative.end();
+    if (name.empty() || name.find('\0') != std::string::npos || relative.is_absolute() || climbs ||
+        name.find("://") != std::string::npos)
+        fail_format(where, "the buffer's uri is not a file beside this one");
+    std::error_code status;
+    const std::filesystem::path path = folder / relative;
+    if (folder.empty() || !std::filesystem::is_regular_file(path, status))
+        fail_truncated(where, "its file '" + TextCursor::printable(name) + "' is not there");
+    const std::uintmax_t size = std::filesystem::file_size(path, status);
+    if (status) fail_truncated(where, "its file cannot be read");
+    if (size > limits.max_bytes) fail_limit(where, "its file has " + std::to_string(size) + " bytes");
+    std::vector<std::byte> bytes(size);
+    std::ifstream stream(path, std::ios::binary);
+    stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+    if (!stream && size > 0) fail_truncated(where, "its file cannot be read");
+    return bytes;
+}
+
+/// Numbers of an accessor, bounds checked once.
+struct Accessor {
+    std::span<const std::byte> bytes;
+    std::size_t count = 0, stride = 0;
+    std::uint64_t component = 0;
+    bool is_normalized = false;
+    std::string type;
+
+    [[nodiscard]] double real(std::size_t element, std::size_t k) const
+    {
+        switch (component) {
+            case 5120: return scaled(raw<std::int8_t>(element, k), 127);
+            case 5121: return scaled(raw<std::uint8_t>(element, k), 255);
+            case 5122: return scaled(raw<std::int16_t>(element, k), 32767);
+            case 5123: return scaled(raw<std::uint16_t>(element, k), 65535);
+            case 5125: return raw<std::uint32_t>(element, k);
+            default: return raw<float>(element, k);
+        }
+    }
+    [[nodiscard]] std::int64_t index(std::size_t element) const
+    {
+        switch (component) {
+            case 5121: return raw<std::uint8_t>(element, 0);
+            case 5123: return raw<std::uint16_t>(element, 0);
+            default: return raw<std::uint32_t>(element, 0);
+        }
+    }
+
+private:
+    template <class T>
+    [[nodiscard]] T raw(std::size_t element, std::size_t k) const
+    {
+        T value;
+        std::memcpy(&value, bytes.data() + element * stride + k * sizeof(T), sizeof(T));
+        return value;
+    }
+    [[nodiscard]] double scaled(int value, int largest) const
+    {
+        return is_normalized ? std::max(double(value) / largest, -1.0) : value;
+    }
+};
+
+class Document {
+public:
+    Document(json root, std::span<const std::byte> binary, std::filesystem::path folder, const ReadLimits& limits)
+        : root_(std::move(root)), binary_(binary), folder_(std::move(folder)), limits_(limits)
+    {
+        if (const json* buffers = array_or_null(root_, "buffers", "buffers")) buffers_.resize(buffers->size());
+    }
+
+    PolygonSoup soup(std::uint64_t file_bytes)
+    {
+        // Nodes may show one mesh many times; what they unfold to is held to the size of the file.
+        budget_ = (std::uint64_t{32} << 20) + 32 * file_bytes;
+        const json* extensions = array_or_null(root_, "extensionsRequired", "extensionsRequired");
+        if (extensions != nullptr)
+            for (const json& e : *extensions)
+                if (e != "KHR_mesh_quantization" && !(e.is_string() && e.get_ref<const std::string&>().starts_with("KHR_materials")) &&
+                    e != "KHR_texture_transform")
+                    fail_format("extensionsRequired", "extension " + TextCursor::printable(e.is_string() ? e.get<std::string>() : "?") +
+                                                          " is not supported: export without it");
+        const json* nodes = array_or_null(root_, "nodes", "nodes");
+        seen_.assign(nodes != nullptr ? nodes->size() : 0, false);
+        std::vector<std::pair<std::uint64_t, Transform>> open;
+        for (const std::uint64_t node : root_nodes(nodes)) open.emplace_back(node, Transform{});
+        std::reverse(open.begin(), open.end());
+        while (!open.empty()) {
+            const auto [index, parent] = open.back();
+            open.pop_back();
+            const std::string where = name_of("node", index);
+            const json& node = item(root_, "nodes", index);
+            if (seen_[index]) fail_format(where, "a node is reached twice: nodes must form a tree");
+            seen_[index] = true;
+            const Transform world = parent * transform_of(node, where);
+            // The specification: a skinned mesh's own node does not move it.
+            if (node.contains("mesh")) add_mesh(whole(node, "mesh", where), node.contains("skin") ? Transform{} : world);
+            if (const json* children = array_or_null(node, "children", where))
+                for (auto child = children->rbegin(); child != children->rend(); ++child) {
+                    if (!child->is_number_unsigned()) fail_format(where, "a child is not a node number");
+                    open.emplace_back(child->get<std::uint64_t>(), world);
+                    if (open.size() > seen_.size()) fail_format(where, "a node is reached twice: nodes must form a tree");
+                }
+        }
+        // Without scenes and nodes the meshes themselves are all there is.
+        if (nodes == nullptr)
+            if (const json* meshes = array_or_null(root_, "meshes", "meshes"))
+                for (std::uint64_t m = 0; m < meshes->size(); ++m) add_mesh(m, Transform{});
+        return std::move(soup_);
+    }
+
+private:
+    std::vector<std::uint64_t> root_nodes(const json* nodes) const
+    {
+        std::vector<std::uint64_t> roots;
+        if (const json* scenes = array_or_null(root_, "scenes", "scenes"); scenes != nullptr && !scenes->empty()) {
+            const std::uint64_t scene = whole(root_, "scene", "scene", 0);
+            if (const json* list = array_or_null(item(root_, "scenes", scene), "nodes", name_of("scene", scene)))
+                for (const json& n : *list) {
+                    if (!n.is_number_unsigned()) fail_format(name_of("scene", scene), "a root is not a node number");
+                    roots.push_back(n.get<std::uint64_t>());
+                }
+            return roots;
+        }
+        if (nodes == nullptr) return roots;
+        std::vector<bool> is_child(nodes->size(), false);
+        for (const json& node : *nodes)
+            if (node.is_object())
+                if (const json* children = array_or_null(node, "children", "nodes"))
+                    for (const json& c : *children)
+                        if (c.is_number_unsigned() && c.get<std::uint64_t>() < is_child.size()) is_child[c.get<std::uint64_t>()] = true;
+        for (std::uint64_t n = 0; n < is_child.size(); ++n)
+            if (!is_child[n]) roots.push_back(n);
+        if (roots.empty() && !is_child.empty()) fail_format("nodes", "every node is another's child: nodes must form a tree");
+        return roots;
+    }
+
+    std::span<const std::byte> buffer(std::uint64_t index)
+    {
+        const std::string where = name_of("buffer", index);
+        const json& description = item(root_, "buffers", index);
+        const std::uint64_t length = whole(description, "byteLength", where);
+        auto& loaded = buffers_[index];
+        if (!loaded.has_value()) {
+            const auto uri = description.find("uri");
+            if (uri == description.end()) {
+                loaded = Buffer{{}, index == 0 ? binary_ : std::span<const std::byte>{}};
+            } else {
+                if (!uri->is_string()) fail_format(where, "'uri' is not text");
+                const std::string& text = uri->get_ref<const std::string&>();
+                if (text.starts_with("data:")) {
+                    const std::size_t comma = text.find(";base64,");
+                    if (comma == std::string::npos) fail_format(where, "the data URI is not base64");
+                    loaded = Buffer{decoded_base64(std::string_view(text).substr(comma + 8), where), {}};
+                } else {
+                    loaded = Buffer{read_beside(folder_, text, where, limits_), {}};
+                }
+                loaded->bytes = loaded->owned;
+            }
+        }
+        if (length > loaded->bytes.size())
+            fail_truncated(where, std::to_string(length) + " bytes declared, " + std::to_string(loaded->bytes.size()) + " are there");
+        return loaded->bytes.first(length);
+    }
+
+    Accessor accessor(std::uint64_t index)
+    {
+        const std::string where = name_of("accessor", index);
+        const json& a = item(root_, "accessors", index);
+        if (a.contains("sparse") || !a.contains("bufferView")) fail_format(where, "sparse accessors are not read: export without them");
+        Accessor out;
+        out.component = whole(a, "componentType", where);
+        const auto type = a.find("type");
+        if (type == a.end() || !type->is_string()) fail_format(where, "'type' is missing");
+        out.type = type->get<std::string>();
+        out.is_normalized = a.contains("normalized") && a["normalized"].is_boolean() && a["normalized"].get<bool>();
+        const std::uint64_t components = out.type == "SCALAR" ? 1 : (out.type == "VEC3" ? 3 : 0);
+        const std::uint64_t size = out.component == 5120 || out.component == 5121   ? 1
+                                   : out.component == 5122 || out.component == 5123 ? 2
+                                   : out.component == 5125 || out.component == 5126 ? 4
+                                                                                    : 0;
+        if (components == 0 || size == 0) fail_format(where, "neither indices nor positions");
+        const std::uint64_t element_bytes = components * size;
+        const std::uint64_t view_index = whole(a, "bufferView", where);
+        const json& view = item(root_, "bufferViews", view_index);
+        const std::string view_where = name_of("bufferView", view_index);
+        std::span<const std::byte> bytes = buffer(whole(view, "buffer", view_where));
+        const std::uint64_t view_offset = whole(view, "byteOffset", view_where, 0), view_length = whole(view, "byteLength", view_where);
+        if (view_offset > bytes.size() || view_length > bytes.size() - view_offset)
+            fail_truncated(view_where, "it reaches beyond its buffer of " + std::to_string(bytes.size()) + " bytes");
+        bytes = bytes.subspan(view_offset, view_length);
+        const std::uint64_t offset = whole(a, "byteOffset", where, 0), count = whole(a, "count", where);
+        const std::uint64_t stride = whole(view, "byteStride", view_where, element_bytes);
+        if (stride < element_bytes) fail_format(view_where, "byteStride is smaller than an element");
+        if (count > 0 && (offset > bytes.size() || element_bytes > bytes.size() - offset ||
+                          count - 1 > (bytes.size() - offset - element_bytes) / stride))
+            fail_truncated(where, std::to_string(count) + " elements reach beyond the buffer view of " + std::to_string(bytes.size()) + " bytes");
+        if (count > 0) out.bytes = bytes.subspan(offset);
+        out.count = count;
+        out.stride = stride;
+        return out;
+    }
+
+    void add_mesh(std::uint64_t index, const Transform& transform)
+    {
+        const std::string where = name_of("mesh", index);
+        const json* primitives = array_or_null(item(root_, "meshes", index), "primitives", where);
+        if (primitives == nullptr) fail_format(where, "'primitives' is missing");
+        for (const json& primitive : *primitives) {
+            if (!primitive.is_object()) fail_format(where, "a primitive is not an object");
+            const std::uint64_t mode = whole(primitive, "mode", where, 4);
+            if (mode > 6) fail_format(where, "an unknown primitive mode");
+            if (mode >= 4) add_triangles(primitive, mode, transform, where);
+        }
+    }
+
+    void add_triangles(const json& primitive, std::uint64_t mode, const Transform& transform, const std::string& where)
+    {
+        const auto attributes = primitive.find("attributes");
+        if (attributes == primitive.end() || !attributes->is_object()) fail_format(where, "'attributes' is missing");
+        if (!attributes->contains("POSITION")) return;  // the specification: nothing to show
+        const Accessor positions = accessor(whole(*attributes, "POSITION", where));
+        if (positions.type != "VEC3") fail_format(where, "POSITION is not VEC3");
+        std::optional<Accessor> indices;
+        if (primitive.contains("indices")) {
+            indices = accessor(whole(primitive, "indices", where));
+            if (indices->type != "SCALAR" || (indices->component != 5121 && indices->component != 5123 && indices->component != 5125))
+                fail_format(where, "indices are not whole numbers");
+        }
+        const std::uint64_t corners = indices ? indices->count : positions.count;
+        if (mode == 4 && corners % 3 != 0) fail_format(where, std::to_string(corners) + " corners do not make triangles");
+        const std::uint64_t triangles = mode == 4 ? corners / 3 : (corners < 3 ? 0 : corners - 2);
+        check_face_limit(soup_.polygon_offsets.size() - 1 + triangles, limits_);
+        const std::uint64_t cost = positions.count * sizeof(Vec3d) + triangles * (3 * sizeof(std::int64_t) + sizeof(std::uint32_t));
+        if (cost > budget_) fail_limit(where, "repeated instances unfold to far more than the file's size");
+        budget_ -= cost;
+
+        const auto base = static_cast<std::int64_t>(soup_.positions.size());
+        for (std::size_t v = 0; v < positions.count; ++v)
+            soup_.positions.push_back(transform.linear * Vec3d{positions.real(v, 0), positions.real(v, 1), positions.real(v, 2)} +
+                                      transform.shift);
+        // An index beyond this primitive's own vertices must not land in the next one's: -1 is for the gate to refuse.
+        const auto corner = [&](std::size_t i) -> std::int64_t {
+            const std::int64_t local = indices ? indices->index(i) : static_cast<std::int64_t>(i);
+            return local < static_cast<std::int64_t>(positions.count) ? base + local : -1;
+        };
+        const bool mirrored = determinant(transform.linear) < 0;
+        for (std::size_t t = 0; t < triangles; ++t) {
+            std::array<std::size_t, 3> at{3 * t, 3 * t + 1, 3 * t + 2};
+            if (mode == 5) at = t % 2 == 0 ? std::array{t, t + 1, t + 2} : std::array{t + 1, t, t + 2};
+            if (mode == 6) at = {0, t + 1, t + 2};
+            if (mirrored) std::swap(at[1], at[2]);
+            for (const std::size_t i : at) soup_.indices.push_back(corner(i));
+            end_polygon(soup_, limits_);
+        }
+    }
+
+    struct Buffer {
+        std::vector<std::byte> owned;
+        std::span<const std::byte> bytes;
+    };
+
+    json root_;
+    std::span<const std::byte> binary_;
+    std::filesystem::path folder_;
+    ReadLimits limits_;
+    std::vector<std::optional<Buffer>> buffers_;
+    std::vector<bool> seen_;
+    std::uint64_t budget_ = 0;
+    PolygonSoup soup_;
+};
+
+std::uint32_t word(std::span<const std::byte> bytes, std::size_t at)
+{
+    std::uint32_t value = 0;
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    return value;
+}
+
+}  // namespace
+
+PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const ReadLimits& limits)
+{
+    std::span<const std::byte> text = bytes, binary;
+    if (bytes.size() >= 4 && word(bytes, 0) == k_magic) {
+        if (bytes.size() < 20) fail_truncated("header", std::to_string(bytes.size()) + " bytes; a GLB header has 20");
+        if (word(bytes, 4) != 2) fail_format("byte 4", "GLB version " + std::to_string(word(bytes, 4)) + "; version 2 is read");
+        const std::size_t length = word(bytes, 8);
+        if (length > bytes.size())
+            fail_truncated("byte 8", std::to_string(length) + " bytes declared, the file has " + std::to_string(bytes.size()));
+        bool is_first = true;
+        for (std::size_t at = 12; at + 8 <= length;) {
+            const std::size_t chunk = word(bytes, at);
+            const std::uint32_t type = word(bytes, at + 4);
+            if (chunk > length - at - 8) fail_truncated("byte " + std::to_string(at), "a chunk of " + std::to_string(chunk) + " bytes reaches beyond the file");
+            if (is_first) {
+                if (type != k_chunk_json) fail_format("byte 16", "the first chunk is not JSON");
+                text = bytes.subspan(at + 8, chunk);
+            } else if (type == k_chunk_binary && binary.empty()) {
+                binary = bytes.subspan(at + 8, chunk);
+            }
+            is_first = false;
+            at += 8 + (chunk + 3) / 4 * 4;
+        }
+        if (is_first) fail_format("byte 12", "no JSON chunk");
+    }
+    const char* begin = reinterpret_cast<const char*>(text.data());
+    json root = json::parse(begin, begin + text.size(), nullptr, false);
+    if (root.is_discarded()) {
+        // What a cut leaves has no closing brace; anything else is not JSON.
+        std::size_t last = text.size();
+        while (last > 0 && (begin[last - 1] <= ' ' && begin[last - 1] >= '\0')) --last;
+        const std::size_t first = std::string_view(begin, last).find_first_not_of(" \t\r\n");
+        if (first != std::string_view::npos && begin[first] == '{' && begin[last - 1] != '}') fail_truncated("JSON", "it ends before its closing brace");
+        fail_format("JSON", "the text is not JSON");
+    }
+    if (!root.is_object()) fail_format("JSON", "a glTF file is one JSON object");
+    const auto asset = root.find("asset");
+    if (asset == root.end() || !asset->is_object() || !asset->contains("version") || !(*asset)["version"].is_string() ||
+        !(*asset)["version"].get_ref<const std::string&>().starts_with("2"))
+        fail_format("asset", "a glTF file of version 2 says so in asset.version");
+    return Document(std::move(root), binary, folder, limits).soup(bytes.size());
+}
+
+}  // namespace sqmap::io

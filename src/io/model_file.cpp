@@ -1,0 +1,147 @@
+#include "sqmap/io/model_file.h"
+
+#include "sqmap_generated.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+namespace sqmap::io {
+
+namespace fb = model::fb;
+
+namespace {
+
+std::string text(const flatbuffers::String* s) { return s == nullptr ? std::string() : s->str(); }
+
+}  // namespace
+
+std::vector<std::byte> serialize(const model::ModelData& data)
+{
+    const model::ModelView view = data.view();
+    flatbuffers::FlatBufferBuilder builder(1 << 20);
+    fb::Header header;
+    static_assert(sizeof(header) == sizeof(model::Header));
+    std::memcpy(static_cast<void*>(&header), &data.header, sizeof(header));
+    const auto parts = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Part*>(data.parts.data()), data.parts.size());
+    const auto samples = builder.CreateVector(data.samples);
+    const auto cells = builder.CreateVector(data.cells);
+    const auto blocks = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Block*>(data.blocks.data()), data.blocks.size());
+    const auto specials = builder.CreateVector(data.specials);
+    const auto pool = builder.CreateVector(data.pool);
+    const auto rows = builder.CreateVector(data.rows);
+    const auto starts = builder.CreateVector(data.starts);
+    const auto refs = builder.CreateVector(data.refs);
+    const auto locals = builder.CreateVector(data.locals);
+    const auto vertices = builder.CreateVector(data.vertices);
+    const auto triangles16 = builder.CreateVector(data.triangles16);
+    const auto triangles32 = builder.CreateVector(data.triangles32);
+    const auto triangle_part = builder.CreateVector(data.triangle_part);
+    const model::Measured& m = data.measured;
+    const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max, m.depth_median,
+                                             m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share);
+    const auto made_by = builder.CreateString(data.made_by);
+    const auto source = builder.CreateString(data.source);
+    const auto options = builder.CreateString(data.options);
+    fb::FinishModelBuffer(builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, cells,
+                                                   blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32, triangle_part,
+                                                   measured, made_by, source, options));
+    const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
+    return {begin, begin + builder.GetSize()};
+}
+
+SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
+{
+    SectionBytes s;
+    s.total = total;
+    s.superquadrics = v.parts.size_bytes();
+    s.map = v.samples.size_bytes() + v.cells.size_bytes() + v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
+    s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();
+    s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes();
+    return s;
+}
+
+void write_model(const model::ModelData& data, const std::filesystem::path& path)
+{
+    const std::vector<std::byte> bytes = serialize(data);
+    std::string pattern = path.string() + ".XXXXXX";
+    const int fd = ::mkstemp(pattern.data());
+    if (fd < 0) throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) + "; choose another folder with -o");
+    ::fchmod(fd, 0644);
+    std::size_t written = 0;
+    int error = 0;
+    while (written < bytes.size() && error == 0) {
+        const ssize_t n = ::write(fd, bytes.data() + written, bytes.size() - written);
+        if (n > 0) written += static_cast<std::size_t>(n);
+        else if (errno != EINTR) error = n < 0 ? errno : ENOSPC;
+    }
+    if (error == 0 && ::fsync(fd) != 0) error = errno;
+    ::close(fd);
+    if (error == 0 && ::rename(pattern.c_str(), path.c_str()) != 0) error = errno;
+    if (error != 0) {
+        ::unlink(pattern.c_str());
+        throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error) + "; nothing was left behind");
+    }
+}
+
+MappedModel::MappedModel(const std::filesystem::path& path)
+{
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) throw ModelFileError("cannot open " + path.string() + ": " + std::strerror(errno));
+    struct stat info {};
+    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0) {
+        ::close(fd);
+        throw ModelFileError(path.string() + " is empty or not a file: bake a model with 'sqmap bake MESH -o MODEL'");
+    }
+    size_ = static_cast<std::size_t>(info.st_size);
+    data_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, fd, 0);
+    ::close(fd);
+    if (data_ == MAP_FAILED) {
+        data_ = nullptr;
+        throw ModelFileError("cannot map " + path.string() + ": " + std::strerror(errno));
+    }
+    const model::ParseStatus status = model::parse(bytes(), view_);
+    if (status != model::ParseStatus::Ok) {
+        ::munmap(data_, size_);
+        data_ = nullptr;
+        throw ModelFileError(path.string() + ": " + model::to_string(status));
+    }
+}
+
+MappedModel::~MappedModel()
+{
+    if (data_ != nullptr) ::munmap(data_, size_);
+}
+
+MappedModel::MappedModel(MappedModel&& other) noexcept : data_(other.data_), size_(other.size_), view_(other.view_) { other.data_ = nullptr; }
+
+model::Measured MappedModel::measured() const
+{
+    const fb::Measured* m = fb::GetModel(data_)->measured();
+    model::Measured out;
+    if (m == nullptr) return out;
+    out.points = m->points();
+    out.missed = m->missed();
+    out.false_contacts = m->false_contacts();
+    out.eq35_mean = m->eq35_mean();
+    out.eq35_p99 = m->eq35_p99();
+    out.eq35_max = m->eq35_max();
+    out.depth_median = m->depth_median();
+    out.depth_p95 = m->depth_p95();
+    out.depth_p99 = m->depth_p99();
+    out.depth_max = m->depth_max();
+    out.normal_median = m->normal_median();
+    out.q2_share = m->q2_share();
+    return out;
+}
+
+std::string MappedModel::made_by() const { return text(fb::GetModel(data_)->made_by()); }
+std::string MappedModel::source() const { return text(fb::GetModel(data_)->source()); }
+std::string MappedModel::options() const { return text(fb::GetModel(data_)->options()); }
+
+}  // namespace sqmap::io

@@ -1,0 +1,147 @@
+#include "sqmap/io/read.h"
+
+#include "parse.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <new>
+#include <vector>
+
+namespace sqmap::io {
+namespace {
+
+std::optional<MeshFormat> format_of_name(const std::filesystem::path& path)
+{
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
+    if (extension == ".off") return MeshFormat::Off;
+    if (extension == ".obj") return MeshFormat::Obj;
+    if (extension == ".stl") return MeshFormat::Stl;
+    if (extension == ".ply") return MeshFormat::Ply;
+    if (extension == ".gltf") return MeshFormat::Gltf;
+    if (extension == ".glb") return MeshFormat::Glb;
+    return std::nullopt;
+}
+
+std::string_view text_of(std::span<const std::byte> bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The format that the first bytes leave no doubt about.
+std::optional<MeshFormat> format_of_content(std::span<const std::byte> bytes)
+{
+    const std::string_view text = text_of(bytes);
+    if (text.starts_with("glTF")) return MeshFormat::Glb;
+    if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::Ply;
+    const std::string_view start = text.substr(0, 16);
+    const std::size_t off = start.find("OFF");
+    if (off != std::string_view::npos && start.substr(0, off).find_first_not_of("STCN") == std::string_view::npos)
+        return MeshFormat::Off;
+    return std::nullopt;
+}
+
+/// Weaker signs, for a file whose name says nothing.
+std::optional<MeshFormat> guessed_format(std::span<const std::byte> bytes)
+{
+    if (const auto format = format_of_content(bytes)) return format;
+    const std::string_view text = text_of(bytes);
+    if (text.starts_with("solid")) return MeshFormat::Stl;
+    if (bytes.size() >= 84) {
+        std::uint32_t count = 0;
+        std::memcpy(&count, bytes.data() + 80, 4);
+        if (bytes.size() == 84 + std::uint64_t{50} * count) return MeshFormat::Stl;
+    }
+    const std::string_view start = text.substr(0, 4096);
+    const std::size_t first = start.find_first_not_of(" \t\r\n");
+    if (first != std::string_view::npos && start[first] == '{') return MeshFormat::Gltf;
+    if (start.starts_with("v ") || start.find("\nv ") != std::string_view::npos) return MeshFormat::Obj;
+    return std::nullopt;
+}
+
+ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat> format, const std::filesystem::path& folder,
+                      const ReadLimits& limits)
+{
+    ReadResult result;
+    result.format = format;
+    try {
+        if (bytes.empty()) fail_format("byte 0", "the file is empty");
+        if (bytes.size() > limits.max_bytes)
+            fail_limit("file", std::to_string(bytes.size()) + " bytes, the limit is " + std::to_string(limits.max_bytes));
+        const auto content = format_of_content(bytes);
+        if (!format) result.format = format = guessed_format(bytes);
+        if (!format) fail_format("byte 0", "neither name nor content is that of OFF, OBJ, STL, PLY, glTF or GLB");
+        if (content && *content != *format)
+            fail_format("byte 0", std::string("the content is ") + format_name(*content) + ", the name says " + format_name(*format));
+        switch (*format) {
+            case MeshFormat::Off: result.soup = read_off(bytes, limits); break;
+            case MeshFormat::Obj: result.soup = read_obj(bytes, limits); break;
+            case MeshFormat::Stl: result.soup = read_stl(bytes, limits); break;
+            case MeshFormat::Ply: result.soup = read_ply(bytes, limits); break;
+            case MeshFormat::Gltf:
+            case MeshFormat::Glb: result.soup = read_gltf(bytes, folder, limits); break;
+        }
+    } catch (ReadFailure& failure) {
+        result.error = std::move(failure.error);
+    } catch (const std::bad_alloc&) {
+        result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh"};
+    }
+    return result;
+}
+
+}  // namespace
+
+const char* format_name(MeshFormat format)
+{
+    switch (format) {
+        case MeshFormat::Off: return "OFF";
+        case MeshFormat::Obj: return "OBJ";
+        case MeshFormat::Stl: return "STL";
+        case MeshFormat::Ply: return "PLY";
+        case MeshFormat::Gltf: return "glTF";
+        case MeshFormat::Glb: return "GLB";
+    }
+    return "?";
+}
+
+ReadResult read_mesh_bytes(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits)
+{
+    return read_bytes(bytes, format, {}, limits);
+}
+
+ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits)
+{
+    ReadResult result;
+    result.format = format_of_name(path);
+    std::error_code status;
+    // A pipe or a device has no size to check against.
+    const bool regular = std::filesystem::is_regular_file(path, status);
+    const std::uintmax_t size = regular ? std::filesystem::file_size(path, status) : 0;
+    if (!regular || status) {
+        result.error = ReadError{"E_FORMAT", "file", "there is no file that can be read at this path", "check the path"};
+        return result;
+    }
+    if (size > limits.max_bytes) {
+        result.error = ReadError{"E_LIMIT", "file",
+                                 std::to_string(size) + " bytes, the limit is " + std::to_string(limits.max_bytes),
+                                 "reduce the mesh, or raise the limit"};
+        return result;
+    }
+    try {
+        std::vector<std::byte> bytes(size);
+        std::ifstream stream(path, std::ios::binary);
+        stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+        if (!stream && size > 0) {
+            result.error = ReadError{"E_FORMAT", "file", "the file cannot be read", "check its permissions"};
+            return result;
+        }
+        return read_bytes(bytes, result.format, path.has_parent_path() ? path.parent_path() : ".", limits);
+    } catch (const std::bad_alloc&) {
+        result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh"};
+        return result;
+    }
+}
+
+}  // namespace sqmap::io

@@ -1,1 +1,0 @@
-#include "sqmap/io/soup.h"

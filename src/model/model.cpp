@@ -1,1 +1,0 @@
-#include "sqmap/model/model.h"

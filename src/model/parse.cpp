@@ -1,0 +1,240 @@
+#include "sqmap/model/parse.h"
+
+#include "sqmap_generated.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace sqmap::model {
+
+namespace {
+
+static_assert(sizeof(Part) == sizeof(fb::Part) && alignof(Part) == alignof(fb::Part));
+static_assert(sizeof(Header) == sizeof(fb::Header) && alignof(Header) == alignof(fb::Header));
+static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
+
+constexpr std::uint32_t k_max_base = 256;
+
+template <class T, class Vector>
+std::span<const T> span_of(const Vector* v)
+{
+    return v == nullptr ? std::span<const T>{} : std::span<const T>{reinterpret_cast<const T*>(v->Data()), v->size()};
+}
+
+bool finite(std::span<const float> values)
+{
+    for (const float v : values)
+        if (!std::isfinite(v)) return false;
+    return true;
+}
+
+bool within(std::uint32_t first, std::uint64_t count, std::size_t size) { return std::uint64_t(first) + count <= size; }
+
+/// Checks one cell and all that hangs on it.
+bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int depth)
+{
+    const CellKind kind = cell_kind(cell);
+    if (kind == CellKind::Uniform) return cell_payload(cell) <= 1;
+    if (kind == CellKind::Single) return cell_payload(cell) <= 255;
+    if (cell_payload(cell) >= part.special_count) return false;
+    const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
+    const std::uint16_t* pool = view.pool.data() + part.first_pool;
+    if (kind == CellKind::Split) {
+        if (depth >= k_max_split_depth || !within(offset, 13, part.pool_count)) return false;
+        for (int i = 0; i < 4; ++i)
+            if (!valid_cell(part, view, pool[offset + 9 + i], depth + 1)) return false;
+        return true;
+    }
+    if (!within(offset, 1, part.pool_count)) return false;
+    const std::uint32_t sheets = pool[offset] & 7u;
+    const bool bilinear = (pool[offset] & 8u) != 0;
+    if (sheets > k_max_sheets) return false;
+    return within(offset, 1 + (bilinear ? 5 * sheets : 2 + 3 * sheets), part.pool_count);
+}
+
+/// Checks an exact list refs[first, last): references in range, splits nested at most k_max_split_depth deep.
+bool valid_list(const Part& part, std::span<const std::uint16_t> refs, std::uint64_t first, std::uint64_t last, int depth)
+{
+    if (first > last || last > refs.size()) return false;
+    if (first == last) return true;
+    if (refs[first] != k_split_list) {
+        for (std::uint64_t i = first; i < last; ++i)
+            if (refs[i] >= part.local_count) return false;
+        return true;
+    }
+    if (depth >= k_max_split_depth || last - first < 6) return false;
+    const std::uint64_t base = first + 6;
+    for (int q = 0; q < 4; ++q)
+        if (base + refs[first + 2 + q] > last || !valid_list(part, refs, base + refs[first + 1 + q], base + refs[first + 2 + q], depth + 1))
+            return false;
+    return true;
+}
+
+ParseStatus check_part(const Part& part, const ModelView& view)
+{
+    const float* floats = part.a;
+    if (!finite({floats, offsetof(Part, base) / sizeof(float)}) || !std::isfinite(part.area)) return ParseStatus::BadValue;
+    for (const float a : part.a)
+        if (!(a > 0)) return ParseStatus::BadValue;
+    for (const float e : part.eps)
+        if (!(e >= 0.099f && e <= 2.001f)) return ParseStatus::BadValue;
+    if (!(part.w_step > 0) || !(part.w_min >= 0)) return ParseStatus::BadValue;
+    for (int i = 0; i < 3; ++i)
+        if (!(part.chart_lo[i] < part.chart_hi[i])) return ParseStatus::BadValue;
+    for (int i = 0; i < 3; ++i) {
+        // Rows must be an orthonormal frame divided by a.
+        for (int j = 0; j < 3; ++j) {
+            const float d = part.a[i] * part.a[j] * dot(vec3(part.chart_rows + 3 * i), vec3(part.chart_rows + 3 * j));
+            if (!(std::abs(d - (i == j ? 1.f : 0.f)) < 1e-4f)) return ParseStatus::BadValue;
+        }
+    }
+    const std::uint32_t n = part.base;
+    if (view.header.projection != static_cast<std::uint32_t>(Projection::Central)) return ParseStatus::Ok;
+    if (n < k_block || n > k_max_base || n % k_block != 0) return ParseStatus::BadStructure;
+    if (part.sample_count != k_faces * (n + 1) * (n + 1) || part.cell_count != k_faces * n * n ||
+        part.block_count != k_faces * (n / k_block) * (n / k_block))
+        return ParseStatus::BadStructure;
+    if (!within(part.first_sample, part.sample_count, view.samples.size()) ||
+        !within(part.first_cell, part.cell_count, view.cells.size()) || !within(part.first_block, part.block_count, view.blocks.size()) ||
+        !within(part.first_special, part.special_count, view.specials.size()) ||
+        !within(part.first_pool, part.pool_count, view.pool.size()))
+        return ParseStatus::BadStructure;
+    for (std::uint32_t i = 0; i < part.cell_count; ++i)
+        if (!valid_cell(part, view, view.cells[part.first_cell + i], 0)) return ParseStatus::BadStructure;
+    if (!has_exact(view)) return ParseStatus::Ok;
+
+    if (!within(part.first_row, k_faces * n, view.rows.size()) || !within(part.first_start, k_faces * n * (n + 1), view.starts.size()) ||
+        !within(part.first_ref, part.ref_count, view.refs.size()) || !within(part.first_local, part.local_count, view.locals.size()))
+        return ParseStatus::BadStructure;
+    for (std::uint32_t i = 0; i < part.local_count; ++i)
+        if (view.locals[part.first_local + i] >= view.triangle_part.size()) return ParseStatus::BadStructure;
+    const std::span<const std::uint16_t> refs = view.refs.subspan(part.first_ref, part.ref_count);
+    for (std::uint32_t row = 0; row < k_faces * n; ++row) {
+        const std::uint64_t base = view.rows[part.first_row + row];
+        const std::uint16_t* start = view.starts.data() + part.first_start + row * (n + 1);
+        for (std::uint32_t c = 0; c < n; ++c)
+            if (start[c] > start[c + 1] || !valid_list(part, refs, base + start[c], base + start[c + 1], 0)) return ParseStatus::BadStructure;
+    }
+    return ParseStatus::Ok;
+}
+
+template <class T>
+void hash_bytes(std::uint64_t& hash, std::span<const T> values)
+{
+    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+    std::size_t size = values.size_bytes();
+    hash = (hash ^ size) * 0x100000001b3ull;
+    for (; size >= 8; bytes += 8, size -= 8) {
+        std::uint64_t word;
+        std::memcpy(&word, bytes, 8);
+        hash = (hash ^ word) * 0x100000001b3ull;
+        hash ^= hash >> 29;
+    }
+    std::uint64_t word = 0;
+    if (size > 0) std::memcpy(&word, bytes, size);
+    hash = (hash ^ word) * 0x100000001b3ull;
+}
+
+}  // namespace
+
+const char* to_string(ParseStatus status) noexcept
+{
+    switch (status) {
+        case ParseStatus::Ok: return "ok";
+        case ParseStatus::Truncated: return "truncated or malformed";
+        case ParseStatus::NotAModel: return "not a .sqmap file";
+        case ParseStatus::WrongVersion: return "made by another format version: bake it again";
+        case ParseStatus::BadHash: return "content differs from what was written";
+        case ParseStatus::BadStructure: return "sizes or indices contradict each other";
+        case ParseStatus::BadValue: return "a value is not finite or out of range";
+    }
+    return "unknown";
+}
+
+shape::Superquadricf superquadric_of(const Part& part) noexcept
+{
+    shape::Superquadricf sq;
+    sq.a = vec3(part.a);
+    sq.eps1 = part.eps[0];
+    sq.eps2 = part.eps[1];
+    for (int i = 0; i < 3; ++i) sq.rotation.row[i] = vec3(part.rotation + 3 * i);
+    sq.translation = vec3(part.translation);
+    sq.taper_x = part.taper[0];
+    sq.taper_y = part.taper[1];
+    sq.bend = part.bend;
+    sq.bend_angle = part.bend_angle;
+    return sq;
+}
+
+std::uint64_t content_hash(const ModelView& view) noexcept
+{
+    std::uint64_t hash = 0xcbf29ce484222325ull;
+    hash_bytes(hash, std::span<const Header>(&view.header, 1));
+    hash_bytes(hash, view.parts);
+    hash_bytes(hash, view.samples);
+    hash_bytes(hash, view.cells);
+    hash_bytes(hash, view.blocks);
+    hash_bytes(hash, view.specials);
+    hash_bytes(hash, view.pool);
+    hash_bytes(hash, view.rows);
+    hash_bytes(hash, view.starts);
+    hash_bytes(hash, view.refs);
+    hash_bytes(hash, view.locals);
+    hash_bytes(hash, view.vertices);
+    hash_bytes(hash, view.triangles16);
+    hash_bytes(hash, view.triangles32);
+    hash_bytes(hash, view.triangle_part);
+    return hash;
+}
+
+ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
+{
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    if (bytes.size() < 16) return ParseStatus::Truncated;
+    if (!fb::ModelBufferHasIdentifier(data)) return ParseStatus::NotAModel;
+    flatbuffers::Verifier verifier(data, bytes.size(), 16, 100000);
+    if (!fb::VerifyModelBuffer(verifier)) return ParseStatus::Truncated;
+    const fb::Model* model = fb::GetModel(data);
+    if (model->version() != k_format_version) return ParseStatus::WrongVersion;
+    if (model->header() == nullptr) return ParseStatus::BadStructure;
+
+    ModelView v;
+    std::memcpy(&v.header, model->header(), sizeof(Header));
+    v.parts = span_of<Part>(model->parts());
+    v.samples = span_of<std::uint16_t>(model->samples());
+    v.cells = span_of<std::uint16_t>(model->cells());
+    v.blocks = span_of<Block>(model->blocks());
+    v.specials = span_of<std::uint32_t>(model->specials());
+    v.pool = span_of<std::uint16_t>(model->pool());
+    v.rows = span_of<std::uint32_t>(model->rows());
+    v.starts = span_of<std::uint16_t>(model->starts());
+    v.refs = span_of<std::uint16_t>(model->refs());
+    v.locals = span_of<std::uint32_t>(model->locals());
+    v.vertices = span_of<float>(model->vertices());
+    v.triangles16 = span_of<std::uint16_t>(model->triangles16());
+    v.triangles32 = span_of<std::uint32_t>(model->triangles32());
+    v.triangle_part = span_of<std::uint16_t>(model->triangle_part());
+
+    const Header& h = v.header;
+    for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
+        if (!std::isfinite(value)) return ParseStatus::BadValue;
+    if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere)) return ParseStatus::BadValue;
+    if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_part_mask) return ParseStatus::BadStructure;
+    const std::size_t corners = v.triangles16.size() + v.triangles32.size();
+    if ((!v.triangles16.empty() && !v.triangles32.empty()) || v.vertices.size() % 3 != 0 || corners != 3 * v.triangle_part.size())
+        return ParseStatus::BadStructure;
+    if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
+    if (!finite(v.vertices)) return ParseStatus::BadValue;
+    for (const std::uint32_t i : v.triangles16)
+        if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
+    for (const std::uint32_t i : v.triangles32)
+        if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
+    for (const std::uint16_t p : v.triangle_part)
+        if ((p & k_part_mask) >= v.parts.size()) return ParseStatus::BadStructure;
+    for (const Part& part : v.parts)
+        if (const ParseStatus status = check_part(part, v); status != ParseStatus::Ok) return status;
+    view = v;
+    return ParseStatus::Ok;
+}
+
+}  // namespace sqmap::model

@@ -1,0 +1,323 @@
+// Reading the central map: chart of directions, cells, certified bounds and tangent planes. Header-only, allocation-free.
+//
+// The chart is a cube about the part's centre, in the part's frame divided by the superquadric's axes. A point x' of
+// that frame lies on face m (its largest coordinate) at s, t (the other two over it) and w = 1/|largest|. Every plane
+// is w = alpha + beta s + gamma t there: triangles project to straight-edged triangles, flat surfaces are stored
+// without error, and the tangent plane of a stored surface is read off without trigonometry.
+#pragma once
+
+#include "sqmap/model/model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace sqmap::query {
+
+struct ChartPoint {
+    int face;
+    float s, t, w;
+};
+
+/// Axis of a face, and the two others in cyclic order.
+constexpr int face_axis(int face) { return face >> 1; }
+constexpr float face_sign(int face) { return (face & 1) != 0 ? -1.f : 1.f; }
+
+inline ChartPoint to_chart(Vec3f x)
+{
+    const float ax = std::abs(x.x), ay = std::abs(x.y), az = std::abs(x.z);
+    const int m = ax >= ay && ax >= az ? 0 : (ay >= az ? 1 : 2);
+    const float major = x[m];
+    // The centre itself has no direction: any will do, with a w nearer than every surface.
+    const float w = 1.f / std::max(std::abs(major), 1e-18f);
+    return {2 * m + (major < 0.f ? 1 : 0), x[(m + 1) % 3] * w, x[(m + 2) % 3] * w, w};
+}
+
+/// Direction of (s, t) on a face, largest coordinate 1.
+inline Vec3f face_direction(int face, float s, float t)
+{
+    const int m = face_axis(face);
+    Vec3f q{};
+    q[m] = face_sign(face);
+    q[(m + 1) % 3] = s;
+    q[(m + 2) % 3] = t;
+    return q;
+}
+
+/// Certified deviation of a Single cell, in w: code -> value; bake rounds up to the next code.
+inline float deviation_of_code(std::uint32_t code, float w_step)
+{
+    return std::ldexp((8.f + static_cast<float>(code & 7u)) * 0.03125f * w_step, static_cast<int>(code >> 3));
+}
+
+/// A leaf cell ready to be read.
+struct Leaf {
+    model::CellKind kind = model::CellKind::Uniform;
+    bool centre_inside = false;
+    bool bilinear = false;   ///< Layered: sheets have four corners each
+    int sheets = 0;          ///< Uniform 0, Single 1
+    float s0 = 0, t0 = 0, size = 0;
+    float w_min = 0, w_step = 0;
+    float corner[4] = {};    ///< Single: w at (s0,t0) (s1,t0) (s0,t1) (s1,t1)
+    float deviation = 0;     ///< Single
+    const std::uint16_t* record = nullptr;  ///< Layered, past the header word
+
+    float decode(std::uint16_t v) const { return w_min + w_step * static_cast<float>(v); }
+};
+
+/// w and its derivatives on sheet j of a leaf.
+struct SheetValue {
+    float w, ws, wt;
+};
+
+inline SheetValue bilinear_value(const float c[4], float u, float v, float size)
+{
+    const float bottom = c[0] + u * (c[1] - c[0]), top = c[2] + u * (c[3] - c[2]);
+    return {bottom + v * (top - bottom), ((1.f - v) * (c[1] - c[0]) + v * (c[3] - c[2])) / size, (top - bottom) / size};
+}
+
+inline SheetValue sheet_value(const Leaf& leaf, int sheet, float s, float t)
+{
+    const float u = (s - leaf.s0) / leaf.size, v = (t - leaf.t0) / leaf.size;
+    if (leaf.kind == model::CellKind::Single) return bilinear_value(leaf.corner, u, v, leaf.size);
+    if (leaf.bilinear) {
+        const std::uint16_t* r = leaf.record + 5 * sheet;
+        const float c[4] = {leaf.decode(r[0]), leaf.decode(r[1]), leaf.decode(r[2]), leaf.decode(r[3])};
+        return bilinear_value(c, u, v, leaf.size);
+    }
+    const std::uint16_t* r = leaf.record + 2 + 3 * sheet;
+    const float half = 0.5f * leaf.size;
+    const float ws = static_cast<float>(static_cast<std::int16_t>(r[1])) * leaf.w_step / half;
+    const float wt = static_cast<float>(static_cast<std::int16_t>(r[2])) * leaf.w_step / half;
+    return {leaf.decode(r[0]) + (s - leaf.s0 - half) * ws + (t - leaf.t0 - half) * wt, ws, wt};
+}
+
+/// Certified deviation of a bilinear sheet.
+inline float sheet_deviation(const Leaf& leaf, int sheet)
+{
+    return leaf.kind == model::CellKind::Single ? leaf.deviation : deviation_of_code(leaf.record[5 * sheet + 4], leaf.w_step);
+}
+
+/// Certified least and greatest w of every surface over the leaf.
+inline void leaf_band(const Leaf& leaf, float& lo, float& hi)
+{
+    if (leaf.kind == model::CellKind::Single) {
+        lo = std::min(std::min(leaf.corner[0], leaf.corner[1]), std::min(leaf.corner[2], leaf.corner[3])) - leaf.deviation;
+        hi = std::max(std::max(leaf.corner[0], leaf.corner[1]), std::max(leaf.corner[2], leaf.corner[3])) + leaf.deviation;
+        return;
+    }
+    if (!leaf.bilinear) {
+        lo = leaf.decode(leaf.record[0]);
+        hi = leaf.decode(leaf.record[1]);
+        return;
+    }
+    lo = INFINITY;
+    hi = 0.f;
+    for (int j = 0; j < leaf.sheets; ++j) {
+        const float e = sheet_deviation(leaf, j);
+        for (int c = 0; c < 4; ++c) {
+            const float w = leaf.decode(leaf.record[5 * j + c]);
+            lo = std::min(lo, w - e);
+            hi = std::max(hi, w + e);
+        }
+    }
+}
+
+/// One part's map.
+class CentralMap {
+public:
+    CentralMap(const model::ModelView& view, const model::Part& part)
+        : part_(part),
+          samples_(view.samples.data() + part.first_sample),
+          cells_(view.cells.data() + part.first_cell),
+          blocks_(view.blocks.data() + part.first_block),
+          specials_(view.specials.data() + part.first_special),
+          pool_(view.pool.data() + part.first_pool),
+          base_(static_cast<int>(part.base)),
+          cell_size_(2.f / static_cast<float>(part.base))
+    {
+    }
+
+    int base() const { return base_; }
+    float cell_size() const { return cell_size_; }
+    bool centre_inside() const { return (part_.flags & model::k_centre_inside) != 0; }
+
+    Vec3f to_chart_frame(Vec3f p) const
+    {
+        const Vec3f d = p - model::vec3(part_.chart_centre);
+        return {dot(model::vec3(part_.chart_rows), d), dot(model::vec3(part_.chart_rows + 3), d), dot(model::vec3(part_.chart_rows + 6), d)};
+    }
+    /// Model point of a point of the chart frame: centre + rotation' diag(a) x'.
+    Vec3f from_chart_frame(Vec3f x) const
+    {
+        const Vec3f l{part_.a[0] * x.x, part_.a[1] * x.y, part_.a[2] * x.z};
+        return model::vec3(part_.chart_centre) + l.x * model::vec3(part_.rotation) + l.y * model::vec3(part_.rotation + 3) +
+               l.z * model::vec3(part_.rotation + 6);
+    }
+    Vec3f direction_from_chart_frame(Vec3f n) const
+    {
+        const Vec3f l{n.x / part_.a[0], n.y / part_.a[1], n.z / part_.a[2]};
+        return l.x * model::vec3(part_.rotation) + l.y * model::vec3(part_.rotation + 3) + l.z * model::vec3(part_.rotation + 6);
+    }
+    bool in_box(Vec3f x) const
+    {
+        return x.x >= part_.chart_lo[0] && x.x <= part_.chart_hi[0] && x.y >= part_.chart_lo[1] && x.y <= part_.chart_hi[1] &&
+               x.z >= part_.chart_lo[2] && x.z <= part_.chart_hi[2];
+    }
+
+    int column_of(float s) const { return std::clamp(static_cast<int>((s + 1.f) * 0.5f * static_cast<float>(base_)), 0, base_ - 1); }
+    std::uint16_t base_cell(int face, int column, int row) const { return cells_[(face * base_ + row) * base_ + column]; }
+    model::Block block(int face, int column, int row) const
+    {
+        const int n = base_ / model::k_block;
+        return blocks_[(face * n + row) * n + column];
+    }
+    float decode(std::uint16_t v) const { return part_.w_min + part_.w_step * static_cast<float>(v); }
+
+    /// The leaf that holds (s, t).
+    Leaf leaf_at(int face, float s, float t) const
+    {
+        const int column = column_of(s), row = column_of(t);
+        float s0 = -1.f + cell_size_ * static_cast<float>(column), t0 = -1.f + cell_size_ * static_cast<float>(row), size = cell_size_;
+        std::uint16_t cell = base_cell(face, column, row);
+        if (model::cell_kind(cell) != model::CellKind::Split) return base_leaf(cell, face, column, row);
+        const std::uint16_t* split = nullptr;
+        int quadrant = 0;
+        while (model::cell_kind(cell) == model::CellKind::Split) {
+            split = pool_ + specials_[model::cell_payload(cell)];
+            size *= 0.5f;
+            const int right = s >= s0 + size ? 1 : 0, up = t >= t0 + size ? 1 : 0;
+            s0 += size * static_cast<float>(right);
+            t0 += size * static_cast<float>(up);
+            quadrant = right + 2 * up;
+            cell = split[9 + quadrant];
+        }
+        return child_leaf(cell, split, quadrant, s0, t0, size);
+    }
+
+    /// Calls visit(leaf) for every leaf of a base cell.
+    template <class Visit>
+    void each_leaf(int face, int column, int row, Visit&& visit) const
+    {
+        const std::uint16_t cell = base_cell(face, column, row);
+        if (model::cell_kind(cell) != model::CellKind::Split)
+            visit(base_leaf(cell, face, column, row));
+        else
+            each_child(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_, visit);
+    }
+
+    /// Layer 2: the base samples of a cell whatever it was refined to; false where a corner has no surface.
+    bool base_corners(int face, int column, int row, float corner[4]) const
+    {
+        const std::uint16_t* p = samples_ + (face * (base_ + 1) + row) * (base_ + 1) + column;
+        const std::uint16_t v[4] = {p[0], p[1], p[base_ + 1], p[base_ + 2]};
+        bool all = true;
+        for (int i = 0; i < 4; ++i) {
+            all = all && v[i] != model::k_no_surface;
+            corner[i] = decode(v[i]);
+        }
+        return all;
+    }
+
+    Leaf base_leaf(std::uint16_t cell, int face, int column, int row) const
+    {
+        Leaf leaf = leaf_frame(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_);
+        if (leaf.kind == model::CellKind::Single) base_corners(face, column, row, leaf.corner);
+        return leaf;
+    }
+
+private:
+    Leaf leaf_frame(std::uint16_t cell, float s0, float t0, float size) const
+    {
+        Leaf leaf;
+        leaf.kind = model::cell_kind(cell);
+        leaf.centre_inside = centre_inside();
+        leaf.s0 = s0;
+        leaf.t0 = t0;
+        leaf.size = size;
+        leaf.w_min = part_.w_min;
+        leaf.w_step = part_.w_step;
+        if (leaf.kind == model::CellKind::Single) {
+            leaf.sheets = 1;
+            leaf.deviation = deviation_of_code(model::cell_payload(cell), part_.w_step);
+        } else if (leaf.kind == model::CellKind::Layered) {
+            const std::uint16_t* record = pool_ + specials_[model::cell_payload(cell)];
+            leaf.sheets = record[0] & 7;
+            leaf.bilinear = (record[0] & 8) != 0;
+            leaf.record = record + 1;
+        } else {
+            leaf.centre_inside = (model::cell_payload(cell) & 1u) != 0;
+        }
+        return leaf;
+    }
+
+    Leaf child_leaf(std::uint16_t cell, const std::uint16_t* split, int quadrant, float s0, float t0, float size) const
+    {
+        Leaf leaf = leaf_frame(cell, s0, t0, size);
+        if (leaf.kind == model::CellKind::Single) {
+            const std::uint16_t* p = split + (quadrant & 1) + 3 * (quadrant >> 1);
+            leaf.corner[0] = decode(p[0]);
+            leaf.corner[1] = decode(p[1]);
+            leaf.corner[2] = decode(p[3]);
+            leaf.corner[3] = decode(p[4]);
+        }
+        return leaf;
+    }
+
+    template <class Visit>
+    void each_child(std::uint16_t cell, float s0, float t0, float size, Visit&& visit) const
+    {
+        const std::uint16_t* split = pool_ + specials_[model::cell_payload(cell)];
+        size *= 0.5f;
+        for (int q = 0; q < 4; ++q) {
+            const std::uint16_t child = split[9 + q];
+            const float s = s0 + size * static_cast<float>(q & 1), t = t0 + size * static_cast<float>(q >> 1);
+            if (model::cell_kind(child) == model::CellKind::Split)
+                each_child(child, s, t, size, visit);
+            else
+                visit(child_leaf(child, split, q, s, t, size));
+        }
+    }
+
+    const model::Part& part_;
+    const std::uint16_t* samples_;
+    const std::uint16_t* cells_;
+    const model::Block* blocks_;
+    const std::uint32_t* specials_;
+    const std::uint16_t* pool_;
+    int base_;
+    float cell_size_;
+};
+
+/// Verdict at a chart point: inside or not, proven or not, and how far (in w) from where it would change.
+struct Verdict {
+    bool inside = false;
+    bool certain = false;
+    float margin = 0;
+};
+
+inline Verdict classify(const Leaf& leaf, float s, float t, float w)
+{
+    Verdict v;
+    if (leaf.sheets == 0 && leaf.kind != model::CellKind::Layered) return {leaf.centre_inside, true, INFINITY};
+    int nearer = 0;  // sheets between the centre and the point
+    v.margin = INFINITY;
+    v.certain = true;
+    for (int j = 0; j < leaf.sheets; ++j) {
+        const float sheet = sheet_value(leaf, j, s, t).w;
+        if (sheet > w) ++nearer;
+        v.margin = std::min(v.margin, std::abs(sheet - w));
+        if ((leaf.kind == model::CellKind::Single || leaf.bilinear) && !(std::abs(sheet - w) > sheet_deviation(leaf, j))) v.certain = false;
+    }
+    if (leaf.kind == model::CellKind::Layered && !leaf.bilinear) {
+        float lo, hi;
+        leaf_band(leaf, lo, hi);
+        if (w > hi) nearer = 0;
+        else if (w < lo) nearer = leaf.sheets;
+        else v.certain = false;
+    }
+    v.inside = leaf.centre_inside != ((nearer & 1) != 0);
+    return v;
+}
+
+}  // namespace sqmap::query
