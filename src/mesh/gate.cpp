@@ -371,12 +371,12 @@ private:
                    "cut the surface where it is twisted, or remove the twisted part");
         if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
+        component_ = components(surface_.faces.size(), pairing.mate);
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
             refuse("E_OPEN", edge_name(*first_boundary_), number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
                    "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness for a sheet");
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note("split_vertices", made);
-        component_ = components(surface_.faces.size(), pairing.mate);
     }
 
     Pairing thickened(Pairing pairing)
@@ -469,13 +469,16 @@ private:
         const std::vector<Vec3d> points = local_points();
         Vec3d mean{};
         double area = 0, volume = 0;
-        for (const Face& f : surface_.faces) {
+        std::vector<double> six_volumes_of(surface_.faces.size(), 0);  // by component: shells may be turned either way
+        for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
+            const Face& f = surface_.faces[i];
             const Vec3d a = points[f.v[0]], b = points[f.v[1]], c = points[f.v[2]];
             const double w = 0.5 * norm(cross(b - a, c - a));
             area += w;
             mean += w / 3.0 * (a + b + c);
-            volume += six_volumes(points, f.v) / 6;
+            six_volumes_of[component_[i]] += six_volumes(points, f.v);
         }
+        for (const double v : six_volumes_of) volume += std::abs(v) / 6;
         const char* cure = "give it a volume with --thickness, or model both sides";
         if (!(area > 0)) refuse("E_FLAT", "mesh", "no face with an area is left", cure);
         mean = mean / area;
@@ -490,7 +493,7 @@ private:
         }
         const double spread = std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues()[0]));
         if (spread < k_flat_thickness) refuse("E_FLAT", "mesh", "all faces lie in one plane", cure);
-        if (out_.facts.boundary_edge_count == 0 && 2 * std::abs(volume) < k_flat_thickness * area)
+        if (out_.facts.boundary_edge_count == 0 && 2 * volume < k_flat_thickness * area)
             refuse("E_FLAT", "mesh", "the mesh encloses no volume: it is a sheet folded onto itself", cure);
     }
 
