@@ -76,11 +76,15 @@ std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> co
     };
     std::vector<Ear> ears(ring.size());
     const auto corner = [&](std::size_t i, std::size_t step) { return ring[(i + step) % ring.size()]; };
+    // Only corners that are not convex can lie in an ear.
+    std::vector<bool> is_convex(corners.size());
+    for (std::size_t i = 0; i < ring.size(); ++i) is_convex[i] = s(corner(i, ring.size() - 1), ring[i], corner(i, 1)) > 0;
     const auto look = [&](std::size_t i) {
         const std::uint32_t a = corner(i, ring.size() - 1), b = ring[i], c = corner(i, 1);
         const double ear = s(a, b, c);
+        is_convex[b] = ear > 0;
         return Ear{ear, ear > 0 && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t p) {
-                            return p != a && p != b && p != c && contains(corners[a], corners[b], corners[c], corners[p], n);
+                            return !is_convex[p] && p != a && p != b && p != c && contains(corners[a], corners[b], corners[c], corners[p], n);
                         })};
     };
     for (std::size_t i = 0; i < ring.size(); ++i) ears[i] = look(i);

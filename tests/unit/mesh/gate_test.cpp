@@ -405,6 +405,15 @@ TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
     EXPECT_TRUE(warned(judge(cube(), {.thickness = 0.1}), "W_THICKNESS"));
 }
 
+TEST(Gate, SmallSolidsFarApartAndLongRodsAreNotFlat)
+{
+    Polygons p = cube();
+    p.add(box({1e6, 0, 0}, {1e6 + 1, 1, 1}));
+    EXPECT_EQ(judge(p).verdict, Verdict::Accept) << judge(p).diagnosis.message;
+    EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).verdict, Verdict::Accept);
+    EXPECT_EQ(code(box({0, 0, 0}, {1, 1, 1e-7})), "E_FLAT");
+}
+
 TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
 {
     Polygons p = cube();
