@@ -35,6 +35,7 @@ ordered_json report_json(const bake::BakeResult& baked)
                                 {"tolerance", p.certificate.tolerance}, {"fallback", p.fallback}, {"base", p.base},
                                 {"map_bytes", p.map_bytes}, {"exact_bytes", p.exact_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
+    out["target_met"] = baked.report.target_met;
     out["measured"] = measured_json(baked.model.measured);
     return out;
 }
@@ -121,6 +122,9 @@ void add_bake(CLI::App& app, int& exit_code)
         std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", options->model.c_str(), baked.report.parts.size(),
                     static_cast<double>(bytes) / 1000, seconds);
         print_measured(baked.model.measured);
+        if (!baked.report.target_met)
+            std::printf("  target error of %g %% not reached: raise --max-parts, or accept %.3f %%\n", options->bake.target_error,
+                        baked.model.measured.depth_p99);
         exit_code = 0;
     });
 }

@@ -35,7 +35,7 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
 {
     const CellKind kind = cell_kind(cell);
     if (kind == CellKind::Uniform) return cell_payload(cell) <= 1;
-    if (kind == CellKind::Single) return cell_payload(cell) <= 255;
+    if (kind == CellKind::Single) return cell_payload(cell) < 2 * k_foreign;
     if (cell_payload(cell) >= part.special_count) return false;
     const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
     const std::uint16_t* pool = view.pool.data() + part.first_pool;

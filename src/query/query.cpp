@@ -110,7 +110,7 @@ void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Near
 
 bool leaf_is_near(const Leaf& leaf, int face, const float* a, Vec3f x, const Nearest& best)
 {
-    if (leaf.sheets == 0) return false;
+    if (leaf.sheets == 0 || leaf.foreign) return false;
     float lo, hi;
     leaf_band(leaf, lo, hi);
     if (!(hi > 0.f)) return false;
@@ -130,6 +130,7 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
             leaf.kind = model::CellKind::Single;
             leaf.centre_inside = map.centre_inside();
             leaf.sheets = 1;
+            if (leaf.foreign) return;
             if (map.base_corners(face, column, row, leaf.corner)) {
                 offer_sheet(map, part, index, leaf, 0, face, x, best);
                 return;

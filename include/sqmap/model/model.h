@@ -76,7 +76,7 @@ struct Header {
 
 /// How a stored cell of the central chart is read: two bits of kind, fourteen of payload.
 /// Uniform: no surface; payload bit 0 is the verdict (1 inside).
-/// Single: one surface over the four corner samples; payload is the code of its certified deviation in w.
+/// Single: one surface over the four corner samples; payload is the code of its certified deviation in w, and k_foreign.
 /// Split: payload is an index of specials, which points at 9 samples and 4 cells in the pool.
 /// Layered: payload is an index of specials, which points at a layered record in the pool.
 enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layered = 3 };
@@ -84,10 +84,14 @@ enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layere
 constexpr CellKind cell_kind(std::uint16_t cell) { return static_cast<CellKind>(cell >> 14); }
 constexpr std::uint32_t cell_payload(std::uint16_t cell) { return cell & 0x3fffu; }
 
+/// Set in a Single cell's payload or a layered record's header where no surface over the cell is the part's own: good
+/// for verdicts, while depth and normal are the business of the part that owns the surface.
+inline constexpr std::uint32_t k_foreign = 0x100;
 inline constexpr std::uint32_t k_split_samples = 5;
 inline constexpr std::uint32_t k_split_size = k_split_samples + 4;
 
-/// A block of k_block x k_block base cells: the least and greatest stored w of any surface over it; lo > hi: none.
+/// A block of k_block x k_block base cells: the least and greatest stored w of the part's own surface over it; lo > hi:
+/// none.
 struct Block {
     std::uint16_t lo, hi;
 };
