@@ -26,6 +26,7 @@ using shape::Superquadricd;
 
 constexpr int k_short = 3, k_long = 8;  ///< rounds of the augmented Lagrangian, to rank starts and to finish one
 constexpr double k_exact_cost = 1e-10;  ///< of eq. 3 in the part's units: nothing left to explain by deforming
+constexpr double k_least_bend = 0.12;   ///< radians at the part's ends: less than that does not pay
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 /// The part in coordinates of its own: about the middle of its principal box, with greatest distance 1 from it.
@@ -424,7 +425,7 @@ std::optional<Superquadricd> bent_start(const Part& part, const Mat3d& frame, co
     Superquadricd sq;
     sq.bend = 2 * std::hypot(c(2, 0), c(2, 1));
     sq.bend_angle = std::atan2(c(2, 1), c(2, 0));
-    if (!(sq.bend * box.half.z > 0.12)) return std::nullopt;
+    if (!(sq.bend * box.half.z > k_least_bend)) return std::nullopt;
     // z along the parabola's tangent at its middle.
     const Vec3d z = normalized(frame.row[2] + c(1, 0) * frame.row[0] + c(1, 1) * frame.row[1]);
     const Vec3d x = normalized(frame.row[0] - dot(frame.row[0], z) * z);
@@ -512,10 +513,11 @@ void seed_taper(std::vector<Superquadricd>& starts)
     for (Superquadricd& start : starts) start.taper_x = start.taper_y = 0.02;
 }
 
-std::vector<Superquadricd> bent_starts(const Part& part, const FitOptions& options)
+/// Starts with their axis along the part's longest, and where thorough along its second too.
+std::vector<Superquadricd> bent_starts(const Part& part, const FitOptions& options, bool thorough)
 {
     std::vector<Superquadricd> starts;
-    for (int axis = 0; axis < 2; ++axis)  // nothing bends along its shortest axis
+    for (int axis = 0; axis < (thorough ? 2 : 1); ++axis)
         if (const auto start = bent_start(part, with_z_axis(part.frame, axis), options)) starts.push_back(*start);
     seed_taper(starts);
     return starts;
@@ -561,7 +563,7 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
         consider(smallest_from.operator()<k_tapered>(starts), options.taper_gain);
     }
     if (options.allow_bend) {
-        std::vector<Superquadricd> bent = bent_starts(part, options);
+        std::vector<Superquadricd> bent = bent_starts(part, options, false);
         if (!bent.empty()) {
             bent.push_back(fit_data_from<k_bent>(part, bent, options, 1, report.iterations).sq);
             consider(smallest_from.operator()<k_bent>(bent), options.bend_gain);
@@ -599,7 +601,7 @@ FitReport fit_surface(const mesh::Mesh& mesh, std::span<const std::uint32_t> tri
     seed_taper(starts);
     if (options.allow_taper) consider(fit_data_from<k_tapered>(part, starts, options, starts.size(), report.iterations));
     if (options.allow_bend) {
-        const std::vector<Superquadricd> bent = bent_starts(part, options);
+        const std::vector<Superquadricd> bent = bent_starts(part, options, true);
         if (!bent.empty()) consider(fit_data_from<k_bent>(part, bent, options, bent.size(), report.iterations));
     }
     report.converged = best.converged;
