@@ -31,7 +31,7 @@ ordered_json report_json(const bake::BakeResult& baked)
     ordered_json out;
     out["parts"] = ordered_json::array();
     for (const bake::PartReport& p : baked.report.parts)
-        out["parts"].push_back({{"area", p.area}, {"volume", p.volume}, {"q2_share", p.q2_share}, {"largest_f", p.certificate.largest_f},
+        out["parts"].push_back({{"area", p.area}, {"volume", p.volume}, {"solid_volume", p.solid_volume}, {"q2_share", p.q2_share}, {"largest_f", p.certificate.largest_f},
                                 {"tolerance", p.certificate.tolerance}, {"fallback", p.fallback}, {"base", p.base},
                                 {"map_bytes", p.map_bytes}, {"exact_bytes", p.exact_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
@@ -64,6 +64,10 @@ void add_bake(CLI::App& app, int& exit_code)
     command->add_flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     command->add_option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")->capture_default_str();
     command->add_option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");
+    command->add_option("--max-looseness", options->bake.max_looseness, "Split a part while its superquadric has more than this times its solid's volume")
+        ->capture_default_str();
+    command->add_option("--max-q2", options->bake.max_q2_share, "Split a part while more than this share of its area is hidden from its projection")
+        ->capture_default_str();
     add_load_options(*command, options->load);
     decompose::DecomposeOptions& d = options->bake.decompose;
     const char* const k_decomposition = "Decomposition (section 3; lengths of sqrt(area), areas of the area)";

@@ -257,7 +257,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         }
     }
     for (const PartWork& part : parts)
-        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.area, part.q2_share, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
     result.report.partition = std::move(partition);
     lap("pack");
     progress("measure", 0);

@@ -153,7 +153,12 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
         bool kept = false;
         if (split.found && split.partition.part_count <= options.max_parts) {
             std::vector<PartWork> next = update(context, split.partition, parts, options);
-            if (total(next) < total(parts) - options.split_gain * worst_cost) {
+            // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
+            const double limit = std::max(options.max_looseness, 1.2 * loose(parts[worst]));
+            const bool slivers = std::any_of(next.begin(), next.end(), [&](const PartWork& p) {
+                return loose(p) > limit && std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p.triangles; });
+            });
+            if (!slivers && total(next) < total(parts) - options.split_gain * worst_cost) {
                 partition = split.partition;
                 parts = std::move(next);
                 kept = true;

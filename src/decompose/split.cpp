@@ -46,30 +46,31 @@ Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32
     const double whole = ellipsoid_volume(mesh, triangles);
     if (whole <= 0) return out;
 
-    // Extremes: the triangle farthest from the part's centroid, then farthest-point sampling.
+    // Extremes: the vertex farthest from the part's centroid, then farthest-point sampling.
     GeodesicSolver geodesics(mesh);
     Vec3d centre{};
     for (const auto t : triangles) centre += s.area[t] * mesh::triangle_centroid(mesh, t);
     centre = centre / area;
-    std::uint32_t extreme = triangles.front();
+    std::uint32_t extreme = mesh.triangles[triangles.front()][0];
     double farthest = -1;
     for (const auto t : triangles)
-        if (const double d = norm(mesh::triangle_centroid(mesh, t) - centre); d > farthest) {
-            farthest = d;
-            extreme = t;
-        }
+        for (const auto v : mesh.triangles[t])
+            if (const double d = norm(mesh.vertices[v] - centre); d > farthest) {
+                farthest = d;
+                extreme = v;
+            }
     constexpr int k_extremes = 4;
-    std::vector<double> field, nearest(s.area.size(), k_unreached);
+    std::vector<double> field, nearest(mesh.vertices.size(), k_unreached);
     std::vector<std::vector<double>> fields;
     for (int k = 0; k < k_extremes; ++k) {
         geodesics.run({&extreme, 1}, field, k_unreached, partition.part_of_triangle, part);
         fields.push_back(at_triangles(mesh, field));
         farthest = -1;
-        for (const auto t : triangles) {
-            nearest[t] = std::min(nearest[t], fields.back()[t]);
-            if (nearest[t] > farthest) {
-                farthest = nearest[t];
-                extreme = t;
+        for (const auto v : geodesics.reached()) {
+            nearest[v] = std::min(nearest[v], field[v]);
+            if (nearest[v] > farthest) {
+                farthest = nearest[v];
+                extreme = v;
             }
         }
     }

@@ -62,7 +62,7 @@ struct Decomposition {
     Partition partition;
     std::vector<double> protrusion;               ///< p of eq. 4 over the mean of p, #triangles
     std::vector<double> curvature;                ///< Gaussian curvature of eq. 6, 1 / mesh units squared, #triangles
-    std::vector<std::uint32_t> salient_triangles;  ///< salient features, the most protruding first
+    std::vector<std::uint32_t> salient_vertices;  ///< salient features, the most protruding first
 };
 
 /// Cuts a mesh into quasi-convex parts: steps 1 to 3 of section 3.
