@@ -62,12 +62,12 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
 }
 
 /// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
-CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartBox& box, const CentralOptions& options)
+CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartDomain& domain, const CentralOptions& options)
 {
     CentralMapData best;
     std::size_t best_bytes = 0;
     for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
+        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, domain, base, options);
         const std::size_t bytes = map.map_bytes() + map.exact_bytes();
         if (best.base != 0 && bytes > best_bytes) {
             if (bytes > best_bytes + best_bytes / 4) break;
@@ -100,9 +100,9 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
         p.translation[i] = static_cast<float>(sq.translation[i]);
         for (int j = 0; j < 3; ++j) p.rotation[3 * i + j] = static_cast<float>(sq.rotation.row[i][j]);
         p.chart_centre[i] = work.map.centre[i];
-        p.chart_lo[i] = work.map.box.lo[i];
-        p.chart_hi[i] = work.map.box.hi[i];
     }
+    std::copy(std::begin(work.map.domain.lo), std::end(work.map.domain.lo), p.chart_lo);
+    std::copy(std::begin(work.map.domain.hi), std::end(work.map.domain.hi), p.chart_hi);
     p.eps[0] = static_cast<float>(sq.eps1);
     p.eps[1] = static_cast<float>(sq.eps2);
     p.taper[0] = static_cast<float>(sq.taper_x);
@@ -227,7 +227,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     central.exact = options.exact;
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
-        part.map = bake_best_base(context, part, chart_box(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+        part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
     });
     lap("map");
 

@@ -46,10 +46,10 @@ Distribution summarize(std::vector<double> values)
 bool in_chart(const model::Part& part, Vec3f p)
 {
     const Vec3f d = p - model::vec3(part.chart_centre);
-    for (int i = 0; i < 3; ++i) {
-        const float x = dot(model::vec3(part.chart_rows + 3 * i), d);
-        if (x < part.chart_lo[i] || x > part.chart_hi[i]) return false;
-    }
+    const Vec3f x{dot(model::vec3(part.chart_rows), d), dot(model::vec3(part.chart_rows + 3), d), dot(model::vec3(part.chart_rows + 6), d)};
+    const float v[9] = {x.x, x.y, x.z, x.x + x.y, x.x - x.y, x.x + x.z, x.x - x.z, x.y + x.z, x.y - x.z};
+    for (int i = 0; i < 9; ++i)
+        if (v[i] < part.chart_lo[i] || v[i] > part.chart_hi[i]) return false;
     return true;
 }
 

@@ -40,9 +40,9 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
     const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
     const std::uint16_t* pool = view.pool.data() + part.first_pool;
     if (kind == CellKind::Split) {
-        if (depth >= k_max_split_depth || !within(offset, 13, part.pool_count)) return false;
+        if (depth >= k_max_split_depth || !within(offset, k_split_size, part.pool_count)) return false;
         for (int i = 0; i < 4; ++i)
-            if (!valid_cell(part, view, pool[offset + 9 + i], depth + 1)) return false;
+            if (!valid_cell(part, view, pool[offset + k_split_samples + i], depth + 1)) return false;
         return true;
     }
     if (!within(offset, 1, part.pool_count)) return false;
@@ -79,7 +79,7 @@ ParseStatus check_part(const Part& part, const ModelView& view)
     for (const float e : part.eps)
         if (!(e >= 0.099f && e <= 2.001f)) return ParseStatus::BadValue;
     if (!(part.w_step > 0) || !(part.w_min >= 0)) return ParseStatus::BadValue;
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 9; ++i)
         if (!(part.chart_lo[i] < part.chart_hi[i])) return ParseStatus::BadValue;
     for (int i = 0; i < 3; ++i) {
         // Rows must be an orthonormal frame divided by a.

@@ -181,7 +181,7 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
     if (norm_sq(offset) > part.sphere[3] * part.sphere[3]) return {};
     const CentralMap map(model, part);
     const Vec3f x = map.to_chart_frame(p);
-    if (!map.in_box(x)) return {};
+    if (!map.in_domain(x)) return {};
     const ChartPoint q = to_chart(x);
     PartVerdict result{true, classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w)};
     // Margins of different parts are compared as lengths: dw = d rho / rho^2.
@@ -251,7 +251,7 @@ bool is_boundary(const ModelView& model, Vec3f point, Vec3f normal)
         inside[i] = false;
         for (const Part& part : model.parts) {
             const CentralMap map(model, part);
-            if (sphere_gap(part, p) > 0.f || !map.in_box(map.to_chart_frame(p))) continue;
+            if (sphere_gap(part, p) > 0.f || !map.in_domain(map.to_chart_frame(p))) continue;
             inside[i] = resolved_side(model, part, p) == ExactLayer::Side::Inside;
             break;
         }
@@ -394,7 +394,7 @@ bool distance_along_projection(const ModelView& model, std::uint32_t part_index,
     const Part& part = model.parts[part_index];
     const CentralMap map(model, part);
     const Vec3f x = map.to_chart_frame(point);
-    if (!map.in_box(x)) return false;
+    if (!map.in_domain(x)) return false;
     const ChartPoint q = to_chart(x);
     const float length = norm(point - model::vec3(part.chart_centre));
     Leaf leaf = map.leaf_at(q.face, q.s, q.t);
@@ -406,7 +406,7 @@ bool distance_along_projection(const ModelView& model, std::uint32_t part_index,
     bool found = false;
     for (int j = 0; j < leaf.sheets; ++j) {
         const float reach = q.w / std::max(sheet_value(leaf, j, q.s, q.t).w, 1e-6f);
-        if (!map.in_box(reach * x)) continue;
+        if (!map.in_domain(reach * x)) continue;
         const float d = (reach - 1.f) * length;
         if (!found || std::abs(d) < std::abs(distance)) distance = d;
         found = true;

@@ -36,7 +36,7 @@ struct Part {
     // Central chart: x' = scale * rotation' * (p - centre) with chart rows = diag(1/a) rotation.
     float chart_rows[9];
     float chart_centre[3];
-    float chart_lo[3], chart_hi[3];  ///< box of the superquadric in the chart frame; the chart answers inside it
+    float chart_lo[9], chart_hi[9];  ///< where the chart answers: bounds of x', y', z', x'+y', x'-y', x'+z', x'-z', y'+z', y'-z'
     float w_min, w_step;             ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
     std::uint32_t base;              ///< cells along a face's side, a multiple of k_block
     std::uint32_t flags;             ///< PartFlag bits
@@ -83,6 +83,9 @@ enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layere
 
 constexpr CellKind cell_kind(std::uint16_t cell) { return static_cast<CellKind>(cell >> 14); }
 constexpr std::uint32_t cell_payload(std::uint16_t cell) { return cell & 0x3fffu; }
+
+inline constexpr std::uint32_t k_split_samples = 5;
+inline constexpr std::uint32_t k_split_size = k_split_samples + 4;
 
 /// A block of k_block x k_block base cells: the least and greatest stored w of any surface over it; lo > hi: none.
 struct Block {
