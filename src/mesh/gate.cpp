@@ -18,7 +18,7 @@ namespace {
 constexpr double k_sliver_height = 1e-9;     // of the box's diagonal: lower triangles have no area
 constexpr double k_thin_height = 1e-6;       // of the diagonal: extra faces this low are what rounding left of such
 constexpr double k_weld_distance = 1e-7;     // of the diagonal: positions closer may be one vertex
-constexpr double k_flat_thickness = 1e-5;    // of the diagonal: thinner is a sheet; float and a fit have nothing to hold on to
+constexpr double k_flat_thickness = 1e-5;    // of the area's root: thinner is a sheet, a fit has nothing to hold on to
 constexpr double k_range_ratio = 1e15;       // double has 16 digits
 constexpr double k_range_size = 1e100;       // cubes of larger or (inverted) smaller sizes leave double's range
 constexpr double k_unit_hint = 50;           // a thing of 50 m is rare, one of 50 mm is not
@@ -371,12 +371,12 @@ private:
                    "cut the surface where it is twisted, or remove the twisted part");
         if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
+        component_ = components(surface_.faces.size(), pairing.mate);
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
             refuse("E_OPEN", edge_name(*first_boundary_), number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
                    "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness for a sheet");
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note("split_vertices", made);
-        component_ = components(surface_.faces.size(), pairing.mate);
     }
 
     Pairing thickened(Pairing pairing)
@@ -468,14 +468,22 @@ private:
     {
         const std::vector<Vec3d> points = local_points();
         Vec3d mean{};
-        double area = 0, volume = 0;
-        for (const Face& f : surface_.faces) {
+        double area = 0;
+        // By component: shells may be turned either way, and small solids far apart are not a sheet.
+        std::vector<double> six_volumes_of(surface_.faces.size(), 0), area_of_component(surface_.faces.size(), 0);
+        for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
+            const Face& f = surface_.faces[i];
             const Vec3d a = points[f.v[0]], b = points[f.v[1]], c = points[f.v[2]];
             const double w = 0.5 * norm(cross(b - a, c - a));
             area += w;
             mean += w / 3.0 * (a + b + c);
-            volume += six_volumes(points, f.v) / 6;
+            six_volumes_of[component_[i]] += six_volumes(points, f.v);
+            area_of_component[component_[i]] += w;
         }
+        // A plate of thickness t has a volume of t times half its area.
+        bool is_thick = false;
+        for (std::size_t i = 0; i < six_volumes_of.size(); ++i)
+            is_thick = is_thick || std::abs(six_volumes_of[i]) / 3 > k_flat_thickness * std::pow(area_of_component[i], 1.5);
         const char* cure = "give it a volume with --thickness, or model both sides";
         if (!(area > 0)) refuse("E_FLAT", "mesh", "no face with an area is left", cure);
         mean = mean / area;
@@ -489,8 +497,8 @@ private:
             }
         }
         const double spread = std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues()[0]));
-        if (spread < k_flat_thickness) refuse("E_FLAT", "mesh", "all faces lie in one plane", cure);
-        if (out_.facts.boundary_edge_count == 0 && 2 * std::abs(volume) < k_flat_thickness * area)
+        if (spread < k_flat_thickness * std::sqrt(area)) refuse("E_FLAT", "mesh", "all faces lie in one plane", cure);
+        if (out_.facts.boundary_edge_count == 0 && !is_thick)
             refuse("E_FLAT", "mesh", "the mesh encloses no volume: it is a sheet folded onto itself", cure);
     }
 
