@@ -163,10 +163,10 @@ std::uint16_t surface_flag(mesh::Boundary boundary)
 CentralOptions central_options(double target_error)
 {
     CentralOptions central;
-    central.tolerance = 0.002 * target_error;
-    central.foreign_tolerance = 0.006 * target_error;
-    central.finest = 0.011 * target_error;
-    central.silhouette = 0.0095 * target_error;
+    central.tolerance = 0.0016 * target_error;
+    central.foreign_tolerance = 0.003 * target_error;
+    central.finest = 0.014 * target_error;
+    central.silhouette = 0.012 * target_error;
     return central;
 }
 
