@@ -427,6 +427,7 @@ NormalMapView NormalMap::view() const
     v.eta_count = eta_count;
     v.omega_count = omega_count;
     v.subdivisions = subdivisions;
+    v.vertex_count = vertex_count;
     v.distance_scale = distance_scale;
     v.offset_scale = offset_scale;
     v.quantization_error = quantization_error;
@@ -446,7 +447,7 @@ NormalMapView NormalMap::view() const
 
 std::size_t NormalMap::stored_bytes() const
 {
-    return sizeof(superquadric) + 7 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() + offset.size() +
+    return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() + offset.size() +
            4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + sizeof(FootSeed) * seeds.size();
 }
 
@@ -526,6 +527,7 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     for (const double d : delta)
         map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
 
+    map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());
     if (options.corrections)
         add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);
     map.report.q2_share = q2_share(caster, map.view(), triangles);

@@ -76,7 +76,7 @@ struct NormalMapReport {
 /// A baked map that owns its arrays; see model::NormalMapView for what they hold.
 struct NormalMap {
     shape::Superquadricf superquadric;
-    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0;
+    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0, vertex_count = 0;
     bool seeds_mirrored = false;
     float distance_scale = 0, offset_scale = 0, quantization_error = 0;
     std::vector<std::uint16_t> distance, normal;

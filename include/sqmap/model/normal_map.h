@@ -36,6 +36,7 @@ struct NormalMapView {
     shape::Superquadricf superquadric;
     std::uint32_t eta_count = 0, omega_count = 0;  ///< multiples of 2^subdivisions: eta_count - 1 and omega_count
     std::uint32_t subdivisions = 0;                ///< A_S of section 4.2.3
+    std::uint32_t vertex_count = 0;                ///< N_m: mesh vertices of the part, for the gate of layer 3
     float distance_scale = 0;                      ///< length of one step of distance and correction
     float offset_scale = 0;                        ///< length of one step of offset
     float quantization_error = 0;                  ///< largest measured error of a stored distance

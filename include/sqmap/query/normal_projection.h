@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/model/normal_map.h"
+#include "sqmap/query/query.h"
 #include "sqmap/shape/foot_point.h"
 
 #include <cstdint>
@@ -17,10 +18,9 @@ enum class Projector : std::uint8_t {
     Newton,   ///< polish_foot from a table of starts: the exact foot
 };
 
-/// Layers of section 4.2. Layer 2 reads the nearest base sample; layer 3 the finest level and the vertices of step 3.
-enum class Layer : std::uint8_t { One = 1, Two = 2, Three = 3 };
-
 struct ProjectionOptions {
+    /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Auto is the gate of section
+    /// 4.2 step 4; Exact has no data here and is answered by Three.
     Layer layer = Layer::Three;
     Projector projector = Projector::Newton;
     bool use_offset = false;       ///< subtract delta of eq. 12: for probes made of triangles, not for points
