@@ -375,6 +375,26 @@ float correction_at(const NormalMapView& map, const CellPlace& c)
     return map.distance_scale * sum;
 }
 
+// Openings of the nearest sample's ray. Sets distance to where the solid is entered again if the point at foot distance s
+// lies in one or behind one; false where none matters.
+bool behind_first_surface(const NormalMapView& map, SurfaceAnglesf angles, float s, float& distance)
+{
+    if (map.gaps.empty()) return false;
+    const CellPlace c = cell_of(angles, map.eta_count, map.omega_count);
+    const std::size_t row = c.row + (c.y >= 0.5f ? 1 : 0), column = c.x >= 0.5f ? c.next_column : c.column;
+    const model::MapGap* first = map.gaps.data() + map.gap_rows[row];
+    const model::MapGap* last = map.gaps.data() + map.gap_rows[row + 1];
+    first = std::lower_bound(first, last, column, [](const model::MapGap& g, std::size_t k) { return g.column < k; });
+    bool found = false;
+    for (; first != last && first->column == column; ++first) {
+        if (s <= map.distance_scale * static_cast<float>(first->leave)) break;
+        found = true;
+        distance = first->enter == k_map_miss ? std::numeric_limits<float>::infinity()
+                                              : map.distance_scale * static_cast<float>(first->enter);
+    }
+    return found;
+}
+
 // Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
 MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, bool use_corrections)
 {
@@ -492,7 +512,12 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
     answer.foot = foot.point;
     answer.foot_normal = foot.normal;
     answer.foot_distance = norm(foot.point - p);
-    const MapSample sample = sample_map(map, answer.angles, options);
+    MapSample sample = sample_map(map, answer.angles, options);
+    if (options.use_gaps && answer.foot_distance > sample.distance && !reads_base_grid(map, options.layer) &&
+        behind_first_surface(map, answer.angles, answer.foot_distance, sample.distance)) {
+        sample.flags = k_projection_behind | (sample.distance < std::numeric_limits<float>::infinity() ? 0 : k_projection_miss);
+        sample.normal = {};
+    }
     answer.flags |= sample.flags;
     answer.map_distance = sample.distance;
     answer.verdict = answer.foot_distance >= sample.distance ? Verdict::Contact : Verdict::Free;
