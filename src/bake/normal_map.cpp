@@ -18,7 +18,6 @@ using model::k_map_largest;
 using model::k_map_miss;
 using model::NormalMapView;
 using model::VertexCorrection;
-using shape::Arc;
 using shape::Superquadricd;
 using shape::Superquadricf;
 using Kind = MapRays::Kind;
@@ -486,20 +485,6 @@ std::size_t NormalMap::stored_bytes() const
            4 * gap_rows.size() + sizeof(model::MapGap) * gaps.size() + sizeof(FootSeed) * seeds.size();
 }
 
-void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Arc<float>> columns)
-{
-    // The angles in double: the poles' cosine must be 0, not the sine of a rounding error.
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double eta = k_pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
-        const bool pole = i == 0 || i + 1 == rows.size();
-        rows[i] = shape::arc_through(pole ? 0.0f : static_cast<float>(std::cos(eta)), static_cast<float>(std::sin(eta)), sq.eps1);
-    }
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-        const double omega = 2 * k_pi * static_cast<double>(j) / static_cast<double>(columns.size()) - k_pi;
-        columns[j] = shape::arc_through(static_cast<float>(std::cos(omega)), static_cast<float>(std::sin(omega)), sq.eps2);
-    }
-}
-
 NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
                           const NormalMapOptions& options)
 {
@@ -530,7 +515,7 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, level - 2));
     map.rows.resize(map.eta_count);
     map.columns.resize(map.omega_count);
-    grid_arcs(map.superquadric, map.rows, map.columns);
+    model::grid_arcs(map.superquadric, map.rows, map.columns);
     make_seeds(sq, map);
 
     double largest = 0;

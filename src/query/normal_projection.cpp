@@ -29,6 +29,13 @@ constexpr float k_pi = std::numbers::pi_v<float>;
 constexpr shape::FootOptions k_newton{.max_iterations = 10, .tolerance = 1e-5};
 constexpr float k_proven_miss = 1e-3f;
 
+SurfacePlace<float> place_of_sample(const NormalMapView& map, std::size_t row, std::size_t column)
+{
+    if (!map.rows.empty()) return {map.rows[row], map.columns[column]};
+    return shape::place_at(map.superquadric, SurfaceAnglesf{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
+                                              2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi});
+}
+
 // A base-grid sample index, with rows continued over the poles and columns around.
 struct Node {
     std::int32_t row, column;
@@ -64,7 +71,7 @@ struct BaseGrid {
     }
     SurfacePlace<float> place(Node n) const
     {
-        return {map.rows[static_cast<std::size_t>(n.row * stride)], map.columns[static_cast<std::size_t>(n.column * stride)]};
+        return place_of_sample(map, static_cast<std::size_t>(n.row * stride), static_cast<std::size_t>(n.column * stride));
     }
     SurfacePoint<float> point(Node n) const { return shape::surface_point(local, place(n)); }
 };
@@ -143,8 +150,8 @@ SurfacePlace<float> seed_place(const NormalMapView& map, Vec3f unit)
         index = index * map.seed_count + static_cast<std::size_t>(std::clamp(x, 0.0f, n - 1));
     }
     const FootSeed seed = map.seeds[index];
-    SurfacePlace<float> place{map.rows[(seed.eta * (map.eta_count - 1) + 127) / 255],
-                              map.columns[(seed.omega * map.omega_count + 128) / 256 % map.omega_count]};
+    SurfacePlace<float> place = place_of_sample(map, (seed.eta * (map.eta_count - 1) + 127) / 255,
+                                                (seed.omega * map.omega_count + 128) / 256 % map.omega_count);
     if (map.seeds_mirrored) {
         const auto flip = [](float like, float& c, float& nc) {
             c = std::copysign(c, like);

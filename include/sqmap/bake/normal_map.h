@@ -95,12 +95,9 @@ struct NormalMap {
     NormalMapReport report;
 
     [[nodiscard]] model::NormalMapView view() const;
-    /// Bytes that a file needs: all arrays but rows and columns, which grid_arcs makes again.
+    /// Bytes that a file needs: all arrays but rows and columns, which model::grid_arcs makes again.
     [[nodiscard]] std::size_t stored_bytes() const;
 };
-
-/// The powers of a grid's angles: rows #eta_count, columns #omega_count.
-void grid_arcs(const shape::Superquadricf& superquadric, std::span<shape::Arc<float>> rows, std::span<shape::Arc<float>> columns);
 
 /// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
 /// part's own and serve step 3 and the Q2 share. Deterministic. Cost: about 3 rays a sample, 1 a vertex.
