@@ -414,9 +414,13 @@ MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, b
     const int nearest = (c.y >= 0.5f ? 2 : 0) + (c.x >= 0.5f ? 1 : 0);
     const std::uint16_t code = map.distance[node[nearest]];
     const bool whole = bottom && top && left && right;
+    // Where a surface enters the superquadric inside the cell, which side of it a place lies on is a guess.
+    std::uint8_t mixed = whole ? 0 : k_projection_silhouette;
+    for (const std::size_t k : node)
+        if (!whole && code != k_map_cap && map.distance[k] == k_map_cap) mixed |= k_projection_by_cap;
     if (!is_hit(code)) {
         MapSample sample = value_of_code(map, code, 0);
-        if (!whole) sample.flags |= k_projection_silhouette;
+        sample.flags |= mixed;
         return sample;
     }
     float value[4];
@@ -456,7 +460,7 @@ MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, b
     for (int k = 0; k < 3; ++k) sample.normal[k] = bilinear(c, normal[0][k], normal[1][k], normal[2][k], normal[3][k]);
     sample.normal = normalized(sample.normal);
     if (!whole) {
-        sample.flags = k_projection_silhouette;
+        sample.flags = mixed;
     } else if (use_corrections && !map.corrections.empty()) {
         sample.distance += correction_at(map, c);
     }
@@ -542,7 +546,7 @@ CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < answers.size(); ++i) {
         const PartAnswer& a = answers[i];
-        if (a.verdict == Verdict::Free && (a.flags & k_projection_unproven) == 0) return {};
+        if (a.verdict == Verdict::Free && (a.flags & (k_projection_unproven | k_projection_by_cap)) == 0) return {};
         if (a.verdict != Verdict::Contact) continue;
         out.contact = true;
         const bool surface = (a.flags & k_projection_cap) == 0;

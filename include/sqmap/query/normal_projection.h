@@ -34,6 +34,7 @@ enum ProjectionFlags : std::uint8_t {
     k_projection_wide = 4,       ///< the pyramid's window did not hold the foot: the whole surface was searched
     k_projection_unproven = 8,   ///< the foot search did not converge: the verdict is a guess and no witness
     k_projection_behind = 32,    ///< decided by an opening behind the first surface: its border carries no normal
+    k_projection_by_cap = 64,    ///< free beside samples that start inside the solid: no witness against another part's claim
     k_projection_silhouette = 16 ///< the cell holds a jump of the surface: values of one sheet only were used
 };
 
@@ -70,7 +71,7 @@ struct CombinedAnswer {
 };
 
 /// The witness rule for overlapping parts (errata 15): a point is in contact if a part claims it and no part that holds it
-/// proves it free; a proof is a Free verdict whose foot converged. Depth and normal come from the claim with the least
+/// proves it free; a proof is a Free verdict whose foot converged and whose cell no other part's surface runs through. Depth and normal come from the claim with the least
 /// depth among true surface samples.
 [[nodiscard]] CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept;
 

@@ -289,6 +289,14 @@ TEST(NormalProjection, AnUnprovenWitnessDoesNot)
     EXPECT_TRUE(combine(answers).contact);
 }
 
+TEST(NormalProjection, AFreeAnswerBesideACapIsNoWitness)
+{
+    const PartAnswer claimed[] = {answer(Verdict::Contact, 0.1f), answer(Verdict::Free, -0.1f, k_projection_by_cap)};
+    EXPECT_TRUE(combine(claimed).contact);
+    const PartAnswer alone[] = {answer(Verdict::Free, -0.1f, k_projection_by_cap)};
+    EXPECT_FALSE(combine(alone).contact);
+}
+
 TEST(NormalProjection, DepthComesFromTheNearestTrueSurface)
 {
     const PartAnswer answers[] = {answer(Verdict::Contact, 0.01f, k_projection_cap), answer(Verdict::Contact, 0.3f),
