@@ -317,15 +317,15 @@ private:
 };
 
 /// Verdict at a chart point: inside or not, proven or not, and how far (in w) from where it would change.
-struct Verdict {
+struct ChartVerdict {
     bool inside = false;
     bool certain = false;
     float margin = 0;
 };
 
-inline Verdict classify(const Leaf& leaf, float s, float t, float w)
+inline ChartVerdict classify(const Leaf& leaf, float s, float t, float w)
 {
-    Verdict v;
+    ChartVerdict v;
     if (leaf.sheets == 0 && leaf.kind != model::CellKind::Layered) return {leaf.centre_inside, true, INFINITY};
     int nearer = 0;  // sheets between the centre and the point
     v.margin = INFINITY;
