@@ -166,4 +166,15 @@ struct ModelView {
 /// @pre the model has normal maps.
 [[nodiscard]] NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept;
 
+/// Mesh units -> model space, where queries live. In double up to the last step: coordinates may be far from zero.
+[[nodiscard]] constexpr Vec3f to_model_space(const Header& header, Vec3d p)
+{
+    return cast<float>((p - Vec3d{header.origin[0], header.origin[1], header.origin[2]}) / header.unit);
+}
+/// Model space -> mesh units. Lengths: times header.unit; directions stay as they are.
+[[nodiscard]] constexpr Vec3d to_mesh_units(const Header& header, Vec3f p)
+{
+    return header.unit * cast<double>(p) + Vec3d{header.origin[0], header.origin[1], header.origin[2]};
+}
+
 }  // namespace sqmap::model
