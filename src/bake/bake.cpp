@@ -6,6 +6,7 @@
 #include "part_work.h"
 #include "refine.h"
 #include "sqmap/bake/evaluate.h"
+#include "sqmap/bake/normal_map.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -67,7 +68,7 @@ CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& par
     CentralMapData best;
     std::size_t best_bytes = 0;
     for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, domain, base, options);
+        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, domain, part.triangles, base, options);
         const std::size_t bytes = map.map_bytes() + map.exact_bytes();
         if (best.base != 0 && bytes > best_bytes) {
             if (bytes > best_bytes + best_bytes / 4) break;
@@ -159,6 +160,103 @@ std::uint16_t surface_flag(mesh::Boundary boundary)
     return 0;
 }
 
+/// Cell tolerances that meet a target as a rule; measured and corrected after.
+CentralOptions central_options(double target_error)
+{
+    CentralOptions central;
+    central.tolerance = 0.0016 * target_error;
+    central.foreign_tolerance = 0.003 * target_error;
+    central.finest = 0.014 * target_error;
+    central.silhouette = 0.012 * target_error;
+    return central;
+}
+
+constexpr int k_refinements = 4;
+
+/// The paper's own maps, packed into the model's arrays.
+void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts, const CentralOptions& central, double r_max,
+                      const BakeOptions& options, model::ModelData& data)
+{
+    const MapRays rays(mesh);
+    std::vector<NormalMap> maps(parts.size());
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        const shape::Superquadricd& sq = parts[i].fit.superquadric;
+        NormalMapOptions normal;
+        normal.target_error = central.tolerance * r_max / std::max({sq.a.x, sq.a.y, sq.a.z});
+        maps[i] = bake_normal_map(rays, parts[i].triangles, sq, normal);
+    });
+    for (const NormalMap& m : maps) {
+        model::NormalPart p{};
+        p.eta_count = m.eta_count;
+        p.omega_count = m.omega_count;
+        p.subdivisions = m.subdivisions;
+        p.vertex_count = m.vertex_count;
+        p.distance_scale = m.distance_scale;
+        p.offset_scale = m.offset_scale;
+        p.quantization_error = m.quantization_error;
+        p.cut_count = static_cast<std::uint32_t>(m.cuts.size());
+        p.correction_row_count = static_cast<std::uint32_t>(m.correction_rows.size());
+        p.correction_count = static_cast<std::uint32_t>(m.corrections.size());
+        p.gap_row_count = static_cast<std::uint32_t>(m.gap_rows.size());
+        p.gap_count = static_cast<std::uint32_t>(m.gaps.size());
+        p.offset_count = static_cast<std::uint32_t>(m.offset.size());
+        p.seeds_along = m.seed_count;
+        p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
+        p.seed_count = static_cast<std::uint32_t>(m.seeds.size());
+        p.first_sample = append(data.normal_distance, m.distance);
+        append(data.normal_normal, m.normal);
+        p.first_cut = append(data.normal_cuts, m.cuts);
+        p.first_correction_row = append(data.correction_rows, m.correction_rows);
+        p.first_correction = append(data.corrections, m.corrections);
+        p.first_gap_row = append(data.gap_rows, m.gap_rows);
+        p.first_gap = append(data.gaps, m.gaps);
+        p.first_offset = append(data.normal_offset, m.offset);
+        p.first_seed = append(data.seeds, m.seeds);
+        data.normal_parts.push_back(p);
+    }
+}
+
+/// Bakes every part's map and packs the model.
+model::ModelData assemble(const SurfaceContext& context, const mesh::Normalization& normalization, const mesh::Solid& solid, bool is_solid,
+                          const decompose::Partition& partition, std::vector<PartWork>& parts, const CentralOptions& central,
+                          const BakeOptions& options)
+{
+    const mesh::Mesh& mesh = context.mesh;
+    const bool is_normal = options.projection == model::Projection::Normal;
+    model::ModelData data;
+    if (is_normal) bake_normal_maps(mesh, parts, central, context.r_max, options, data);
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        PartWork& part = parts[i];
+        // Beside normal maps the central map carries the exact layer.
+        if (is_normal && !options.exact) part.map = {};
+        else part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+    });
+    for (const PartWork& part : parts) {
+        data.parts.push_back(make_part(mesh, part, data));
+        data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
+    }
+    for (int k = 0; k < 3; ++k) data.header.origin[k] = normalization.origin[k];
+    data.header.unit = normalization.unit;
+    data.header.r_max = context.r_max;
+    bounding_sphere(mesh.vertices, data.header.sphere);
+    data.header.solid = is_solid ? 1 : 0;
+    data.header.projection = static_cast<std::uint32_t>(options.projection);
+    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
+    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
+    if (!options.exact) return data;
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
+            else data.triangles32.push_back(v);
+        }
+        data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | context.flags[t]));
+    }
+    return data;
+}
+
 /// The figures stored in the model: a quick evaluation of layer 3.
 model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
 {
@@ -223,47 +321,38 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     lap("fit");
 
     progress("map", 0);
-    CentralOptions central;
+    CentralOptions central = central_options(options.target_error);
     central.exact = options.exact;
-    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
-        PartWork& part = parts[i];
-        part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
-    });
+    result.model = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
     lap("map");
-
-    model::ModelData& data = result.model;
-    for (const PartWork& part : parts) {
-        data.parts.push_back(make_part(mesh, part, data));
-        data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
-    }
-    for (int k = 0; k < 3; ++k) data.header.origin[k] = normalization.origin[k];
-    data.header.unit = normalization.unit;
-    data.header.r_max = context.r_max;
-    bounding_sphere(mesh.vertices, data.header.sphere);
-    data.header.solid = solid_mesh ? 1 : 0;
-    data.header.projection = static_cast<std::uint32_t>(model::Projection::Central);
-    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
-    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
-    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
-    if (options.exact) {
-        for (const Vec3d& v : mesh.vertices)
-            for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            for (const std::uint32_t v : mesh.triangles[t]) {
-                if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
-                else data.triangles32.push_back(v);
-            }
-            data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
-        }
-    }
-    for (const PartWork& part : parts)
-        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
-    result.report.partition = std::move(partition);
-    lap("pack");
+    // The target is met by measuring: finer cells where the first guess falls short.
     progress("measure", 0);
-    data.measured = measure(data, solid);
+    model::Measured measured = measure(result.model, solid);
+    for (int attempt = 0; attempt < k_refinements && measured.depth_p99 > options.target_error; ++attempt) {
+        progress("refine", static_cast<double>(attempt) / k_refinements);
+        central.finest *= 0.6;
+        central.tolerance *= 0.6;
+        central.silhouette *= 0.6;
+        model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
+        const model::Measured better = measure(finer, solid);
+        if (better.depth_p99 > 0.97 * measured.depth_p99) break;
+        result.model = std::move(finer);
+        measured = better;
+    }
+    measured.q2_share = 0;
+    for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;
+    double area = 0;
+    for (const PartWork& part : parts) area += part.area;
+    measured.q2_share /= area;
+    result.model.measured = measured;
+    result.report.target_met = measured.depth_p99 <= options.target_error;
     progress("measure", 1);
     lap("measure");
+
+    for (const PartWork& part : parts)
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share, part.fit.fallback,
+                                       part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+    result.report.partition = std::move(partition);
     return result;
 }
 

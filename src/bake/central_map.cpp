@@ -100,10 +100,12 @@ std::uint16_t code_of_deviation(double e, double w_step)
 
 class Baker {
 public:
-    Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain, std::uint32_t base,
-          const CentralOptions& options)
+    Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain,
+          std::span<const std::uint32_t> own_triangles, std::uint32_t base, const CentralOptions& options)
         : context_(context), sq_(sq), options_(options), base_(base)
     {
+        own_.assign(context.mesh.triangles.size(), 0);
+        for (const std::uint32_t t : own_triangles) own_[t] = 1;
         out_.centre = centre;
         out_.base = base;
         centre_ = cast<double>(centre);
@@ -344,26 +346,34 @@ private:
     std::uint16_t bake_cell(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
                             const RaySample corner[4])
     {
-        bool any = false;
-        for (const Polygon& p : polys) any = any || !buried(p.triangle);
+        bool any = false, own = false;
+        for (const Polygon& p : polys) {
+            any = any || !buried(p.triangle);
+            own = own || (own_[p.triangle] != 0 && !buried(p.triangle));
+        }
         if (!any) return uniform();
+        const double tolerance = (own ? options_.tolerance : options_.foreign_tolerance) * context_.r_max;
 
         bool same = true;
         for (int i = 0; i < 4; ++i) same = same && corner[i].valid && corner[i].count == corner[0].count;
         double w_least = std::numeric_limits<double>::infinity();
         for (const Polygon& p : polys)
             for (int i = 0; i < p.count; ++i) w_least = std::min(w_least, p.corner[static_cast<std::size_t>(i)].w);
-        const bool may_split = depth < options_.max_depth && has_room() && metric_size(face, size, w_least) > options_.finest * context_.r_max;
+        const bool has_depth = depth < options_.max_depth && has_room();
+        const double extent = metric_size(face, size, w_least) / context_.r_max;
         const int sheets = corner[0].count;
         std::uint16_t cell = 0;
         const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear ? measure_sheets(s0, t0, size, face, sheets, corner, polys) : Sheets{};
-        if (layers.valid && (layers.deviation <= options_.tolerance * context_.r_max || !may_split)) {
-            if (layers.deviation > options_.tolerance * context_.r_max) ++out_.rough_cells;
-            if (store_sheets(layers, cell)) return cell;
+        // A band much wider than a crease makes is a hidden fold: as much a silhouette as a missing crossing.
+        const bool folded = !layers.valid || layers.deviation > options_.silhouette * context_.r_max;
+        const bool may_split = has_depth && extent > (folded ? options_.silhouette : options_.finest);
+        if (layers.valid && (layers.deviation <= tolerance || !may_split)) {
+            if (layers.deviation > tolerance) ++out_.rough_cells;
+            if (store_sheets(layers, !own, cell)) return cell;
         }
         if (may_split && bake_split(face, s0, t0, size, depth, polys, corner, cell)) return cell;
         ++out_.rough_cells;
-        return bake_mixed(face, s0, t0, size, polys);
+        return bake_mixed(face, s0, t0, size, !own, polys);
     }
 
     /// Bilinear surfaces through the corner crossings of a cell, with their certified deviations.
@@ -417,15 +427,16 @@ private:
         return out;
     }
 
-    bool store_sheets(const Sheets& sheets, std::uint16_t& cell)
+    bool store_sheets(const Sheets& sheets, bool foreign, std::uint16_t& cell)
     {
+        const std::uint32_t flag = foreign ? model::k_foreign : 0u;
         if (sheets.count == 1) {
-            cell = make_cell(CellKind::Single, sheets.code[0]);  // its corners are shared samples
+            cell = make_cell(CellKind::Single, sheets.code[0] | flag);  // its corners are shared samples
             return true;
         }
         std::uint16_t payload = 0;
         if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), payload)) return false;
-        out_.pool.push_back(static_cast<std::uint16_t>(sheets.count | 8));
+        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(sheets.count) | 8u | flag));
         for (int j = 0; j < sheets.count; ++j) {
             out_.pool.insert(out_.pool.end(), sheets.stored[j], sheets.stored[j] + 4);
             out_.pool.push_back(sheets.code[j]);
@@ -464,7 +475,7 @@ private:
     }
 
     /// A cell whose rays do not all meet the same surfaces: one certified band, and planes through its middle ray.
-    std::uint16_t bake_mixed(int face, double s0, double t0, double size, const std::vector<Polygon>& polys)
+    std::uint16_t bake_mixed(int face, double s0, double t0, double size, bool foreign, const std::vector<Polygon>& polys)
     {
         double lo = std::numeric_limits<double>::infinity(), hi = 0;
         for (const Polygon& p : polys) {
@@ -507,16 +518,21 @@ private:
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
             throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
         }
-        out_.pool.push_back(static_cast<std::uint16_t>(sheets));
+        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(sheets) | (foreign ? model::k_foreign : 0u)));
         out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
         out_.pool.push_back(encode_up(hi * (1 + 3e-6)));
         for (int j = 0; j < sheets; ++j) {
             double ws = 0, wt = 0;
             plane_at(face, cs, ct, chosen.w[static_cast<std::size_t>(j)], polys, ws, wt);
-            // Stored at the middle of the cell; slopes that would leave the band are flattened.
+            // Stored at the middle of the cell; slopes that would cross another sheet or leave the band are flattened.
             const double reach = 0.5 * size;
-            const double limit = std::max(hi - lo, static_cast<double>(out_.w_step));
-            const double steep = std::max(std::abs(ws), std::abs(wt)) * reach;
+            double limit = std::max(hi - lo, static_cast<double>(out_.w_step));
+            const auto gap = [&](int other) {
+                return 0.45 * std::abs(chosen.w[static_cast<std::size_t>(j)] - chosen.w[static_cast<std::size_t>(other)]);
+            };
+            if (j > 0) limit = std::min(limit, gap(j - 1));
+            if (j + 1 < chosen.count) limit = std::min(limit, gap(j + 1));
+            const double steep = (std::abs(ws) + std::abs(wt)) * reach;
             const double flatten = steep > limit ? limit / steep : 1;
             ws *= flatten;
             wt *= flatten;
@@ -648,7 +664,7 @@ private:
                     out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
                     model::Block& block = pyramid[static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block)];
                     for (const Polygon& p : polys) {
-                        if (buried(p.triangle)) continue;
+                        if (buried(p.triangle) || own_[p.triangle] == 0) continue;
                         for (int i = 0; i < p.count; ++i) {
                             block.lo = std::min(block.lo, encode_down(p.corner[static_cast<std::size_t>(i)].w));
                             block.hi = std::max(block.hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
@@ -704,6 +720,7 @@ private:
     CentralMapData out_;
     Vec3d centre_;
     Mat3d rows_;
+    std::vector<std::uint8_t> own_;  ///< #triangles
     std::vector<Vec3d> x_;
     std::vector<Polygon> polygons_[model::k_faces];
     std::vector<Vec3d> scratch_;
@@ -800,9 +817,10 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
 }
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                const ChartDomain& domain, std::uint32_t base, const CentralOptions& options)
+                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
+                                std::uint32_t base, const CentralOptions& options)
 {
-    return Baker(context, superquadric, centre, domain, base, options).run();
+    return Baker(context, superquadric, centre, domain, own_triangles, base, options).run();
 }
 
 }  // namespace sqmap::bake

@@ -20,8 +20,10 @@ struct SurfaceContext {
 };
 
 struct CentralOptions {
-    double tolerance = 0.001;    ///< a cell is split while its certified deviation exceeds this share of R_max
-    double finest = 0.007;       ///< cells below this share of R_max are not split further
+    double tolerance = 0.001;          ///< a cell is split while its certified deviation exceeds this share of R_max
+    double foreign_tolerance = 0.003;  ///< the same where no surface is the part's own: only verdicts are read there
+    double finest = 0.0055;            ///< cells below this share of R_max are not split for their deviation
+    double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
     int max_depth = model::k_max_split_depth;
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split
     bool exact = true;
@@ -67,8 +69,9 @@ struct CentralMapData {
 /// The smallest domain that holds the points and the centre, and a hair more.
 [[nodiscard]] ChartDomain chart_domain(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
 
-/// domain: where the chart must answer: the corners of the part and its caps, which hold all of the solid that is its.
+/// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the solid that is its.
 [[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                              const ChartDomain& domain, std::uint32_t base, const CentralOptions& options);
+                                              const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
+                                              std::uint32_t base, const CentralOptions& options);
 
 }  // namespace sqmap::bake

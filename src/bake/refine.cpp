@@ -68,40 +68,46 @@ std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition&
     return triangles;
 }
 
-/// Parts of a changed partition; what did not change is taken from the old ones.
-std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, const std::vector<PartWork>& old,
+/// Parts of a changed partition; what was fitted before is taken from history, what was not is added to it.
+std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
                              const BakeOptions& options)
 {
     std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
     std::vector<std::vector<CapTriangle>> caps = cap_parts(context.mesh, partition);
     std::vector<PartWork> parts(partition.part_count);
+    std::vector<std::uint8_t> fitted(parts.size(), 0);
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
-        const auto same = std::find_if(old.begin(), old.end(), [&](const PartWork& o) { return o.triangles == triangles[i]; });
-        if (same != old.end()) {
-            part = *same;
-            if (part.caps == caps[i]) return;
-            part.caps = std::move(caps[i]);
-            // New caps may still be held; the certificate must then speak of them.
-            std::vector<CapTriangle> all = part.caps;
-            for (const std::uint32_t t : part.triangles) {
+        // The same surface may have been fitted with other caps: the tightest that holds today's caps will do.
+        std::vector<const PartWork*> same;
+        for (const PartWork& o : history)
+            if (o.triangles == triangles[i]) same.push_back(&o);
+        std::stable_sort(same.begin(), same.end(), [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
+        for (const PartWork* o : same) {
+            if (o->caps == caps[i]) {
+                part = *o;
+                return;
+            }
+            std::vector<CapTriangle> all = caps[i];
+            for (const std::uint32_t t : o->triangles) {
                 const mesh::Triangle& tri = context.mesh.triangles[t];
                 all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
             }
-            const fit::Certificate certificate = fit::certify(part.fit.superquadric, all);
-            if (certificate.largest_f <= 1 - fit::float_margin(part.fit.superquadric)) {
-                part.fit.certificate = certificate;
-                part.fit.certificate.bounding = true;
-                part.solid_volume = enclosed_volume(context.mesh, part);
-                return;
-            }
-            finish(context, part, options);
+            const fit::Certificate certificate = fit::certify(o->fit.superquadric, all);
+            if (certificate.largest_f > 1 - fit::float_margin(o->fit.superquadric)) continue;
+            part = *o;
+            part.caps = std::move(caps[i]);
+            part.fit.certificate = certificate;
+            part.solid_volume = enclosed_volume(context.mesh, part);
             return;
         }
+        fitted[i] = 1;
         part.triangles = std::move(triangles[i]);
         part.caps = std::move(caps[i]);
         finish(context, part, options);
     });
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (fitted[i] != 0) history.push_back(parts[i]);
     return parts;
 }
 
@@ -117,7 +123,8 @@ double cost(const PartWork& part, double all_volume, double all_area)
 
 std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition, const BakeOptions& options)
 {
-    return update(context, partition, {}, options);
+    std::vector<PartWork> history;
+    return update(context, partition, history, options);
 }
 
 void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts, const BakeOptions& options)
@@ -136,6 +143,7 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
     // Looseness of a part relative to its own solid: a box in a box-like superquadric has about 1.2, a bent or forked
     // part well above 2.
     const auto loose = [](const PartWork& p) { return p.fit.volume / std::max(p.solid_volume, 1e-3 * p.fit.volume); };
+    std::vector<PartWork> history = parts;
     std::vector<std::vector<std::uint32_t>> given_up;
     while (parts.size() < options.max_parts) {
         std::size_t worst = parts.size();
@@ -152,7 +160,7 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
         const decompose::Split split = decompose::split_part(context.mesh, partition, static_cast<std::uint32_t>(worst), options.decompose);
         bool kept = false;
         if (split.found && split.partition.part_count <= options.max_parts) {
-            std::vector<PartWork> next = update(context, split.partition, parts, options);
+            std::vector<PartWork> next = update(context, split.partition, history, options);
             // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
             const double limit = std::max(options.max_looseness, 1.2 * loose(parts[worst]));
             const bool slivers = std::any_of(next.begin(), next.end(), [&](const PartWork& p) {
@@ -172,7 +180,7 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
         for (const decompose::Boundary& b : partition.boundaries) {
             if (b.kind != decompose::CutKind::Error) continue;
             const decompose::Partition merged = decompose::merge_parts(context.mesh, partition, b.part_a, b.part_b);
-            std::vector<PartWork> next = update(context, merged, parts, options);
+            std::vector<PartWork> next = update(context, merged, history, options);
             if (total(next) > total(parts)) continue;
             partition = merged;
             parts = std::move(next);
@@ -181,7 +189,7 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
         }
     }
     partition = decompose::ordered_by_area(context.mesh, partition);
-    parts = update(context, partition, parts, options);
+    parts = update(context, partition, history, options);
 }
 
 }  // namespace sqmap::bake

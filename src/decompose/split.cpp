@@ -1,5 +1,5 @@
 // The best cut of one part: candidates are the level sets of geodesic fields from the part's extremes, refined to the
-// least-weight cut nearby; the winner saves most bounding volume for its length.
+// least-weight cut nearby; the winner saves most bounding volume and lies in the deepest crease, for its length.
 #include "cut.h"
 #include "geodesic.h"
 #include "partition.h"
@@ -42,7 +42,7 @@ Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32
     if (triangles.size() < 4) return out;
     double area = 0;
     for (const auto t : triangles) area += s.area[t];
-    const double least = std::min(options.minimum_part_area * s.total_area, 0.25 * area);
+    const double least = options.minimum_part_area * s.total_area;
     const double whole = ellipsoid_volume(mesh, triangles);
     if (whole <= 0) return out;
 
@@ -88,7 +88,9 @@ Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32
         if (area_a < least || area - area_a < least) return;
         const double gain = 1 - (ellipsoid_volume(mesh, a) + ellipsoid_volume(mesh, b)) / whole;
         const double smaller = std::min(area_a, area - area_a);
-        const double score = gain - 0.05 * cut_length(s, triangles, near) / std::sqrt(4 * std::numbers::pi * smaller);
+        const double length = cut_length(s, triangles, near);
+        const double concavity = mean_concavity(s, triangles, near, length / (2 * std::numbers::pi));
+        const double score = gain + 0.3 * concavity - 0.1 * length / std::sqrt(4 * std::numbers::pi * smaller);
         if (best.near.empty() || score > best.score) best = {score, gain, std::move(near)};
     };
     for (const auto& f : fields) {

@@ -23,7 +23,8 @@ struct ReadFailure {
 }
 [[noreturn]] inline void fail_truncated(std::string element, std::string message)
 {
-    throw ReadFailure{{"E_TRUNCATED", std::move(element), std::move(message), "copy or export the file again: part of it is missing"}};
+    throw ReadFailure{
+        {"E_TRUNCATED", std::move(element), std::move(message), "copy or export the file again: part of it is missing"}};
 }
 [[noreturn]] inline void fail_limit(std::string element, std::string message)
 {
@@ -49,7 +50,10 @@ inline void end_polygon(PolygonSoup& soup, const ReadLimits& limits)
 class TextCursor {
 public:
     explicit TextCursor(std::span<const std::byte> bytes, char comment = '\0', char continuation = '\0')
-        : at_(reinterpret_cast<const char*>(bytes.data())), end_(at_ + bytes.size()), comment_(comment), continuation_(continuation)
+        : at_(reinterpret_cast<const char*>(bytes.data())),
+          end_(at_ + bytes.size()),
+          comment_(comment),
+          continuation_(continuation)
     {
     }
 
@@ -62,8 +66,10 @@ public:
     std::string_view token_in_line()
     {
         while (at_ != end_ && (is_blank(*at_) || line_goes_on()))
-            if (is_blank(*at_)) ++at_;
-            else step_over_line_end(at_ + 1);
+            if (is_blank(*at_))
+                ++at_;
+            else
+                step_over_line_end(at_ + 1);
         if (at_ != end_ && comment_ != '\0' && *at_ == comment_) skip_to_line_end();
         const char* from = at_;
         while (at_ != end_ && !is_blank(*at_) && !is_line_end(*at_)) ++at_;
@@ -91,8 +97,10 @@ public:
     void skip_to_line_end()
     {
         while (at_ != end_ && !is_line_end(*at_))
-            if (line_goes_on()) step_over_line_end(at_ + 1);
-            else ++at_;
+            if (line_goes_on())
+                step_over_line_end(at_ + 1);
+            else
+                ++at_;
     }
 
     /// A coordinate from the next token. What a file cut within its last token leaves is a truncation, not a bad format.

@@ -76,16 +76,20 @@ private:
             for (std::uint32_t i = in_.offsets[f]; i < in_.offsets[f + 1]; ++i) {
                 const std::int64_t v = in_.indices[i];
                 if (v < 0 || static_cast<std::uint64_t>(v) >= in_.positions.size())
-                    refuse("E_INDEX", element("face", f), "a corner names a vertex that is not there; the file has " + number(in_.positions.size()),
+                    refuse("E_INDEX", element("face", f),
+                           "a corner names a vertex that is not there; the file has " + number(in_.positions.size()),
                            "export the mesh again");
                 used_[static_cast<std::size_t>(v)] = true;
             }
         for (std::size_t v = 0; v < in_.positions.size(); ++v) {
             const Vec3d p = in_.positions[v];
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-                refuse("E_NONFINITE", element("vertex", v), "a coordinate is not a finite number", "correct or remove the vertex");
+                refuse("E_NONFINITE", element("vertex", v), "a coordinate is not a finite number",
+                       "correct or remove the vertex");
         }
-        if (polygon_count == 0) refuse("E_EMPTY", "mesh", number(in_.positions.size()) + " vertices and no face", "give a mesh with faces, not points");
+        if (polygon_count == 0)
+            refuse("E_EMPTY", "mesh", number(in_.positions.size()) + " vertices and no face",
+                   "give a mesh with faces, not points");
         check_range();
     }
 
@@ -105,7 +109,8 @@ private:
         const Vec3d size = box_.size();
         const double extent = std::max({size.x, size.y, size.z});
         if (!(extent > 0)) refuse("E_RANGE", "mesh", "all vertices lie in one point", cure);
-        if (!(extent < k_range_size) || extent < 1 / k_range_size) refuse("E_RANGE", "mesh", "the size is beyond what double precision can cube", cure);
+        if (!(extent < k_range_size) || extent < 1 / k_range_size)
+            refuse("E_RANGE", "mesh", "the size is beyond what double precision can cube", cure);
 
         // Median extent: half of the vertices are within it of the median vertex. One stray vertex does not change it.
         const auto median = [](std::vector<double>& values) {
@@ -151,7 +156,8 @@ private:
             corners.clear();
             const std::size_t degree = in_.offsets[f + 1] - in_.offsets[f];
             if (degree > k_max_polygon)
-                refuse("E_LIMIT", element("face", f), "a polygon of " + number(degree) + " corners; the limit is " + number(k_max_polygon),
+                refuse("E_LIMIT", element("face", f),
+                       "a polygon of " + number(degree) + " corners; the limit is " + number(k_max_polygon),
                        "cut large polygons into triangles");
             for (std::uint32_t i = in_.offsets[f]; i < in_.offsets[f + 1]; ++i) {
                 const std::uint32_t v = new_number[static_cast<std::size_t>(in_.indices[i])];
@@ -167,7 +173,8 @@ private:
             }
             places.clear();
             for (const std::uint32_t v : corners) places.push_back(surface_.points[v]);
-            for (const auto& t : triangulated(places)) surface_.faces.push_back({{corners[t[0]], corners[t[1]], corners[t[2]]}, f});
+            for (const auto& t : triangulated(places))
+                surface_.faces.push_back({{corners[t[0]], corners[t[1]], corners[t[2]]}, f});
             ++cut;
         }
         if (cut > 0) note("triangulated", cut);
@@ -351,8 +358,8 @@ private:
             if (orientation.turned_count > 0) note("reoriented", orientation.turned_count);
             bool changed = remove_tight_slivers();
             if (options_.repair == Repair::Holes && first_boundary_) {
-                const std::uint32_t filled =
-                    fill_holes(surface_, {.max_edges = options_.max_hole_edges, .max_diagonal = options_.max_hole_size * diagonal_});
+                const std::uint32_t filled = fill_holes(
+                    surface_, {.max_edges = options_.max_hole_edges, .max_diagonal = options_.max_hole_size * diagonal_});
                 if (filled > 0) note("filled_holes", filled);
                 changed = changed || filled > 0;
             }
@@ -364,18 +371,22 @@ private:
         Pairing pairing = paired(surface_, orientation);
         if (first_nonmanifold_ && (pairing.unpaired || first_boundary_))
             refuse("E_NONMANIFOLD", edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
-                   number(facts.nonmanifold_edge_count) + " edges have more than two faces and no split of vertices leaves closed shells",
+                   number(facts.nonmanifold_edge_count) +
+                       " edges have more than two faces and no split of vertices leaves closed shells",
                    "remove fins and inner walls, so that every edge has two faces");
         if (orientation.conflict)
-            refuse("E_ORIENT", element("face", surface_.faces[*orientation.conflict].polygon), "the faces cannot be oriented alike: the surface has one side",
+            refuse("E_ORIENT", element("face", surface_.faces[*orientation.conflict].polygon),
+                   "the faces cannot be oriented alike: the surface has one side",
                    "cut the surface where it is twisted, or remove the twisted part");
         if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
         component_ = components(surface_.faces.size(), pairing.mate);
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
-            refuse("E_OPEN", edge_name(*first_boundary_), number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                   "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness for a sheet");
+            refuse("E_OPEN", edge_name(*first_boundary_),
+                   number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
+                   "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness "
+                   "for a sheet");
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note("split_vertices", made);
     }
 
@@ -397,7 +408,8 @@ private:
     {
         double twice = 0;
         for (const Face& f : surface.faces)
-            twice += norm(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
+            twice +=
+                norm(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
         return twice / 2;
     }
 
@@ -425,7 +437,8 @@ private:
                 std::uint32_t k = 0;
                 double longest = -1;
                 for (std::uint32_t i = 0; i < 3; ++i) {
-                    const double length = norm(surface_.points[surface_.faces[f].v[(i + 1) % 3]] - surface_.points[surface_.faces[f].v[i]]);
+                    const double length =
+                        norm(surface_.points[surface_.faces[f].v[(i + 1) % 3]] - surface_.points[surface_.faces[f].v[i]]);
                     if (length > longest) {
                         longest = length;
                         k = i;
@@ -439,7 +452,8 @@ private:
                 const std::uint32_t g = other / 3, d = surface_.faces[g].v[(other + 2) % 3];
                 const auto [cd, cd_end] = sides_of(c, d);
                 const std::pair new_edge(std::min(c, d), std::max(c, d));
-                if (touched[g] || c == d || cd != cd_end || std::find(added.begin(), added.end(), new_edge) != added.end()) continue;
+                if (touched[g] || c == d || cd != cd_end || std::find(added.begin(), added.end(), new_edge) != added.end())
+                    continue;
                 surface_.faces[f].v = {a, d, c};
                 surface_.faces[g].v = {d, b, c};
                 touched[f] = touched[g] = true;
@@ -450,7 +464,8 @@ private:
             if (turned == 0) break;
         }
         if (removed > 0) note("degenerate_faces", removed);
-        if (left > 0) warn("W_DEGENERATE", left, number(left) + " faces have no area and could not be removed without opening the mesh");
+        if (left > 0)
+            warn("W_DEGENERATE", left, number(left) + " faces have no area and could not be removed without opening the mesh");
         return removed > 0;
     }
 
@@ -514,11 +529,14 @@ private:
             const Shells shells = turn_outward(surface_, points, component_);
             if (shells.turned_count > 0) {
                 note("flipped", shells.turned_count);
-                warn("W_FLIPPED", shells.turned_count, number(shells.turned_count) + " faces were inside out and have been turned");
+                warn("W_FLIPPED", shells.turned_count,
+                     number(shells.turned_count) + " faces were inside out and have been turned");
             }
-            if (shells.cavity_count > 0) warn("W_CAVITY", shells.cavity_count, number(shells.cavity_count) + " shells are cavities inside others");
+            if (shells.cavity_count > 0)
+                warn("W_CAVITY", shells.cavity_count, number(shells.cavity_count) + " shells are cavities inside others");
         } else {
-            warn("W_SURFACE", facts.boundary_edge_count, "open surface with " + number(facts.boundary_edge_count) + " boundary edges: it has no inside");
+            warn("W_SURFACE", facts.boundary_edge_count,
+                 "open surface with " + number(facts.boundary_edge_count) + " boundary edges: it has no inside");
         }
         std::vector<std::uint32_t> roots = component_;
         std::sort(roots.begin(), roots.end());
@@ -567,7 +585,8 @@ private:
         using Key = std::pair<std::tuple<double, double, double>, std::tuple<double, double, double>>;
         std::vector<Key> key(surface_.points.size(), {{1e308, 0, 0}, {}});
         for (const Face& f : surface_.faces)
-            for (int k = 0; k < 3; ++k) key[f.v[k]] = std::min(key[f.v[k]], Key{place(f.v[(k + 1) % 3]), place(f.v[(k + 2) % 3])});
+            for (int k = 0; k < 3; ++k)
+                key[f.v[k]] = std::min(key[f.v[k]], Key{place(f.v[(k + 1) % 3]), place(f.v[(k + 2) % 3])});
         std::sort(order.begin(), order.end(), [&](auto a, auto b) {
             return place(a) != place(b) ? place(a) < place(b) : (key[a] != key[b] ? key[a] < key[b] : a < b);
         });
@@ -623,7 +642,10 @@ private:
             }
         out_.repairs.push_back({kind, count});
     }
-    void warn(const char* code, std::uint64_t count, std::string message) { out_.warnings.push_back({code, count, std::move(message)}); }
+    void warn(const char* code, std::uint64_t count, std::string message)
+    {
+        out_.warnings.push_back({code, count, std::move(message)});
+    }
 
     const PolygonView& in_;
     const GateOptions& options_;

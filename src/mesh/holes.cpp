@@ -33,7 +33,8 @@ std::vector<std::vector<std::uint32_t>> boundary_loops(const Surface& surface, s
         place[path[0]] = 0;
         while (!path.empty()) {
             auto step = std::lower_bound(steps.begin(), steps.end(), Edge{path.back(), 0});
-            while (step != steps.end() && step->first == path.back() && taken[static_cast<std::size_t>(step - steps.begin())]) ++step;
+            while (step != steps.end() && step->first == path.back() && taken[static_cast<std::size_t>(step - steps.begin())])
+                ++step;
             if (step == steps.end() || step->first != path.back()) break;  // a dead end, or all loops of the path are cut off
             taken[static_cast<std::size_t>(step - steps.begin())] = true;
             const std::uint32_t v = step->second;
@@ -66,7 +67,8 @@ std::vector<Triangle> least_area(const Surface& surface, const std::vector<std::
             best = k_impossible;
             if (span + 1 < n && existing.contains(edge(loop[i], loop[j]))) continue;
             for (std::size_t k = i + 1; k < j; ++k) {
-                const double area = cost[i * n + k] + cost[k * n + j] + 0.5 * norm(cross(point(k) - point(i), point(j) - point(i)));
+                const double area =
+                    cost[i * n + k] + cost[k * n + j] + 0.5 * norm(cross(point(k) - point(i), point(j) - point(i)));
                 if (area < best) {
                     best = area;
                     apex[i * n + j] = k;
@@ -131,10 +133,12 @@ void thicken(Surface& surface, double thickness)
     const std::size_t count = surface.points.size();
     std::vector<Vec3d> normals(count);
     for (const Face& f : surface.faces) {
-        const Vec3d n = normalized(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
+        const Vec3d n =
+            normalized(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec3d p = surface.points[f.v[k]];
-            const Vec3d u = normalized(surface.points[f.v[(k + 1) % 3]] - p), w = normalized(surface.points[f.v[(k + 2) % 3]] - p);
+            const Vec3d u = normalized(surface.points[f.v[(k + 1) % 3]] - p),
+                        w = normalized(surface.points[f.v[(k + 2) % 3]] - p);
             normals[f.v[k]] += std::atan2(norm(cross(u, w)), dot(u, w)) * n;  // by angle: independent of the triangulation
         }
     }

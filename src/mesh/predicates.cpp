@@ -84,7 +84,8 @@ int orient3d(Vec3d a, Vec3d b, Vec3d c, Vec3d d)
     const Vec3d u = a - d, v = b - d, w = c - d;
     const double vxwy = v.x * w.y, wxvy = w.x * v.y, wxuy = w.x * u.y, uxwy = u.x * w.y, uxvy = u.x * v.y, vxuy = v.x * u.y;
     const double det = u.z * (vxwy - wxvy) + v.z * (wxuy - uxwy) + w.z * (uxvy - vxuy);
-    const double permanent = (std::abs(vxwy) + std::abs(wxvy)) * std::abs(u.z) + (std::abs(wxuy) + std::abs(uxwy)) * std::abs(v.z) +
+    const double permanent = (std::abs(vxwy) + std::abs(wxvy)) * std::abs(u.z) +
+                             (std::abs(wxuy) + std::abs(uxwy)) * std::abs(v.z) +
                              (std::abs(uxvy) + std::abs(vxuy)) * std::abs(w.z);
     if (std::abs(det) > k_bound_3d * permanent) return det > 0 ? 1 : -1;
     return permanent == 0 ? 0 : exact_orient3d(a, b, c, d);
@@ -96,7 +97,8 @@ int orient2d(Vec2d a, Vec2d b, Vec2d c)
     const double det = left - right, permanent = std::abs(left) + std::abs(right);
     if (std::abs(det) > k_bound_2d * permanent) return det > 0 ? 1 : -1;
     if (permanent == 0) return 0;
-    return sum(product(difference(a.x, c.x), difference(b.y, c.y)), product(difference(a.y, c.y), difference(b.x, c.x)), -1).sign();
+    return sum(product(difference(a.x, c.x), difference(b.y, c.y)), product(difference(a.y, c.y), difference(b.x, c.x)), -1)
+        .sign();
 }
 
 }  // namespace sqmap::mesh

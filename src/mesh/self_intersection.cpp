@@ -119,9 +119,10 @@ private:
         const Vec3d size = hi - lo;
         const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
         const std::uint32_t middle = first + (last - first) / 2;
-        std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last, [&](std::uint32_t a, std::uint32_t b) {
-            return centres_[a][axis] != centres_[b][axis] ? centres_[a][axis] < centres_[b][axis] : a < b;
-        });
+        std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
+                         [&](std::uint32_t a, std::uint32_t b) {
+                             return centres_[a][axis] != centres_[b][axis] ? centres_[a][axis] < centres_[b][axis] : a < b;
+                         });
         nodes_[index].count = 0;
         build(first, middle);
         nodes_[index].right = static_cast<std::uint32_t>(nodes_.size());
@@ -131,7 +132,8 @@ private:
     template <class Box>
     static bool boxes_meet(const Box& a, const Box& b)
     {
-        return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z && b.lo.z <= a.hi.z;
+        return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
+               b.lo.z <= a.hi.z;
     }
 
     void join(std::uint32_t i, std::uint32_t j)

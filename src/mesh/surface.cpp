@@ -14,9 +14,8 @@ std::vector<EdgeUse> edge_uses(std::span<const Face> faces)
             const std::uint32_t a = faces[f].v[k], b = faces[f].v[(k + 1) % 3];
             uses.push_back({std::min(a, b), std::max(a, b), 3 * f + k, a < b});
         }
-    std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-        return std::tie(a.lo, a.hi, a.half) < std::tie(b.lo, b.hi, b.half);
-    });
+    std::sort(uses.begin(), uses.end(),
+              [](const EdgeUse& a, const EdgeUse& b) { return std::tie(a.lo, a.hi, a.half) < std::tie(b.lo, b.hi, b.half); });
     return uses;
 }
 
@@ -54,7 +53,9 @@ bool contains(Vec3d a, Vec3d b, Vec3d c, Vec3d p, Vec3d n)
 std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> corners)
 {
     const Vec3d n = newell_normal(corners);
-    const auto s = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) { return shape(corners[i], corners[j], corners[k], n); };
+    const auto s = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+        return shape(corners[i], corners[j], corners[k], n);
+    };
     if (corners.size() == 4) {
         const double across_02 = std::min(s(0, 1, 2), s(0, 2, 3)), across_13 = std::min(s(0, 1, 3), s(1, 2, 3));
         const bool both = across_02 > 0 && across_13 > 0;
@@ -84,13 +85,16 @@ std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> co
         const double ear = s(a, b, c);
         is_convex[b] = ear > 0;
         return Ear{ear, ear > 0 && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t p) {
-                            return !is_convex[p] && p != a && p != b && p != c && contains(corners[a], corners[b], corners[c], corners[p], n);
+                            return !is_convex[p] && p != a && p != b && p != c &&
+                                   contains(corners[a], corners[b], corners[c], corners[p], n);
                         })};
     };
     for (std::size_t i = 0; i < ring.size(); ++i) ears[i] = look(i);
     while (ring.size() > 3) {
         // The best ear that holds no other corner; where rounding leaves none, the best ear.
-        const auto worse = [](const Ear& a, const Ear& b) { return std::tie(a.is_empty, a.shape) < std::tie(b.is_empty, b.shape); };
+        const auto worse = [](const Ear& a, const Ear& b) {
+            return std::tie(a.is_empty, a.shape) < std::tie(b.is_empty, b.shape);
+        };
         auto best = std::max_element(ears.begin(), ears.end(), worse);
         if (!best->is_empty) {  // cutting may have emptied ears that were not looked at since
             for (std::size_t i = 0; i < ring.size(); ++i) ears[i] = look(i);
@@ -113,9 +117,8 @@ std::vector<std::uint32_t> coincident(std::span<const Vec3d> points)
     std::vector<std::uint32_t> order(points.size()), first(points.size());
     std::iota(order.begin(), order.end(), 0u);
     const auto key = [&](std::uint32_t v) { return std::tie(points[v].x, points[v].y, points[v].z); };
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return key(a) != key(b) ? key(a) < key(b) : a < b;
-    });
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
     return first;
@@ -140,7 +143,8 @@ std::vector<std::uint32_t> coincident_within(std::span<const Vec3d> points, doub
                 for (double z = lo[2]; z <= hi[2]; ++z) {
                     const Cell cell{x, y, z};
                     // Only later points of the cell: each pair is seen from its first.
-                    for (auto i = std::lower_bound(cells.begin(), cells.end(), std::pair(cell, v + 1)); i != cells.end() && i->first == cell; ++i)
+                    for (auto i = std::lower_bound(cells.begin(), cells.end(), std::pair(cell, v + 1));
+                         i != cells.end() && i->first == cell; ++i)
                         if (norm(points[i->second] - points[v]) <= distance) groups.unite(v, i->second);
                 }
     }

@@ -55,6 +55,7 @@ struct Leaf {
     model::CellKind kind = model::CellKind::Uniform;
     bool centre_inside = false;
     bool bilinear = false;   ///< Layered: sheets have four corners each
+    bool foreign = false;    ///< no surface over it is the part's own
     int sheets = 0;          ///< Uniform 0, Single 1
     float s0 = 0, t0 = 0, size = 0;
     float w_min = 0, w_step = 0;
@@ -246,11 +247,13 @@ private:
         leaf.w_step = part_.w_step;
         if (leaf.kind == model::CellKind::Single) {
             leaf.sheets = 1;
-            leaf.deviation = deviation_of_code(model::cell_payload(cell), part_.w_step);
+            leaf.deviation = deviation_of_code(model::cell_payload(cell) & 0xffu, part_.w_step);
+            leaf.foreign = (model::cell_payload(cell) & model::k_foreign) != 0;
         } else if (leaf.kind == model::CellKind::Layered) {
             const std::uint16_t* record = pool_ + specials_[model::cell_payload(cell)];
             leaf.sheets = record[0] & 7;
             leaf.bilinear = (record[0] & 8) != 0;
+            leaf.foreign = (record[0] & model::k_foreign) != 0;
             leaf.record = record + 1;
         } else {
             leaf.centre_inside = (model::cell_payload(cell) & 1u) != 0;
@@ -314,15 +317,15 @@ private:
 };
 
 /// Verdict at a chart point: inside or not, proven or not, and how far (in w) from where it would change.
-struct Verdict {
+struct ChartVerdict {
     bool inside = false;
     bool certain = false;
     float margin = 0;
 };
 
-inline Verdict classify(const Leaf& leaf, float s, float t, float w)
+inline ChartVerdict classify(const Leaf& leaf, float s, float t, float w)
 {
-    Verdict v;
+    ChartVerdict v;
     if (leaf.sheets == 0 && leaf.kind != model::CellKind::Layered) return {leaf.centre_inside, true, INFINITY};
     int nearer = 0;  // sheets between the centre and the point
     v.margin = INFINITY;

@@ -25,7 +25,8 @@ struct Sample {
 /// An octahedron and a tetrahedron beside it, in the formats that differ most.
 std::vector<Sample> samples()
 {
-    const std::vector<Vec3f> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {4, 0, 0}, {5, 0, 0}, {4, 1, 0}, {4, 0, 1}};
+    const std::vector<Vec3f> points{{1, 0, 0},  {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1},
+                                    {0, 0, -1}, {4, 0, 0},  {5, 0, 0}, {4, 1, 0},  {4, 0, 1}};
     const std::vector<std::array<int, 3>> faces{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5},
                                                 {3, 1, 5}, {0, 3, 5}, {6, 8, 7}, {6, 7, 9}, {7, 8, 9}, {6, 9, 8}};
     const auto raw = [](const auto& value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -55,7 +56,8 @@ std::vector<Sample> samples()
     }
     const std::string ply =
         "ply\nformat binary_little_endian 1.0\nelement vertex 10\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 12\nproperty list uchar int vertex_indices\nend_header\n" + ply_body;
+        "element face 12\nproperty list uchar int vertex_indices\nend_header\n" +
+        ply_body;
     std::string json =
         R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0,"children":[1]},{"translation":[0,9,0],"mesh":0}],)"
         R"("scenes":[{"nodes":[0]}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
@@ -63,11 +65,16 @@ std::vector<Sample> samples()
         R"("accessors":[{"bufferView":0,"componentType":5126,"count":10,"type":"VEC3"},)"
         R"({"bufferView":1,"componentType":5123,"count":36,"type":"SCALAR"}]})";
     json.resize((json.size() + 3) / 4 * 4, ' ');
-    const std::string glb = "glTF" + raw(std::uint32_t{2}) + raw(static_cast<std::uint32_t>(28 + json.size() + gltf_body.size())) +
+    const std::string glb = "glTF" + raw(std::uint32_t{2}) +
+                            raw(static_cast<std::uint32_t>(28 + json.size() + gltf_body.size())) +
                             raw(static_cast<std::uint32_t>(json.size())) + "JSON" + json +
                             raw(static_cast<std::uint32_t>(gltf_body.size())) + std::string("BIN\0", 4) + gltf_body;
-    return {{off, io::MeshFormat::Off}, {obj, io::MeshFormat::Obj},          {stl, io::MeshFormat::Stl},
-            {ply, io::MeshFormat::Ply}, {stl_text + "endsolid s\n", io::MeshFormat::Stl}, {glb, io::MeshFormat::Glb}};
+    return {{off, io::MeshFormat::Off},
+            {obj, io::MeshFormat::Obj},
+            {stl, io::MeshFormat::Stl},
+            {ply, io::MeshFormat::Ply},
+            {stl_text + "endsolid s\n", io::MeshFormat::Stl},
+            {glb, io::MeshFormat::Glb}};
 }
 
 std::string damaged(std::string bytes, std::mt19937& random)
@@ -76,13 +83,26 @@ std::string damaged(std::string bytes, std::mt19937& random)
     for (std::size_t n = 1 + below(4); n-- > 0 && !bytes.empty();) {
         const std::size_t at = below(bytes.size()), length = 1 + below(std::min<std::size_t>(16, bytes.size() - at));
         switch (below(7)) {
-            case 0: bytes[at] = static_cast<char>(random()); break;
-            case 1: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); break;
-            case 2: bytes.erase(at, length); break;
-            case 3: bytes.insert(at, bytes.substr(below(bytes.size()), length)); break;
-            case 4: bytes.resize(at); break;
-            case 5: bytes[at] = static_cast<char>('0' + below(10)); break;
-            default: std::memset(bytes.data() + at, below(2) == 0 ? 0xFF : 0, length);
+            case 0:
+                bytes[at] = static_cast<char>(random());
+                break;
+            case 1:
+                bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
+                break;
+            case 2:
+                bytes.erase(at, length);
+                break;
+            case 3:
+                bytes.insert(at, bytes.substr(below(bytes.size()), length));
+                break;
+            case 4:
+                bytes.resize(at);
+                break;
+            case 5:
+                bytes[at] = static_cast<char>('0' + below(10));
+                break;
+            default:
+                std::memset(bytes.data() + at, below(2) == 0 ? 0xFF : 0, length);
         }
     }
     return bytes;

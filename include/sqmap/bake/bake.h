@@ -14,9 +14,10 @@
 namespace sqmap::bake {
 
 struct BakeOptions {
+    model::Projection projection = model::Projection::Central;
     double target_error = 0.5;      ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
-    double max_looseness = 1.6;     ///< a part is split while its superquadric has more than this times its solid's volume
+    double max_looseness = 1.4;     ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;      ///< or while more than this share of its area is hidden from its projection
     double split_gain = 0.05;       ///< a split stays if it saves this share of the part's cost
     bool exact = true;              ///< store the exact layer
@@ -41,6 +42,7 @@ struct PartReport {
 struct BakeReport {
     std::vector<PartReport> parts;
     decompose::Partition partition;
+    bool target_met = false;  ///< the measured 99th percentile of the depth error is within target_error
     std::vector<std::pair<std::string, double>> seconds;  ///< CPU time a stage
 };
 

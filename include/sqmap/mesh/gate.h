@@ -28,11 +28,11 @@ struct PolygonView {
 
 struct GateOptions {
     Repair repair = Repair::Safe;
-    bool accept_surface = false;            ///< an open mesh is taken as a surface without inside (solid is false then)
-    double thickness = 0;                   ///< > 0: open and flat meshes become plates this thick, in units of the result
-    std::optional<double> unit{};           ///< metres per unit of the file: the result is in metres; absent: as in the file
-    std::uint32_t max_hole_edges = 100;     ///< largest hole that Repair::Holes fills
-    double max_hole_size = 0.05;            ///< its largest diagonal, of the mesh's own
+    bool accept_surface = false;         ///< an open mesh is taken as a surface without inside (solid is false then)
+    double thickness = 0;                ///< > 0: open and flat meshes become plates this thick, in units of the result
+    std::optional<double> unit{};        ///< metres per unit of the file: the result is in metres; absent: as in the file
+    std::uint32_t max_hole_edges = 100;  ///< largest hole that Repair::Holes fills
+    double max_hole_size = 0.05;         ///< its largest diagonal, of the mesh's own
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
@@ -60,9 +60,9 @@ struct MeshFacts {
     std::uint64_t self_intersecting_pairs = 0;
     bool intersections_complete = true;  ///< false: counting stopped at max_intersections
     bool is_closed = false;
-    std::int64_t genus = 0;              ///< sum over the components; closed meshes only
-    Vec3d box_min, box_max;              ///< of the vertices in use, units of the result
-    double area = 0, volume = 0;         ///< volume: signed, closed meshes only
+    std::int64_t genus = 0;       ///< sum over the components; closed meshes only
+    Vec3d box_min, box_max;       ///< of the vertices in use, units of the result
+    double area = 0, volume = 0;  ///< volume: signed, closed meshes only
 };
 
 struct GateResult {
@@ -71,8 +71,8 @@ struct GateResult {
     std::vector<RepairNote> repairs;
     std::vector<Warning> warnings;
     MeshFacts facts;
-    Mesh mesh;           ///< canonical; empty after a refusal
-    bool solid = false;  ///< the mesh bounds a volume: where its winding number is positive
+    Mesh mesh;                          ///< canonical; empty after a refusal
+    bool solid = false;                 ///< the mesh bounds a volume: where its winding number is positive
     std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
 };
 

@@ -46,10 +46,7 @@ std::string raw(T value, bool big_endian = false)
 const std::vector<Vec3d> k_points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 const std::vector<std::int64_t> k_corners{0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
 
-std::string off_text()
-{
-    return "OFF # a comment\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
-}
+std::string off_text() { return "OFF # a comment\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"; }
 std::string obj_text() { return "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"; }
 
 std::string stl_text()
@@ -74,7 +71,8 @@ std::string stl_binary(const std::string& start = "made by a test")
     for (std::size_t f = 0; f < 4; ++f) {
         out += std::string(12, '\0');
         for (std::size_t k = 0; k < 3; ++k)
-            for (int i = 0; i < 3; ++i) out += raw(static_cast<float>(k_points[static_cast<std::size_t>(k_corners[3 * f + k])][i]));
+            for (int i = 0; i < 3; ++i)
+                out += raw(static_cast<float>(k_points[static_cast<std::size_t>(k_corners[3 * f + k])][i]));
         out += std::string(2, '\0');
     }
     return out;
@@ -86,12 +84,16 @@ std::string ply_header(const std::string& format, std::uint64_t vertices = 4, st
            "\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\nelement face " + std::to_string(faces) +
            "\nproperty list uchar int vertex_indices\nend_header\n";
 }
-std::string ply_text() { return ply_header("ascii") + "0 0 0 9\n1 0 0 9\n0 1 0 9\n0 0 1 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"; }
+std::string ply_text()
+{
+    return ply_header("ascii") + "0 0 0 9\n1 0 0 9\n0 1 0 9\n0 0 1 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+}
 std::string ply_binary(bool big_endian)
 {
     std::string out = ply_header(big_endian ? "binary_big_endian" : "binary_little_endian");
     for (const Vec3d& p : k_points)
-        out += raw(static_cast<float>(p.x), big_endian) + raw(static_cast<float>(p.y), big_endian) + raw(p.z, big_endian) + "\x09";
+        out +=
+            raw(static_cast<float>(p.x), big_endian) + raw(static_cast<float>(p.y), big_endian) + raw(p.z, big_endian) + "\x09";
     for (std::size_t f = 0; f < 4; ++f) {
         out += '\x03';
         for (std::size_t k = 0; k < 3; ++k) out += raw(static_cast<std::int32_t>(k_corners[3 * f + k]), big_endian);
@@ -146,9 +148,9 @@ struct Sample {
 };
 std::vector<Sample> samples()
 {
-    return {{off_text(), MeshFormat::Off},         {obj_text(), MeshFormat::Obj},       {stl_text(), MeshFormat::Stl},
-            {stl_binary(), MeshFormat::Stl},       {ply_text(), MeshFormat::Ply},       {ply_binary(false), MeshFormat::Ply},
-            {ply_binary(true), MeshFormat::Ply},   {gltf_text(), MeshFormat::Gltf},     {glb(), MeshFormat::Glb}};
+    return {{off_text(), MeshFormat::Off},       {obj_text(), MeshFormat::Obj},   {stl_text(), MeshFormat::Stl},
+            {stl_binary(), MeshFormat::Stl},     {ply_text(), MeshFormat::Ply},   {ply_binary(false), MeshFormat::Ply},
+            {ply_binary(true), MeshFormat::Ply}, {gltf_text(), MeshFormat::Gltf}, {glb(), MeshFormat::Glb}};
 }
 
 TEST(Read, EveryFormatGivesTheSameTetrahedron)
@@ -218,7 +220,8 @@ TEST(Read, LimitsAreKept)
 
 TEST(Read, NotAMeshIsAFormatError)
 {
-    for (const MeshFormat format : {MeshFormat::Off, MeshFormat::Obj, MeshFormat::Stl, MeshFormat::Ply, MeshFormat::Gltf, MeshFormat::Glb}) {
+    for (const MeshFormat format :
+         {MeshFormat::Off, MeshFormat::Obj, MeshFormat::Stl, MeshFormat::Ply, MeshFormat::Gltf, MeshFormat::Glb}) {
         EXPECT_EQ(code("", format), "E_FORMAT") << format_name(format);
         EXPECT_EQ(code("<html>not a mesh</html>\n", format), "E_FORMAT") << format_name(format);
     }
@@ -231,7 +234,8 @@ TEST(Read, NotAMeshIsAFormatError)
 
 TEST(Read, NumbersOutOfRangeReachTheGateAsTheyAre)
 {
-    const ReadResult result = read("v nan -inf 1e400\nv 1e300 1e-400 +1.5\nv 1.#QNAN 0 0\nf 1 2 99999999999999999999\n", MeshFormat::Obj);
+    const ReadResult result =
+        read("v nan -inf 1e400\nv 1e300 1e-400 +1.5\nv 1.#QNAN 0 0\nf 1 2 99999999999999999999\n", MeshFormat::Obj);
     ASSERT_FALSE(result.error) << result.error->message;
     EXPECT_TRUE(std::isnan(result.soup.positions[0].x));
     EXPECT_EQ(result.soup.positions[0].y, -std::numeric_limits<double>::infinity());
@@ -255,7 +259,8 @@ TEST(ReadObj, CornersMayCountBackCarrySlashesAndEndInCrLf)
 
 TEST(ReadOff, ColoursNormalsAndPolygonsAreTakenAsTheyCome)
 {
-    const ReadResult result = read("COFF\n\n# counts\n4 1 0\n0 0 0 255 0 0 255\n1 0 0 1 1 1 1\n1 1 0\n0 1 0\n4 0 1 2 3 0.5 0.5 0.5\n", MeshFormat::Off);
+    const ReadResult result =
+        read("COFF\n\n# counts\n4 1 0\n0 0 0 255 0 0 255\n1 0 0 1 1 1 1\n1 1 0\n0 1 0\n4 0 1 2 3 0.5 0.5 0.5\n", MeshFormat::Off);
     ASSERT_FALSE(result.error) << result.error->message;
     EXPECT_EQ(result.soup.positions[1], (Vec3d{1, 0, 0}));
     EXPECT_EQ(result.soup.indices, (std::vector<std::int64_t>{0, 1, 2, 3}));
@@ -285,8 +290,8 @@ TEST(ReadGltf, NodesMoveTheirMeshes)
 {
     // Scaled by 2, turned a quarter about z (x to y), then moved.
     const double h = std::sqrt(0.5);
-    const ReadResult result = read(gltf_text(R"(,"translation":[10,0,0],"rotation":[0,0,)" + std::to_string(h) + "," + std::to_string(h) +
-                                             R"(],"scale":[2,2,2])"),
+    const ReadResult result = read(gltf_text(R"(,"translation":[10,0,0],"rotation":[0,0,)" + std::to_string(h) + "," +
+                                             std::to_string(h) + R"(],"scale":[2,2,2])"),
                                    MeshFormat::Gltf);
     ASSERT_FALSE(result.error) << result.error->message;
     EXPECT_NEAR(result.soup.positions[1].x, 10, 1e-5);

@@ -33,11 +33,15 @@ struct Polygons {
     }
     void reverse()
     {
-        for (std::size_t f = 0; f + 1 < offsets.size(); ++f) std::reverse(indices.begin() + offsets[f], indices.begin() + offsets[f + 1]);
+        for (std::size_t f = 0; f + 1 < offsets.size(); ++f)
+            std::reverse(indices.begin() + offsets[f], indices.begin() + offsets[f + 1]);
     }
 };
 
-GateResult judge(const Polygons& p, const GateOptions& options = {}) { return admit({p.positions, p.offsets, p.indices}, options); }
+GateResult judge(const Polygons& p, const GateOptions& options = {})
+{
+    return admit({p.positions, p.offsets, p.indices}, options);
+}
 std::string code(const Polygons& p, const GateOptions& options = {}) { return judge(p, options).diagnosis.code; }
 
 std::uint64_t repaired(const GateResult& result, const std::string& kind)
@@ -159,8 +163,7 @@ TEST(Gate, SizesThatDoubleCannotHoldAreRefused)
     EXPECT_EQ(code(stray), "E_RANGE");
     stray.positions[7] = {1e16, 1, 1};
     EXPECT_EQ(judge(stray).diagnosis.element, "vertex 8");
-    for (const double scale : {1e120, 1e-120, 1e-310})
-        EXPECT_EQ(code(box({0, 0, 0}, {scale, scale, scale})), "E_RANGE") << scale;
+    for (const double scale : {1e120, 1e-120, 1e-310}) EXPECT_EQ(code(box({0, 0, 0}, {scale, scale, scale})), "E_RANGE") << scale;
     EXPECT_EQ(code(box({1, 1, 1}, {1, 1, 1})), "E_RANGE");
     EXPECT_EQ(code(box({1e17, 1e17, 1e17}, {1e17 + 64, 1e17 + 64, 1e17 + 64})), "E_RANGE");
 }
@@ -315,7 +318,8 @@ TEST(Gate, AMoebiusBandCannotBeOriented)
     for (int i = 0; i < n; ++i) {
         const double u = 2 * std::numbers::pi * i / n;
         for (const double v : {-0.3, 0.3})
-            p.positions.push_back({(1 + v * std::cos(u / 2)) * std::cos(u), (1 + v * std::cos(u / 2)) * std::sin(u), v * std::sin(u / 2)});
+            p.positions.push_back(
+                {(1 + v * std::cos(u / 2)) * std::cos(u), (1 + v * std::cos(u / 2)) * std::sin(u), v * std::sin(u / 2)});
     }
     for (std::int64_t i = 0; i < n; ++i) {
         const bool last = i == n - 1;
