@@ -1,4 +1,4 @@
-// Every part's central map unrolled (Fig. 4c): the six faces of its cube as a cross, what layer 3 knows at each direction.
+// Every part's central map unrolled (Fig. 4c): the six faces of its cube as a cross, drawn from what layer 3 answers.
 #include "pictures.h"
 #include "sqmap/query/query.h"
 
@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
@@ -55,19 +56,30 @@ float distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q
     float to_surface = 0;
     if (!query::distance_along_projection(model, index, centre + from * step, query::Layer::Three, to_surface)) return k_no_hit;
     // Where the superquadric ends on the ray: bent ones may be left and met again, the last exit counts.
-    float inside = 0, outside = 4;
-    for (float r = outside; r > 0; r -= 0.0625f)
+    float inside = 0, outside = 3;
+    for (float r = outside; r > 0; r -= 0.125f)
         if (shape::implicit(sq, centre + r * step) <= 1) {
             inside = r;
             break;
         } else {
             outside = r;
         }
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 16; ++i) {
         const float middle = 0.5f * (inside + outside);
         (shape::implicit(sq, centre + middle * step) <= 1 ? inside : outside) = middle;
     }
     return std::max(0.0f, (inside - from) * norm(step) - to_surface);
+}
+
+/// What is drawn white: the 99th percentile, so that a few deep rays do not leave the rest black.
+float brightest(const std::vector<float>& distance)
+{
+    std::vector<float> hits;
+    std::copy_if(distance.begin(), distance.end(), std::back_inserter(hits), [](float d) { return d != k_no_hit; });
+    if (hits.empty()) return 1;
+    const auto at = hits.begin() + static_cast<std::ptrdiff_t>((hits.size() - 1) * 99 / 100);
+    std::nth_element(hits.begin(), at, hits.end());
+    return std::max(*at, 1e-9f);
 }
 
 }  // namespace
@@ -79,7 +91,7 @@ Image map_picture(const Subject& subject, int width, int height)
         throw SubjectError("only central maps can be unrolled");
     const int count = static_cast<int>(model.parts.size());
     Image image(width, height, srgb(0xffffff));
-    const int dot = std::max(1, text_dot(image) / 2), legend = 22 * dot, gap = 6 * dot;
+    const int dot = std::max(1, text_dot(image) / 2), legend = 24 * dot, gap = 6 * dot;
     // The arrangement with the largest crosses.
     int columns = 1, side = 0;
     for (int c = 1; c <= count; ++c) {
@@ -107,13 +119,13 @@ Image map_picture(const Subject& subject, int width, int height)
                     const float v = 1 - (2 * static_cast<float>(y) + 1) / static_cast<float>(side);
                     distance.push_back(distance_below(model, static_cast<std::uint32_t>(part), face.out + u * face.right + v * face.up));
                 }
-        const float most = std::max(*std::max_element(distance.begin(), distance.end()), 1e-9f);
+        const float most = brightest(distance);
         auto value = distance.begin();
         for (const Face& face : k_cross)
             for (int y = 0; y < side; ++y)
                 for (int x = 0; x < side; ++x, ++value)
                     image.at(left + face.column * side + x, top + face.row * side + y) =
-                        *value == k_no_hit ? no_surface : grey(*value / most);
+                        *value == k_no_hit ? no_surface : grey(std::min(*value / most, 1.0f));
         for (const Face& face : k_cross) {  // outlines, so that black faces show
             const Box box{left + face.column * side, top + face.row * side, side, side};
             fill(image, {box.left, box.top, box.width, 1}, srgb(0x9aa0a6));
@@ -121,19 +133,20 @@ Image map_picture(const Subject& subject, int width, int height)
             fill(image, {box.left, box.top + box.height, box.width, 1}, srgb(0x9aa0a6));
             fill(image, {box.left + box.width, box.top, 1, box.height}, srgb(0x9aa0a6));
         }
+        const int words = std::clamp(2 * side / (14 * 6), 1, 2 * dot);  // "white 1.2e-05%" must fit beside the cross
         char text[32];
-        std::snprintf(text, sizeof text, "%.2g%%", 100 * static_cast<double>(most) / model.header.r_max);
-        const int text_left = left + 2 * side + 3 * dot;
-        fill(image, {text_left, top, 8 * dot, 7 * dot}, part_colour(static_cast<std::size_t>(part)));
-        draw_text(image, text_left + 10 * dot, top, dot, std::to_string(part), ink);
-        draw_text(image, text_left, top + 9 * dot, dot, text, ink);
+        std::snprintf(text, sizeof text, "white %.2g%%", 100 * static_cast<double>(most) / model.header.r_max);
+        const int text_left = left + 2 * side + 4 * words;
+        fill(image, {text_left, top, 8 * words, 7 * words}, part_colour(static_cast<std::size_t>(part)));
+        draw_text(image, text_left + 11 * words, top, words, "part " + std::to_string(part), ink);
+        draw_text(image, text_left, top + 11 * words, words, text, ink);
     }
 
     const int line = height - legend + 8 * dot;
     int x = gap;
     for (int i = 0; i < 60 * dot; ++i) fill(image, {x + i, line, 1, 7 * dot}, grey(static_cast<float>(i) / static_cast<float>(60 * dot)));
     x += 60 * dot + 4 * dot;
-    const std::string meaning = "surface below the superquadric: 0 to the figure given (% of R_max)";
+    const std::string meaning = "surface below the superquadric, from none to the part's white (% of R_max)";
     draw_text(image, x, line, dot, meaning, ink);
     x += text_width(meaning, dot) + 12 * dot;
     fill(image, {x, line, 8 * dot, 7 * dot}, no_surface);
