@@ -146,7 +146,7 @@ Image map_picture(const Subject& subject, int width, int height)
     int x = gap;
     for (int i = 0; i < 60 * dot; ++i) fill(image, {x + i, line, 1, 7 * dot}, grey(static_cast<float>(i) / static_cast<float>(60 * dot)));
     x += 60 * dot + 4 * dot;
-    const std::string meaning = "surface below the superquadric, from none to the part's white (% of R_max)";
+    const std::string meaning = "surface below the superquadric, from none to the white of each part (% of R_max)";
     draw_text(image, x, line, dot, meaning, ink);
     x += text_width(meaning, dot) + 12 * dot;
     fill(image, {x, line, 8 * dot, 7 * dot}, no_surface);

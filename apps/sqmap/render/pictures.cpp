@@ -99,7 +99,7 @@ Image parts_picture(const Subject& subject, const View& view) { return render({p
 Image superquadrics_picture(const Subject& subject, const View& view)
 {
     std::vector<Layer> layers{part_layer(subject)};
-    layers[0].colours.assign(layers[0].colours.size(), srgb(0xd8d4cc));  // the colours are the superquadrics'
+    for (Rgb& colour : layers[0].colours) colour = 0.5f * colour + 0.5f * srgb(0xe8e4dc);
     for (std::size_t p = 0; p < subject.superquadrics.size(); ++p) {
         Layer layer{.mesh = mesh::superquadric_surface(subject.superquadrics[p], 24), .translucent = true};
         layer.colours.assign(layer.mesh.triangles.size(), part_colour(p));

@@ -335,7 +335,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
                 const double facing = -dot(hit.normal, direction) / norm(direction);
                 if (facing <= 0) continue;  // back of a translucent surface: nothing to add
                 // More opaque towards its rim, as thin glass is: the shape reads without hiding what is inside.
-                const auto alpha = static_cast<float>(0.26 + 0.6 * std::pow(1 - facing, 2.5));
+                const auto alpha = static_cast<float>(0.34 + 0.6 * std::pow(1 - facing, 2.0));
                 colour = colour + (through * alpha) * shade(layers[hit.layer].colours[hit.colour], hit, hit.normal, camera, key, true);
                 through *= 1 - alpha;
             }
