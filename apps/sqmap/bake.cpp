@@ -45,7 +45,7 @@ ordered_json report_json(const bake::BakeResult& baked)
 void add_bake(CLI::App& app, int& exit_code)
 {
     struct Options {
-        std::string mesh, model, report;
+        std::string mesh, model, report, projection = "central";
         LoadOptions load;
         bake::BakeOptions bake;
         bool no_exact = false;
@@ -56,6 +56,9 @@ void add_bake(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("bake", "Bake a mesh into an SQ-Map model");
     command->add_option("mesh", options->mesh, "OFF, OBJ, STL, PLY, glTF or GLB")->required()->check(CLI::ExistingFile);
     command->add_option("-o,--output", options->model, "Model to write (.sqmap)")->required();
+    command->add_option("--projection", options->projection, "central, or normal: the paper's own maps")
+        ->check(CLI::IsMember({"central", "normal"}))
+        ->capture_default_str();
     command->add_option("--target-error", options->bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
@@ -89,6 +92,7 @@ void add_bake(CLI::App& app, int& exit_code)
             exit_code = 2;
             return;
         }
+        options->bake.projection = options->projection == "normal" ? model::Projection::Normal : model::Projection::Central;
         options->bake.exact = !options->no_exact;
         options->bake.fit.allow_taper = !options->no_taper;
         options->bake.fit.allow_bend = !options->no_bend;

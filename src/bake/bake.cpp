@@ -6,6 +6,7 @@
 #include "part_work.h"
 #include "refine.h"
 #include "sqmap/bake/evaluate.h"
+#include "sqmap/bake/normal_map.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -172,17 +173,64 @@ CentralOptions central_options(double target_error)
 
 constexpr int k_refinements = 4;
 
+/// The paper's own maps, packed into the model's arrays.
+void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts, const CentralOptions& central, double r_max,
+                      const BakeOptions& options, model::ModelData& data)
+{
+    const MapRays rays(mesh);
+    std::vector<NormalMap> maps(parts.size());
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        const shape::Superquadricd& sq = parts[i].fit.superquadric;
+        NormalMapOptions normal;
+        normal.target_error = central.tolerance * r_max / std::max({sq.a.x, sq.a.y, sq.a.z});
+        maps[i] = bake_normal_map(rays, parts[i].triangles, sq, normal);
+    });
+    for (const NormalMap& m : maps) {
+        model::NormalPart p{};
+        p.eta_count = m.eta_count;
+        p.omega_count = m.omega_count;
+        p.subdivisions = m.subdivisions;
+        p.vertex_count = m.vertex_count;
+        p.distance_scale = m.distance_scale;
+        p.offset_scale = m.offset_scale;
+        p.quantization_error = m.quantization_error;
+        p.cut_count = static_cast<std::uint32_t>(m.cuts.size());
+        p.correction_row_count = static_cast<std::uint32_t>(m.correction_rows.size());
+        p.correction_count = static_cast<std::uint32_t>(m.corrections.size());
+        p.gap_row_count = static_cast<std::uint32_t>(m.gap_rows.size());
+        p.gap_count = static_cast<std::uint32_t>(m.gaps.size());
+        p.offset_count = static_cast<std::uint32_t>(m.offset.size());
+        p.seeds_along = m.seed_count;
+        p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
+        p.seed_count = static_cast<std::uint32_t>(m.seeds.size());
+        p.first_sample = append(data.normal_distance, m.distance);
+        append(data.normal_normal, m.normal);
+        p.first_cut = append(data.normal_cuts, m.cuts);
+        p.first_correction_row = append(data.correction_rows, m.correction_rows);
+        p.first_correction = append(data.corrections, m.corrections);
+        p.first_gap_row = append(data.gap_rows, m.gap_rows);
+        p.first_gap = append(data.gaps, m.gaps);
+        p.first_offset = append(data.normal_offset, m.offset);
+        p.first_seed = append(data.seeds, m.seeds);
+        data.normal_parts.push_back(p);
+    }
+}
+
 /// Bakes every part's map and packs the model.
 model::ModelData assemble(const SurfaceContext& context, const mesh::Normalization& normalization, const mesh::Solid& solid, bool is_solid,
                           const decompose::Partition& partition, std::vector<PartWork>& parts, const CentralOptions& central,
                           const BakeOptions& options)
 {
     const mesh::Mesh& mesh = context.mesh;
+    const bool is_normal = options.projection == model::Projection::Normal;
+    model::ModelData data;
+    if (is_normal) bake_normal_maps(mesh, parts, central, context.r_max, options, data);
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
-        part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+        // Beside normal maps the central map carries the exact layer.
+        if (is_normal && !options.exact) part.map = {};
+        else part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
     });
-    model::ModelData data;
     for (const PartWork& part : parts) {
         data.parts.push_back(make_part(mesh, part, data));
         data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
@@ -192,7 +240,7 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
     data.header.r_max = context.r_max;
     bounding_sphere(mesh.vertices, data.header.sphere);
     data.header.solid = is_solid ? 1 : 0;
-    data.header.projection = static_cast<std::uint32_t>(model::Projection::Central);
+    data.header.projection = static_cast<std::uint32_t>(options.projection);
     data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
     data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
     data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;

@@ -155,6 +155,11 @@ public:
         return model::vec3(part_.chart_centre) + l.x * model::vec3(part_.rotation) + l.y * model::vec3(part_.rotation + 3) +
                l.z * model::vec3(part_.rotation + 6);
     }
+    /// A plane vector's gradient direction in the chart frame, measured in model space: diag(1/a^2) n.
+    Vec3f over_axes_sq(Vec3f n) const
+    {
+        return {n.x / (part_.a[0] * part_.a[0]), n.y / (part_.a[1] * part_.a[1]), n.z / (part_.a[2] * part_.a[2])};
+    }
     Vec3f direction_from_chart_frame(Vec3f n) const
     {
         const Vec3f l{n.x / part_.a[0], n.y / part_.a[1], n.z / part_.a[2]};
@@ -317,15 +322,15 @@ private:
 };
 
 /// Verdict at a chart point: inside or not, proven or not, and how far (in w) from where it would change.
-struct Verdict {
+struct ChartVerdict {
     bool inside = false;
     bool certain = false;
     float margin = 0;
 };
 
-inline Verdict classify(const Leaf& leaf, float s, float t, float w)
+inline ChartVerdict classify(const Leaf& leaf, float s, float t, float w)
 {
-    Verdict v;
+    ChartVerdict v;
     if (leaf.sheets == 0 && leaf.kind != model::CellKind::Layered) return {leaf.centre_inside, true, INFINITY};
     int nearer = 0;  // sheets between the centre and the point
     v.margin = INFINITY;

@@ -14,6 +14,7 @@
 namespace sqmap::bake {
 
 struct BakeOptions {
+    model::Projection projection = model::Projection::Central;
     double target_error = 0.5;      ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
     double max_looseness = 1.4;     ///< a part is split while its superquadric has more than this times its solid's volume

@@ -137,6 +137,37 @@ TEST(NormalMap, StepThreeBringsTheMapToTheVertices)
     EXPECT_LT(worst(true), 0.3 * worst(false));
 }
 
+TEST(NormalMap, BakedViewsAreConsistentAndBrokenOnesAreNot)
+{
+    const mesh::Mesh m = mesh::dumbbell();
+    Superquadricd sq;
+    sq.a = {1.4, 1.4, 3};
+    sq.eps1 = 0.5;
+    const MapRays rays(m);
+    const NormalMap map = bake_normal_map(rays, all_triangles(m), sq);
+    ASSERT_GT(map.corrections.size(), 1u);
+    EXPECT_TRUE(model::is_consistent(map.view()));
+    const auto broken = [&](auto&& change) {
+        model::NormalMapView v = map.view();
+        change(v);
+        return !model::is_consistent(v);
+    };
+    EXPECT_TRUE(broken([](auto& v) { v.eta_count += 1; }));
+    EXPECT_TRUE(broken([](auto& v) { v.subdivisions = 7; }));
+    EXPECT_TRUE(broken([](auto& v) { v.distance = v.distance.first(v.distance.size() - 1); }));
+    EXPECT_TRUE(broken([](auto& v) { v.cuts = {}; }));
+    EXPECT_TRUE(broken([](auto& v) { v.seed_count = 5; }));
+    EXPECT_TRUE(broken([](auto& v) { v.correction_rows = v.correction_rows.first(3); }));
+    EXPECT_TRUE(broken([](auto& v) { v.distance_scale = std::nanf(""); }));
+    EXPECT_TRUE(broken([](auto& v) { v.superquadric.eps1 = 0; }));
+    std::vector<model::VertexCorrection> far = map.corrections;
+    far.front().column = 60000;
+    EXPECT_TRUE(broken([&](auto& v) { v.corrections = far; }));
+    std::vector<std::uint32_t> falling = map.correction_rows;
+    falling[falling.size() / 2] = static_cast<std::uint32_t>(map.corrections.size()) + 5;
+    EXPECT_TRUE(broken([&](auto& v) { v.correction_rows = falling; }));
+}
+
 TEST(NormalMap, CutsKeepTheSheetsApart)
 {
     // Two balls in one wide ellipsoid: rays between them see one, the other or nothing.

@@ -204,6 +204,97 @@ TEST(NormalProjection, PointsThatAreNotNumbersAreOutside)
     EXPECT_TRUE(std::isfinite(centre.foot_distance));
 }
 
+TEST(NormalProjection, OpeningsBehindTheFirstSurfaceAreFreeAndTheNextSurfaceIsContact)
+{
+    // A thick plate above a thin one, in a flat superquadric whose normals cross both.
+    mesh::Mesh plates = mesh::rounded_box({0.9, 0.9, 0.05}, 0.02, 6);
+    const mesh::Mesh other = plates;
+    const auto first = static_cast<std::uint32_t>(plates.vertices.size());
+    for (Vec3d& v : plates.vertices) v.z += 0.4;
+    for (const Vec3d& v : other.vertices) plates.vertices.push_back(v + Vec3d{0, 0, 0.1});
+    for (const mesh::Triangle& t : other.triangles) plates.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    std::vector<std::uint32_t> all(plates.triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    Superquadricd sq;
+    sq.a = {1, 1, 0.5};
+    sq.eps1 = sq.eps2 = 0.2;
+    const bake::MapRays rays(plates);
+    const bake::NormalMap map = bake::bake_normal_map(rays, all, sq);
+    EXPECT_GT(map.report.gaps, 0u);
+    for (float x : {-0.4f, 0.0f, 0.3f})
+        for (float y : {-0.3f, 0.1f, 0.4f}) {
+            const auto at = [&](float z, bool gaps) { return project(map.view(), {x, y, z}, {.use_gaps = gaps}); };
+            EXPECT_EQ(at(0.47f, true).verdict, Verdict::Free);
+            EXPECT_EQ(at(0.40f, true).verdict, Verdict::Contact);
+            EXPECT_EQ(at(0.25f, true).verdict, Verdict::Free);
+            EXPECT_EQ(at(0.25f, false).verdict, Verdict::Contact);  // the paper's map
+            EXPECT_EQ(at(0.10f, true).verdict, Verdict::Contact);
+            EXPECT_NEAR(at(0.12f, true).depth_along, 0.03f, 0.003f);
+        }
+}
+
+TEST(NormalProjection, AnswersDoNotNeedTheTableOfPowers)
+{
+    const mesh::Mesh ball = mesh::sphere(0.6, 4);
+    Superquadricd sq;
+    sq.a = {0.8, 0.9, 1.1};
+    sq.eps1 = 0.7;
+    const bake::MapRays rays(ball);
+    const bake::NormalMap map = bake::bake_normal_map(rays, {}, sq);
+    model::NormalMapView bare = map.view();
+    bare.rows = bare.columns = {};
+    for (const Projector projector : {Projector::Newton, Projector::Pyramid})
+        for (float z : {-0.9f, -0.2f, 0.5f}) {
+            const PartAnswer a = project(map.view(), {0.1f, 0.3f, z}, {.projector = projector});
+            const PartAnswer b = project(bare, {0.1f, 0.3f, z}, {.projector = projector});
+            EXPECT_EQ(a.verdict, b.verdict);
+            EXPECT_NEAR(a.depth_along, b.depth_along, 1e-4f);
+        }
+}
+
+TEST(NormalProjection, StepsTowardsTheNearestSurfaceMakeDepthTrue)
+{
+    // A ball in a much longer ellipsoid: the line to the foot is far from radial.
+    const mesh::Mesh ball = mesh::sphere(0.6, 5);
+    Superquadricd sq;
+    sq.a = {0.65, 0.7, 1.6};
+    const bake::MapRays rays(ball);
+    const bake::NormalMap map = bake::bake_normal_map(rays, {}, sq);
+    std::mt19937 g(6);
+    std::uniform_real_distribution<double> u(-0.6, 0.6);
+    double along = 0, nearest = 0;
+    int count = 0;
+    while (count < 500) {
+        const double x = u(g), y = u(g), z = u(g);
+        const double r = norm(Vec3d{x, y, z});
+        if (r > 0.58 || r < 0.35) continue;
+        ++count;
+        const Vec3f p = cast<float>(Vec3d{x, y, z});
+        const PartAnswer plain = project(map.view(), p, {.nearest_steps = 0}), steps = project(map.view(), p);
+        EXPECT_EQ(plain.verdict, Verdict::Contact);
+        along += std::abs(static_cast<double>(plain.depth) - (0.6 - r));
+        nearest += std::abs(static_cast<double>(steps.depth) - (0.6 - r));
+    }
+    EXPECT_LT(nearest, 0.4 * along);
+    EXPECT_LT(nearest / count, 2e-3);
+}
+
+TEST(NormalProjection, GateReadsTheBaseGridWhereItIsDenseForItsVertices)
+{
+    const mesh::Mesh ball = mesh::sphere(0.6, 4);
+    Superquadricd sq;
+    sq.a = {0.8, 0.9, 1.1};
+    const bake::MapRays rays(ball);
+    const bake::NormalMap map = bake::bake_normal_map(rays, {}, sq);
+    model::NormalMapView view = map.view();
+    const auto distance = [&](Layer layer) { return project(view, {0.1f, 0.35f, 0.6f}, {.layer = layer}).map_distance; };
+    ASSERT_NE(distance(Layer::Two), distance(Layer::Three));
+    view.vertex_count = 1;
+    EXPECT_EQ(distance(Layer::Auto), distance(Layer::Two));
+    view.vertex_count = 1u << 20;
+    EXPECT_EQ(distance(Layer::Auto), distance(Layer::Three));
+}
+
 PartAnswer answer(Verdict verdict, float depth, std::uint8_t flags = 0)
 {
     PartAnswer a;
@@ -223,6 +314,14 @@ TEST(NormalProjection, AnUnprovenWitnessDoesNot)
 {
     const PartAnswer answers[] = {answer(Verdict::Contact, 0.1f), answer(Verdict::Free, -0.1f, k_projection_unproven)};
     EXPECT_TRUE(combine(answers).contact);
+}
+
+TEST(NormalProjection, AFreeAnswerBesideACapIsNoWitness)
+{
+    const PartAnswer claimed[] = {answer(Verdict::Contact, 0.1f), answer(Verdict::Free, -0.1f, k_projection_by_cap)};
+    EXPECT_TRUE(combine(claimed).contact);
+    const PartAnswer alone[] = {answer(Verdict::Free, -0.1f, k_projection_by_cap)};
+    EXPECT_FALSE(combine(alone).contact);
 }
 
 TEST(NormalProjection, DepthComesFromTheNearestTrueSurface)
