@@ -23,7 +23,7 @@ ANIMALS = "libcgal-demo"
 HAND = "@webxr-input-profiles/assets@1.0.20"
 HAND_FILE = "package/dist/profiles/generic-hand/right.glb"
 # Name of the mesh -> its upward axis, for the pictures.
-SUBJECTS = {"elephant": "y", "camel": "y", "bull": "y", "triceratops": "y", "dino": "y", "homer": "y", "hand": "y"}
+SUBJECTS = {"elephant": "y", "camel": "y", "bull": "y", "triceratops": "y", "dino": "z", "cow": "y", "hand": "y"}
 PICTURES = ("parts", "superquadrics", "map", "error")
 
 
