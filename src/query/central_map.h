@@ -155,6 +155,11 @@ public:
         return model::vec3(part_.chart_centre) + l.x * model::vec3(part_.rotation) + l.y * model::vec3(part_.rotation + 3) +
                l.z * model::vec3(part_.rotation + 6);
     }
+    /// A plane vector's gradient direction in the chart frame, measured in model space: diag(1/a^2) n.
+    Vec3f over_axes_sq(Vec3f n) const
+    {
+        return {n.x / (part_.a[0] * part_.a[0]), n.y / (part_.a[1] * part_.a[1]), n.z / (part_.a[2] * part_.a[2])};
+    }
     Vec3f direction_from_chart_frame(Vec3f n) const
     {
         const Vec3f l{n.x / part_.a[0], n.y / part_.a[1], n.z / part_.a[2]};

@@ -90,6 +90,44 @@ void offer_sheet(const CentralMap& map, const Part& part, std::int32_t index, co
     best = {distance_sq, map.from_chart_frame(foot), exits ? n : -n, index};
 }
 
+/// Least squared distance, model units, from x to the part's domain, which holds all of its own surface.
+float domain_distance_sq(const Part& part, Vec3f x)
+{
+    float sum = 0.f;
+    for (int k = 0; k < 3; ++k) {
+        const float gap = part.a[k] * std::max(std::max(part.chart_lo[k] - x[k], x[k] - part.chart_hi[k]), 0.f);
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+/// A bound before the search: from the cell on the point's own ray to the cell around what was found there, while that
+/// comes nearer. offer_cell(face, column, row) offers what a cell holds.
+template <class Offer>
+void descend(const CentralMap& map, Vec3f x, const Nearest& best, Offer&& offer_cell)
+{
+    ChartPoint q = to_chart(x);
+    for (int step = 0; step < 6; ++step) {
+        const float before = best.distance_sq;
+        offer_cell(q.face, map.column_of(q.s), map.column_of(q.t));
+        if (!(best.distance_sq < before)) return;
+        q = to_chart(map.to_chart_frame(best.point));
+        // The foot of the point on the plane there, which may lie over another cell.
+        const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+        if (leaf.sheets == 0) return;
+        const SheetValue value = sheet_value(leaf, 0, q.s, q.t);
+        const int m = face_axis(q.face);
+        Vec3f n{};
+        n[m] = face_sign(q.face) * (value.w - value.ws * q.s - value.wt * q.t);
+        n[(m + 1) % 3] = value.ws;
+        n[(m + 2) % 3] = value.wt;
+        const Vec3f scaled = map.over_axes_sq(n);
+        const float length_sq = dot(n, scaled);
+        if (!(length_sq > 0.f)) return;
+        q = to_chart(x + ((1.f - dot(n, x)) / length_sq) * scaled);
+    }
+}
+
 /// Visits every base cell that may hold a surface nearer than best, pyramid blocks first.
 template <class Visit>
 void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Nearest& best, Visit&& visit)
@@ -125,6 +163,7 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
     const Part& part = model.parts[static_cast<std::size_t>(index)];
     const CentralMap map(model, part);
     const Vec3f x = map.to_chart_frame(p);
+    if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
     const auto offer_cell = [&](int face, int column, int row) {
         if (!refined && model::cell_kind(map.base_cell(face, column, row)) != model::CellKind::Uniform) {
             Leaf leaf = map.base_leaf(map.base_cell(face, column, row), face, column, row);
@@ -142,9 +181,7 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
             for (int sheet = 0; sheet < leaf.sheets; ++sheet) offer_sheet(map, part, index, leaf, sheet, face, x, best);
         });
     };
-    // The cell on the point's own ray first: it is often the answer, and bounds the search.
-    const ChartPoint q = to_chart(x);
-    offer_cell(q.face, map.column_of(q.s), map.column_of(q.t));
+    descend(map, x, best, offer_cell);
     each_near_cell(map, part, x, best, offer_cell);
 }
 
@@ -283,13 +320,13 @@ void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Ne
     const CentralMap map(model, part);
     const ExactLayer exact(model, part);
     const Vec3f x = map.to_chart_frame(p);
+    if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
     const auto offer_cell = [&](int face, int column, int row) {
         bool near = false;
         map.each_leaf(face, column, row, [&](const Leaf& leaf) { near = near || leaf_is_near(leaf, face, part.a, x, best); });
         if (near) exact.each_triangle(exact.base_list(face, column, row), [&](std::uint32_t t) { offer_triangle(model, t, p, best); });
     };
-    const ChartPoint q = to_chart(x);
-    offer_cell(q.face, map.column_of(q.s), map.column_of(q.t));
+    descend(map, x, best, offer_cell);
     each_near_cell(map, part, x, best, offer_cell);
 }
 

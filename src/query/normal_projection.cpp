@@ -468,6 +468,28 @@ MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, b
     return sample;
 }
 
+// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
+// point found. A step is kept while it leads to a nearer surface point.
+void seek_nearest(const NormalMapView& map, Vec3f p, const ProjectionOptions& options, PartAnswer& answer)
+{
+    float nearest = norm(answer.surface - p);
+    for (int step = 0; step < options.nearest_steps; ++step) {
+        const Vec3f target = p + dot(answer.surface - p, answer.normal) * answer.normal;
+        std::uint8_t flags = 0;
+        const Foot<float> foot = find_foot(map, target, Projector::Newton, &flags);
+        if ((flags & k_projection_unproven) != 0) return;
+        const MapSample sample = sample_map(map, shape::angles_of(foot.place), options);
+        if ((sample.flags & (k_projection_miss | k_projection_cap)) != 0 || !(norm_sq(sample.normal) > 0.5f)) return;
+        const Vec3f surface = foot.point - sample.distance * foot.normal;
+        const float distance = norm(surface - p);
+        if (!(distance < nearest)) return;
+        nearest = distance;
+        answer.surface = surface;
+        answer.normal = sample.normal;
+        answer.depth = dot(surface - p, sample.normal);
+    }
+}
+
 }  // namespace
 
 GridFoot pyramid_search(const NormalMapView& map, Vec3f p, const PyramidOptions& options) noexcept
@@ -537,6 +559,8 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
     answer.normal = surface && norm_sq(sample.normal) > 0.5f ? sample.normal : foot.normal;
     answer.depth_along = answer.foot_distance - sample.distance;
     answer.depth = surface ? dot(answer.surface - p, answer.normal) : answer.depth_along;
+    if (surface && answer.verdict == Verdict::Contact && norm_sq(sample.normal) > 0.5f && !reads_base_grid(map, options.layer))
+        seek_nearest(map, p, options, answer);
     return answer;
 }
 

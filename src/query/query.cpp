@@ -46,9 +46,7 @@ Contact layer_one(const ModelView& model, Vec3f p)
 
 bool is_finite(Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-}  // namespace
-
-Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
+Contact answer(const ModelView& model, Vec3f point, Layer layer)
 {
     Contact contact;
     contact.point = point;
@@ -72,6 +70,16 @@ Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
         return answer;
     }
     return query_central(model, point, layer);
+}
+
+}  // namespace
+
+Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
+{
+    Contact contact = answer(model, point, layer);
+    // Proofs are about a closed solid.
+    if (model.header.solid == 0) contact.certain = false;
+    return contact;
 }
 
 std::size_t query_points(const ModelView& model, std::span<const Vec3f> points, Layer layer, std::span<Contact> contacts) noexcept

@@ -13,7 +13,7 @@ namespace sqmap::model {
 
 inline constexpr std::uint32_t k_format_version = 1;
 inline constexpr int k_faces = 6;          ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
-inline constexpr int k_block = 4;          ///< base cells along the side of a block of the pyramid
+inline constexpr int k_block = 2;          ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;///< a base cell is halved at most this often
 inline constexpr int k_max_sheets = 7;     ///< surfaces along one ray that a layered cell tells apart
 

@@ -25,6 +25,9 @@ struct ProjectionOptions {
     Projector projector = Projector::Newton;
     bool use_offset = false;       ///< subtract delta of eq. 12: for probes made of triangles, not for points
     bool use_corrections = true;   ///< step 3 data in layer 3
+    /// Layer 3 contacts: how often the surface point is looked up again at the point's projection on its tangent plane, so
+    /// that depth and normal are those of the nearest surface, not of the one along the line to the foot.
+    int nearest_steps = 2;
     bool use_gaps = true;          ///< openings behind the first surface in layer 3 (beyond the paper)
 };
 
@@ -51,11 +54,11 @@ struct PartAnswer {
     float foot_distance = 0;   ///< |p - P_M|, S_SQ^M of eq. 21
     float map_distance = 0;    ///< D_SQ(P_M); 0 for a cap, infinity for a miss
     float depth_along = 0;     ///< foot_distance - map_distance: depth along the superquadric's normal, negative in front
-    float depth = 0;           ///< distance to the tangent plane at the surface point: first-order nearest depth
+    float depth = 0;           ///< distance to the tangent plane at the surface point
     shape::SurfaceAnglesf angles;  ///< of the foot
     Vec3f foot;                ///< P_M
     Vec3f foot_normal;         ///< outward normal of the superquadric
-    Vec3f surface;             ///< the surface point along the normal; the foot for caps and misses
+    Vec3f surface;             ///< the surface point (see nearest_steps); the foot for caps and misses
     Vec3f normal;              ///< unit outward surface normal; that of the superquadric for caps, misses and layer 1
 };
 

@@ -252,6 +252,33 @@ TEST(NormalProjection, AnswersDoNotNeedTheTableOfPowers)
         }
 }
 
+TEST(NormalProjection, StepsTowardsTheNearestSurfaceMakeDepthTrue)
+{
+    // A ball in a much longer ellipsoid: the line to the foot is far from radial.
+    const mesh::Mesh ball = mesh::sphere(0.6, 5);
+    Superquadricd sq;
+    sq.a = {0.65, 0.7, 1.6};
+    const bake::MapRays rays(ball);
+    const bake::NormalMap map = bake::bake_normal_map(rays, {}, sq);
+    std::mt19937 g(6);
+    std::uniform_real_distribution<double> u(-0.6, 0.6);
+    double along = 0, nearest = 0;
+    int count = 0;
+    while (count < 500) {
+        const double x = u(g), y = u(g), z = u(g);
+        const double r = norm(Vec3d{x, y, z});
+        if (r > 0.58 || r < 0.35) continue;
+        ++count;
+        const Vec3f p = cast<float>(Vec3d{x, y, z});
+        const PartAnswer plain = project(map.view(), p, {.nearest_steps = 0}), steps = project(map.view(), p);
+        EXPECT_EQ(plain.verdict, Verdict::Contact);
+        along += std::abs(static_cast<double>(plain.depth) - (0.6 - r));
+        nearest += std::abs(static_cast<double>(steps.depth) - (0.6 - r));
+    }
+    EXPECT_LT(nearest, 0.4 * along);
+    EXPECT_LT(nearest / count, 2e-3);
+}
+
 TEST(NormalProjection, GateReadsTheBaseGridWhereItIsDenseForItsVertices)
 {
     const mesh::Mesh ball = mesh::sphere(0.6, 4);
