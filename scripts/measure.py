@@ -140,11 +140,11 @@ def falls_short(rows):
         yield f"- {title}: " + ("met by all" if not failing else f"**not met** by {', '.join(failing)}")
 
 
-def document(groups, skipped, failed, arguments):
+def document(groups, skipped, failed):
     commit = subprocess.run(["git", "-C", ROOT, "log", "-1", "--format=%h, %ci"], capture_output=True, text=True).stdout.strip()
     lines = ["# Measurements", "",
-             f"Made by `./dev table{''.join(' ' + a for a in arguments)}` on {datetime.date.today().isoformat()} at commit {commit or 'unknown'}. "
-             "Default options throughout.", ""]
+             f"Made by `./dev table` on {datetime.date.today().isoformat()}, from commit {commit or 'unknown'}. Default options "
+             "throughout.", ""]
     for title, rows in groups:
         lines += [f"## {title}", "", *shape_of(COLUMNS, rows), ""]
     lines += ["## Targets", "", "What was asked for, over all meshes above:", "",
@@ -187,7 +187,7 @@ def main():
             groups.append((options.title[i] if i < len(options.title) else f"Meshes of `{folder.name}`", rows))
     if not groups:
         sys.exit("no closed mesh to measure; './dev demo' fetches some")
-    options.output.write_text(document(groups, skipped, failed, [str(f) for f in options.folders if len(sys.argv) > 1]))
+    options.output.write_text(document(groups, skipped, failed))
     print(options.output)
 
 
