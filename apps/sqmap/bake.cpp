@@ -31,10 +31,11 @@ ordered_json report_json(const bake::BakeResult& baked)
     ordered_json out;
     out["parts"] = ordered_json::array();
     for (const bake::PartReport& p : baked.report.parts)
-        out["parts"].push_back({{"area", p.area}, {"volume", p.volume}, {"q2_share", p.q2_share}, {"largest_f", p.certificate.largest_f},
+        out["parts"].push_back({{"area", p.area}, {"volume", p.volume}, {"solid_volume", p.solid_volume}, {"q2_share", p.q2_share}, {"largest_f", p.certificate.largest_f},
                                 {"tolerance", p.certificate.tolerance}, {"fallback", p.fallback}, {"base", p.base},
                                 {"map_bytes", p.map_bytes}, {"exact_bytes", p.exact_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
+    out["target_met"] = baked.report.target_met;
     out["measured"] = measured_json(baked.model.measured);
     return out;
 }
@@ -44,7 +45,7 @@ ordered_json report_json(const bake::BakeResult& baked)
 void add_bake(CLI::App& app, int& exit_code)
 {
     struct Options {
-        std::string mesh, model, report;
+        std::string mesh, model, report, projection = "central";
         LoadOptions load;
         bake::BakeOptions bake;
         bool no_exact = false;
@@ -55,6 +56,9 @@ void add_bake(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("bake", "Bake a mesh into an SQ-Map model");
     command->add_option("mesh", options->mesh, "OFF, OBJ, STL, PLY, glTF or GLB")->required()->check(CLI::ExistingFile);
     command->add_option("-o,--output", options->model, "Model to write (.sqmap)")->required();
+    command->add_option("--projection", options->projection, "central, or normal: the paper's own maps")
+        ->check(CLI::IsMember({"central", "normal"}))
+        ->capture_default_str();
     command->add_option("--target-error", options->bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
@@ -64,6 +68,10 @@ void add_bake(CLI::App& app, int& exit_code)
     command->add_flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     command->add_option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")->capture_default_str();
     command->add_option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");
+    command->add_option("--max-looseness", options->bake.max_looseness, "Split a part while its superquadric has more than this times its solid's volume")
+        ->capture_default_str();
+    command->add_option("--max-q2", options->bake.max_q2_share, "Split a part while more than this share of its area is hidden from its projection")
+        ->capture_default_str();
     add_load_options(*command, options->load);
     decompose::DecomposeOptions& d = options->bake.decompose;
     const char* const k_decomposition = "Decomposition (section 3; lengths of sqrt(area), areas of the area)";
@@ -84,6 +92,7 @@ void add_bake(CLI::App& app, int& exit_code)
             exit_code = 2;
             return;
         }
+        options->bake.projection = options->projection == "normal" ? model::Projection::Normal : model::Projection::Central;
         options->bake.exact = !options->no_exact;
         options->bake.fit.allow_taper = !options->no_taper;
         options->bake.fit.allow_bend = !options->no_bend;
@@ -91,7 +100,7 @@ void add_bake(CLI::App& app, int& exit_code)
         options->bake.progress = show_progress;
         bake::BakeResult baked;
         try {
-            baked = bake::bake(loaded.mesh, loaded.solid, {}, options->bake);
+            baked = bake::bake(loaded.mesh, loaded.solid, options->bake);
         } catch (const mesh::Error& e) {
             std::fprintf(stderr, "%s: %s\n", options->mesh.c_str(), e.what());
             exit_code = 2;
@@ -117,6 +126,9 @@ void add_bake(CLI::App& app, int& exit_code)
         std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", options->model.c_str(), baked.report.parts.size(),
                     static_cast<double>(bytes) / 1000, seconds);
         print_measured(baked.model.measured);
+        if (!baked.report.target_met)
+            std::printf("  target error of %g %% not reached: raise --max-parts, or accept %.3f %%\n", options->bake.target_error,
+                        baked.model.measured.depth_p99);
         exit_code = 0;
     });
 }

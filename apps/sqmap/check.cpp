@@ -57,8 +57,10 @@ void print(const std::string& file, const LoadedMesh& loaded)
     std::printf("  %s, %llu vertices, %llu triangles, %llu component%s\n", loaded.format.c_str(),
                 static_cast<unsigned long long>(f.vertex_count), static_cast<unsigned long long>(f.triangle_count),
                 static_cast<unsigned long long>(f.component_count), f.component_count == 1 ? "" : "s");
-    if (loaded.solid) std::printf("  closed, genus %lld, volume %.6g, area %.6g\n", static_cast<long long>(f.genus), f.volume, f.area);
-    else std::printf("  open, %llu boundary edges, area %.6g\n", static_cast<unsigned long long>(f.boundary_edge_count), f.area);
+    if (loaded.solid)
+        std::printf("  closed, genus %lld, volume %.6g, area %.6g\n", static_cast<long long>(f.genus), f.volume, f.area);
+    else
+        std::printf("  open, %llu boundary edges, area %.6g\n", static_cast<unsigned long long>(f.boundary_edge_count), f.area);
     std::printf("  box %.6g x %.6g x %.6g\n", size.x, size.y, size.z);
 }
 
@@ -79,8 +81,10 @@ void add_check(CLI::App& app, int& exit_code)
     command->footer("Exit code: 0 accepted or repaired, 2 refused, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         const LoadedMesh loaded = load_mesh(options->file, options->load);
-        if (options->json) std::printf("%s\n", dumped(as_json(options->file, loaded)).c_str());
-        else print(options->file, loaded);
+        if (options->json)
+            std::printf("%s\n", dumped(as_json(options->file, loaded)).c_str());
+        else
+            print(options->file, loaded);
         exit_code = loaded.refused() ? 2 : 0;
     });
 }

@@ -4,6 +4,7 @@
 #include "sqmap/bake/bake.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/mesh/self_intersection.h"
 
 #include <cstdio>
 #include <memory>
@@ -66,7 +67,7 @@ void add_eval(CLI::App& app, int& exit_code)
                 return;
             }
             const mesh::Mesh mesh = bake::model_space(loaded.mesh);
-            const mesh::Solid solid(mesh, {});
+            const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
             nlohmann::ordered_json out;
             const std::pair<const char*, query::Layer> layers[] = {{"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
             for (const auto& [name, layer] : layers) {

@@ -94,8 +94,8 @@ void add_info(CLI::App& app, int& exit_code)
                 out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
                 out["triangles"] = m.header.triangle_count;
                 out["vertices"] = m.header.vertex_count;
-                out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics}, {"map", bytes.map},
-                                {"exact_lists", bytes.exact}, {"exact_mesh", bytes.mesh}, {"without_exact", bytes.total - bytes.exact - bytes.mesh}};
+                out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics}, {"map", bytes.map}, {"normal_map", bytes.normal_map},
+                                {"exact_lists", bytes.exact}, {"exact_mesh", bytes.mesh}, {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
                 out["measured"] = measured_json(file.measured());
                 out["parts"] = ordered_json::array();
                 for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
@@ -103,8 +103,9 @@ void add_info(CLI::App& app, int& exit_code)
             } else {
                 std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(), m.parts.size(),
                             central ? "central" : "normal", m.header.triangle_count, file.made_by().c_str(), file.source().c_str());
-                std::printf("  %zu bytes: superquadrics %zu, map %zu, exact layer %zu + %zu\n", bytes.total, bytes.superquadrics, bytes.map,
-                            bytes.exact, bytes.mesh);
+                std::printf("  %zu bytes: superquadrics %zu, %smap %zu, exact layer %zu + %zu\n", bytes.total, bytes.superquadrics,
+                            central ? "" : "normal ", central ? bytes.map : bytes.normal_map,
+                            bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
                 std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
                             100 * m.header.quantisation / m.header.r_max);
                 print_measured(file.measured());

@@ -16,11 +16,11 @@ LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& optio
         return out;
     }
     const io::PolygonSoup& soup = read.soup;
-    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices},
-                                        {.repair = options.repair,
-                                         .accept_surface = options.accept_surface,
-                                         .thickness = options.thickness,
-                                         .unit = options.unit});
+    mesh::GateResult gate =
+        mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, {.repair = options.repair,
+                                                                           .accept_surface = options.accept_surface,
+                                                                           .thickness = options.thickness,
+                                                                           .unit = options.unit});
     out.verdict = gate.verdict;
     out.diagnosis = std::move(gate.diagnosis);
     out.repairs = std::move(gate.repairs);
@@ -28,15 +28,19 @@ LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& optio
     out.facts = gate.facts;
     out.mesh = std::move(gate.mesh);
     out.solid = gate.solid;
+    out.crossed = std::move(gate.crossed);
     return out;
 }
 
 const char* verdict_name(mesh::Verdict verdict)
 {
     switch (verdict) {
-        case mesh::Verdict::Accept: return "ACCEPT";
-        case mesh::Verdict::Repaired: return "REPAIRED";
-        case mesh::Verdict::Refused: break;
+        case mesh::Verdict::Accept:
+            return "ACCEPT";
+        case mesh::Verdict::Repaired:
+            return "REPAIRED";
+        case mesh::Verdict::Refused:
+            break;
     }
     return "REFUSED";
 }
@@ -72,7 +76,8 @@ void add_load_options(CLI::App& command, LoadOptions& options)
                 const std::map<std::string, double> units{{"um", 1e-6}, {"mm", 1e-3},   {"cm", 1e-2},   {"dm", 0.1},
                                                           {"m", 1.0},   {"km", 1000.0}, {"in", 0.0254}, {"ft", 0.3048}};
                 double value = 0;
-                if (const auto known = units.find(text); known != units.end()) value = known->second;
+                if (const auto known = units.find(text); known != units.end())
+                    value = known->second;
                 else if (!CLI::detail::lexical_cast(text, value) || !(value >= 1e-12 && value <= 1e12))
                     throw CLI::ValidationError("--unit", "um, mm, cm, dm, m, km, in, ft or metres per unit");
                 options.unit = value;

@@ -27,9 +27,10 @@ struct LoadedMesh {
     std::vector<mesh::RepairNote> repairs;
     std::vector<mesh::Warning> warnings;
     mesh::MeshFacts facts;
-    mesh::Mesh mesh;        ///< canonical, in the file's units (metres where a unit is given); empty after a refusal
-    bool solid = false;     ///< false: an open surface, taken because accept_surface asked for it
-    std::string format;     ///< "OBJ"; empty where it was not recognised
+    mesh::Mesh mesh;                    ///< canonical, in the file's units (metres where a unit is given); empty after a refusal
+    bool solid = false;                 ///< false: an open surface, taken because accept_surface asked for it
+    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it: for mesh::Solid; empty if none is cut
+    std::string format;                 ///< "OBJ"; empty where it was not recognised
 
     [[nodiscard]] bool refused() const { return verdict == mesh::Verdict::Refused; }
 };

@@ -2,6 +2,7 @@
 #include "shapes.h"
 
 #include "commands.h"
+#include "load_mesh.h"
 #include "sqmap/io/write_mesh.h"
 #include "sqmap/mesh/shapes.h"
 
@@ -9,7 +10,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace sqmap::app {
 namespace {
@@ -46,6 +49,7 @@ const std::map<std::string, Maker>& makers()
 
 struct Arguments {
     std::string name, output;
+    int subdivide = 0;
 };
 
 }  // namespace
@@ -62,12 +66,38 @@ mesh::Mesh made_shape(const std::string& name) { return makers().at(name)(); }
 void add_shapes(CLI::App& app, int& exit_code)
 {
     auto arguments = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand("shapes", "Write a mesh that the project makes itself");
-    command->add_option("name", arguments->name, "Which shape")->required()->check(CLI::IsMember(shape_names()));
+    CLI::App* command = app.add_subcommand("shapes", "Write a mesh that the project makes itself, or a finer one of a file");
+    std::string names;
+    for (const std::string& name : shape_names()) names += name + ", ";
+    command->add_option("name", arguments->name, "Which shape: " + names + "or a mesh file")->required();
     command->add_option("-o,--output", arguments->output, "File to write: .obj or .off")->required();
+    command->add_option("--subdivide", arguments->subdivide, "Loop subdivisions: each makes four triangles of one")
+        ->check(CLI::Range(0, 4))
+        ->capture_default_str();
+    command->footer("Exit code: 0 written, 2 no such shape, mesh refused or not closed, 64 wrong usage, 70 internal error.");
     command->callback([arguments, &exit_code] {
-        const mesh::Mesh made = made_shape(arguments->name);
-        io::write_mesh(arguments->output, made.vertices, made.triangles);
+        exit_code = 2;
+        mesh::Mesh made;
+        if (makers().contains(arguments->name)) {
+            made = made_shape(arguments->name);
+        } else {
+            LoadedMesh loaded = load_mesh(arguments->name);
+            if (loaded.refused()) {
+                std::fprintf(stderr, "%s: %s", arguments->name.c_str(), report(loaded).c_str());
+                return;
+            }
+            made = std::move(loaded.mesh);
+        }
+        try {
+            made = mesh::loop_subdivided(made, arguments->subdivide);
+            io::write_mesh(arguments->output, made.vertices, made.triangles);
+        } catch (const std::runtime_error& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+            return;
+        } catch (const std::invalid_argument& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+            return;
+        }
         std::printf("%s: %zu vertices, %zu triangles -> %s\n", arguments->name.c_str(), made.vertices.size(),
                     made.triangles.size(), arguments->output.c_str());
         exit_code = 0;

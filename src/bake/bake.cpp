@@ -1,20 +1,21 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
 
-#include "caps.h"
 #include "central_map.h"
+#include "parallel.h"
+#include "part_work.h"
+#include "refine.h"
 #include "sqmap/bake/evaluate.h"
+#include "sqmap/bake/normal_map.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/shape/euler.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <ctime>
-#include <exception>
-#include <thread>
 
 namespace sqmap::bake {
 
@@ -26,49 +27,6 @@ double cpu_seconds()
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// Calls work(i) for i in [0, count) on some threads; results go where i says, so their order does not matter.
-template <class Work>
-void parallel_for(std::size_t count, unsigned threads, Work&& work)
-{
-    if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-    std::atomic<std::size_t> next{0};
-    std::vector<std::exception_ptr> errors(count);
-    const auto run = [&] {
-        for (std::size_t i = next++; i < count; i = next++) {
-            try {
-                work(i);
-            } catch (...) {
-                errors[i] = std::current_exception();
-            }
-        }
-    };
-    {
-        std::vector<std::jthread> pool;
-        for (unsigned t = 1; t < std::min<std::size_t>(threads, count); ++t) pool.emplace_back(run);
-        run();
-    }
-    for (const std::exception_ptr& e : errors)
-        if (e) std::rethrow_exception(e);
-}
-
-/// One part on its way to the model.
-struct PartWork {
-    std::vector<std::uint32_t> triangles;
-    std::vector<CapTriangle> caps;
-    fit::FitReport fit;
-    Vec3f centre;
-    CentralMapData map;
-};
-
-std::vector<Vec3d> corners_of(const mesh::Mesh& mesh, const PartWork& part)
-{
-    std::vector<Vec3d> points;
-    for (const std::uint32_t t : part.triangles)
-        for (const std::uint32_t v : mesh.triangles[t]) points.push_back(mesh.vertices[v]);
-    for (const CapTriangle& t : part.caps) points.insert(points.end(), t.begin(), t.end());
-    return points;
 }
 
 /// A small sphere about points: from the box's centre, moved towards what sticks out (Ritter 1990, repeated).
@@ -104,20 +62,13 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
 }
 
-std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
-{
-    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
-    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
-    return triangles;
-}
-
 /// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
-CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartBox& box, const CentralOptions& options)
+CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartDomain& domain, const CentralOptions& options)
 {
     CentralMapData best;
     std::size_t best_bytes = 0;
     for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, box, base, options);
+        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, domain, part.triangles, base, options);
         const std::size_t bytes = map.map_bytes() + map.exact_bytes();
         if (best.base != 0 && bytes > best_bytes) {
             if (bytes > best_bytes + best_bytes / 4) break;
@@ -150,9 +101,9 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
         p.translation[i] = static_cast<float>(sq.translation[i]);
         for (int j = 0; j < 3; ++j) p.rotation[3 * i + j] = static_cast<float>(sq.rotation.row[i][j]);
         p.chart_centre[i] = work.map.centre[i];
-        p.chart_lo[i] = work.map.box.lo[i];
-        p.chart_hi[i] = work.map.box.hi[i];
     }
+    std::copy(std::begin(work.map.domain.lo), std::end(work.map.domain.lo), p.chart_lo);
+    std::copy(std::begin(work.map.domain.hi), std::end(work.map.domain.hi), p.chart_hi);
     p.eps[0] = static_cast<float>(sq.eps1);
     p.eps[1] = static_cast<float>(sq.eps2);
     p.taper[0] = static_cast<float>(sq.taper_x);
@@ -199,6 +150,113 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
+std::uint16_t surface_flag(mesh::Boundary boundary)
+{
+    switch (boundary) {
+        case mesh::Boundary::Buried: return model::k_buried;
+        case mesh::Boundary::Partly: return model::k_crossed;
+        case mesh::Boundary::Whole: break;
+    }
+    return 0;
+}
+
+/// Cell tolerances that meet a target as a rule; measured and corrected after.
+CentralOptions central_options(double target_error)
+{
+    CentralOptions central;
+    central.tolerance = 0.0016 * target_error;
+    central.foreign_tolerance = 0.003 * target_error;
+    central.finest = 0.014 * target_error;
+    central.silhouette = 0.012 * target_error;
+    return central;
+}
+
+constexpr int k_refinements = 4;
+
+/// The paper's own maps, packed into the model's arrays.
+void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts, const CentralOptions& central, double r_max,
+                      const BakeOptions& options, model::ModelData& data)
+{
+    const MapRays rays(mesh);
+    std::vector<NormalMap> maps(parts.size());
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        const shape::Superquadricd& sq = parts[i].fit.superquadric;
+        NormalMapOptions normal;
+        normal.target_error = 2.5 * central.tolerance * r_max / std::max({sq.a.x, sq.a.y, sq.a.z});
+        maps[i] = bake_normal_map(rays, parts[i].triangles, sq, normal);
+    });
+    for (const NormalMap& m : maps) {
+        model::NormalPart p{};
+        p.eta_count = m.eta_count;
+        p.omega_count = m.omega_count;
+        p.subdivisions = m.subdivisions;
+        p.vertex_count = m.vertex_count;
+        p.distance_scale = m.distance_scale;
+        p.offset_scale = m.offset_scale;
+        p.quantization_error = m.quantization_error;
+        p.cut_count = static_cast<std::uint32_t>(m.cuts.size());
+        p.correction_row_count = static_cast<std::uint32_t>(m.correction_rows.size());
+        p.correction_count = static_cast<std::uint32_t>(m.corrections.size());
+        p.gap_row_count = static_cast<std::uint32_t>(m.gap_rows.size());
+        p.gap_count = static_cast<std::uint32_t>(m.gaps.size());
+        p.offset_count = static_cast<std::uint32_t>(m.offset.size());
+        p.seeds_along = m.seed_count;
+        p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
+        p.seed_count = static_cast<std::uint32_t>(m.seeds.size());
+        p.first_sample = append(data.normal_distance, m.distance);
+        append(data.normal_normal, m.normal);
+        p.first_cut = append(data.normal_cuts, m.cuts);
+        p.first_correction_row = append(data.correction_rows, m.correction_rows);
+        p.first_correction = append(data.corrections, m.corrections);
+        p.first_gap_row = append(data.gap_rows, m.gap_rows);
+        p.first_gap = append(data.gaps, m.gaps);
+        p.first_offset = append(data.normal_offset, m.offset);
+        p.first_seed = append(data.seeds, m.seeds);
+        data.normal_parts.push_back(p);
+    }
+}
+
+/// Bakes every part's map and packs the model.
+model::ModelData assemble(const SurfaceContext& context, const mesh::Normalization& normalization, const mesh::Solid& solid, bool is_solid,
+                          const decompose::Partition& partition, std::vector<PartWork>& parts, const CentralOptions& central,
+                          const BakeOptions& options)
+{
+    const mesh::Mesh& mesh = context.mesh;
+    const bool is_normal = options.projection == model::Projection::Normal;
+    model::ModelData data;
+    if (is_normal) bake_normal_maps(mesh, parts, central, context.r_max, options, data);
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        PartWork& part = parts[i];
+        // Beside normal maps the central map carries the exact layer.
+        if (is_normal && !options.exact) part.map = {};
+        else part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+    });
+    for (const PartWork& part : parts) {
+        data.parts.push_back(make_part(mesh, part, data));
+        data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
+    }
+    for (int k = 0; k < 3; ++k) data.header.origin[k] = normalization.origin[k];
+    data.header.unit = normalization.unit;
+    data.header.r_max = context.r_max;
+    bounding_sphere(mesh.vertices, data.header.sphere);
+    data.header.solid = is_solid ? 1 : 0;
+    data.header.projection = static_cast<std::uint32_t>(options.projection);
+    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
+    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
+    if (!options.exact) return data;
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
+            else data.triangles32.push_back(v);
+        }
+        data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | context.flags[t]));
+    }
+    return data;
+}
+
 /// The figures stored in the model: a quick evaluation of layer 3.
 model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
 {
@@ -229,7 +287,7 @@ mesh::Mesh model_space(const mesh::Mesh& mesh)
     return out;
 }
 
-BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::uint8_t> crossed, const BakeOptions& options)
+BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& options)
 {
     if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
     if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
@@ -246,10 +304,10 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
 
     const mesh::Normalization normalization = mesh::normalization_of(input);
     const mesh::Mesh mesh = model_space(input);
-    const mesh::Solid solid(mesh, crossed);
+    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
     std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < flags.size(); ++t)
-        flags[t] = solid.boundary()[t] == mesh::Boundary::Buried ? model::k_buried : (solid.boundary()[t] == mesh::Boundary::Partly ? model::k_crossed : 0u);
+        flags[t] = surface_flag(solid.boundary()[t]);
     const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
     lap("prepare");
 
@@ -258,61 +316,43 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, std::span<const std::u
     lap("decompose");
 
     progress("fit", 0);
-    std::vector<PartWork> parts(partition.part_count);
-    {
-        std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
-        std::vector<std::vector<CapTriangle>> caps = cap_parts(mesh, partition);
-        parallel_for(parts.size(), options.threads, [&](std::size_t i) {
-            parts[i].triangles = std::move(triangles[i]);
-            parts[i].caps = std::move(caps[i]);
-            parts[i].fit = fit::fit_bounding(mesh, parts[i].triangles, parts[i].caps, options.fit);
-        });
-    }
+    std::vector<PartWork> parts = fit_parts(context, partition, options);
+    refine_parts(context, partition, parts, options);
     lap("fit");
 
     progress("map", 0);
-    CentralOptions central;
+    CentralOptions central = central_options(options.target_error);
     central.exact = options.exact;
-    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
-        PartWork& part = parts[i];
-        part.centre = choose_centre(context, part.fit.superquadric, part.triangles);
-        part.map = bake_best_base(context, part, chart_box(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
-    });
+    result.model = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
     lap("map");
-
-    model::ModelData& data = result.model;
-    for (const PartWork& part : parts) {
-        data.parts.push_back(make_part(mesh, part, data));
-        data.header.quantisation = std::max(data.header.quantisation, part.map.quantisation);
-    }
-    for (int k = 0; k < 3; ++k) data.header.origin[k] = normalization.origin[k];
-    data.header.unit = normalization.unit;
-    data.header.r_max = context.r_max;
-    bounding_sphere(mesh.vertices, data.header.sphere);
-    data.header.solid = solid_mesh ? 1 : 0;
-    data.header.projection = static_cast<std::uint32_t>(model::Projection::Central);
-    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
-    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
-    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
-    if (options.exact) {
-        for (const Vec3d& v : mesh.vertices)
-            for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            for (const std::uint32_t v : mesh.triangles[t]) {
-                if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
-                else data.triangles32.push_back(v);
-            }
-            data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | flags[t]));
-        }
-    }
-    for (const PartWork& part : parts)
-        result.report.parts.push_back({part.fit.certificate, part.fit.volume, 0, 0, part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
-    result.report.partition = std::move(partition);
-    lap("pack");
+    // The target is met by measuring: finer cells where the first guess falls short.
     progress("measure", 0);
-    data.measured = measure(data, solid);
+    model::Measured measured = measure(result.model, solid);
+    for (int attempt = 0; attempt < k_refinements && measured.depth_p99 > options.target_error; ++attempt) {
+        progress("refine", static_cast<double>(attempt) / k_refinements);
+        central.finest *= 0.6;
+        central.tolerance *= 0.6;
+        central.silhouette *= 0.6;
+        model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
+        const model::Measured better = measure(finer, solid);
+        if (better.depth_p99 > 0.97 * measured.depth_p99) break;
+        result.model = std::move(finer);
+        measured = better;
+    }
+    measured.q2_share = 0;
+    for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;
+    double area = 0;
+    for (const PartWork& part : parts) area += part.area;
+    measured.q2_share /= area;
+    result.model.measured = measured;
+    result.report.target_met = measured.depth_p99 <= options.target_error;
     progress("measure", 1);
     lap("measure");
+
+    for (const PartWork& part : parts)
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share, part.fit.fallback,
+                                       part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+    result.report.partition = std::move(partition);
     return result;
 }
 

@@ -16,12 +16,27 @@ namespace {
 using model::CellKind;
 
 constexpr double k_border = 4e-6;  // of a face: more than float rounding moves a point between cells
-constexpr int k_max_corners = 20;
+constexpr int k_max_corners = 40;  // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
 constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corner samples of their own
 
 struct Stw {
     double s, t, w;
 };
+
+double domain_coordinate(Vec3d x, std::size_t k)
+{
+    switch (k) {
+        case 0: return x.x;
+        case 1: return x.y;
+        case 2: return x.z;
+        case 3: return x.x + x.y;
+        case 4: return x.x - x.y;
+        case 5: return x.x + x.z;
+        case 6: return x.x - x.z;
+        case 7: return x.y + x.z;
+        default: return x.y - x.z;
+    }
+}
 
 /// A triangle's footprint on a face, clipped; w is affine over it.
 struct Polygon {
@@ -85,10 +100,12 @@ std::uint16_t code_of_deviation(double e, double w_step)
 
 class Baker {
 public:
-    Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartBox& box, std::uint32_t base,
-          const CentralOptions& options)
+    Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain,
+          std::span<const std::uint32_t> own_triangles, std::uint32_t base, const CentralOptions& options)
         : context_(context), sq_(sq), options_(options), base_(base)
     {
+        own_.assign(context.mesh.triangles.size(), 0);
+        for (const std::uint32_t t : own_triangles) own_[t] = 1;
         out_.centre = centre;
         out_.base = base;
         centre_ = cast<double>(centre);
@@ -97,7 +114,7 @@ public:
                 out_.chart_rows[3 * i + j] = static_cast<float>(sq.rotation.row[i][j] / sq.a[i]);
                 rows_.row[i][j] = out_.chart_rows[3 * i + j];
             }
-        out_.box = box;
+        out_.domain = domain;
         out_.centre_winding = context.bvh.winding_number(centre_);
     }
 
@@ -112,65 +129,66 @@ public:
 private:
     bool buried(std::uint32_t triangle) const { return (context_.flags[triangle] & model::k_buried) != 0; }
 
-    /// Clips every triangle to the chart's box and spreads it over the faces.
+    /// Keeps the side of a convex polygon where value(corner) >= 0.
+    template <class Value>
+    void cut(std::vector<Vec3d>& polygon, Value&& value)
+    {
+        if (polygon.empty()) return;
+        scratch_.clear();
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+            const Vec3d a = polygon[i], b = polygon[(i + 1) % polygon.size()];
+            const double va = value(a), vb = value(b);
+            if (va >= 0) scratch_.push_back(a);
+            if ((va >= 0) != (vb >= 0)) scratch_.push_back(a + (va / (va - vb)) * (b - a));
+        }
+        polygon.swap(scratch_);
+    }
+
+    /// Clips every triangle to the chart's domain and spreads it over the faces.
     void project()
     {
         const std::size_t n = context_.mesh.vertices.size();
         x_.resize(n);
         for (std::size_t i = 0; i < n; ++i) x_[i] = rows_ * (context_.mesh.vertices[i] - centre_);
-        double lo[3], hi[3];
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = out_.box.lo[k] - k_border;
-            hi[k] = out_.box.hi[k] + k_border;
-        }
+        std::vector<Vec3d> polygon;
         for (std::uint32_t t = 0; t < context_.mesh.triangles.size(); ++t) {
             const mesh::Triangle& tri = context_.mesh.triangles[t];
-            bool outside = false;
-            for (int k = 0; k < 3 && !outside; ++k) {
-                const double a = x_[tri[0]][k], b = x_[tri[1]][k], c = x_[tri[2]][k];
-                outside = std::max({a, b, c}) < lo[k] || std::min({a, b, c}) > hi[k];
+            polygon.assign({x_[tri[0]], x_[tri[1]], x_[tri[2]]});
+            for (std::size_t k = 0; k < 9 && !polygon.empty(); ++k) {
+                double least = std::numeric_limits<double>::infinity(), most = -least;
+                for (const Vec3d& p : polygon) {
+                    const double v = domain_coordinate(p, k);
+                    least = std::min(least, v);
+                    most = std::max(most, v);
+                }
+                const double lo = out_.domain.lo[k] - k_border, hi = out_.domain.hi[k] + k_border;
+                if (most < lo || least > hi) polygon.clear();
+                if (least < lo) cut(polygon, [&](Vec3d p) { return domain_coordinate(p, k) - lo; });
+                if (most > hi) cut(polygon, [&](Vec3d p) { return hi - domain_coordinate(p, k); });
             }
-            if (!outside) project_triangle(t, lo, hi);
+            if (!polygon.empty()) spread(t, polygon);
         }
     }
 
-    void project_triangle(std::uint32_t t, const double lo[3], const double hi[3])
+    void spread(std::uint32_t t, const std::vector<Vec3d>& whole)
     {
-        const mesh::Triangle& tri = context_.mesh.triangles[t];
+        std::vector<Vec3d> polygon;
         for (int face = 0; face < model::k_faces; ++face) {
             const int m = face >> 1, iu = (m + 1) % 3, iv = (m + 2) % 3;
             const double sign = (face & 1) != 0 ? -1.0 : 1.0;
-            const double limit = sign > 0 ? hi[m] : -lo[m];
-            std::vector<Vec3d>& poly = scratch_;
-            poly.clear();
-            for (const std::uint32_t v : tri) poly.push_back({sign * x_[v][m], x_[v][iu], x_[v][iv]});
-            const auto cut = [&](auto&& value) {
-                if (poly.empty()) return;
-                scratch2_.clear();
-                for (std::size_t i = 0; i < poly.size(); ++i) {
-                    const Vec3d a = poly[i], b = poly[(i + 1) % poly.size()];
-                    const double va = value(a), vb = value(b);
-                    if (va >= 0) scratch2_.push_back(a);
-                    if ((va >= 0) != (vb >= 0)) scratch2_.push_back(a + (va / (va - vb)) * (b - a));
-                }
-                poly.swap(scratch2_);
-            };
+            polygon.clear();
+            for (const Vec3d& p : whole) polygon.push_back({sign * p[m], p[iu], p[iv]});
             const double e = 1 + k_border;
-            cut([](Vec3d p) { return p.x - 1e-4; });
-            cut([&](Vec3d p) { return e * p.x - p.y; });
-            cut([&](Vec3d p) { return e * p.x + p.y; });
-            cut([&](Vec3d p) { return e * p.x - p.z; });
-            cut([&](Vec3d p) { return e * p.x + p.z; });
-            cut([&](Vec3d p) { return limit - p.x; });
-            cut([&](Vec3d p) { return p.y - lo[iu]; });
-            cut([&](Vec3d p) { return hi[iu] - p.y; });
-            cut([&](Vec3d p) { return p.z - lo[iv]; });
-            cut([&](Vec3d p) { return hi[iv] - p.z; });
-            if (poly.empty()) continue;
-            Polygon polygon;
-            polygon.triangle = t;
-            for (const Vec3d& p : poly) polygon.corner[static_cast<std::size_t>(polygon.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
-            polygons_[face].push_back(polygon);
+            cut(polygon, [](Vec3d p) { return p.x - 1e-4; });
+            cut(polygon, [&](Vec3d p) { return e * p.x - p.y; });
+            cut(polygon, [&](Vec3d p) { return e * p.x + p.y; });
+            cut(polygon, [&](Vec3d p) { return e * p.x - p.z; });
+            cut(polygon, [&](Vec3d p) { return e * p.x + p.z; });
+            if (polygon.empty()) continue;
+            Polygon footprint;
+            footprint.triangle = t;
+            for (const Vec3d& p : polygon) footprint.corner[static_cast<std::size_t>(footprint.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
+            polygons_[face].push_back(footprint);
         }
     }
 
@@ -184,7 +202,7 @@ private:
                     hi = std::max(hi, p.corner[static_cast<std::size_t>(i)].w);
                 }
         if (!(hi > 0)) lo = hi = 1;
-        // Samples a little beyond the chart's box are kept for interpolation: leave them room.
+        // Samples a little beyond the chart's domain are kept for interpolation: leave them room.
         out_.w_min = static_cast<float>(0.9 * lo);
         out_.w_step = static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0);
         // d rho = dw / w^2, largest where w is least, in the longest axis.
@@ -307,6 +325,9 @@ private:
 
     std::uint16_t uniform() const { return out_.centre_winding > 0 ? 1 : 0; }
 
+    /// True while every cell still to come, and the quadrants of one more split a level, can have a record of its own.
+    bool has_room() const { return out_.specials.size() + cells_left_ + 4 * model::k_max_split_depth < 0x4000; }
+
     bool add_special(std::uint32_t offset, std::uint16_t& payload)
     {
         if (out_.specials.size() >= 0x4000) return false;
@@ -325,26 +346,34 @@ private:
     std::uint16_t bake_cell(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
                             const RaySample corner[4])
     {
-        bool any = false;
-        for (const Polygon& p : polys) any = any || !buried(p.triangle);
+        bool any = false, own = false;
+        for (const Polygon& p : polys) {
+            any = any || !buried(p.triangle);
+            own = own || (own_[p.triangle] != 0 && !buried(p.triangle));
+        }
         if (!any) return uniform();
+        const double tolerance = (own ? options_.tolerance : options_.foreign_tolerance) * context_.r_max;
 
         bool same = true;
         for (int i = 0; i < 4; ++i) same = same && corner[i].valid && corner[i].count == corner[0].count;
         double w_least = std::numeric_limits<double>::infinity();
         for (const Polygon& p : polys)
             for (int i = 0; i < p.count; ++i) w_least = std::min(w_least, p.corner[static_cast<std::size_t>(i)].w);
-        const bool may_split = depth < options_.max_depth && metric_size(face, size, w_least) > options_.finest * context_.r_max;
+        const bool has_depth = depth < options_.max_depth && has_room();
+        const double extent = metric_size(face, size, w_least) / context_.r_max;
         const int sheets = corner[0].count;
         std::uint16_t cell = 0;
         const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear ? measure_sheets(s0, t0, size, face, sheets, corner, polys) : Sheets{};
-        if (layers.valid && (layers.deviation <= options_.tolerance * context_.r_max || !may_split)) {
-            if (layers.deviation > options_.tolerance * context_.r_max) ++out_.rough_cells;
-            if (store_sheets(layers, cell)) return cell;
+        // A band much wider than a crease makes is a hidden fold: as much a silhouette as a missing crossing.
+        const bool folded = !layers.valid || layers.deviation > options_.silhouette * context_.r_max;
+        const bool may_split = has_depth && extent > (folded ? options_.silhouette : options_.finest);
+        if (layers.valid && (layers.deviation <= tolerance || !may_split)) {
+            if (layers.deviation > tolerance) ++out_.rough_cells;
+            if (store_sheets(layers, !own, cell)) return cell;
         }
-        if (may_split && bake_split(face, s0, t0, size, depth, polys, cell)) return cell;
+        if (may_split && bake_split(face, s0, t0, size, depth, polys, corner, cell)) return cell;
         ++out_.rough_cells;
-        return bake_mixed(face, s0, t0, size, polys);
+        return bake_mixed(face, s0, t0, size, !own, polys);
     }
 
     /// Bilinear surfaces through the corner crossings of a cell, with their certified deviations.
@@ -398,15 +427,16 @@ private:
         return out;
     }
 
-    bool store_sheets(const Sheets& sheets, std::uint16_t& cell)
+    bool store_sheets(const Sheets& sheets, bool foreign, std::uint16_t& cell)
     {
+        const std::uint32_t flag = foreign ? model::k_foreign : 0u;
         if (sheets.count == 1) {
-            cell = make_cell(CellKind::Single, sheets.code[0]);  // its corners are shared samples
+            cell = make_cell(CellKind::Single, sheets.code[0] | flag);  // its corners are shared samples
             return true;
         }
         std::uint16_t payload = 0;
         if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), payload)) return false;
-        out_.pool.push_back(static_cast<std::uint16_t>(sheets.count | 8));
+        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(sheets.count) | 8u | flag));
         for (int j = 0; j < sheets.count; ++j) {
             out_.pool.insert(out_.pool.end(), sheets.stored[j], sheets.stored[j] + 4);
             out_.pool.push_back(sheets.code[j]);
@@ -415,17 +445,15 @@ private:
         return true;
     }
 
-    bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys, std::uint16_t& cell)
+    bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys, const RaySample corner[4],
+                    std::uint16_t& cell)
     {
         std::uint16_t payload = 0;
         if (!add_special(0, payload)) return false;
         const double half = 0.5 * size;
         RaySample rays[9];
-        std::uint16_t samples[9];
-        for (int i = 0; i < 9; ++i) {
-            rays[i] = sample(face, s0 + half * (i % 3), t0 + half * (i / 3), polys);
-            samples[i] = stored_sample(rays[i]);
-        }
+        for (int i = 0; i < 9; ++i)
+            rays[i] = i % 2 == 0 && i != 4 ? corner[i % 3 / 2 + 2 * (i / 6)] : sample(face, s0 + half * (i % 3), t0 + half * (i / 3), polys);
         std::uint16_t children[4];
         for (int q = 0; q < 4; ++q) {
             const double s = s0 + half * (q & 1), t = t0 + half * (q >> 1);
@@ -436,18 +464,18 @@ private:
                 if (c.count > 0) inside.push_back(c);
             }
             const RaySample* r = rays + (q & 1) + 3 * (q >> 1);
-            const RaySample corner[4] = {r[0], r[1], r[3], r[4]};
-            children[q] = bake_cell(face, s, t, half, depth + 1, inside, corner);
+            const RaySample quadrant[4] = {r[0], r[1], r[3], r[4]};
+            children[q] = bake_cell(face, s, t, half, depth + 1, inside, quadrant);
         }
         out_.specials[payload] = static_cast<std::uint32_t>(out_.pool.size());
-        out_.pool.insert(out_.pool.end(), samples, samples + 9);
+        for (const int i : {1, 3, 4, 5, 7}) out_.pool.push_back(stored_sample(rays[i]));
         out_.pool.insert(out_.pool.end(), children, children + 4);
         cell = make_cell(CellKind::Split, payload);
         return true;
     }
 
     /// A cell whose rays do not all meet the same surfaces: one certified band, and planes through its middle ray.
-    std::uint16_t bake_mixed(int face, double s0, double t0, double size, const std::vector<Polygon>& polys)
+    std::uint16_t bake_mixed(int face, double s0, double t0, double size, bool foreign, const std::vector<Polygon>& polys)
     {
         double lo = std::numeric_limits<double>::infinity(), hi = 0;
         for (const Polygon& p : polys) {
@@ -457,7 +485,7 @@ private:
                 hi = std::max(hi, p.corner[static_cast<std::size_t>(i)].w);
             }
         }
-        // A middle ray whose point beyond the band lies in the chart's box tells the verdict there.
+        // A middle ray whose point beyond the band lies in the chart's domain tells the verdict there.
         static constexpr double k_rays[][2] = {{.5, .5}, {.25, .25}, {.75, .75}, {.25, .75}, {.75, .25}, {.05, .05}, {.95, .95}, {.05, .95}, {.95, .05}};
         RaySample chosen;
         double cs = s0 + 0.5 * size, ct = t0 + 0.5 * size;
@@ -469,7 +497,7 @@ private:
             int kept = 0;
             while (kept < r.count && r.w[static_cast<std::size_t>(kept)] >= lo * (1 - 1e-9)) ++kept;
             r.count = kept;
-            const bool reaches = beyond_is_in_box(face, s, t, lo * (1 - 1e-6));
+            const bool reaches = beyond_is_in_domain(face, s, t, lo * (1 - 1e-6));
             if (!chosen.valid || reaches) {
                 chosen = r;
                 cs = s;
@@ -490,16 +518,21 @@ private:
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
             throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
         }
-        out_.pool.push_back(static_cast<std::uint16_t>(sheets));
+        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(sheets) | (foreign ? model::k_foreign : 0u)));
         out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
         out_.pool.push_back(encode_up(hi * (1 + 3e-6)));
         for (int j = 0; j < sheets; ++j) {
             double ws = 0, wt = 0;
             plane_at(face, cs, ct, chosen.w[static_cast<std::size_t>(j)], polys, ws, wt);
-            // Stored at the middle of the cell; slopes that would leave the band are flattened.
+            // Stored at the middle of the cell; slopes that would cross another sheet or leave the band are flattened.
             const double reach = 0.5 * size;
-            const double limit = std::max(hi - lo, static_cast<double>(out_.w_step));
-            const double steep = std::max(std::abs(ws), std::abs(wt)) * reach;
+            double limit = std::max(hi - lo, static_cast<double>(out_.w_step));
+            const auto gap = [&](int other) {
+                return 0.45 * std::abs(chosen.w[static_cast<std::size_t>(j)] - chosen.w[static_cast<std::size_t>(other)]);
+            };
+            if (j > 0) limit = std::min(limit, gap(j - 1));
+            if (j + 1 < chosen.count) limit = std::min(limit, gap(j + 1));
+            const double steep = (std::abs(ws) + std::abs(wt)) * reach;
             const double flatten = steep > limit ? limit / steep : 1;
             ws *= flatten;
             wt *= flatten;
@@ -549,15 +582,15 @@ private:
         }
     }
 
-    bool beyond_is_in_box(int face, double s, double t, double w) const
+    bool beyond_is_in_domain(int face, double s, double t, double w) const
     {
         const int m = face >> 1;
-        double x[3];
+        Vec3d x;
         x[m] = ((face & 1) != 0 ? -1.0 : 1.0) / w;
         x[(m + 1) % 3] = s / w;
         x[(m + 2) % 3] = t / w;
-        for (int k = 0; k < 3; ++k)
-            if (x[k] < out_.box.lo[k] || x[k] > out_.box.hi[k]) return false;
+        for (std::size_t k = 0; k < 9; ++k)
+            if (domain_coordinate(x, k) < out_.domain.lo[k] || domain_coordinate(x, k) > out_.domain.hi[k]) return false;
         return true;
     }
 
@@ -601,13 +634,14 @@ private:
         const auto n = static_cast<int>(base_);
         const double size = 2.0 / n;
         const int blocks = n / model::k_block;
+        cells_left_ = model::k_faces * base_ * base_;
         for (int face = 0; face < model::k_faces; ++face) {
             std::vector<std::vector<Polygon>> bins(static_cast<std::size_t>(n * n));
             for (const Polygon& p : polygons_[face]) bin(p, size, n, bins);
             std::vector<RaySample> rays;
             for (int row = 0; row <= n; ++row)
                 for (int column = 0; column <= n; ++column) {
-                    // All four cells around: a surface that leaves the chart's box may be listed in one of them only.
+                    // All four cells around: a surface that leaves the chart's domain may be listed in one of them only.
                     std::vector<Polygon> polys;
                     for (int q = 0; q < 4; ++q) {
                         const int r = row - (q >> 1), c = column - (q & 1);
@@ -624,12 +658,13 @@ private:
                 if (options_.exact) out_.rows.push_back(static_cast<std::uint32_t>(out_.refs.size()));
                 for (int column = 0; column < n; ++column) {
                     const auto& polys = bins[static_cast<std::size_t>(row * n + column)];
+                    --cells_left_;
                     const RaySample* r = rays.data() + row * (n + 1) + column;
                     const RaySample corner[4] = {r[0], r[1], r[n + 1], r[n + 2]};
                     out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
                     model::Block& block = pyramid[static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block)];
                     for (const Polygon& p : polys) {
-                        if (buried(p.triangle)) continue;
+                        if (buried(p.triangle) || own_[p.triangle] == 0) continue;
                         for (int i = 0; i < p.count; ++i) {
                             block.lo = std::min(block.lo, encode_down(p.corner[static_cast<std::size_t>(i)].w));
                             block.hi = std::max(block.hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
@@ -685,32 +720,35 @@ private:
     CentralMapData out_;
     Vec3d centre_;
     Mat3d rows_;
+    std::vector<std::uint8_t> own_;  ///< #triangles
     std::vector<Vec3d> x_;
     std::vector<Polygon> polygons_[model::k_faces];
-    std::vector<Vec3d> scratch_, scratch2_;
+    std::vector<Vec3d> scratch_;
     std::vector<std::uint32_t> local_index_;
+    std::size_t cells_left_ = 0;  ///< base cells not baked yet
 };
 
 }  // namespace
 
-ChartBox chart_box(const shape::Superquadricd& sq, Vec3f centre, std::span<const Vec3d> points)
+ChartDomain chart_domain(const shape::Superquadricd& sq, Vec3f centre, std::span<const Vec3d> points)
 {
-    // The centre too: the way from it to any point of the box then stays in the box.
-    Vec3d lo{}, hi{};
+    // The centre is in it: the way from there to any point of the domain then stays in the domain.
+    double lo[9] = {}, hi[9] = {};
     for (const Vec3d& p : points) {
         const Vec3d q = sq.rotation * (p - cast<double>(centre));
-        for (int i = 0; i < 3; ++i) {
-            lo[i] = std::min(lo[i], q[i] / sq.a[i]);
-            hi[i] = std::max(hi[i], q[i] / sq.a[i]);
+        const Vec3d x{q.x / sq.a.x, q.y / sq.a.y, q.z / sq.a.z};
+        for (std::size_t k = 0; k < 9; ++k) {
+            lo[k] = std::min(lo[k], domain_coordinate(x, k));
+            hi[k] = std::max(hi[k], domain_coordinate(x, k));
         }
     }
     constexpr double k_hair = 2e-5;
-    ChartBox box;
-    for (int i = 0; i < 3; ++i) {
-        box.lo[i] = static_cast<float>(lo[i] - k_hair);
-        box.hi[i] = static_cast<float>(hi[i] + k_hair);
+    ChartDomain domain;
+    for (std::size_t k = 0; k < 9; ++k) {
+        domain.lo[k] = static_cast<float>(lo[k] - k_hair);
+        domain.hi[k] = static_cast<float>(hi[k] + k_hair);
     }
-    return box;
+    return domain;
 }
 
 Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& sq, std::span<const std::uint32_t> own)
@@ -779,9 +817,10 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
 }
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                const ChartBox& box, std::uint32_t base, const CentralOptions& options)
+                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
+                                std::uint32_t base, const CentralOptions& options)
 {
-    return Baker(context, superquadric, centre, box, base, options).run();
+    return Baker(context, superquadric, centre, domain, own_triangles, base, options).run();
 }
 
 }  // namespace sqmap::bake

@@ -20,16 +20,19 @@ struct SurfaceContext {
 };
 
 struct CentralOptions {
-    double tolerance = 0.001;    ///< a cell is split while its certified deviation exceeds this share of R_max
-    double finest = 0.007;       ///< cells below this share of R_max are not split further
+    double tolerance = 0.001;          ///< a cell is split while its certified deviation exceeds this share of R_max
+    double foreign_tolerance = 0.003;  ///< the same where no surface is the part's own: only verdicts are read there
+    double finest = 0.0055;            ///< cells below this share of R_max are not split for their deviation
+    double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
     int max_depth = model::k_max_split_depth;
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split
     bool exact = true;
 };
 
-/// A box in the superquadric's frame divided by its axes, relative to the projection centre.
-struct ChartBox {
-    float lo[3], hi[3];
+/// Where a chart answers: bounds of x, y, z, x+y, x-y, x+z, x-z, y+z, y-z in the superquadric's frame divided by its
+/// axes, relative to the projection centre.
+struct ChartDomain {
+    float lo[9], hi[9];
 };
 
 /// One part's arrays, offsets relative to the part.
@@ -37,7 +40,7 @@ struct CentralMapData {
     Vec3f centre;
     int centre_winding = 0;
     float chart_rows[9];
-    ChartBox box;
+    ChartDomain domain;
     float w_min = 0, w_step = 1;
     std::uint32_t base = 0;
     std::vector<std::uint16_t> samples, cells;
@@ -63,11 +66,12 @@ struct CentralMapData {
 [[nodiscard]] Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& superquadric,
                                   std::span<const std::uint32_t> own_triangles);
 
-/// The smallest box that holds the points, and a hair more.
-[[nodiscard]] ChartBox chart_box(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
+/// The smallest domain that holds the points and the centre, and a hair more.
+[[nodiscard]] ChartDomain chart_domain(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
 
-/// box: where the chart must answer: the corners of the part and its caps, which hold all of the solid that is its.
+/// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the solid that is its.
 [[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                              const ChartBox& box, std::uint32_t base, const CentralOptions& options);
+                                              const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
+                                              std::uint32_t base, const CentralOptions& options);
 
 }  // namespace sqmap::bake

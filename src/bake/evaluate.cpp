@@ -1,5 +1,7 @@
 #include "sqmap/bake/evaluate.h"
 
+#include "sqmap/query/normal_projection.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -46,17 +48,17 @@ Distribution summarize(std::vector<double> values)
 bool in_chart(const model::Part& part, Vec3f p)
 {
     const Vec3f d = p - model::vec3(part.chart_centre);
-    for (int i = 0; i < 3; ++i) {
-        const float x = dot(model::vec3(part.chart_rows + 3 * i), d);
-        if (x < part.chart_lo[i] || x > part.chart_hi[i]) return false;
-    }
+    const Vec3f x{dot(model::vec3(part.chart_rows), d), dot(model::vec3(part.chart_rows + 3), d), dot(model::vec3(part.chart_rows + 6), d)};
+    const float v[9] = {x.x, x.y, x.z, x.x + x.y, x.x - x.y, x.x + x.z, x.x - x.z, x.y + x.z, x.y - x.z};
+    for (int i = 0; i < 9; ++i)
+        if (v[i] < part.chart_lo[i] || v[i] > part.chart_hi[i]) return false;
     return true;
 }
 
 bool in_superquadric(const model::Part& part, Vec3f p)
 {
     const Vec3f offset = p - model::vec3(part.sphere);
-    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && in_chart(part, p) && shape::implicit(model::superquadric_of(part), p) <= 1.f;
+    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && shape::implicit(model::superquadric_of(part), p) <= 1.f;
 }
 
 /// Signed distance from p to the solid's nearest boundary crossing on the ray from centre through p, within the part's
@@ -80,6 +82,31 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
         winding = next;
     }
     return found;
+}
+
+/// Eq. 35 for the paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal.
+bool error_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p, query::Layer layer, double& error)
+{
+    query::ProjectionOptions options;
+    options.layer = layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
+    const query::PartAnswer answer = query::project(model::normal_map_of(model, part), p, options);
+    constexpr unsigned k_no_distance = query::k_projection_cap | query::k_projection_miss | query::k_projection_behind | query::k_projection_unproven;
+    if (answer.verdict == query::Verdict::Outside || (answer.flags & k_no_distance) != 0) return false;
+    // From a little outside, so that a surface that touches the superquadric is met.
+    const double lift = 1e-5 * model.header.r_max;
+    const Vec3d n = cast<double>(answer.foot_normal), origin = cast<double>(answer.foot) + lift * n;
+    std::vector<mesh::Bvh::Crossing> crossings;
+    if (!solid.bvh().ray_crossings(origin, -n, crossings)) return false;
+    int winding = solid.bvh().winding_number(origin);
+    for (const mesh::Bvh::Crossing& c : crossings) {
+        const int next = winding - c.sign;
+        if ((next > 0) != (winding > 0)) {
+            error = std::abs(c.t - lift - static_cast<double>(answer.map_distance));
+            return next > 0;
+        }
+        winding = next;
+    }
+    return false;
 }
 
 }  // namespace
@@ -151,6 +178,7 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
 Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const double r_max = model.header.r_max;
+    const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
     Evaluation e;
     std::vector<double> eq35, depth, normal;
     std::vector<std::pair<double, Vec3d>> worst;
@@ -191,8 +219,14 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             }
         }
         for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
-            if (!in_superquadric(model.parts[i], p)) continue;
+            if (!in_superquadric(model.parts[i], p) || !(is_normal || in_chart(model.parts[i], p))) continue;
             ++in_some;
+            if (is_normal) {
+                double error = 0;
+                if (error_along_normal(model, i, solid, p, options.layer, error)) eq35.push_back(100 * error / r_max);
+                else ++left_out;
+                break;
+            }
             double exact = 0;
             float mapped = 0;
             const bool has_exact = exact_along_ray(solid, model.parts[i], q, exact);

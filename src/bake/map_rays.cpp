@@ -4,6 +4,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 namespace sqmap::bake {
@@ -80,7 +82,8 @@ std::optional<MapRays::Hit> MapRays::first_hit(Vec3d origin, Vec3d direction, do
     return Hit{agree ? fine : coarse, r.hit.primID, along < 0};
 }
 
-MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to, double lift) const
+MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to, double lift,
+                                        std::vector<Gap>* gaps) const
 {
     constexpr int k_most_crossings = 64;
     constexpr double k_far = 1e6, k_step = 2e-6;
@@ -99,15 +102,26 @@ MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to
     int winding = -sum;
     const bool plausible = winding == 0 ? count == 0 || hits[0].entering : winding == 1 && count > 0 && !hits[0].entering;
     if (!plausible) winding = implementation_->bvh.winding_number(start);
-    if (winding > 0) return {Kind::Cap, 0, 0};
-    for (int i = 0; i < count; ++i) {
+    Surface first;
+    bool inside = winding > 0, found = inside;
+    if (inside) first.kind = Kind::Cap;
+    for (int i = 0; i < count && hits[i].distance - lift <= to; ++i) {
         winding += hits[i].entering ? 1 : -1;
-        if (winding <= 0) continue;
-        const double distance = hits[i].distance - lift;
-        if (distance > to) break;
-        return {Kind::Hit, distance > 0 ? distance : 0, hits[i].triangle};
+        const double distance = std::max(hits[i].distance - lift, 0.0);
+        if (inside == (winding > 0)) continue;
+        inside = winding > 0;
+        if (!found) {
+            found = true;
+            first = {Kind::Hit, distance, hits[i].triangle};
+        } else if (gaps) {
+            if (!inside)
+                gaps->push_back({distance, std::numeric_limits<double>::infinity()});
+            else if (!gaps->empty())
+                gaps->back().enter = distance;
+        }
+        if (!gaps) break;
     }
-    return {Kind::Miss, 0, 0};
+    return first;
 }
 
 }  // namespace sqmap::bake

@@ -18,7 +18,6 @@ using model::k_map_largest;
 using model::k_map_miss;
 using model::NormalMapView;
 using model::VertexCorrection;
-using shape::Arc;
 using shape::Superquadricd;
 using shape::Superquadricf;
 using Kind = MapRays::Kind;
@@ -257,6 +256,38 @@ std::vector<std::uint32_t> vertices_of(const mesh::Mesh& m, std::span<const std:
     return out;
 }
 
+// Openings behind the first surface, where some point of them has its foot at this sample: the line of a deeper point
+// leads to another foot, and its openings are stored there.
+void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
+{
+    const NormalMapView view = map.view();
+    const double scale = static_cast<double>(map.distance_scale);
+    std::vector<MapRays::Gap> gaps;
+    map.gap_rows.assign(static_cast<std::size_t>(grid.rows) + 1, 0);
+    for (int i = 0; i < grid.rows; ++i)
+        for (int j = 0; j < grid.columns; ++j) {
+            if (grid.at(i, j).kind == Kind::Miss) continue;
+            const shape::SurfacePoint<double> s = caster.at(grid.angles(i, j));
+            gaps.clear();
+            static_cast<void>(caster.rays.surface_along(s.point, -s.normal, caster.reach, caster.lift, &gaps));
+            if (gaps.empty()) continue;
+            const double cell = 2 * (norm(s.point - caster.at(grid.angles(i + (i + 1 < grid.rows ? 1 : -1), j)).point) +
+                                     norm(s.point - caster.at(grid.angles(i, j + 1)).point));
+            for (const MapRays::Gap& gap : gaps) {
+                const Vec3d start = s.point - (gap.leave + caster.lift) * s.normal;
+                if (gap.leave > scale * k_map_largest || shape::implicit(caster.sq, start) > 1) break;
+                const shape::Foot<float> foot = query::find_foot(view, sqmap::cast<float>(start), query::Projector::Newton);
+                if (norm(sqmap::cast<double>(foot.point) - s.point) > cell) break;
+                const double enter = std::round(gap.enter / scale);
+                map.gaps.push_back({static_cast<std::uint16_t>(j), static_cast<std::uint16_t>(std::round(gap.leave / scale)),
+                                    enter > k_map_largest ? k_map_miss : static_cast<std::uint16_t>(enter)});
+                ++map.gap_rows[static_cast<std::size_t>(i) + 1];
+            }
+        }
+    for (std::size_t i = 1; i < map.gap_rows.size(); ++i) map.gap_rows[i] += map.gap_rows[i - 1];
+    map.report.gaps = static_cast<std::uint32_t>(map.gaps.size());
+}
+
 shape::Foot<double> exact_foot(const Superquadricd& sq, const NormalMapView& view, Vec3d p)
 {
     const shape::Foot<float> start = query::find_foot(view, sqmap::cast<float>(p), query::Projector::Newton);
@@ -427,6 +458,7 @@ NormalMapView NormalMap::view() const
     v.eta_count = eta_count;
     v.omega_count = omega_count;
     v.subdivisions = subdivisions;
+    v.vertex_count = vertex_count;
     v.distance_scale = distance_scale;
     v.offset_scale = offset_scale;
     v.quantization_error = quantization_error;
@@ -435,6 +467,8 @@ NormalMapView NormalMap::view() const
     v.cuts = cuts;
     v.correction_rows = correction_rows;
     v.corrections = corrections;
+    v.gap_rows = gap_rows;
+    v.gaps = gaps;
     v.offset = offset;
     v.seed_count = seed_count;
     v.seeds_mirrored = seeds_mirrored;
@@ -446,22 +480,9 @@ NormalMapView NormalMap::view() const
 
 std::size_t NormalMap::stored_bytes() const
 {
-    return sizeof(superquadric) + 7 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() + offset.size() +
-           4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + sizeof(FootSeed) * seeds.size();
-}
-
-void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Arc<float>> columns)
-{
-    // The angles in double: the poles' cosine must be 0, not the sine of a rounding error.
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double eta = k_pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
-        const bool pole = i == 0 || i + 1 == rows.size();
-        rows[i] = shape::arc_through(pole ? 0.0f : static_cast<float>(std::cos(eta)), static_cast<float>(std::sin(eta)), sq.eps1);
-    }
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-        const double omega = 2 * k_pi * static_cast<double>(j) / static_cast<double>(columns.size()) - k_pi;
-        columns[j] = shape::arc_through(static_cast<float>(std::cos(omega)), static_cast<float>(std::sin(omega)), sq.eps2);
-    }
+    return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() + offset.size() +
+           4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() +
+           4 * gap_rows.size() + sizeof(model::MapGap) * gaps.size() + sizeof(FootSeed) * seeds.size();
 }
 
 NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
@@ -494,7 +515,7 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, level - 2));
     map.rows.resize(map.eta_count);
     map.columns.resize(map.omega_count);
-    grid_arcs(map.superquadric, map.rows, map.columns);
+    model::grid_arcs(map.superquadric, map.rows, map.columns);
     make_seeds(sq, map);
 
     double largest = 0;
@@ -526,8 +547,10 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     for (const double d : delta)
         map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
 
+    map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());
     if (options.corrections)
         add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);
+    if (options.gaps) add_gaps(caster, grid, map);
     map.report.q2_share = q2_share(caster, map.view(), triangles);
     return map;
 }

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 
 namespace sqmap::decompose {
@@ -60,7 +61,7 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         bool first = true;
         for (const LocaleCut& other : rises) {
             const bool close = std::abs(other.level - rise.level) < rise.radius;
-            const double weight = close ? 1.0 : (other.level > rise.level && other.radius < 2 * rise.radius ? 0.6 : 0.0);
+            const double weight = close ? 1.0 : (other.level > rise.level && other.radius < 1.5 * rise.radius ? 0.6 : 0.0);
             first = first && weight * other.strength <= rise.strength;
         }
         if (first) return rise;
@@ -85,8 +86,8 @@ public:
         curvature_ = out.curvature;
         partition_ = components(surface_);
         for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_, options_.salient_window * root_area_, options_.salient_prominence))
-            out.salient_triangles.push_back(geodesics_.around(v).front());
-        cut_salient(out.salient_triangles);
+            out.salient_vertices.push_back(v);
+        cut_salient(out.salient_vertices);
         cut_bends();
         merge_fragments();
         order_by_area(surface_, partition_);
@@ -97,17 +98,27 @@ public:
 private:
     // Where locales start: a salient feature, or the rim that the last cut of that feature left on the body.
     struct Front {
-        std::vector<std::uint32_t> sources;
+        std::vector<std::uint32_t> sources;  // vertices
+        std::vector<std::uint32_t> ahead;    // triangles at the sources, on the side where it goes on
         double height = 0;  // geodesic height of what was cut off before
         double least_level = 0;  // cuts up to here were tried in vain
+        LocaleCut cut{};         // the cut that waits
     };
 
     LocaleCut locale_cut(const Front& front, std::vector<std::uint32_t>& triangles, std::vector<double>& field)
     {
-        const std::uint32_t part = partition_.part_of_triangle[front.sources.front()];
+        const std::uint32_t part = main_part(front.ahead);
         triangles = triangles_of(partition_, part);
         geodesics_.run(front.sources, field, k_unreached, partition_.part_of_triangle, part);
         return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height, front.least_level, least_area_, options_);
+    }
+
+    // The part that has most of the area of some triangles.
+    std::uint32_t main_part(std::span<const std::uint32_t> triangles) const
+    {
+        std::vector<double> area(partition_.part_count, 0.0);
+        for (const auto t : triangles) area[partition_.part_of_triangle[t]] += surface_.area[t];
+        return static_cast<std::uint32_t>(std::max_element(area.begin(), area.end()) - area.begin());
     }
 
     double area_of(std::span<const std::uint32_t> triangles) const
@@ -129,33 +140,49 @@ private:
             queue.emplace_back(area, front);
             std::push_heap(queue.begin(), queue.end(), std::greater<>());
         };
+        const auto propose = [&](std::size_t f) {
+            fronts[f].cut = locale_cut(fronts[f], triangles, field);
+            if (fronts[f].cut.found) push(fronts[f].cut.area, f);
+        };
         for (const auto f : features) {
-            fronts.push_back({{f}, 0, 0});
-            if (const LocaleCut cut = locale_cut(fronts.back(), triangles, field); cut.found) push(cut.area, fronts.size() - 1);
+            fronts.push_back({{f}, {geodesics_.around(f).begin(), geodesics_.around(f).end()}});
+            propose(fronts.size() - 1);
         }
         while (!queue.empty() && partition_.part_count < options_.maximum_parts) {
             std::pop_heap(queue.begin(), queue.end(), std::greater<>());
             const auto [area, f] = queue.back();
             queue.pop_back();
-            const LocaleCut cut = locale_cut(fronts[f], triangles, field);
-            if (!cut.found) continue;
+            // The body may have lost what made the rise (the other ear or leg): then the cut found before still stands.
+            LocaleCut cut = locale_cut(fronts[f], triangles, field);
+            if (!cut.found || cut.level > fronts[f].cut.level + fronts[f].cut.radius) cut = fronts[f].cut;
             if (!queue.empty() && cut.area > 1.01 * area && cut.area > queue.front().first) {  // no longer the smallest
+                fronts[f].cut = cut;
                 push(cut.area, f);
                 continue;
             }
-            const std::uint32_t source = fronts[f].sources.front();
-            const auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
-            const double slender = (fronts[f].height > 0 ? 0 : cut.level) / cut.radius;
+            const std::uint32_t part = main_part(fronts[f].ahead);
+            auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
+            // A locale that meets a slanted crease only in part: once more around the cut itself, kept if it is a better crease.
+            if (auto again = around_cut(triangles, near, 0.7 * cut.radius, cut.radius);
+                mean_concavity(surface_, triangles, again, cut.radius) > mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
+                near = std::move(again);
             const double concave = mean_concavity(surface_, triangles, near, cut.radius);
-            // Parts meet in a concavity (the minima rule), unless what is cut off is slender beyond doubt.
-            const bool meets = concave > options_.boundary_concavity || slender > 2 * options_.protrusion_ratio;
-            if (!meets || apply_cut(surface_, partition_, partition_.part_of_triangle[source], triangles, near, CutKind::Salient, least_area_) < 2) {
+            if (concave < options_.boundary_concavity)  // nothing to hold on to: stay at the locale
+                near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 0.4 * cut.radius, cut.radius);
+            // Parts meet in a concavity (the minima rule), unless a feature is slender or set off beyond doubt.
+            const bool clear = fronts[f].height == 0 && (cut.level > 2 * options_.protrusion_ratio * cut.radius ||
+                                                         cut.strength > 2 * options_.boundary_strength);
+            const bool meets = clear || concave > options_.boundary_concavity;
+            if (!meets || apply_cut(surface_, partition_, part, triangles, near, CutKind::Salient, least_area_) < 2) {
                 fronts[f].least_level = cut.level + 0.5 * cut.radius;
-                if (const LocaleCut next = locale_cut(fronts[f], triangles, field); next.found) push(next.area, f);
+                propose(f);
                 continue;
             }
-            const std::uint32_t piece = partition_.part_of_triangle[source];
-            Front rim{{}, fronts[f].height + cut.level, 0};
+            std::vector<std::uint32_t> cut_off;
+            for (std::size_t i = 0; i < triangles.size(); ++i)
+                if (near[i]) cut_off.push_back(triangles[i]);
+            const std::uint32_t piece = main_part(cut_off);
+            Front rim{{}, {}, fronts[f].height + cut.level};
             std::uint32_t body = mesh::k_no_triangle;  // the rim lies on the largest neighbour
             double longest = 0;
             for (const Boundary& b : partition_.boundaries)
@@ -163,42 +190,70 @@ private:
                     longest = b.length;
                     body = b.part_a == piece ? b.part_b : b.part_a;
                 }
-            for (const auto t : triangles) {
-                if (partition_.part_of_triangle[t] != body) continue;
-                for (const auto o : surface_.graph.neighbours[t])
-                    if (o != mesh::k_no_triangle && partition_.part_of_triangle[o] == piece) {
-                        rim.sources.push_back(t);
-                        break;
-                    }
-            }
+            for (const auto t : triangles)
+                for (int e = 0; e < 3; ++e) {
+                    const std::uint32_t o = surface_.graph.neighbours[t][e];
+                    if (partition_.part_of_triangle[t] != body || o == mesh::k_no_triangle || partition_.part_of_triangle[o] != piece) continue;
+                    rim.sources.push_back(mesh_.triangles[t][e]);
+                    rim.sources.push_back(mesh_.triangles[t][(e + 1) % 3]);
+                    rim.ahead.push_back(t);
+                }
             if (rim.sources.empty()) continue;
             fronts.push_back(std::move(rim));
-            if (const LocaleCut next = locale_cut(fronts.back(), triangles, field); next.found) push(next.area, fronts.size() - 1);
+            propose(fronts.size() - 1);
         }
     }
 
-    // The rims of a part: triangles on its boundary with other parts, by loop.
-    std::vector<std::vector<std::uint32_t>> rims_of(std::uint32_t part, std::span<const std::uint32_t> triangles)
+    // The best cut within a geodesic band around a cut.
+    std::vector<std::uint8_t> around_cut(std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double band, double radius)
     {
-        std::vector<std::vector<std::uint32_t>> rims;
-        std::vector<std::uint8_t> state(surface_.area.size(), 0);  // 1: on a rim, 2: taken
-        const auto rim_vertex = [&](std::uint32_t v) {
-            const auto around = geodesics_.around(v);
-            return std::any_of(around.begin(), around.end(), [&](auto t) { return partition_.part_of_triangle[t] != part; });
-        };
+        std::vector<std::uint8_t> side(surface_.area.size(), 2);
+        for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+        std::vector<std::uint32_t> sources;
         for (const auto t : triangles)
-            if (rim_vertex(mesh_.triangles[t][0]) || rim_vertex(mesh_.triangles[t][1]) || rim_vertex(mesh_.triangles[t][2])) state[t] = 1;
-        for (const auto seed : triangles) {
-            if (state[seed] != 1) continue;
-            rims.emplace_back(1, seed);
-            state[seed] = 2;
-            for (std::size_t i = 0; i < rims.back().size(); ++i)
-                for (const auto o : surface_.graph.neighbours[rims.back()[i]])
-                    if (o != mesh::k_no_triangle && state[o] == 1) {
-                        state[o] = 2;
-                        rims.back().push_back(o);
-                    }
+            for (int e = 0; e < 3; ++e) {
+                const std::uint32_t o = surface_.graph.neighbours[t][e];
+                if (o == mesh::k_no_triangle || side[o] == 2 || side[o] == side[t]) continue;
+                sources.push_back(mesh_.triangles[t][e]);
+                sources.push_back(mesh_.triangles[t][(e + 1) % 3]);
+            }
+        if (sources.empty()) return near;
+        std::vector<double> distance;
+        geodesics_.run(sources, distance, k_unreached, partition_.part_of_triangle, partition_.part_of_triangle[triangles.front()]);
+        auto field = at_triangles(mesh_, distance);
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            if (near[i]) field[triangles[i]] *= -1;
+        return best_cut(surface_, triangles, field, 0.0, band, radius);
+    }
+
+    // The rims of a part: the vertices of its border with other parts, by loop, the most protruding loop first.
+    std::vector<std::vector<std::uint32_t>> rims_of(std::uint32_t part, std::span<const std::uint32_t> triangles) const
+    {
+        std::map<std::uint32_t, std::vector<std::uint32_t>> next;  // along the border, both ways
+        for (const auto t : triangles)
+            for (int e = 0; e < 3; ++e) {
+                const std::uint32_t o = surface_.graph.neighbours[t][e];
+                if (o != mesh::k_no_triangle && partition_.part_of_triangle[o] == part) continue;
+                const std::uint32_t a = mesh_.triangles[t][e], b = mesh_.triangles[t][(e + 1) % 3];
+                next[a].push_back(b);
+                next[b].push_back(a);
+            }
+        std::vector<std::vector<std::uint32_t>> rims;
+        while (!next.empty()) {
+            auto& rim = rims.emplace_back(1, next.begin()->first);
+            for (std::size_t i = 0; i < rim.size(); ++i)
+                if (auto node = next.extract(rim[i]); !node.empty())
+                    for (const auto v : node.mapped())
+                        if (next.contains(v)) rim.push_back(v);
+            std::sort(rim.begin(), rim.end());
+            rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
         }
+        const auto height = [&](const std::vector<std::uint32_t>& rim) {
+            double sum = 0;
+            for (const auto v : rim) sum += protrusion_[v];
+            return sum / static_cast<double>(rim.size());
+        };
+        std::stable_sort(rims.begin(), rims.end(), [&](const auto& a, const auto& b) { return height(a) > height(b); });
         return rims;
     }
 
@@ -225,7 +280,7 @@ private:
             std::vector<double> other;
             geodesics_.run(rims[1], other, k_unreached, partition_.part_of_triangle, part);
             double length = 0;
-            for (const auto t : rims[1]) length += field[mesh_.triangles[t][0]] / static_cast<double>(rims[1].size());
+            for (const auto v : rims[1]) length += field[v] / static_cast<double>(rims[1].size());
             for (const auto v : geodesics_.reached()) field[v] = field[v] + other[v] > 0 ? length * field[v] / (field[v] + other[v]) : 0;
         }
         const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
@@ -243,9 +298,10 @@ private:
         for (std::size_t k = 1; k + 1 < l.area.size(); ++k) {
             inside += l.area[k - 1];
             sum += bending(k - 1);
-            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_) continue;
             const double radius = l.mean_radius(static_cast<std::ptrdiff_t>(k) - 1, static_cast<std::ptrdiff_t>(k) + 2);
-            const auto near = best_cut(surface_, triangles, at_centres, l.width * static_cast<double>(k), 0.5 * radius, radius);
+            const double level = l.width * static_cast<double>(k), rest = l.width * static_cast<double>(l.area.size() - k);
+            if (sum < total / pieces || !hyperbolic(k) || inside < least_area_ || std::min(level, rest) < radius) continue;
+            const auto near = best_cut(surface_, triangles, at_centres, level, 0.5 * radius, radius);
             if (apply_cut(surface_, partition_, part, triangles, near, CutKind::Curvature, least_area_) > 1) return true;
         }
         return false;
@@ -253,14 +309,10 @@ private:
 
     std::uint32_t most_protruding(std::span<const std::uint32_t> triangles) const
     {
-        std::uint32_t best = triangles.front();
-        double highest = -1;
+        std::uint32_t best = mesh_.triangles[triangles.front()][0];
         for (const auto t : triangles)
             for (const auto v : mesh_.triangles[t])
-                if (protrusion_[v] > highest) {
-                    highest = protrusion_[v];
-                    best = t;
-                }
+                if (protrusion_[v] > protrusion_[best]) best = v;
         return best;
     }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace sqmap::decompose {
 
@@ -42,25 +43,42 @@ GeodesicSolver::GeodesicSolver(const mesh::Mesh& mesh) : mesh_(mesh), first_(mes
         for (const auto v : mesh.triangles[t]) triangles_[next[v]++] = t;
 }
 
-void GeodesicSolver::run(std::span<const std::uint32_t> sources, std::vector<double>& distance, double limit,
-                         std::span<const std::uint32_t> mask, std::uint32_t label)
+void GeodesicSolver::start(std::vector<double>& distance)
 {
     distance.assign(mesh_.vertices.size(), k_unreached);
     for (const auto v : reached_) done_[v] = 0;
     reached_.clear();
     heap_.clear();
-    const auto later = [](const auto& a, const auto& b) { return a > b; };
-    const auto offer = [&](std::uint32_t v, double d) {
-        if (d < distance[v] && d <= limit) {
-            distance[v] = d;
-            heap_.emplace_back(d, v);
-            std::push_heap(heap_.begin(), heap_.end(), later);
-        }
-    };
-    for (const auto s : sources)
-        for (const auto v : mesh_.triangles[s]) offer(v, norm(mesh_.vertices[v] - mesh::triangle_centroid(mesh_, s)));
+}
+
+void GeodesicSolver::offer(std::uint32_t v, double d, double limit, std::vector<double>& distance)
+{
+    if (d >= distance[v] || d > limit) return;
+    distance[v] = d;
+    heap_.emplace_back(d, v);
+    std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+}
+
+void GeodesicSolver::run(std::span<const std::uint32_t> sources, std::vector<double>& distance, double limit,
+                         std::span<const std::uint32_t> mask, std::uint32_t label)
+{
+    start(distance);
+    for (const auto v : sources) offer(v, 0.0, limit, distance);
+    march(distance, limit, mask, label);
+}
+
+void GeodesicSolver::run_from_triangle(std::uint32_t triangle, std::vector<double>& distance, double limit)
+{
+    start(distance);
+    for (const auto v : mesh_.triangles[triangle])
+        offer(v, norm(mesh_.vertices[v] - mesh::triangle_centroid(mesh_, triangle)), limit, distance);
+    march(distance, limit, {}, 0);
+}
+
+void GeodesicSolver::march(std::vector<double>& distance, double limit, std::span<const std::uint32_t> mask, std::uint32_t label)
+{
     while (!heap_.empty()) {
-        std::pop_heap(heap_.begin(), heap_.end(), later);
+        std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
         const auto [d, v] = heap_.back();
         heap_.pop_back();
         if (done_[v] || d > distance[v]) continue;
@@ -72,11 +90,10 @@ void GeodesicSolver::run(std::span<const std::uint32_t> sources, std::vector<dou
             const int i = tri[0] == v ? 0 : (tri[1] == v ? 1 : 2);
             const std::uint32_t a = tri[(i + 1) % 3], b = tri[(i + 2) % 3];
             const Vec3d pv = mesh_.vertices[v], pa = mesh_.vertices[a], pb = mesh_.vertices[b];
-            if (!done_[a]) offer(a, distance[b] < k_unreached && done_[b] ? update(pv, pb, pa, d, distance[b]) : d + norm(pa - pv));
-            if (!done_[b]) offer(b, distance[a] < k_unreached && done_[a] ? update(pv, pa, pb, d, distance[a]) : d + norm(pb - pv));
+            if (!done_[a]) offer(a, done_[b] ? update(pv, pb, pa, d, distance[b]) : d + norm(pa - pv), limit, distance);
+            if (!done_[b]) offer(b, done_[a] ? update(pv, pa, pb, d, distance[a]) : d + norm(pb - pv), limit, distance);
         }
     }
-    // Offers beyond the ones finalised within the limit do not exist: offer() rejects them.
 }
 
 std::vector<double> at_triangles(const mesh::Mesh& mesh, const std::vector<double>& vertex_distance)

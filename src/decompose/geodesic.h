@@ -17,11 +17,14 @@ class GeodesicSolver {
 public:
     explicit GeodesicSolver(const mesh::Mesh& mesh);
 
-    /// Distance from the centroids of the source triangles to every vertex, k_unreached beyond limit or where there is
-    /// no path. With a non-empty mask (#triangles) only triangles whose entry equals label are walked on.
+    /// Distance from the source vertices to every vertex, k_unreached beyond limit or where there is no path. With a
+    /// non-empty mask (#triangles) only triangles whose entry equals label are walked on.
     /// Cost: O(n log n) in the vertices reached.
     void run(std::span<const std::uint32_t> sources, std::vector<double>& vertex_distance, double limit = k_unreached,
              std::span<const std::uint32_t> mask = {}, std::uint32_t label = 0);
+
+    /// The same from the centroid of one triangle: g(u, v_i) of eq. 4.
+    void run_from_triangle(std::uint32_t triangle, std::vector<double>& vertex_distance, double limit = k_unreached);
 
     /// Vertices reached by the last run, in order of distance.
     [[nodiscard]] const std::vector<std::uint32_t>& reached() const { return reached_; }
@@ -33,6 +36,10 @@ public:
     }
 
 private:
+    void offer(std::uint32_t vertex, double distance, double limit, std::vector<double>& vertex_distance);
+    void start(std::vector<double>& vertex_distance);
+    void march(std::vector<double>& vertex_distance, double limit, std::span<const std::uint32_t> mask, std::uint32_t label);
+
     const mesh::Mesh& mesh_;
     std::vector<std::uint32_t> first_, triangles_;  // triangles around each vertex, CSR
     std::vector<std::uint8_t> done_;

@@ -57,7 +57,7 @@ std::vector<double> protrusion_at_vertices(const mesh::Mesh& mesh, GeodesicSolve
         std::vector<std::uint32_t> vertices;
         if (options.protrusion == ProtrusionSum::Exact || triangles.size() <= options.protrusion_sources) {
             for (const auto s : triangles) {
-                geodesics.run({&s, 1}, field);
+                geodesics.run_from_triangle(s, field);
                 vertices = geodesics.reached();
                 for (const auto v : vertices) p[v] += field[v] * area[s];
             }
@@ -82,7 +82,7 @@ std::vector<double> protrusion_at_vertices(const mesh::Mesh& mesh, GeodesicSolve
             std::vector<double> nearest(mesh.triangles.size(), k_unreached);
             std::vector<std::uint32_t> owner(mesh.triangles.size(), 0);
             for (std::uint32_t k = 0; k < options.protrusion_sources; ++k) {
-                geodesics.run({&source, 1}, field);
+                geodesics.run_from_triangle(source, field);
                 if (k == 0) vertices = geodesics.reached();
                 fields.emplace_back();
                 fields.back().reserve(vertices.size());
@@ -151,8 +151,7 @@ std::vector<std::uint32_t> salient_vertices(const mesh::Mesh& mesh, GeodesicSolv
     for (const auto v : order) {
         if (root[v] == v) rise[v] = p[v] - lowest[v];
         if (rise[v] < prominence) continue;
-        const auto around = geodesics.around(v);
-        geodesics.run({around.data(), 1}, field, window);
+        geodesics.run({&v, 1}, field, window);
         bool greatest = true;
         for (const auto u : geodesics.reached()) greatest = greatest && (p[u] < p[v] || (p[u] == p[v] && u >= v));
         if (greatest) salient.push_back(v);

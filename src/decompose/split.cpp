@@ -1,5 +1,5 @@
 // The best cut of one part: candidates are the level sets of geodesic fields from the part's extremes, refined to the
-// least-weight cut nearby; the winner saves most bounding volume for its length.
+// least-weight cut nearby; the winner saves most bounding volume and lies in the deepest crease, for its length.
 #include "cut.h"
 #include "geodesic.h"
 #include "partition.h"
@@ -42,34 +42,35 @@ Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32
     if (triangles.size() < 4) return out;
     double area = 0;
     for (const auto t : triangles) area += s.area[t];
-    const double least = std::min(options.minimum_part_area * s.total_area, 0.25 * area);
+    const double least = options.minimum_part_area * s.total_area;
     const double whole = ellipsoid_volume(mesh, triangles);
     if (whole <= 0) return out;
 
-    // Extremes: the triangle farthest from the part's centroid, then farthest-point sampling.
+    // Extremes: the vertex farthest from the part's centroid, then farthest-point sampling.
     GeodesicSolver geodesics(mesh);
     Vec3d centre{};
     for (const auto t : triangles) centre += s.area[t] * mesh::triangle_centroid(mesh, t);
     centre = centre / area;
-    std::uint32_t extreme = triangles.front();
+    std::uint32_t extreme = mesh.triangles[triangles.front()][0];
     double farthest = -1;
     for (const auto t : triangles)
-        if (const double d = norm(mesh::triangle_centroid(mesh, t) - centre); d > farthest) {
-            farthest = d;
-            extreme = t;
-        }
+        for (const auto v : mesh.triangles[t])
+            if (const double d = norm(mesh.vertices[v] - centre); d > farthest) {
+                farthest = d;
+                extreme = v;
+            }
     constexpr int k_extremes = 4;
-    std::vector<double> field, nearest(s.area.size(), k_unreached);
+    std::vector<double> field, nearest(mesh.vertices.size(), k_unreached);
     std::vector<std::vector<double>> fields;
     for (int k = 0; k < k_extremes; ++k) {
         geodesics.run({&extreme, 1}, field, k_unreached, partition.part_of_triangle, part);
         fields.push_back(at_triangles(mesh, field));
         farthest = -1;
-        for (const auto t : triangles) {
-            nearest[t] = std::min(nearest[t], fields.back()[t]);
-            if (nearest[t] > farthest) {
-                farthest = nearest[t];
-                extreme = t;
+        for (const auto v : geodesics.reached()) {
+            nearest[v] = std::min(nearest[v], field[v]);
+            if (nearest[v] > farthest) {
+                farthest = nearest[v];
+                extreme = v;
             }
         }
     }
@@ -87,7 +88,9 @@ Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32
         if (area_a < least || area - area_a < least) return;
         const double gain = 1 - (ellipsoid_volume(mesh, a) + ellipsoid_volume(mesh, b)) / whole;
         const double smaller = std::min(area_a, area - area_a);
-        const double score = gain - 0.05 * cut_length(s, triangles, near) / std::sqrt(4 * std::numbers::pi * smaller);
+        const double length = cut_length(s, triangles, near);
+        const double concavity = mean_concavity(s, triangles, near, length / (2 * std::numbers::pi));
+        const double score = gain + 0.3 * concavity - 0.1 * length / std::sqrt(4 * std::numbers::pi * smaller);
         if (best.near.empty() || score > best.score) best = {score, gain, std::move(near)};
     };
     for (const auto& f : fields) {

@@ -20,7 +20,7 @@ namespace sqmap::fit {
 namespace {
 
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
-constexpr double k_accuracy = 1e-4;  ///< of f: subdivision stops here
+constexpr double k_accuracy = 2e-4;  ///< of f: subdivision stops here
 constexpr int k_max_depth = 14;
 constexpr double k_rounding = 1e-12;  ///< relative allowance for double arithmetic on both sides
 

@@ -25,6 +25,8 @@ using Corners = std::array<Vec3d, 3>;
 using shape::Superquadricd;
 
 constexpr int k_short = 3, k_long = 8;  ///< rounds of the augmented Lagrangian, to rank starts and to finish one
+constexpr double k_exact_cost = 1e-10;  ///< of eq. 3 in the part's units: nothing left to explain by deforming
+constexpr double k_least_bend = 0.12;   ///< radians at the part's ends: less than that does not pay
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 /// The part in coordinates of its own: about the middle of its principal box, with greatest distance 1 from it.
@@ -37,6 +39,7 @@ struct Part {
     std::vector<Vec3d> extreme;        ///< those of them that lie farthest in some of many directions
     std::vector<Vec3d> points_inner;   ///< points, and some within triangles large enough to leave a shape that is not convex
     std::vector<Vec3d> extreme_inner;  ///< extreme, and some of those
+    std::vector<Vec3d> check;          ///< points_inner, thinned to a few hundred
     std::vector<Sample> samples;       ///< of the surface, without caps
     double least_a = 1e-3;
 };
@@ -207,6 +210,8 @@ Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, s
     part.extreme_inner = part.extreme;
     const std::size_t inner = part.points_inner.size() - part.points.size(), step = 1 + inner / 80;
     for (std::size_t i = part.points.size(); i < part.points_inner.size(); i += step) part.extreme_inner.push_back(part.points_inner[i]);
+    const std::size_t thin = 1 + part.points_inner.size() / 500;
+    for (std::size_t i = 0; i < part.points_inner.size(); i += thin) part.check.push_back(part.points_inner[i]);
     return part;
 }
 
@@ -297,10 +302,16 @@ Chart chart_of(const Part& part, const FitOptions& options)
     return chart;
 }
 
+struct DataFit {
+    Superquadricd sq;
+    double cost = k_infinity;  ///< half the sum of squares of eq. 3, in the part's units
+    bool converged = false;
+};
+
 /// Eq. 3 from one start.
 template <int N>
-Candidate fit_data(const Part& part, const Superquadricd& start, std::span<const Sample> samples, const FitOptions& options, int iterations,
-                   double& cost, int& spent)
+DataFit fit_data(const Part& part, const Superquadricd& start, std::span<const Sample> samples, const FitOptions& options, int iterations,
+                 int& spent)
 {
     Chart chart = chart_of(part, options);
     typename ceres::TinySolver<DataTerm<N>>::Parameters t;
@@ -311,10 +322,27 @@ Candidate fit_data(const Part& part, const Superquadricd& start, std::span<const
     solver.options.function_tolerance = 1e-8;
     const auto& summary = solver.Solve(term, &t);
     spent += summary.iterations;
-    cost = summary.final_cost;
-    if (!t.allFinite() || !std::isfinite(cost)) return {start, k_infinity, false};
-    const Superquadricd sq = decode<N>(chart, t.data());
-    return {sq, volume(sq), summary.status != ceres::TinySolver<DataTerm<N>>::HIT_MAX_ITERATIONS};
+    if (!t.allFinite() || !std::isfinite(summary.final_cost)) return {start};
+    return {decode<N>(chart, t.data()), summary.final_cost, summary.status != ceres::TinySolver<DataTerm<N>>::HIT_MAX_ITERATIONS};
+}
+
+/// Adds the point of each run of candidates that lies farthest outside, if any does by more than a little.
+bool admit_violators(const Superquadricd& sq, std::span<const Vec3d> candidates, std::vector<Vec3d>& points)
+{
+    const std::size_t runs = 12, before = points.size();
+    for (std::size_t r = 0; r < runs; ++r) {
+        const Vec3d* worst = nullptr;
+        double most = 1.02 * 1.02;
+        for (std::size_t i = r * candidates.size() / runs; i < (r + 1) * candidates.size() / runs; ++i) {
+            const double f = implicit(sq, candidates[i]);
+            if (f > most) {
+                most = f;
+                worst = &candidates[i];
+            }
+        }
+        if (worst != nullptr && std::find(points.begin(), points.end(), *worst) == points.end()) points.push_back(*worst);
+    }
+    return points.size() > before;
 }
 
 /// Least bounding volume from one start.
@@ -325,7 +353,8 @@ Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& op
     Chart chart = chart_of(part, options);
     typename ceres::TinySolver<VolumeTerm<N>>::Parameters t;
     encode<N>(start, chart, t.data());
-    const std::vector<Vec3d>& points = N == k_plain ? part.extreme : part.extreme_inner;
+    // Extreme points bound a convex shape; into one that is not, others may reach: those join as they are found.
+    std::vector<Vec3d> points = N == k_plain ? part.extreme : part.extreme_inner;
     VolumeTerm<N> term(chart, points, options.max_overhang);
     ceres::TinySolver<VolumeTerm<N>> solver;
     solver.options.max_num_iterations = 8;
@@ -345,12 +374,21 @@ Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& op
         term.mu *= 2;
 
         // The volume once it holds the points, by the closed form: exact for plain shapes, pessimistic for deformed ones.
-        const double v = volume(sq) * std::exp(3 * *std::max_element(g.begin(), g.begin() + points.size()));
+        double most = *std::max_element(g.begin(), g.end() - 3);
+        if (N != k_plain) most = std::max(most, std::log(largest_f(sq, part.check)));
+        const double v = volume(sq) * std::exp(3 * most);
         const bool settled = std::abs(v - best.volume) <= 2e-3 * v;
         if (v < best.volume) best = {sq, v, settled};
         if (settled) {
             best.converged = true;
             break;
+        }
+        if constexpr (N != k_plain) {
+            if (admit_violators(sq, part.check, points)) {
+                term.points = points;
+                term.lambda.insert(term.lambda.end() - 3, points.size() + 3 - term.lambda.size(), 0.0);
+                g.resize(points.size() + 3);
+            }
         }
     }
     if (!(best.volume < k_infinity) || !shrink_wrap(best.sq, N == k_plain ? part.points : part.points_inner)) return {};
@@ -387,7 +425,7 @@ std::optional<Superquadricd> bent_start(const Part& part, const Mat3d& frame, co
     Superquadricd sq;
     sq.bend = 2 * std::hypot(c(2, 0), c(2, 1));
     sq.bend_angle = std::atan2(c(2, 1), c(2, 0));
-    if (!(sq.bend * box.half.z > 0.12)) return std::nullopt;
+    if (!(sq.bend * box.half.z > k_least_bend)) return std::nullopt;
     // z along the parabola's tangent at its middle.
     const Vec3d z = normalized(frame.row[2] + c(1, 0) * frame.row[0] + c(1, 1) * frame.row[1]);
     const Vec3d x = normalized(frame.row[0] - dot(frame.row[0], z) * z);
@@ -453,24 +491,36 @@ double radial_rms(const Part& part, Superquadricd sq)
     return part.size * std::sqrt(sum);
 }
 
-/// Eq. 3 on the samples: a few steps from each axis order on a part of them, then the best on all.
+/// Eq. 3 on the samples: a few steps from each start on a part of them, then the best `finalists` on all.
 template <int N>
-Candidate fit_data_from(const Part& part, std::span<const Superquadricd> starts, const FitOptions& options, int& spent)
+DataFit fit_data_from(const Part& part, std::span<const Superquadricd> starts, const FitOptions& options, std::size_t finalists, int& spent)
 {
     std::vector<Sample> few;
     for (std::size_t i = 0; i < part.samples.size(); i += 1 + part.samples.size() / 64) few.push_back(part.samples[i]);
-    double least = k_infinity;
-    Superquadricd best = starts[0];
-    for (const Superquadricd& start : starts) {
-        double cost = 0;
-        const Candidate c = fit_data<N>(part, start, few, options, std::min(8, options.max_iterations), cost, spent);
-        if (cost < least) {
-            least = cost;
-            best = c.sq;
-        }
-    }
-    double cost = 0;
-    return fit_data<N>(part, best, part.samples, options, options.max_iterations, cost, spent);
+    std::vector<DataFit> fits;
+    for (const Superquadricd& start : starts)
+        fits.push_back(fit_data<N>(part, start, few, options, std::min(8, options.max_iterations), spent));
+    const auto less = [](const DataFit& a, const DataFit& b) { return a.cost < b.cost; };
+    std::stable_sort(fits.begin(), fits.end(), less);
+    fits.resize(std::min(finalists, fits.size()));
+    for (DataFit& fit : fits) fit = fit_data<N>(part, fit.sq, part.samples, options, options.max_iterations, spent);
+    return *std::min_element(fits.begin(), fits.end(), less);
+}
+
+/// A little taper, so that its sign can be found: at 0 exactly it counts as absent and has no slope.
+void seed_taper(std::vector<Superquadricd>& starts)
+{
+    for (Superquadricd& start : starts) start.taper_x = start.taper_y = 0.02;
+}
+
+/// Starts with their axis along the part's longest, and where thorough along its second too.
+std::vector<Superquadricd> bent_starts(const Part& part, const FitOptions& options, bool thorough)
+{
+    std::vector<Superquadricd> starts;
+    for (int axis = 0; axis < (thorough ? 2 : 1); ++axis)
+        if (const auto start = bent_start(part, with_z_axis(part.frame, axis), options)) starts.push_back(*start);
+    seed_taper(starts);
+    return starts;
 }
 
 }  // namespace
@@ -496,7 +546,7 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
         const double limit = ranked.empty() ? plain_bound.volume : ranked.back().volume;
         if (c.volume < (1 - gain) * limit && !overhangs(c.sq, part.points, part.least_a, 1.1 * options.max_overhang)) ranked.push_back(c);
     };
-    const Candidate data = fit_data_from<k_plain>(part, starts, options, report.iterations);
+    const DataFit data = fit_data_from<k_plain>(part, starts, options, 1, report.iterations);
     const auto smallest_from = [&]<int N>(std::span<const Superquadricd> from) {
         Candidate best;
         for (const Superquadricd& start : from) best = std::min(best, fit_volume<N>(part, start, options, k_short, report.iterations), less);
@@ -509,17 +559,16 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     const Candidate plain = ranked.empty() ? plain_bound : ranked.back();
     if (options.allow_taper) {
         starts.back() = plain.sq;
-        for (Superquadricd& start : starts) start.taper_x = start.taper_y = 0.02;  // the sign is found; at 0 it has no slope
+        seed_taper(starts);
         consider(smallest_from.operator()<k_tapered>(starts), options.taper_gain);
     }
     if (options.allow_bend) {
-        if (const auto start = bent_start(part, with_z_axis(part.frame, 0), options)) {
-            double cost = 0;
-            const Candidate c = fit_data<k_bent>(part, *start, part.samples, options, options.max_iterations, cost, report.iterations);
-            consider(fit_volume<k_bent>(part, c.sq, options, k_long, report.iterations), options.bend_gain);
+        std::vector<Superquadricd> bent = bent_starts(part, options, false);
+        if (!bent.empty()) {
+            bent.push_back(fit_data_from<k_bent>(part, bent, options, 1, report.iterations).sq);
+            consider(smallest_from.operator()<k_bent>(bent), options.bend_gain);
         }
     }
-
     // The proof may ask for some room: more than a little of it, and the simpler shape before is the better one.
     report.fallback = true;
     for (auto c = ranked.rbegin(); c != ranked.rend() && report.fallback; ++c) {
@@ -544,7 +593,17 @@ FitReport fit_surface(const mesh::Mesh& mesh, std::span<const std::uint32_t> tri
     FitReport report;
     std::vector<Superquadricd> starts;
     for (int axis = 0; axis < 3; ++axis) starts.push_back(closed_form(part, with_z_axis(part.frame, axis), part.extreme, options).sq);
-    Candidate best = fit_data_from<k_plain>(part, starts, options, report.iterations);
+    DataFit best = fit_data_from<k_plain>(part, starts, options, starts.size(), report.iterations);
+    const auto consider = [&](const DataFit& c) {
+        if (c.cost < 0.8 * best.cost && best.cost > k_exact_cost) best = c;
+    };
+    starts.push_back(best.sq);
+    seed_taper(starts);
+    if (options.allow_taper) consider(fit_data_from<k_tapered>(part, starts, options, starts.size(), report.iterations));
+    if (options.allow_bend) {
+        const std::vector<Superquadricd> bent = bent_starts(part, options, true);
+        if (!bent.empty()) consider(fit_data_from<k_bent>(part, bent, options, bent.size(), report.iterations));
+    }
     report.converged = best.converged;
     Superquadricd sq = best.sq;
     scale_by(sq, part.size);

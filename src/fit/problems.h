@@ -137,7 +137,7 @@ struct VolumeTerm {
         using std::log;
         const std::size_t count = points.size();
         double* g = residuals + 1;
-        if (!std::equal(t, t + N, last_.t.begin()) || last_.g.empty()) {
+        if (!std::equal(t, t + N, last_.t.begin()) || last_.g.size() != count + 3) {
             const auto sq = decode<N>(chart, t);
             last_.g.resize(count + 3);
             constraints(sq, last_.g.data(), last_.extreme);

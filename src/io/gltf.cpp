@@ -57,7 +57,8 @@ std::array<double, N> reals(const json& object, const char* key, const std::stri
 {
     const auto found = object.find(key);
     if (found == object.end()) return fallback;
-    if (!found->is_array() || found->size() != N) fail_format(where, std::string("'") + key + "' is not " + std::to_string(N) + " numbers");
+    if (!found->is_array() || found->size() != N)
+        fail_format(where, std::string("'") + key + "' is not " + std::to_string(N) + " numbers");
     std::array<double, N> out{};
     for (std::size_t i = 0; i < N; ++i) {
         if (!(*found)[i].is_number()) fail_format(where, std::string("'") + key + "' is not " + std::to_string(N) + " numbers");
@@ -152,20 +153,29 @@ struct Accessor {
     [[nodiscard]] double real(std::size_t element, std::size_t k) const
     {
         switch (component) {
-            case 5120: return scaled(raw<std::int8_t>(element, k), 127);
-            case 5121: return scaled(raw<std::uint8_t>(element, k), 255);
-            case 5122: return scaled(raw<std::int16_t>(element, k), 32767);
-            case 5123: return scaled(raw<std::uint16_t>(element, k), 65535);
-            case 5125: return raw<std::uint32_t>(element, k);
-            default: return raw<float>(element, k);
+            case 5120:
+                return scaled(raw<std::int8_t>(element, k), 127);
+            case 5121:
+                return scaled(raw<std::uint8_t>(element, k), 255);
+            case 5122:
+                return scaled(raw<std::int16_t>(element, k), 32767);
+            case 5123:
+                return scaled(raw<std::uint16_t>(element, k), 65535);
+            case 5125:
+                return raw<std::uint32_t>(element, k);
+            default:
+                return raw<float>(element, k);
         }
     }
     [[nodiscard]] std::int64_t index(std::size_t element) const
     {
         switch (component) {
-            case 5121: return raw<std::uint8_t>(element, 0);
-            case 5123: return raw<std::uint16_t>(element, 0);
-            default: return raw<std::uint32_t>(element, 0);
+            case 5121:
+                return raw<std::uint8_t>(element, 0);
+            case 5123:
+                return raw<std::uint16_t>(element, 0);
+            default:
+                return raw<std::uint32_t>(element, 0);
         }
     }
 
@@ -198,9 +208,11 @@ public:
         const json* extensions = array_or_null(root_, "extensionsRequired", "extensionsRequired");
         if (extensions != nullptr)
             for (const json& e : *extensions)
-                if (e != "KHR_mesh_quantization" && !(e.is_string() && e.get_ref<const std::string&>().starts_with("KHR_materials")) &&
+                if (e != "KHR_mesh_quantization" &&
+                    !(e.is_string() && e.get_ref<const std::string&>().starts_with("KHR_materials")) &&
                     e != "KHR_texture_transform")
-                    fail_format("extensionsRequired", "extension " + TextCursor::printable(e.is_string() ? e.get<std::string>() : "?") +
+                    fail_format("extensionsRequired", "extension " +
+                                                          TextCursor::printable(e.is_string() ? e.get<std::string>() : "?") +
                                                           " is not supported: export without it");
         const json* nodes = array_or_null(root_, "nodes", "nodes");
         seen_.assign(nodes != nullptr ? nodes->size() : 0, false);
@@ -250,7 +262,8 @@ private:
             if (node.is_object())
                 if (const json* children = array_or_null(node, "children", "nodes"))
                     for (const json& c : *children)
-                        if (c.is_number_unsigned() && c.get<std::uint64_t>() < is_child.size()) is_child[c.get<std::uint64_t>()] = true;
+                        if (c.is_number_unsigned() && c.get<std::uint64_t>() < is_child.size())
+                            is_child[c.get<std::uint64_t>()] = true;
         for (std::uint64_t n = 0; n < is_child.size(); ++n)
             if (!is_child[n]) roots.push_back(n);
         if (roots.empty() && !is_child.empty()) fail_format("nodes", "every node is another's child: nodes must form a tree");
@@ -281,7 +294,8 @@ private:
             }
         }
         if (length > loaded->bytes.size())
-            fail_truncated(where, std::to_string(length) + " bytes declared, " + std::to_string(loaded->bytes.size()) + " are there");
+            fail_truncated(where,
+                           std::to_string(length) + " bytes declared, " + std::to_string(loaded->bytes.size()) + " are there");
         return loaded->bytes.first(length);
     }
 
@@ -289,7 +303,8 @@ private:
     {
         const std::string where = name_of("accessor", index);
         const json& a = item(root_, "accessors", index);
-        if (a.contains("sparse") || !a.contains("bufferView")) fail_format(where, "sparse accessors are not read: export without them");
+        if (a.contains("sparse") || !a.contains("bufferView"))
+            fail_format(where, "sparse accessors are not read: export without them");
         Accessor out;
         out.component = whole(a, "componentType", where);
         const auto type = a.find("type");
@@ -307,7 +322,8 @@ private:
         const json& view = item(root_, "bufferViews", view_index);
         const std::string view_where = name_of("bufferView", view_index);
         std::span<const std::byte> bytes = buffer(whole(view, "buffer", view_where));
-        const std::uint64_t view_offset = whole(view, "byteOffset", view_where, 0), view_length = whole(view, "byteLength", view_where);
+        const std::uint64_t view_offset = whole(view, "byteOffset", view_where, 0),
+                            view_length = whole(view, "byteLength", view_where);
         if (view_offset > bytes.size() || view_length > bytes.size() - view_offset)
             fail_truncated(view_where, "it reaches beyond its buffer of " + std::to_string(bytes.size()) + " bytes");
         bytes = bytes.subspan(view_offset, view_length);
@@ -316,7 +332,8 @@ private:
         if (stride < element_bytes) fail_format(view_where, "byteStride is smaller than an element");
         if (count > 0 && (offset > bytes.size() || element_bytes > bytes.size() - offset ||
                           count - 1 > (bytes.size() - offset - element_bytes) / stride))
-            fail_truncated(where, std::to_string(count) + " elements reach beyond the buffer view of " + std::to_string(bytes.size()) + " bytes");
+            fail_truncated(where, std::to_string(count) + " elements reach beyond the buffer view of " +
+                                      std::to_string(bytes.size()) + " bytes");
         if (count > 0) out.bytes = bytes.subspan(offset);
         out.count = count;
         out.stride = stride;
@@ -346,14 +363,16 @@ private:
         std::optional<Accessor> indices;
         if (primitive.contains("indices")) {
             indices = accessor(whole(primitive, "indices", where));
-            if (indices->type != "SCALAR" || (indices->component != 5121 && indices->component != 5123 && indices->component != 5125))
+            if (indices->type != "SCALAR" ||
+                (indices->component != 5121 && indices->component != 5123 && indices->component != 5125))
                 fail_format(where, "indices are not whole numbers");
         }
         const std::uint64_t corners = indices ? indices->count : positions.count;
         if (mode == 4 && corners % 3 != 0) fail_format(where, std::to_string(corners) + " corners do not make triangles");
         const std::uint64_t triangles = mode == 4 ? corners / 3 : (corners < 3 ? 0 : corners - 2);
         check_face_limit(soup_.polygon_offsets.size() - 1 + triangles, limits_);
-        const std::uint64_t cost = positions.count * sizeof(Vec3d) + triangles * (3 * sizeof(std::int64_t) + sizeof(std::uint32_t));
+        const std::uint64_t cost =
+            positions.count * sizeof(Vec3d) + triangles * (3 * sizeof(std::int64_t) + sizeof(std::uint32_t));
         if (cost > budget_) fail_limit(where, "repeated instances unfold to far more than the file's size");
         budget_ -= cost;
 
@@ -414,7 +433,9 @@ PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::p
         for (std::size_t at = 12; at + 8 <= length;) {
             const std::size_t chunk = word(bytes, at);
             const std::uint32_t type = word(bytes, at + 4);
-            if (chunk > length - at - 8) fail_truncated("byte " + std::to_string(at), "a chunk of " + std::to_string(chunk) + " bytes reaches beyond the file");
+            if (chunk > length - at - 8)
+                fail_truncated("byte " + std::to_string(at),
+                               "a chunk of " + std::to_string(chunk) + " bytes reaches beyond the file");
             if (is_first) {
                 if (type != k_chunk_json) fail_format("byte 16", "the first chunk is not JSON");
                 text = bytes.subspan(at + 8, chunk);
@@ -433,7 +454,8 @@ PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::p
         std::size_t last = text.size();
         while (last > 0 && (begin[last - 1] <= ' ' && begin[last - 1] >= '\0')) --last;
         const std::size_t first = std::string_view(begin, last).find_first_not_of(" \t\r\n");
-        if (first != std::string_view::npos && begin[first] == '{' && begin[last - 1] != '}') fail_truncated("JSON", "it ends before its closing brace");
+        if (first != std::string_view::npos && begin[first] == '{' && begin[last - 1] != '}')
+            fail_truncated("JSON", "it ends before its closing brace");
         fail_format("JSON", "the text is not JSON");
     }
     if (!root.is_object()) fail_format("JSON", "a glTF file is one JSON object");

@@ -42,6 +42,23 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto triangles16 = builder.CreateVector(data.triangles16);
     const auto triangles32 = builder.CreateVector(data.triangles32);
     const auto triangle_part = builder.CreateVector(data.triangle_part);
+    flatbuffers::Offset<fb::NormalMaps> normal_maps;
+    if (!data.normal_parts.empty()) {
+        const auto structs = [&](const auto& values, auto* as) {
+            return builder.CreateVectorOfStructs(reinterpret_cast<decltype(as)>(values.data()), values.size());
+        };
+        const auto normal_parts = structs(data.normal_parts, static_cast<const fb::NormalPart*>(nullptr));
+        const auto distance = builder.CreateVector(data.normal_distance);
+        const auto normal = builder.CreateVector(data.normal_normal);
+        const auto cuts = builder.CreateVector(data.normal_cuts);
+        const auto offset = builder.CreateVector(data.normal_offset);
+        const auto correction_rows = builder.CreateVector(data.correction_rows);
+        const auto gap_rows = builder.CreateVector(data.gap_rows);
+        const auto corrections = structs(data.corrections, static_cast<const fb::VertexCorrection*>(nullptr));
+        const auto gaps = structs(data.gaps, static_cast<const fb::MapGap*>(nullptr));
+        const auto seeds = structs(data.seeds, static_cast<const fb::FootSeed*>(nullptr));
+        normal_maps = fb::CreateNormalMaps(builder, normal_parts, distance, normal, cuts, offset, correction_rows, gap_rows, corrections, gaps, seeds);
+    }
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max, m.depth_median,
                                              m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share);
@@ -50,7 +67,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto options = builder.CreateString(data.options);
     fb::FinishModelBuffer(builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, cells,
                                                    blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32, triangle_part,
-                                                   measured, made_by, source, options));
+                                                   normal_maps, measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -60,6 +77,10 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     SectionBytes s;
     s.total = total;
     s.superquadrics = v.parts.size_bytes();
+    const model::NormalArrays& n = v.normal;
+    s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() + n.offset.size_bytes() +
+                   n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() + n.gaps.size_bytes() +
+                   n.seeds.size_bytes();
     s.map = v.samples.size_bytes() + v.cells.size_bytes() + v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();
     s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes();

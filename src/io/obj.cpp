@@ -10,7 +10,7 @@ namespace {
 template <class Line>
 void for_each_line(std::span<const std::byte> bytes, Line line)
 {
-    TextCursor cursor(bytes, '#');
+    TextCursor cursor(bytes, '#', '\\');
     do {
         if (const std::string_view keyword = cursor.token_in_line(); !keyword.empty()) line(cursor, keyword);
     } while (cursor.next_line());
@@ -52,10 +52,6 @@ PolygonSoup read_obj(std::span<const std::byte> bytes, const ReadLimits& limits)
         } else if (keyword == "f" || keyword == "fo") {
             std::size_t corners = 0;
             for (std::string_view t = cursor.token_in_line(); !t.empty(); t = cursor.token_in_line()) {
-                if (t == "\\") {  // the statement goes on in the next line
-                    cursor.next_line();
-                    continue;
-                }
                 soup.indices.push_back(corner(cursor, t, soup.positions.size()));
                 ++corners;
             }

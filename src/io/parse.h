@@ -23,7 +23,8 @@ struct ReadFailure {
 }
 [[noreturn]] inline void fail_truncated(std::string element, std::string message)
 {
-    throw ReadFailure{{"E_TRUNCATED", std::move(element), std::move(message), "copy or export the file again: part of it is missing"}};
+    throw ReadFailure{
+        {"E_TRUNCATED", std::move(element), std::move(message), "copy or export the file again: part of it is missing"}};
 }
 [[noreturn]] inline void fail_limit(std::string element, std::string message)
 {
@@ -48,8 +49,11 @@ inline void end_polygon(PolygonSoup& soup, const ReadLimits& limits)
 /// Walks over text token by token. Lines end with \n, \r\n or \r.
 class TextCursor {
 public:
-    explicit TextCursor(std::span<const std::byte> bytes, char comment = '\0')
-        : begin_(reinterpret_cast<const char*>(bytes.data())), at_(begin_), end_(begin_ + bytes.size()), comment_(comment)
+    explicit TextCursor(std::span<const std::byte> bytes, char comment = '\0', char continuation = '\0')
+        : at_(reinterpret_cast<const char*>(bytes.data())),
+          end_(at_ + bytes.size()),
+          comment_(comment),
+          continuation_(continuation)
     {
     }
 
@@ -61,7 +65,11 @@ public:
     /// Next token of this line; empty at its end.
     std::string_view token_in_line()
     {
-        while (at_ != end_ && is_blank(*at_)) ++at_;
+        while (at_ != end_ && (is_blank(*at_) || line_goes_on()))
+            if (is_blank(*at_))
+                ++at_;
+            else
+                step_over_line_end(at_ + 1);
         if (at_ != end_ && comment_ != '\0' && *at_ == comment_) skip_to_line_end();
         const char* from = at_;
         while (at_ != end_ && !is_blank(*at_) && !is_line_end(*at_)) ++at_;
@@ -82,14 +90,17 @@ public:
     {
         skip_to_line_end();
         if (at_ == end_) return false;
-        at_ += (*at_ == '\r' && at_ + 1 != end_ && at_[1] == '\n') ? 2 : 1;
-        ++line_;
+        step_over_line_end(at_);
         return true;
     }
 
     void skip_to_line_end()
     {
-        while (at_ != end_ && !is_line_end(*at_)) ++at_;
+        while (at_ != end_ && !is_line_end(*at_))
+            if (line_goes_on())
+                step_over_line_end(at_ + 1);
+            else
+                ++at_;
     }
 
     /// A coordinate from the next token. What a file cut within its last token leaves is a truncation, not a bad format.
@@ -151,10 +162,21 @@ public:
     }
 
 private:
-    const char* begin_;
+    /// At the mark that joins this line to the next.
+    [[nodiscard]] bool line_goes_on() const
+    {
+        return continuation_ != '\0' && *at_ == continuation_ && at_ + 1 != end_ && is_line_end(at_[1]);
+    }
+
+    void step_over_line_end(const char* line_end)
+    {
+        at_ = line_end + (*line_end == '\r' && line_end + 1 != end_ && line_end[1] == '\n' ? 2 : 1);
+        ++line_;
+    }
+
     const char* at_;
     const char* end_;
-    char comment_;
+    char comment_, continuation_;
     std::uint64_t line_ = 1;
 };
 

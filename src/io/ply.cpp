@@ -43,9 +43,9 @@ constexpr bool is_real(Scalar s) { return s == Scalar::Float32 || s == Scalar::F
 Scalar scalar_type(TextCursor& cursor, std::string_view name)
 {
     constexpr std::pair<std::string_view, Scalar> names[] = {
-        {"char", Scalar::Int8},     {"int8", Scalar::Int8},       {"uchar", Scalar::Uint8},   {"uint8", Scalar::Uint8},
-        {"short", Scalar::Int16},   {"int16", Scalar::Int16},     {"ushort", Scalar::Uint16}, {"uint16", Scalar::Uint16},
-        {"int", Scalar::Int32},     {"int32", Scalar::Int32},     {"uint", Scalar::Uint32},   {"uint32", Scalar::Uint32},
+        {"char", Scalar::Int8},     {"int8", Scalar::Int8},       {"uchar", Scalar::Uint8},    {"uint8", Scalar::Uint8},
+        {"short", Scalar::Int16},   {"int16", Scalar::Int16},     {"ushort", Scalar::Uint16},  {"uint16", Scalar::Uint16},
+        {"int", Scalar::Int32},     {"int32", Scalar::Int32},     {"uint", Scalar::Uint32},    {"uint32", Scalar::Uint32},
         {"float", Scalar::Float32}, {"float32", Scalar::Float32}, {"double", Scalar::Float64}, {"float64", Scalar::Float64}};
     for (const auto& [known, type] : names)
         if (name == known) return type;
@@ -63,10 +63,14 @@ Header read_header(TextCursor& cursor)
         if (keyword.empty() || keyword == "comment" || keyword == "obj_info") continue;
         if (keyword == "format") {
             const std::string_view name = cursor.token_in_line();
-            if (name == "ascii") header.encoding = Encoding::Text;
-            else if (name == "binary_little_endian") header.encoding = Encoding::Little;
-            else if (name == "binary_big_endian") header.encoding = Encoding::Big;
-            else cursor.fail_token(name, "ascii, binary_little_endian or binary_big_endian");
+            if (name == "ascii")
+                header.encoding = Encoding::Text;
+            else if (name == "binary_little_endian")
+                header.encoding = Encoding::Little;
+            else if (name == "binary_big_endian")
+                header.encoding = Encoding::Big;
+            else
+                cursor.fail_token(name, "ascii, binary_little_endian or binary_big_endian");
             has_encoding = true;
         } else if (keyword == "element") {
             Element element;
@@ -104,7 +108,10 @@ class BodyCursor {
 public:
     BodyCursor(std::span<const std::byte> bytes, Encoding encoding) : text_(bytes), bytes_(bytes), encoding_(encoding) {}
 
-    [[nodiscard]] std::uint64_t remaining() const { return encoding_ == Encoding::Text ? text_.remaining() : bytes_.size() - at_; }
+    [[nodiscard]] std::uint64_t remaining() const
+    {
+        return encoding_ == Encoding::Text ? text_.remaining() : bytes_.size() - at_;
+    }
 
     /// The least number of bytes that a value can take; in text with the blank that follows it.
     [[nodiscard]] std::uint64_t least_bytes(Scalar type) const { return encoding_ == Encoding::Text ? 2 : bytes_of(type); }
@@ -113,9 +120,12 @@ public:
     {
         if (encoding_ == Encoding::Text) return text_.number(text_.token());
         switch (type) {
-            case Scalar::Float32: return raw<float>();
-            case Scalar::Float64: return raw<double>();
-            default: return static_cast<double>(integer(type));
+            case Scalar::Float32:
+                return raw<float>();
+            case Scalar::Float64:
+                return raw<double>();
+            default:
+                return static_cast<double>(integer(type));
         }
     }
 
@@ -123,12 +133,18 @@ public:
     {
         if (encoding_ == Encoding::Text) return text_.integer(text_.token());
         switch (type) {
-            case Scalar::Int8: return raw<std::int8_t>();
-            case Scalar::Uint8: return raw<std::uint8_t>();
-            case Scalar::Int16: return raw<std::int16_t>();
-            case Scalar::Uint16: return raw<std::uint16_t>();
-            case Scalar::Int32: return raw<std::int32_t>();
-            default: return raw<std::uint32_t>();
+            case Scalar::Int8:
+                return raw<std::int8_t>();
+            case Scalar::Uint8:
+                return raw<std::uint8_t>();
+            case Scalar::Int16:
+                return raw<std::int16_t>();
+            case Scalar::Uint16:
+                return raw<std::uint16_t>();
+            case Scalar::Int32:
+                return raw<std::int32_t>();
+            default:
+                return raw<std::uint32_t>();
         }
     }
 
@@ -146,7 +162,8 @@ public:
 private:
     void need(std::uint64_t count) const
     {
-        if (count > bytes_.size() - at_) fail_truncated("byte " + std::to_string(at_) + " of the body", "the file ends within an element");
+        if (count > bytes_.size() - at_)
+            fail_truncated("byte " + std::to_string(at_) + " of the body", "the file ends within an element");
     }
 
     template <class T>
@@ -156,7 +173,8 @@ private:
         std::array<std::byte, sizeof(T)> copy;
         std::memcpy(copy.data(), bytes_.data() + at_, sizeof(T));
         at_ += sizeof(T);
-        if ((encoding_ == Encoding::Little) != (std::endian::native == std::endian::little)) std::reverse(copy.begin(), copy.end());
+        if ((encoding_ == Encoding::Little) != (std::endian::native == std::endian::little))
+            std::reverse(copy.begin(), copy.end());
         return std::bit_cast<T>(copy);
     }
 
@@ -172,7 +190,8 @@ std::uint64_t list_length(BodyCursor& body, const Property& property, const std:
     const std::int64_t length = body.integer(property.count_type);
     if (length < 0) fail_format(where, "a list of negative length");
     if (static_cast<std::uint64_t>(length) > (body.remaining() + 1) / body.least_bytes(property.type))
-        fail_truncated(where, "a list of " + std::to_string(length) + " values, " + std::to_string(body.remaining()) + " bytes follow");
+        fail_truncated(where,
+                       "a list of " + std::to_string(length) + " values, " + std::to_string(body.remaining()) + " bytes follow");
     return static_cast<std::uint64_t>(length);
 }
 
@@ -205,9 +224,12 @@ void read_vertices(const Element& element, BodyCursor& body, PolygonSoup& soup)
         Vec3d point;
         for (const Property& p : element.properties) {
             const auto axis = std::find(std::begin(axes), std::end(axes), p.name);
-            if (p.is_list) body.skip(p.type, list_length(body, p, "vertex " + std::to_string(v + 1)));
-            else if (axis != std::end(axes)) point[static_cast<int>(axis - std::begin(axes))] = body.real(p.type);
-            else body.skip(p.type, 1);
+            if (p.is_list)
+                body.skip(p.type, list_length(body, p, "vertex " + std::to_string(v + 1)));
+            else if (axis != std::end(axes))
+                point[static_cast<int>(axis - std::begin(axes))] = body.real(p.type);
+            else
+                body.skip(p.type, 1);
         }
         soup.positions.push_back(point);
     }

@@ -25,10 +25,7 @@ std::optional<MeshFormat> format_of_name(const std::filesystem::path& path)
     return std::nullopt;
 }
 
-std::string_view text_of(std::span<const std::byte> bytes)
-{
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
+std::string_view text_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
 /// The format that the first bytes leave no doubt about.
 std::optional<MeshFormat> format_of_content(std::span<const std::byte> bytes)
@@ -74,14 +71,25 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
         if (!format) result.format = format = guessed_format(bytes);
         if (!format) fail_format("byte 0", "neither name nor content is that of OFF, OBJ, STL, PLY, glTF or GLB");
         if (content && *content != *format)
-            fail_format("byte 0", std::string("the content is ") + format_name(*content) + ", the name says " + format_name(*format));
+            fail_format("byte 0",
+                        std::string("the content is ") + format_name(*content) + ", the name says " + format_name(*format));
         switch (*format) {
-            case MeshFormat::Off: result.soup = read_off(bytes, limits); break;
-            case MeshFormat::Obj: result.soup = read_obj(bytes, limits); break;
-            case MeshFormat::Stl: result.soup = read_stl(bytes, limits); break;
-            case MeshFormat::Ply: result.soup = read_ply(bytes, limits); break;
+            case MeshFormat::Off:
+                result.soup = read_off(bytes, limits);
+                break;
+            case MeshFormat::Obj:
+                result.soup = read_obj(bytes, limits);
+                break;
+            case MeshFormat::Stl:
+                result.soup = read_stl(bytes, limits);
+                break;
+            case MeshFormat::Ply:
+                result.soup = read_ply(bytes, limits);
+                break;
             case MeshFormat::Gltf:
-            case MeshFormat::Glb: result.soup = read_gltf(bytes, folder, limits); break;
+            case MeshFormat::Glb:
+                result.soup = read_gltf(bytes, folder, limits);
+                break;
         }
     } catch (ReadFailure& failure) {
         result.error = std::move(failure.error);
@@ -96,12 +104,18 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
 const char* format_name(MeshFormat format)
 {
     switch (format) {
-        case MeshFormat::Off: return "OFF";
-        case MeshFormat::Obj: return "OBJ";
-        case MeshFormat::Stl: return "STL";
-        case MeshFormat::Ply: return "PLY";
-        case MeshFormat::Gltf: return "glTF";
-        case MeshFormat::Glb: return "GLB";
+        case MeshFormat::Off:
+            return "OFF";
+        case MeshFormat::Obj:
+            return "OBJ";
+        case MeshFormat::Stl:
+            return "STL";
+        case MeshFormat::Ply:
+            return "PLY";
+        case MeshFormat::Gltf:
+            return "glTF";
+        case MeshFormat::Glb:
+            return "GLB";
     }
     return "?";
 }
@@ -124,9 +138,9 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
         return result;
     }
     if (size > limits.max_bytes) {
-        result.error = ReadError{"E_LIMIT", "file",
-                                 std::to_string(size) + " bytes, the limit is " + std::to_string(limits.max_bytes),
-                                 "reduce the mesh, or raise the limit"};
+        result.error =
+            ReadError{"E_LIMIT", "file", std::to_string(size) + " bytes, the limit is " + std::to_string(limits.max_bytes),
+                      "reduce the mesh, or raise the limit"};
         return result;
     }
     try {

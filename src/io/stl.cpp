@@ -90,14 +90,16 @@ PolygonSoup read_stl(std::span<const std::byte> bytes, const ReadLimits& limits)
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     const bool says_solid = first != std::string_view::npos && is_word(text.substr(first, 5), "solid");
     if (!says_solid) {
-        const bool plain = std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(text.size(), 84)),
-                                       [](char c) { return (c >= ' ' && c <= '~') || c == '\n' || c == '\r' || c == '\t'; });
+        const bool plain =
+            std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(text.size(), 84)),
+                        [](char c) { return (c >= ' ' && c <= '~') || c == '\n' || c == '\r' || c == '\t'; });
         if (plain) fail_format("byte 0", "an STL file in text starts with 'solid', a binary one holds a count of facets");
         return read_binary(bytes, limits);
     }
     std::uint32_t count = 0;
     if (bytes.size() >= k_header_bytes) std::memcpy(&count, bytes.data() + 80, sizeof count);
-    const bool size_fits = bytes.size() >= k_header_bytes && bytes.size() == k_header_bytes + std::uint64_t{k_facet_bytes} * count;
+    const bool size_fits =
+        bytes.size() >= k_header_bytes && bytes.size() == k_header_bytes + std::uint64_t{k_facet_bytes} * count;
     const bool has_zero = text.substr(0, 1024).find('\0') != std::string_view::npos;
     return size_fits || has_zero ? read_binary(bytes, limits) : read_text(bytes, limits);
 }

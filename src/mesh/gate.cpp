@@ -2,6 +2,9 @@
 // then shells: edges with too many faces, orientation, flatness, holes.
 #include "sqmap/mesh/gate.h"
 
+#include "sqmap/mesh/self_intersection.h"
+
+#include "holes.h"
 #include "shells.h"
 #include "surface.h"
 
@@ -15,7 +18,7 @@ namespace {
 constexpr double k_sliver_height = 1e-9;     // of the box's diagonal: lower triangles have no area
 constexpr double k_thin_height = 1e-6;       // of the diagonal: extra faces this low are what rounding left of such
 constexpr double k_weld_distance = 1e-7;     // of the diagonal: positions closer may be one vertex
-constexpr double k_flat_thickness = 1e-5;    // of the diagonal: thinner is a sheet; float and a fit have nothing to hold on to
+constexpr double k_flat_thickness = 1e-5;    // of the area's root: thinner is a sheet, a fit has nothing to hold on to
 constexpr double k_range_ratio = 1e15;       // double has 16 digits
 constexpr double k_range_size = 1e100;       // cubes of larger or (inverted) smaller sizes leave double's range
 constexpr double k_unit_hint = 50;           // a thing of 50 m is rare, one of 50 mm is not
@@ -55,6 +58,8 @@ public:
             out_.verdict = Verdict::Refused;
             out_.diagnosis = std::move(refusal.diagnosis);
             out_.mesh = {};
+            out_.repairs.clear();
+            out_.warnings.clear();
             out_.solid = false;
         }
         return std::move(out_);
@@ -71,16 +76,20 @@ private:
             for (std::uint32_t i = in_.offsets[f]; i < in_.offsets[f + 1]; ++i) {
                 const std::int64_t v = in_.indices[i];
                 if (v < 0 || static_cast<std::uint64_t>(v) >= in_.positions.size())
-                    refuse("E_INDEX", element("face", f), "a corner names a vertex that is not there; the file has " + number(in_.positions.size()),
+                    refuse("E_INDEX", element("face", f),
+                           "a corner names a vertex that is not there; the file has " + number(in_.positions.size()),
                            "export the mesh again");
                 used_[static_cast<std::size_t>(v)] = true;
             }
         for (std::size_t v = 0; v < in_.positions.size(); ++v) {
             const Vec3d p = in_.positions[v];
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-                refuse("E_NONFINITE", element("vertex", v), "a coordinate is not a finite number", "correct or remove the vertex");
+                refuse("E_NONFINITE", element("vertex", v), "a coordinate is not a finite number",
+                       "correct or remove the vertex");
         }
-        if (polygon_count == 0) refuse("E_EMPTY", "mesh", number(in_.positions.size()) + " vertices and no face", "give a mesh with faces, not points");
+        if (polygon_count == 0)
+            refuse("E_EMPTY", "mesh", number(in_.positions.size()) + " vertices and no face",
+                   "give a mesh with faces, not points");
         check_range();
     }
 
@@ -100,7 +109,8 @@ private:
         const Vec3d size = box_.size();
         const double extent = std::max({size.x, size.y, size.z});
         if (!(extent > 0)) refuse("E_RANGE", "mesh", "all vertices lie in one point", cure);
-        if (!(extent < k_range_size) || extent < 1 / k_range_size) refuse("E_RANGE", "mesh", "the size is beyond what double precision can cube", cure);
+        if (!(extent < k_range_size) || extent < 1 / k_range_size)
+            refuse("E_RANGE", "mesh", "the size is beyond what double precision can cube", cure);
 
         // Median extent: half of the vertices are within it of the median vertex. One stray vertex does not change it.
         const auto median = [](std::vector<double>& values) {
@@ -146,7 +156,8 @@ private:
             corners.clear();
             const std::size_t degree = in_.offsets[f + 1] - in_.offsets[f];
             if (degree > k_max_polygon)
-                refuse("E_LIMIT", element("face", f), "a polygon of " + number(degree) + " corners; the limit is " + number(k_max_polygon),
+                refuse("E_LIMIT", element("face", f),
+                       "a polygon of " + number(degree) + " corners; the limit is " + number(k_max_polygon),
                        "cut large polygons into triangles");
             for (std::uint32_t i = in_.offsets[f]; i < in_.offsets[f + 1]; ++i) {
                 const std::uint32_t v = new_number[static_cast<std::size_t>(in_.indices[i])];
@@ -162,7 +173,8 @@ private:
             }
             places.clear();
             for (const std::uint32_t v : corners) places.push_back(surface_.points[v]);
-            for (const auto& t : triangulated(places)) surface_.faces.push_back({{corners[t[0]], corners[t[1]], corners[t[2]]}, f});
+            for (const auto& t : triangulated(places))
+                surface_.faces.push_back({{corners[t[0]], corners[t[1]], corners[t[2]]}, f});
             ++cut;
         }
         if (cut > 0) note("triangulated", cut);
@@ -342,22 +354,119 @@ private:
         MeshFacts& facts = out_.facts;
         count_edges();
         Orientation orientation = orient(surface_);
+        if (!orientation.conflict) {
+            if (orientation.turned_count > 0) note("reoriented", orientation.turned_count);
+            bool changed = remove_tight_slivers();
+            if (options_.repair == Repair::Holes && first_boundary_) {
+                const std::uint32_t filled = fill_holes(
+                    surface_, {.max_edges = options_.max_hole_edges, .max_diagonal = options_.max_hole_size * diagonal_});
+                if (filled > 0) note("filled_holes", filled);
+                changed = changed || filled > 0;
+            }
+            if (changed) {
+                count_edges();
+                orientation = orient(surface_);
+            }
+        }
         Pairing pairing = paired(surface_, orientation);
         if (first_nonmanifold_ && (pairing.unpaired || first_boundary_))
             refuse("E_NONMANIFOLD", edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
-                   number(facts.nonmanifold_edge_count) + " edges have more than two faces and no split of vertices leaves closed shells",
+                   number(facts.nonmanifold_edge_count) +
+                       " edges have more than two faces and no split of vertices leaves closed shells",
                    "remove fins and inner walls, so that every edge has two faces");
         if (orientation.conflict)
-            refuse("E_ORIENT", element("face", surface_.faces[*orientation.conflict].polygon), "the faces cannot be oriented alike: the surface has one side",
+            refuse("E_ORIENT", element("face", surface_.faces[*orientation.conflict].polygon),
+                   "the faces cannot be oriented alike: the surface has one side",
                    "cut the surface where it is twisted, or remove the twisted part");
-        if (orientation.turned_count > 0) note("reoriented", orientation.turned_count);
+        if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
+        component_ = components(surface_.faces.size(), pairing.mate);
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
-            refuse("E_OPEN", edge_name(*first_boundary_), number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                   "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness for a sheet");
+            refuse("E_OPEN", edge_name(*first_boundary_),
+                   number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
+                   "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness "
+                   "for a sheet");
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note("split_vertices", made);
-        component_ = components(surface_.faces.size(), pairing.mate);
+    }
+
+    Pairing thickened(Pairing pairing)
+    {
+        if (!first_boundary_) {
+            warn("W_THICKNESS", 0, "the mesh is closed: --thickness was not used");
+            return pairing;
+        }
+        if (!(area_of(surface_) > 0)) return pairing;
+        split_fans(surface_, pairing.mate);
+        note("thickened", surface_.faces.size());
+        thicken(surface_, options_.thickness / options_.unit.value_or(1.0));
+        count_edges();
+        return paired(surface_, orient(surface_));
+    }
+
+    static double area_of(const Surface& surface)
+    {
+        double twice = 0;
+        for (const Face& f : surface.faces)
+            twice +=
+                norm(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
+        return twice / 2;
+    }
+
+    /// Faces without area that have a neighbour at each side: the corner that lies on the opposite edge is joined to the
+    /// corner beyond, so that nothing opens and nothing moves. Says whether any face changed.
+    bool remove_tight_slivers()
+    {
+        constexpr int k_passes = 16;  // a fan of slivers takes one pass for each
+        std::uint64_t removed = 0, left = 0;
+        for (int pass = 0; pass < k_passes; ++pass) {
+            std::vector<std::uint32_t> slivers;
+            for (std::uint32_t f = 0; f < surface_.faces.size(); ++f)
+                if (is_sliver(surface_.faces[f], k_sliver_height)) slivers.push_back(f);
+            left = slivers.size();
+            if (slivers.empty()) break;
+            const std::vector<EdgeUse> uses = edge_uses(surface_.faces);
+            const auto sides_of = [&](std::uint32_t a, std::uint32_t b) {
+                const auto order = [](const EdgeUse& u, const EdgeUse& w) { return std::tie(u.lo, u.hi) < std::tie(w.lo, w.hi); };
+                return std::equal_range(uses.begin(), uses.end(), EdgeUse{std::min(a, b), std::max(a, b), 0, false}, order);
+            };
+            std::vector<bool> touched(surface_.faces.size(), false);
+            std::vector<std::pair<std::uint32_t, std::uint32_t>> added;
+            std::uint64_t turned = 0;
+            for (const std::uint32_t f : slivers) {
+                std::uint32_t k = 0;
+                double longest = -1;
+                for (std::uint32_t i = 0; i < 3; ++i) {
+                    const double length =
+                        norm(surface_.points[surface_.faces[f].v[(i + 1) % 3]] - surface_.points[surface_.faces[f].v[i]]);
+                    if (length > longest) {
+                        longest = length;
+                        k = i;
+                    }
+                }
+                const Triangle v = surface_.faces[f].v;
+                const std::uint32_t a = v[k], b = v[(k + 1) % 3], c = v[(k + 2) % 3];
+                const auto [first, last] = sides_of(a, b);
+                if (touched[f] || last - first != 2) continue;
+                const std::uint32_t other = first->half / 3 == f ? (first + 1)->half : first->half;
+                const std::uint32_t g = other / 3, d = surface_.faces[g].v[(other + 2) % 3];
+                const auto [cd, cd_end] = sides_of(c, d);
+                const std::pair new_edge(std::min(c, d), std::max(c, d));
+                if (touched[g] || c == d || cd != cd_end || std::find(added.begin(), added.end(), new_edge) != added.end())
+                    continue;
+                surface_.faces[f].v = {a, d, c};
+                surface_.faces[g].v = {d, b, c};
+                touched[f] = touched[g] = true;
+                added.push_back(new_edge);
+                ++turned;
+            }
+            removed += turned;
+            if (turned == 0) break;
+        }
+        if (removed > 0) note("degenerate_faces", removed);
+        if (left > 0)
+            warn("W_DEGENERATE", left, number(left) + " faces have no area and could not be removed without opening the mesh");
+        return removed > 0;
     }
 
     /// Points about the origin in units of the diagonal, for everything that multiplies coordinates.
@@ -374,14 +483,22 @@ private:
     {
         const std::vector<Vec3d> points = local_points();
         Vec3d mean{};
-        double area = 0, volume = 0;
-        for (const Face& f : surface_.faces) {
+        double area = 0;
+        // By component: shells may be turned either way, and small solids far apart are not a sheet.
+        std::vector<double> six_volumes_of(surface_.faces.size(), 0), area_of_component(surface_.faces.size(), 0);
+        for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
+            const Face& f = surface_.faces[i];
             const Vec3d a = points[f.v[0]], b = points[f.v[1]], c = points[f.v[2]];
             const double w = 0.5 * norm(cross(b - a, c - a));
             area += w;
             mean += w / 3.0 * (a + b + c);
-            volume += six_volumes(points, f.v) / 6;
+            six_volumes_of[component_[i]] += six_volumes(points, f.v);
+            area_of_component[component_[i]] += w;
         }
+        // A plate of thickness t has a volume of t times half its area.
+        bool is_thick = false;
+        for (std::size_t i = 0; i < six_volumes_of.size(); ++i)
+            is_thick = is_thick || std::abs(six_volumes_of[i]) / 3 > k_flat_thickness * std::pow(area_of_component[i], 1.5);
         const char* cure = "give it a volume with --thickness, or model both sides";
         if (!(area > 0)) refuse("E_FLAT", "mesh", "no face with an area is left", cure);
         mean = mean / area;
@@ -395,8 +512,8 @@ private:
             }
         }
         const double spread = std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues()[0]));
-        if (spread < k_flat_thickness) refuse("E_FLAT", "mesh", "all faces lie in one plane", cure);
-        if (out_.facts.boundary_edge_count == 0 && 2 * std::abs(volume) < k_flat_thickness * area)
+        if (spread < k_flat_thickness * std::sqrt(area)) refuse("E_FLAT", "mesh", "all faces lie in one plane", cure);
+        if (out_.facts.boundary_edge_count == 0 && !is_thick)
             refuse("E_FLAT", "mesh", "the mesh encloses no volume: it is a sheet folded onto itself", cure);
     }
 
@@ -412,11 +529,14 @@ private:
             const Shells shells = turn_outward(surface_, points, component_);
             if (shells.turned_count > 0) {
                 note("flipped", shells.turned_count);
-                warn("W_FLIPPED", shells.turned_count, number(shells.turned_count) + " faces were inside out and have been turned");
+                warn("W_FLIPPED", shells.turned_count,
+                     number(shells.turned_count) + " faces were inside out and have been turned");
             }
-            if (shells.cavity_count > 0) warn("W_CAVITY", shells.cavity_count, number(shells.cavity_count) + " shells are cavities inside others");
+            if (shells.cavity_count > 0)
+                warn("W_CAVITY", shells.cavity_count, number(shells.cavity_count) + " shells are cavities inside others");
         } else {
-            warn("W_SURFACE", facts.boundary_edge_count, "open surface with " + number(facts.boundary_edge_count) + " boundary edges: it has no inside");
+            warn("W_SURFACE", facts.boundary_edge_count,
+                 "open surface with " + number(facts.boundary_edge_count) + " boundary edges: it has no inside");
         }
         std::vector<std::uint32_t> roots = component_;
         std::sort(roots.begin(), roots.end());
@@ -427,11 +547,26 @@ private:
             const auto v = static_cast<std::int64_t>(facts.vertex_count), f = static_cast<std::int64_t>(facts.triangle_count);
             facts.genus = static_cast<std::int64_t>(facts.component_count) - (v - f / 2) / 2;  // V - 3F/2 + F = 2 (C - genus)
         }
-        if (!out_.repairs.empty() && options_.repair == Repair::None) refuse_repair();
+        if (options_.repair == Repair::None) refuse_repair();
+
+        count_intersections();
 
         const Vec3d size = facts.box_max - facts.box_min;
         if (!options_.unit && std::max({size.x, size.y, size.z}) > k_unit_hint)
             warn("W_UNIT", 0, "more than 50 units wide: if that is not metres, say so with --unit (such as --unit mm)");
+    }
+
+    void count_intersections()
+    {
+        MeshFacts& facts = out_.facts;
+        SelfIntersections found = find_self_intersections(out_.mesh, options_.max_intersections);
+        facts.self_intersecting_pairs = found.pair_count;
+        if (found.pair_count > 0) out_.crossed = std::move(found.crossed);
+        facts.intersections_complete = found.is_complete;
+        if (found.pair_count > 0)
+            warn("W_SELFX", found.pair_count,
+                 (found.is_complete ? "" : "at least ") + number(found.pair_count) +
+                     " pairs of faces intersect; the solid is where the winding number is positive");
     }
 
     /// Vertices that share a position are told apart by their faces, so that file order has no say in the canonical one.
@@ -450,7 +585,8 @@ private:
         using Key = std::pair<std::tuple<double, double, double>, std::tuple<double, double, double>>;
         std::vector<Key> key(surface_.points.size(), {{1e308, 0, 0}, {}});
         for (const Face& f : surface_.faces)
-            for (int k = 0; k < 3; ++k) key[f.v[k]] = std::min(key[f.v[k]], Key{place(f.v[(k + 1) % 3]), place(f.v[(k + 2) % 3])});
+            for (int k = 0; k < 3; ++k)
+                key[f.v[k]] = std::min(key[f.v[k]], Key{place(f.v[(k + 1) % 3]), place(f.v[(k + 2) % 3])});
         std::sort(order.begin(), order.end(), [&](auto a, auto b) {
             return place(a) != place(b) ? place(a) < place(b) : (key[a] != key[b] ? key[a] < key[b] : a < b);
         });
@@ -480,16 +616,36 @@ private:
         out_.mesh = canonicalized(mesh);
     }
 
-    [[noreturn]] void refuse_repair()
+    /// With Repair::None what would have been repaired is the verdict, by the code that names it best.
+    void refuse_repair()
     {
         std::string list;
-        for (const RepairNote& r : out_.repairs) list += (list.empty() ? "" : ", ") + r.kind + " (" + number(r.count) + ")";
-        out_.repairs.clear();
-        refuse("E_REPAIR", "mesh", "it needs repairs that are forbidden: " + list, "allow them with --repair safe");
+        const auto has = [&](const char* kind) {
+            return std::any_of(out_.repairs.begin(), out_.repairs.end(), [&](const RepairNote& r) { return r.kind == kind; });
+        };
+        for (const RepairNote& r : out_.repairs)
+            if (r.kind != "thickened") list += (list.empty() ? "" : ", ") + r.kind + " (" + number(r.count) + ")";
+        if (list.empty()) return;  // a thickness is asked for, not a repair
+        const char* code = has("duplicate_faces") || has("split_vertices") ? "E_NONMANIFOLD"
+                           : has("reoriented") || has("flipped")           ? "E_ORIENT"
+                           : has("welded_vertices")                        ? "E_OPEN"
+                                                                           : "E_REPAIR";
+        refuse(code, "mesh", "it needs repairs that are forbidden: " + list, "allow them with --repair safe");
     }
 
-    void note(const char* kind, std::uint64_t count) { out_.repairs.push_back({kind, count}); }
-    void warn(const char* code, std::uint64_t count, std::string message) { out_.warnings.push_back({code, count, std::move(message)}); }
+    void note(const char* kind, std::uint64_t count)
+    {
+        for (RepairNote& r : out_.repairs)
+            if (r.kind == kind) {
+                r.count += count;
+                return;
+            }
+        out_.repairs.push_back({kind, count});
+    }
+    void warn(const char* code, std::uint64_t count, std::string message)
+    {
+        out_.warnings.push_back({code, count, std::move(message)});
+    }
 
     const PolygonView& in_;
     const GateOptions& options_;

@@ -167,7 +167,10 @@ std::vector<std::uint32_t> components(std::size_t face_count, const std::vector<
     return out;
 }
 
-double six_volumes(std::span<const Vec3d> points, const Triangle& t) { return dot(points[t[0]], cross(points[t[1]], points[t[2]])); }
+double six_volumes(std::span<const Vec3d> points, const Triangle& t)
+{
+    return dot(points[t[0]], cross(points[t[1]], points[t[2]]));
+}
 
 namespace {
 
@@ -223,8 +226,10 @@ Shells turn_outward(Surface& surface, std::span<const Vec3d> points, const std::
                 angle += solid_angle(points[t[0]] - p, points[t[1]] - p, points[t[2]] - p);
             }
         }
-        if (angle > 2 * std::numbers::pi) ++out.cavity_count;
-        else inverted.push_back(&shell);
+        if (angle > 2 * std::numbers::pi)
+            ++out.cavity_count;
+        else
+            inverted.push_back(&shell);
     }
     for (Shell* shell : inverted) turn(*shell);
     return out;

@@ -10,9 +10,9 @@ namespace sqmap::mesh {
 
 /// Turns faces so that neighbours over two-faced edges agree; in each region the smaller number of faces is turned.
 struct Orientation {
-    std::vector<std::uint32_t> region;         ///< per face: connected over two-faced edges; the least face of it
+    std::vector<std::uint32_t> region;  ///< per face: connected over two-faced edges; the least face of it
     std::uint32_t turned_count = 0;
-    std::optional<std::uint32_t> conflict;     ///< a face that cannot agree with its neighbours
+    std::optional<std::uint32_t> conflict;  ///< a face that cannot agree with its neighbours
 };
 Orientation orient(Surface& surface);
 

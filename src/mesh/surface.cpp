@@ -14,9 +14,8 @@ std::vector<EdgeUse> edge_uses(std::span<const Face> faces)
             const std::uint32_t a = faces[f].v[k], b = faces[f].v[(k + 1) % 3];
             uses.push_back({std::min(a, b), std::max(a, b), 3 * f + k, a < b});
         }
-    std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-        return std::tie(a.lo, a.hi, a.half) < std::tie(b.lo, b.hi, b.half);
-    });
+    std::sort(uses.begin(), uses.end(),
+              [](const EdgeUse& a, const EdgeUse& b) { return std::tie(a.lo, a.hi, a.half) < std::tie(b.lo, b.hi, b.half); });
     return uses;
 }
 
@@ -54,7 +53,9 @@ bool contains(Vec3d a, Vec3d b, Vec3d c, Vec3d p, Vec3d n)
 std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> corners)
 {
     const Vec3d n = newell_normal(corners);
-    const auto s = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) { return shape(corners[i], corners[j], corners[k], n); };
+    const auto s = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+        return shape(corners[i], corners[j], corners[k], n);
+    };
     if (corners.size() == 4) {
         const double across_02 = std::min(s(0, 1, 2), s(0, 2, 3)), across_13 = std::min(s(0, 1, 3), s(1, 2, 3));
         const bool both = across_02 > 0 && across_13 > 0;
@@ -70,26 +71,42 @@ std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> co
     std::vector<std::array<std::uint32_t, 3>> out;
     std::vector<std::uint32_t> ring(corners.size());
     std::iota(ring.begin(), ring.end(), 0u);
+    struct Ear {
+        double shape = 0;
+        bool is_empty = false;
+    };
+    std::vector<Ear> ears(ring.size());
+    const auto corner = [&](std::size_t i, std::size_t step) { return ring[(i + step) % ring.size()]; };
+    // Only corners that are not convex can lie in an ear.
+    std::vector<bool> is_convex(corners.size());
+    for (std::size_t i = 0; i < ring.size(); ++i) is_convex[i] = s(corner(i, ring.size() - 1), ring[i], corner(i, 1)) > 0;
+    const auto look = [&](std::size_t i) {
+        const std::uint32_t a = corner(i, ring.size() - 1), b = ring[i], c = corner(i, 1);
+        const double ear = s(a, b, c);
+        is_convex[b] = ear > 0;
+        return Ear{ear, ear > 0 && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t p) {
+                            return !is_convex[p] && p != a && p != b && p != c &&
+                                   contains(corners[a], corners[b], corners[c], corners[p], n);
+                        })};
+    };
+    for (std::size_t i = 0; i < ring.size(); ++i) ears[i] = look(i);
     while (ring.size() > 3) {
         // The best ear that holds no other corner; where rounding leaves none, the best ear.
-        std::size_t best = 0;
-        double best_shape = -2;
-        bool best_is_empty = false;
-        for (std::size_t i = 0; i < ring.size(); ++i) {
-            const std::uint32_t a = ring[(i + ring.size() - 1) % ring.size()], b = ring[i], c = ring[(i + 1) % ring.size()];
-            const double ear = s(a, b, c);
-            if (best_is_empty && ear <= best_shape) continue;
-            const bool is_empty = ear > 0 && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t p) {
-                return p != a && p != b && p != c && contains(corners[a], corners[b], corners[c], corners[p], n);
-            });
-            if (is_empty > best_is_empty || (is_empty == best_is_empty && ear > best_shape)) {
-                best = i;
-                best_shape = ear;
-                best_is_empty = is_empty;
-            }
+        const auto worse = [](const Ear& a, const Ear& b) {
+            return std::tie(a.is_empty, a.shape) < std::tie(b.is_empty, b.shape);
+        };
+        auto best = std::max_element(ears.begin(), ears.end(), worse);
+        if (!best->is_empty) {  // cutting may have emptied ears that were not looked at since
+            for (std::size_t i = 0; i < ring.size(); ++i) ears[i] = look(i);
+            best = std::max_element(ears.begin(), ears.end(), worse);
         }
-        out.push_back({ring[(best + ring.size() - 1) % ring.size()], ring[best], ring[(best + 1) % ring.size()]});
-        ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(best));
+        const auto at = static_cast<std::size_t>(best - ears.begin());
+        out.push_back({corner(at, ring.size() - 1), ring[at], corner(at, 1)});
+        ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(at));
+        ears.erase(best);
+        const std::size_t before = (at + ring.size() - 1) % ring.size(), after = at % ring.size();
+        ears[before] = look(before);
+        ears[after] = look(after);
     }
     out.push_back({ring[0], ring[1], ring[2]});
     return out;
@@ -100,9 +117,8 @@ std::vector<std::uint32_t> coincident(std::span<const Vec3d> points)
     std::vector<std::uint32_t> order(points.size()), first(points.size());
     std::iota(order.begin(), order.end(), 0u);
     const auto key = [&](std::uint32_t v) { return std::tie(points[v].x, points[v].y, points[v].z); };
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return key(a) != key(b) ? key(a) < key(b) : a < b;
-    });
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
     return first;
@@ -110,20 +126,28 @@ std::vector<std::uint32_t> coincident(std::span<const Vec3d> points)
 
 std::vector<std::uint32_t> coincident_within(std::span<const Vec3d> points, double distance)
 {
+    // Cells eight times as wide: most points lie away from a cell's walls and look into their own only.
     using Cell = std::array<double, 3>;
+    const double width = 8 * distance;
+    const auto cell_of = [&](Vec3d p) { return Cell{std::floor(p.x / width), std::floor(p.y / width), std::floor(p.z / width)}; };
     std::vector<std::pair<Cell, std::uint32_t>> cells;
-    for (std::uint32_t v = 0; v < points.size(); ++v) {
-        const Vec3d p = points[v] / distance;
-        cells.push_back({{std::floor(p.x), std::floor(p.y), std::floor(p.z)}, v});
-    }
+    cells.reserve(points.size());
+    for (std::uint32_t v = 0; v < points.size(); ++v) cells.emplace_back(cell_of(points[v]), v);
     std::sort(cells.begin(), cells.end());
     UnionFind groups(points.size());
-    for (const auto& [cell, v] : cells)
-        for (int neighbour = 0; neighbour < 27; ++neighbour) {
-            const Cell other{cell[0] + neighbour % 3 - 1, cell[1] + neighbour / 3 % 3 - 1, cell[2] + neighbour / 9 - 1};
-            for (auto i = std::lower_bound(cells.begin(), cells.end(), std::pair(other, 0u)); i != cells.end() && i->first == other; ++i)
-                if (i->second > v && norm(points[i->second] - points[v]) <= distance) groups.unite(v, i->second);
-        }
+    const Vec3d reach{distance, distance, distance};
+    for (std::uint32_t v = 0; v < points.size(); ++v) {
+        const Cell lo = cell_of(points[v] - reach), hi = cell_of(points[v] + reach);
+        for (double x = lo[0]; x <= hi[0]; ++x)
+            for (double y = lo[1]; y <= hi[1]; ++y)
+                for (double z = lo[2]; z <= hi[2]; ++z) {
+                    const Cell cell{x, y, z};
+                    // Only later points of the cell: each pair is seen from its first.
+                    for (auto i = std::lower_bound(cells.begin(), cells.end(), std::pair(cell, v + 1));
+                         i != cells.end() && i->first == cell; ++i)
+                        if (norm(points[i->second] - points[v]) <= distance) groups.unite(v, i->second);
+                }
+    }
     std::vector<std::uint32_t> first(points.size());
     for (std::uint32_t v = 0; v < points.size(); ++v) first[v] = groups.find(v);
     return first;

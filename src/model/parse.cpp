@@ -11,6 +11,10 @@ namespace {
 
 static_assert(sizeof(Part) == sizeof(fb::Part) && alignof(Part) == alignof(fb::Part));
 static_assert(sizeof(Header) == sizeof(fb::Header) && alignof(Header) == alignof(fb::Header));
+static_assert(sizeof(NormalPart) == sizeof(fb::NormalPart) && alignof(NormalPart) == alignof(fb::NormalPart));
+static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) && alignof(VertexCorrection) == alignof(fb::VertexCorrection));
+static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
+static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
 
 constexpr std::uint32_t k_max_base = 256;
@@ -35,14 +39,14 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
 {
     const CellKind kind = cell_kind(cell);
     if (kind == CellKind::Uniform) return cell_payload(cell) <= 1;
-    if (kind == CellKind::Single) return cell_payload(cell) <= 255;
+    if (kind == CellKind::Single) return cell_payload(cell) < 2 * k_foreign;
     if (cell_payload(cell) >= part.special_count) return false;
     const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
     const std::uint16_t* pool = view.pool.data() + part.first_pool;
     if (kind == CellKind::Split) {
-        if (depth >= k_max_split_depth || !within(offset, 13, part.pool_count)) return false;
+        if (depth >= k_max_split_depth || !within(offset, k_split_size, part.pool_count)) return false;
         for (int i = 0; i < 4; ++i)
-            if (!valid_cell(part, view, pool[offset + 9 + i], depth + 1)) return false;
+            if (!valid_cell(part, view, pool[offset + k_split_samples + i], depth + 1)) return false;
         return true;
     }
     if (!within(offset, 1, part.pool_count)) return false;
@@ -78,8 +82,11 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         if (!(a > 0)) return ParseStatus::BadValue;
     for (const float e : part.eps)
         if (!(e >= 0.099f && e <= 2.001f)) return ParseStatus::BadValue;
+    const std::uint32_t n = part.base;
+    const bool is_normal = view.header.projection == static_cast<std::uint32_t>(Projection::Normal);
+    if (n == 0 && is_normal && !has_exact(view)) return ParseStatus::Ok;
     if (!(part.w_step > 0) || !(part.w_min >= 0)) return ParseStatus::BadValue;
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 9; ++i)
         if (!(part.chart_lo[i] < part.chart_hi[i])) return ParseStatus::BadValue;
     for (int i = 0; i < 3; ++i) {
         // Rows must be an orthonormal frame divided by a.
@@ -88,8 +95,6 @@ ParseStatus check_part(const Part& part, const ModelView& view)
             if (!(std::abs(d - (i == j ? 1.f : 0.f)) < 1e-4f)) return ParseStatus::BadValue;
         }
     }
-    const std::uint32_t n = part.base;
-    if (view.header.projection != static_cast<std::uint32_t>(Projection::Central)) return ParseStatus::Ok;
     if (n < k_block || n > k_max_base || n % k_block != 0) return ParseStatus::BadStructure;
     if (part.sample_count != k_faces * (n + 1) * (n + 1) || part.cell_count != k_faces * n * n ||
         part.block_count != k_faces * (n / k_block) * (n / k_block))
@@ -116,6 +121,22 @@ ParseStatus check_part(const Part& part, const ModelView& view)
             if (start[c] > start[c + 1] || !valid_list(part, refs, base + start[c], base + start[c + 1], 0)) return ParseStatus::BadStructure;
     }
     return ParseStatus::Ok;
+}
+
+/// Checks that a part's normal map lies within the arrays, and then what it says.
+ParseStatus check_normal_part(const ModelView& view, std::size_t index)
+{
+    const NormalPart& p = view.normal.parts[index];
+    const NormalArrays& a = view.normal;
+    const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
+    const bool inside = p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
+                        within(p.first_sample, samples, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
+                        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
+                        within(p.first_correction, p.correction_count, a.corrections.size()) &&
+                        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) && within(p.first_gap, p.gap_count, a.gaps.size()) &&
+                        within(p.first_offset, p.offset_count, a.offset.size()) && within(p.first_seed, p.seed_count, a.seeds.size());
+    if (!inside) return ParseStatus::BadStructure;
+    return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
 
 template <class T>
@@ -166,6 +187,34 @@ shape::Superquadricf superquadric_of(const Part& part) noexcept
     return sq;
 }
 
+NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
+{
+    const NormalPart& p = view.normal.parts[part];
+    const NormalArrays& a = view.normal;
+    const std::size_t samples = static_cast<std::size_t>(p.eta_count) * p.omega_count;
+    NormalMapView map;
+    map.superquadric = superquadric_of(view.parts[part]);
+    map.eta_count = p.eta_count;
+    map.omega_count = p.omega_count;
+    map.subdivisions = p.subdivisions;
+    map.vertex_count = p.vertex_count;
+    map.distance_scale = p.distance_scale;
+    map.offset_scale = p.offset_scale;
+    map.quantization_error = p.quantization_error;
+    map.distance = a.distance.subspan(p.first_sample, samples);
+    map.normal = a.normal.subspan(p.first_sample, samples);
+    map.cuts = a.cuts.subspan(p.first_cut, p.cut_count);
+    map.correction_rows = a.correction_rows.subspan(p.first_correction_row, p.correction_row_count);
+    map.corrections = a.corrections.subspan(p.first_correction, p.correction_count);
+    map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
+    map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
+    map.offset = a.offset.subspan(p.first_offset, p.offset_count);
+    map.seed_count = p.seeds_along;
+    map.seeds_mirrored = p.seeds_mirrored != 0;
+    map.seeds = a.seeds.subspan(p.first_seed, p.seed_count);
+    return map;
+}
+
 std::uint64_t content_hash(const ModelView& view) noexcept
 {
     std::uint64_t hash = 0xcbf29ce484222325ull;
@@ -184,6 +233,17 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.triangles16);
     hash_bytes(hash, view.triangles32);
     hash_bytes(hash, view.triangle_part);
+    const NormalArrays& n = view.normal;
+    hash_bytes(hash, n.parts);
+    hash_bytes(hash, n.distance);
+    hash_bytes(hash, n.normal);
+    hash_bytes(hash, n.cuts);
+    hash_bytes(hash, n.offset);
+    hash_bytes(hash, n.correction_rows);
+    hash_bytes(hash, n.gap_rows);
+    hash_bytes(hash, n.corrections);
+    hash_bytes(hash, n.gaps);
+    hash_bytes(hash, n.seeds);
     return hash;
 }
 
@@ -215,6 +275,13 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.triangles32 = span_of<std::uint32_t>(model->triangles32());
     v.triangle_part = span_of<std::uint16_t>(model->triangle_part());
 
+    if (const fb::NormalMaps* n = model->normal_maps(); n != nullptr)
+        v.normal = {span_of<NormalPart>(n->parts()),           span_of<std::uint16_t>(n->distance()),
+                    span_of<std::uint16_t>(n->normal()),       span_of<std::uint8_t>(n->cuts()),
+                    span_of<std::uint8_t>(n->offset()),        span_of<std::uint32_t>(n->correction_rows()),
+                    span_of<std::uint32_t>(n->gap_rows()),     span_of<VertexCorrection>(n->corrections()),
+                    span_of<MapGap>(n->gaps()),                span_of<FootSeed>(n->seeds())};
+
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
         if (!std::isfinite(value)) return ParseStatus::BadValue;
@@ -233,6 +300,10 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         if ((p & k_part_mask) >= v.parts.size()) return ParseStatus::BadStructure;
     for (const Part& part : v.parts)
         if (const ParseStatus status = check_part(part, v); status != ParseStatus::Ok) return status;
+    if (v.normal.parts.size() != (h.projection == static_cast<std::uint32_t>(Projection::Normal) ? v.parts.size() : 0))
+        return ParseStatus::BadStructure;
+    for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
+        if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
     view = v;
     return ParseStatus::Ok;
 }

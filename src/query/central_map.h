@@ -55,6 +55,7 @@ struct Leaf {
     model::CellKind kind = model::CellKind::Uniform;
     bool centre_inside = false;
     bool bilinear = false;   ///< Layered: sheets have four corners each
+    bool foreign = false;    ///< no surface over it is the part's own
     int sheets = 0;          ///< Uniform 0, Single 1
     float s0 = 0, t0 = 0, size = 0;
     float w_min = 0, w_step = 0;
@@ -154,15 +155,23 @@ public:
         return model::vec3(part_.chart_centre) + l.x * model::vec3(part_.rotation) + l.y * model::vec3(part_.rotation + 3) +
                l.z * model::vec3(part_.rotation + 6);
     }
+    /// A plane vector's gradient direction in the chart frame, measured in model space: diag(1/a^2) n.
+    Vec3f over_axes_sq(Vec3f n) const
+    {
+        return {n.x / (part_.a[0] * part_.a[0]), n.y / (part_.a[1] * part_.a[1]), n.z / (part_.a[2] * part_.a[2])};
+    }
     Vec3f direction_from_chart_frame(Vec3f n) const
     {
         const Vec3f l{n.x / part_.a[0], n.y / part_.a[1], n.z / part_.a[2]};
         return l.x * model::vec3(part_.rotation) + l.y * model::vec3(part_.rotation + 3) + l.z * model::vec3(part_.rotation + 6);
     }
-    bool in_box(Vec3f x) const
+    /// Where the chart answers: a convex polytope that holds the part's solid and the centre.
+    bool in_domain(Vec3f x) const
     {
-        return x.x >= part_.chart_lo[0] && x.x <= part_.chart_hi[0] && x.y >= part_.chart_lo[1] && x.y <= part_.chart_hi[1] &&
-               x.z >= part_.chart_lo[2] && x.z <= part_.chart_hi[2];
+        const float v[9] = {x.x, x.y, x.z, x.x + x.y, x.x - x.y, x.x + x.z, x.x - x.z, x.y + x.z, x.y - x.z};
+        bool inside = true;
+        for (int i = 0; i < 9; ++i) inside = inside && v[i] >= part_.chart_lo[i] && v[i] <= part_.chart_hi[i];
+        return inside;
     }
 
     int column_of(float s) const { return std::clamp(static_cast<int>((s + 1.f) * 0.5f * static_cast<float>(base_)), 0, base_ - 1); }
@@ -181,18 +190,18 @@ public:
         float s0 = -1.f + cell_size_ * static_cast<float>(column), t0 = -1.f + cell_size_ * static_cast<float>(row), size = cell_size_;
         std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split) return base_leaf(cell, face, column, row);
-        const std::uint16_t* split = nullptr;
-        int quadrant = 0;
+        std::uint16_t corner[4];
+        base_samples(face, column, row, corner);
         while (model::cell_kind(cell) == model::CellKind::Split) {
-            split = pool_ + specials_[model::cell_payload(cell)];
+            const std::uint16_t* split = pool_ + specials_[model::cell_payload(cell)];
             size *= 0.5f;
             const int right = s >= s0 + size ? 1 : 0, up = t >= t0 + size ? 1 : 0;
             s0 += size * static_cast<float>(right);
             t0 += size * static_cast<float>(up);
-            quadrant = right + 2 * up;
-            cell = split[9 + quadrant];
+            child_samples(split, right + 2 * up, corner);
+            cell = split[model::k_split_samples + static_cast<std::uint32_t>(right + 2 * up)];
         }
-        return child_leaf(cell, split, quadrant, s0, t0, size);
+        return child_leaf(cell, corner, s0, t0, size);
     }
 
     /// Calls visit(leaf) for every leaf of a base cell.
@@ -202,15 +211,19 @@ public:
         const std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split)
             visit(base_leaf(cell, face, column, row));
-        else
-            each_child(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_, visit);
+        else {
+            std::uint16_t corner[4];
+            base_samples(face, column, row, corner);
+            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_,
+                       visit);
+        }
     }
 
     /// Layer 2: the base samples of a cell whatever it was refined to; false where a corner has no surface.
     bool base_corners(int face, int column, int row, float corner[4]) const
     {
-        const std::uint16_t* p = samples_ + (face * (base_ + 1) + row) * (base_ + 1) + column;
-        const std::uint16_t v[4] = {p[0], p[1], p[base_ + 1], p[base_ + 2]};
+        std::uint16_t v[4];
+        base_samples(face, column, row, v);
         bool all = true;
         for (int i = 0; i < 4; ++i) {
             all = all && v[i] != model::k_no_surface;
@@ -239,11 +252,13 @@ private:
         leaf.w_step = part_.w_step;
         if (leaf.kind == model::CellKind::Single) {
             leaf.sheets = 1;
-            leaf.deviation = deviation_of_code(model::cell_payload(cell), part_.w_step);
+            leaf.deviation = deviation_of_code(model::cell_payload(cell) & 0xffu, part_.w_step);
+            leaf.foreign = (model::cell_payload(cell) & model::k_foreign) != 0;
         } else if (leaf.kind == model::CellKind::Layered) {
             const std::uint16_t* record = pool_ + specials_[model::cell_payload(cell)];
             leaf.sheets = record[0] & 7;
             leaf.bilinear = (record[0] & 8) != 0;
+            leaf.foreign = (record[0] & model::k_foreign) != 0;
             leaf.record = record + 1;
         } else {
             leaf.centre_inside = (model::cell_payload(cell) & 1u) != 0;
@@ -251,31 +266,48 @@ private:
         return leaf;
     }
 
-    Leaf child_leaf(std::uint16_t cell, const std::uint16_t* split, int quadrant, float s0, float t0, float size) const
+    void base_samples(int face, int column, int row, std::uint16_t v[4]) const
+    {
+        const std::uint16_t* p = samples_ + (face * (base_ + 1) + row) * (base_ + 1) + column;
+        v[0] = p[0];
+        v[1] = p[1];
+        v[2] = p[base_ + 1];
+        v[3] = p[base_ + 2];
+    }
+
+    /// Corners of a cell -> corners of a quadrant of it.
+    static void child_samples(const std::uint16_t* split, int quadrant, std::uint16_t corner[4])
+    {
+        const std::uint16_t grid[9] = {corner[0], split[0], corner[1], split[1], split[2], split[3], corner[2], split[4], corner[3]};
+        const std::uint16_t* p = grid + (quadrant & 1) + 3 * (quadrant >> 1);
+        corner[0] = p[0];
+        corner[1] = p[1];
+        corner[2] = p[3];
+        corner[3] = p[4];
+    }
+
+    Leaf child_leaf(std::uint16_t cell, const std::uint16_t corner[4], float s0, float t0, float size) const
     {
         Leaf leaf = leaf_frame(cell, s0, t0, size);
-        if (leaf.kind == model::CellKind::Single) {
-            const std::uint16_t* p = split + (quadrant & 1) + 3 * (quadrant >> 1);
-            leaf.corner[0] = decode(p[0]);
-            leaf.corner[1] = decode(p[1]);
-            leaf.corner[2] = decode(p[3]);
-            leaf.corner[3] = decode(p[4]);
-        }
+        if (leaf.kind == model::CellKind::Single)
+            for (int i = 0; i < 4; ++i) leaf.corner[i] = decode(corner[i]);
         return leaf;
     }
 
     template <class Visit>
-    void each_child(std::uint16_t cell, float s0, float t0, float size, Visit&& visit) const
+    void each_child(std::uint16_t cell, const std::uint16_t corner[4], float s0, float t0, float size, Visit&& visit) const
     {
         const std::uint16_t* split = pool_ + specials_[model::cell_payload(cell)];
         size *= 0.5f;
         for (int q = 0; q < 4; ++q) {
-            const std::uint16_t child = split[9 + q];
+            std::uint16_t quadrant[4] = {corner[0], corner[1], corner[2], corner[3]};
+            child_samples(split, q, quadrant);
+            const std::uint16_t child = split[model::k_split_samples + static_cast<std::uint32_t>(q)];
             const float s = s0 + size * static_cast<float>(q & 1), t = t0 + size * static_cast<float>(q >> 1);
             if (model::cell_kind(child) == model::CellKind::Split)
-                each_child(child, s, t, size, visit);
+                each_child(child, quadrant, s, t, size, visit);
             else
-                visit(child_leaf(child, split, q, s, t, size));
+                visit(child_leaf(child, quadrant, s, t, size));
         }
     }
 
@@ -290,15 +322,15 @@ private:
 };
 
 /// Verdict at a chart point: inside or not, proven or not, and how far (in w) from where it would change.
-struct Verdict {
+struct ChartVerdict {
     bool inside = false;
     bool certain = false;
     float margin = 0;
 };
 
-inline Verdict classify(const Leaf& leaf, float s, float t, float w)
+inline ChartVerdict classify(const Leaf& leaf, float s, float t, float w)
 {
-    Verdict v;
+    ChartVerdict v;
     if (leaf.sheets == 0 && leaf.kind != model::CellKind::Layered) return {leaf.centre_inside, true, INFINITY};
     int nearer = 0;  // sheets between the centre and the point
     v.margin = INFINITY;

@@ -29,22 +29,29 @@ constexpr float k_pi = std::numbers::pi_v<float>;
 constexpr shape::FootOptions k_newton{.max_iterations = 10, .tolerance = 1e-5};
 constexpr float k_proven_miss = 1e-3f;
 
+SurfacePlace<float> place_of_sample(const NormalMapView& map, std::size_t row, std::size_t column)
+{
+    if (!map.rows.empty()) return {map.rows[row], map.columns[column]};
+    return shape::place_at(map.superquadric, SurfaceAnglesf{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
+                                              2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi});
+}
+
 // A base-grid sample index, with rows continued over the poles and columns around.
 struct Node {
     std::int32_t row, column;
 };
 
-// The base grid of a map in its own local frame.
+// Every so many samples of a map's grid, by default the base grid, in the superquadric's own frame.
 struct BaseGrid {
     const NormalMapView& map;
     Superquadricf local;
     std::int32_t stride, rows, columns;
 
-    explicit BaseGrid(const NormalMapView& m) : map(m), local(m.superquadric)
+    explicit BaseGrid(const NormalMapView& m) : BaseGrid(m, std::int32_t{1} << m.subdivisions) {}
+    BaseGrid(const NormalMapView& m, std::int32_t every) : map(m), local(m.superquadric), stride(every)
     {
         local.rotation = {};
         local.translation = {};
-        stride = std::int32_t{1} << m.subdivisions;
         rows = static_cast<std::int32_t>(m.eta_count - 1) / stride + 1;
         columns = static_cast<std::int32_t>(m.omega_count) / stride;
     }
@@ -64,7 +71,7 @@ struct BaseGrid {
     }
     SurfacePlace<float> place(Node n) const
     {
-        return {map.rows[static_cast<std::size_t>(n.row * stride)], map.columns[static_cast<std::size_t>(n.column * stride)]};
+        return place_of_sample(map, static_cast<std::size_t>(n.row * stride), static_cast<std::size_t>(n.column * stride));
     }
     SurfacePoint<float> point(Node n) const { return shape::surface_point(local, place(n)); }
 };
@@ -133,46 +140,65 @@ std::int32_t nearest_column(const BaseGrid& grid, float omega)
     return static_cast<std::int32_t>(std::lround((omega / (2 * k_pi) + 0.5f) * static_cast<float>(grid.columns))) % grid.columns;
 }
 
-SurfacePlace<float> seed_place(const NormalMapView& map, const Superquadricf& local, Vec3f undeformed)
+// The table's start for an undeformed point in units of the semi-axes, taken from the grid: no power is raised for it.
+SurfacePlace<float> seed_place(const NormalMapView& map, Vec3f unit)
 {
     const float n = static_cast<float>(map.seed_count);
     std::size_t index = 0;
     for (int i = 0; i < 3; ++i) {
-        const float w = undeformed[i] / local.a[i];
-        const float x = (map.seeds_mirrored ? std::abs(w) : 0.5f * (w + 1)) * n;
+        const float x = (map.seeds_mirrored ? std::abs(unit[i]) : 0.5f * (unit[i] + 1)) * n;
         index = index * map.seed_count + static_cast<std::size_t>(std::clamp(x, 0.0f, n - 1));
     }
     const FootSeed seed = map.seeds[index];
-    SurfaceAnglesf angles{(static_cast<float>(seed.eta) + 0.5f) / 256 * k_pi - k_pi / 2,
-                          (static_cast<float>(seed.omega) + 0.5f) / 256 * 2 * k_pi - k_pi};
-    SurfacePlace<float> place = shape::place_at(local, angles);
+    SurfacePlace<float> place = place_of_sample(map, (seed.eta * (map.eta_count - 1) + 127) / 255,
+                                                (seed.omega * map.omega_count + 128) / 256 % map.omega_count);
     if (map.seeds_mirrored) {
         const auto flip = [](float like, float& c, float& nc) {
             c = std::copysign(c, like);
             nc = std::copysign(nc, like);
         };
-        flip(undeformed.x, place.longitude.c, place.longitude.nc);
-        flip(undeformed.y, place.longitude.s, place.longitude.ns);
-        flip(undeformed.z, place.latitude.s, place.latitude.ns);
+        flip(unit.x, place.longitude.c, place.longitude.nc);
+        flip(unit.y, place.longitude.s, place.longitude.ns);
+        flip(unit.z, place.latitude.s, place.latitude.ns);
     }
     return place;
 }
 
-// The nearer of the place on q's own ray and the table's start: near the surface the first is right, deep inside and
-// beside a sharp edge the second.
-SurfacePlace<float> nearer_start(const BaseGrid& grid, Vec3f q, const SurfacePlace<float>& own)
+// A query point as both projectors need it.
+struct Query {
+    Vec3f local;             // in the superquadric's frame
+    Vec3f unit;              // undeformed, divided by the semi-axes
+    float gauge;             // F^(1/2)
+    SurfacePlace<float> own; // where its own ray leaves the surface
+};
+
+// False where the point is outside the superquadric or not a number; most points are so before any power is raised.
+bool enters(const NormalMapView& map, Vec3f p, Query& query)
 {
-    const SurfacePlace<float> seed = seed_place(grid.map, grid.local, shape::undeform(grid.local, q));
-    const float own_sq = norm_sq(shape::surface_point(grid.local, own).point - q);
-    return norm_sq(shape::surface_point(grid.local, seed).point - q) < own_sq ? seed : own;
+    const Superquadricf& sq = map.superquadric;
+    query.local = shape::to_local(sq, p);
+    const Vec3f q = shape::undeform(sq, query.local);
+    query.unit = {q.x / sq.a.x, q.y / sq.a.y, q.z / sq.a.z};
+    if (!(std::abs(query.unit.x) <= 1 && std::abs(query.unit.y) <= 1 && std::abs(query.unit.z) <= 1)) return false;
+    query.own.longitude = shape::arc_through(query.unit.x, query.unit.y, sq.eps2);
+    query.own.latitude = shape::arc_through(query.own.longitude.gauge, query.unit.z, sq.eps1);
+    query.gauge = query.own.latitude.gauge;
+    return query.gauge <= 1;
 }
 
-GridFoot search_pyramid(const BaseGrid& grid, Vec3f q, const PyramidOptions& options)
+// The nearer of the place on the point's own ray and the table's start: near the surface the first is right, deep inside
+// and beside a sharp edge the second.
+SurfacePlace<float> nearer_start(const BaseGrid& grid, const Query& query)
 {
-    Search search{grid, q, options.compare_distance};
-    SurfacePlace<float> start = shape::place_through(grid.local, q);
-    if (options.seeded && grid.map.seed_count > 0) start = nearer_start(grid, q, start);
-    const SurfaceAnglesf own = shape::angles_of(start);
+    const SurfacePlace<float> seed = seed_place(grid.map, query.unit);
+    const float own_sq = norm_sq(shape::surface_point(grid.local, query.own).point - query.local);
+    return norm_sq(shape::surface_point(grid.local, seed).point - query.local) < own_sq ? seed : query.own;
+}
+
+GridFoot search_pyramid(const BaseGrid& grid, const Query& query, const PyramidOptions& options)
+{
+    Search search{grid, query.local, options.compare_distance};
+    const SurfaceAnglesf own = shape::angles_of(options.seeded ? nearer_start(grid, query) : query.own);
     const std::int32_t row = nearest_row(grid, own.eta), column = nearest_column(grid, own.omega);
     const std::int32_t levels = window_levels(grid);
     const std::int32_t stride = std::int32_t{1} << (levels - 1);
@@ -237,16 +263,40 @@ GridFoot search_pyramid(const BaseGrid& grid, Vec3f q, const PyramidOptions& opt
             search.evaluations, wide};
 }
 
-Foot<float> foot_of_node(const NormalMapView& map, const BaseGrid& grid, Vec3f p, const GridFoot& node)
+float largest_axis(const Superquadricf& sq) { return std::max({sq.a.x, sq.a.y, sq.a.z}); }
+
+// Layer 2: the sample of the base grid itself. Layer 3: the search goes on through the subdivided levels, and one Newton
+// step leads from the finest sample to the place between samples that linear interpolation is for.
+Foot<float> pyramid_foot(const NormalMapView& map, Vec3f p, const Query& query, bool subdivide, std::uint8_t& flags)
 {
-    Foot<float> foot;
-    foot.place = grid.place({static_cast<std::int32_t>(node.row), static_cast<std::int32_t>(node.column)});
-    const SurfacePoint<float> s = shape::surface_point(map.superquadric, foot.place);
-    foot.point = s.point;
-    foot.normal = s.normal;
-    foot.depth = dot(s.point - p, s.normal);
-    foot.miss = norm(p - s.point + foot.depth * s.normal);
-    foot.converged = true;
+    const BaseGrid base(map);
+    const GridFoot node = search_pyramid(base, query, {});
+    if (node.wide) flags |= k_projection_wide;
+    Candidate best;
+    best.node = {static_cast<std::int32_t>(node.row), static_cast<std::int32_t>(node.column)};
+    const BaseGrid grid(map, subdivide ? 1 : base.stride);
+    if (subdivide) {
+        best.node = {best.node.row * base.stride, best.node.column * base.stride};
+        Search search{grid, query.local, true};
+        best = search.at(best.node.row, best.node.column);
+        search.descend(best, base.stride / 2);
+    }
+    return shape::polish_foot(map.superquadric, p, grid.place(best.node), {.max_iterations = subdivide ? 1 : 0, .tolerance = 0});
+}
+
+Foot<float> newton_foot(const NormalMapView& map, Vec3f p, const Query& query, std::uint8_t& flags)
+{
+    const BaseGrid grid(map);
+    const float proven = k_proven_miss * largest_axis(grid.local);
+    Foot<float> foot = shape::polish_foot(map.superquadric, p, nearer_start(grid, query), k_newton);
+    if (foot.miss <= proven) return foot;
+    // The start lay in no basin (a focal point, a sharp bend): start again from the search.
+    flags |= k_projection_wide;
+    const GridFoot node = search_pyramid(grid, query, {});
+    const Node start{static_cast<std::int32_t>(node.row), static_cast<std::int32_t>(node.column)};
+    const Foot<float> again = shape::polish_foot(map.superquadric, p, grid.place(start), k_newton);
+    if (again.miss < foot.miss) foot = again;
+    if (!(foot.miss <= proven)) flags |= k_projection_unproven;
     return foot;
 }
 
@@ -309,6 +359,14 @@ MapSample nearest_base_sample(const NormalMapView& map, SurfaceAnglesf angles)
     return value_of_code(map, map.distance[node], map.normal[node]);
 }
 
+// Step 4 of section 4.2: Layer 3 is worth its time while the base grid has fewer samples than k_L times the vertices.
+bool reads_base_grid(const NormalMapView& map, Layer layer)
+{
+    if (layer != Layer::Auto) return layer == Layer::Two;
+    const std::uint64_t base = std::uint64_t{((map.eta_count - 1) >> map.subdivisions) + 1} * (map.omega_count >> map.subdivisions);
+    return base >= std::uint64_t{k_layer3_gate} * map.vertex_count;
+}
+
 float correction_at(const NormalMapView& map, const CellPlace& c)
 {
     const VertexCorrection* first = map.corrections.data() + map.correction_rows[c.row];
@@ -324,6 +382,26 @@ float correction_at(const NormalMapView& map, const CellPlace& c)
     return map.distance_scale * sum;
 }
 
+// Openings of the nearest sample's ray. Sets distance to where the solid is entered again if the point at foot distance s
+// lies in one or behind one; false where none matters.
+bool behind_first_surface(const NormalMapView& map, SurfaceAnglesf angles, float s, float& distance)
+{
+    if (map.gaps.empty()) return false;
+    const CellPlace c = cell_of(angles, map.eta_count, map.omega_count);
+    const std::size_t row = c.row + (c.y >= 0.5f ? 1 : 0), column = c.x >= 0.5f ? c.next_column : c.column;
+    const model::MapGap* first = map.gaps.data() + map.gap_rows[row];
+    const model::MapGap* last = map.gaps.data() + map.gap_rows[row + 1];
+    first = std::lower_bound(first, last, column, [](const model::MapGap& g, std::size_t k) { return g.column < k; });
+    bool found = false;
+    for (; first != last && first->column == column; ++first) {
+        if (s <= map.distance_scale * static_cast<float>(first->leave)) break;
+        found = true;
+        distance = first->enter == k_map_miss ? std::numeric_limits<float>::infinity()
+                                              : map.distance_scale * static_cast<float>(first->enter);
+    }
+    return found;
+}
+
 // Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
 MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, bool use_corrections)
 {
@@ -336,9 +414,13 @@ MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, b
     const int nearest = (c.y >= 0.5f ? 2 : 0) + (c.x >= 0.5f ? 1 : 0);
     const std::uint16_t code = map.distance[node[nearest]];
     const bool whole = bottom && top && left && right;
+    // Where a surface enters the superquadric inside the cell, which side of it a place lies on is a guess.
+    std::uint8_t mixed = whole ? 0 : k_projection_silhouette;
+    for (const std::size_t k : node)
+        if (!whole && code != k_map_cap && map.distance[k] == k_map_cap) mixed |= k_projection_by_cap;
     if (!is_hit(code)) {
         MapSample sample = value_of_code(map, code, 0);
-        if (!whole) sample.flags |= k_projection_silhouette;
+        sample.flags |= mixed;
         return sample;
     }
     float value[4];
@@ -378,7 +460,7 @@ MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, b
     for (int k = 0; k < 3; ++k) sample.normal[k] = bilinear(c, normal[0][k], normal[1][k], normal[2][k], normal[3][k]);
     sample.normal = normalized(sample.normal);
     if (!whole) {
-        sample.flags = k_projection_silhouette;
+        sample.flags = mixed;
     } else if (use_corrections && !map.corrections.empty()) {
         sample.distance += correction_at(map, c);
     }
@@ -386,35 +468,47 @@ MapSample interpolated_sample(const NormalMapView& map, SurfaceAnglesf angles, b
     return sample;
 }
 
+// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
+// point found. A step is kept while it leads to a nearer surface point.
+void seek_nearest(const NormalMapView& map, Vec3f p, const ProjectionOptions& options, PartAnswer& answer)
+{
+    float nearest = norm(answer.surface - p);
+    for (int step = 0; step < options.nearest_steps; ++step) {
+        const Vec3f target = p + dot(answer.surface - p, answer.normal) * answer.normal;
+        std::uint8_t flags = 0;
+        const Foot<float> foot = find_foot(map, target, Projector::Newton, &flags);
+        if ((flags & k_projection_unproven) != 0) return;
+        const MapSample sample = sample_map(map, shape::angles_of(foot.place), options);
+        if ((sample.flags & (k_projection_miss | k_projection_cap)) != 0 || !(norm_sq(sample.normal) > 0.5f)) return;
+        const Vec3f surface = foot.point - sample.distance * foot.normal;
+        const float distance = norm(surface - p);
+        if (!(distance < nearest)) return;
+        nearest = distance;
+        answer.surface = surface;
+        answer.normal = sample.normal;
+        answer.depth = dot(surface - p, sample.normal);
+    }
+}
+
 }  // namespace
 
 GridFoot pyramid_search(const NormalMapView& map, Vec3f p, const PyramidOptions& options) noexcept
 {
-    return search_pyramid(BaseGrid(map), shape::to_local(map.superquadric, p), options);
+    Query query;
+    return enters(map, p, query) ? search_pyramid(BaseGrid(map), query, options) : GridFoot{};
 }
 
 Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, std::uint8_t* flags) noexcept
 {
-    const BaseGrid grid(map);
-    const Vec3f q = shape::to_local(map.superquadric, p);
     std::uint8_t found = 0;
+    Query query;
     Foot<float> foot;
-    if (projector == Projector::Pyramid) {
-        const GridFoot node = search_pyramid(grid, q, {});
-        foot = foot_of_node(map, grid, p, node);
-        if (node.wide) found |= k_projection_wide;
+    if (!enters(map, p, query)) {
+        // Outside or on the surface to rounding: the foot nearest to where its own ray leaves.
+        foot = shape::polish_foot(map.superquadric, p, shape::place_through(map.superquadric, p), k_newton);
+        if (!(foot.miss <= k_proven_miss * largest_axis(map.superquadric))) found = k_projection_unproven;
     } else {
-        foot = shape::polish_foot(map.superquadric, p, nearer_start(grid, q, shape::place_through(grid.local, q)), k_newton);
-        const float size = std::max({grid.local.a.x, grid.local.a.y, grid.local.a.z});
-        if (!(foot.miss <= k_proven_miss * size)) {
-            // The start lay in no basin (a focal point, a sharp bend): start again from the search.
-            const GridFoot node = search_pyramid(grid, q, {});
-            const Foot<float> again = shape::polish_foot(
-                map.superquadric, p, grid.place({static_cast<std::int32_t>(node.row), static_cast<std::int32_t>(node.column)}), k_newton);
-            if (again.miss < foot.miss) foot = again;
-            found |= k_projection_wide;
-            if (!(foot.miss <= k_proven_miss * size)) found |= k_projection_unproven;
-        }
+        foot = projector == Projector::Pyramid ? pyramid_foot(map, p, query, true, found) : newton_foot(map, p, query, found);
     }
     if (flags) *flags = found;
     return foot;
@@ -422,7 +516,7 @@ Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, st
 
 MapSample sample_map(const NormalMapView& map, SurfaceAnglesf angles, const ProjectionOptions& options) noexcept
 {
-    MapSample sample = options.layer == Layer::Two ? nearest_base_sample(map, angles)
+    MapSample sample = reads_base_grid(map, options.layer) ? nearest_base_sample(map, angles)
                                                    : interpolated_sample(map, angles, options.use_corrections);
     if (options.use_offset && (sample.flags & (k_projection_miss | k_projection_cap)) == 0)
         sample.distance = std::max(sample.distance - offset_at(map, angles), 0.0f);
@@ -432,25 +526,31 @@ MapSample sample_map(const NormalMapView& map, SurfaceAnglesf angles, const Proj
 PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options) noexcept
 {
     PartAnswer answer;
-    const float gauge_sq = shape::implicit(map.superquadric, p);
-    if (!(gauge_sq <= 1)) return answer;
+    Query query;
+    if (!enters(map, p, query)) return answer;
     if (options.layer == Layer::One) {
         answer.verdict = Verdict::Contact;
-        const SurfacePlace<float> place = shape::place_through(map.superquadric, p);
-        const SurfacePoint<float> s = shape::surface_point(map.superquadric, place);
-        answer.angles = shape::angles_of(place);
+        const SurfacePoint<float> s = shape::surface_point(map.superquadric, query.own);
+        answer.angles = shape::angles_of(query.own);
         answer.foot = answer.surface = s.point;
         answer.foot_normal = answer.normal = s.normal;
         answer.foot_distance = answer.depth_along = norm(s.point - p);
         answer.depth = dot(s.point - p, s.normal);
         return answer;
     }
-    const Foot<float> foot = find_foot(map, p, options.projector, &answer.flags);
+    const Foot<float> foot = options.projector == Projector::Pyramid
+                                 ? pyramid_foot(map, p, query, !reads_base_grid(map, options.layer), answer.flags)
+                                 : newton_foot(map, p, query, answer.flags);
     answer.angles = shape::angles_of(foot.place);
     answer.foot = foot.point;
     answer.foot_normal = foot.normal;
     answer.foot_distance = norm(foot.point - p);
-    const MapSample sample = sample_map(map, answer.angles, options);
+    MapSample sample = sample_map(map, answer.angles, options);
+    if (options.use_gaps && answer.foot_distance > sample.distance && !reads_base_grid(map, options.layer) &&
+        behind_first_surface(map, answer.angles, answer.foot_distance, sample.distance)) {
+        sample.flags = k_projection_behind | (sample.distance < std::numeric_limits<float>::infinity() ? 0 : k_projection_miss);
+        sample.normal = {};
+    }
     answer.flags |= sample.flags;
     answer.map_distance = sample.distance;
     answer.verdict = answer.foot_distance >= sample.distance ? Verdict::Contact : Verdict::Free;
@@ -459,6 +559,8 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
     answer.normal = surface && norm_sq(sample.normal) > 0.5f ? sample.normal : foot.normal;
     answer.depth_along = answer.foot_distance - sample.distance;
     answer.depth = surface ? dot(answer.surface - p, answer.normal) : answer.depth_along;
+    if (surface && answer.verdict == Verdict::Contact && norm_sq(sample.normal) > 0.5f && !reads_base_grid(map, options.layer))
+        seek_nearest(map, p, options, answer);
     return answer;
 }
 
@@ -468,7 +570,7 @@ CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < answers.size(); ++i) {
         const PartAnswer& a = answers[i];
-        if (a.verdict == Verdict::Free && (a.flags & k_projection_unproven) == 0) return {};
+        if (is_witness(a)) return {};
         if (a.verdict != Verdict::Contact) continue;
         out.contact = true;
         const bool surface = (a.flags & k_projection_cap) == 0;

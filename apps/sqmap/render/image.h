@@ -2,6 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace sqmap::app {
@@ -37,18 +40,58 @@ struct Image {
 
 /// Dark blue over green to yellow, even in lightness, for a value in [0, 1] (after matplotlib's viridis).
 [[nodiscard]] Rgb sequential_colour(float value);
+/// Cream over orange to dark red for a value in [0, 1]: where nothing is wrong the surface stays plain.
+[[nodiscard]] Rgb error_colour(float value);
 /// Blue through white to red for a value in [-1, 1].
 [[nodiscard]] Rgb diverging_colour(float value);
 /// A colour for a part: neighbours in number are far apart in hue.
 [[nodiscard]] Rgb part_colour(std::size_t part);
 
-/// A vertical colour bar with its ends written beside it, along the right edge.
-void draw_scale(Image& image, Rgb (*colour)(float), float colour_low, float colour_high, const char* low, const char* high);
+/// right beside left, tops level.
+[[nodiscard]] Image beside(const Image& left, const Image& right);
 
-/// Text of digits, signs and a few letters in a 5 by 7 dot font, top left at (x, y); each dot is `dot` pixels wide.
-void draw_text(Image& image, int x, int y, int dot, const char* text, Rgb colour);
+struct Box {
+    int left = 0, top = 0, width = 0, height = 0;  ///< pixels
+};
+void fill(Image& image, Box box, Rgb colour);
 
-/// @throw std::runtime_error when the file cannot be written
+/// Text of lower-case letters, digits, signs and a few capitals in a 5 by 7 dot font, top left at (x, y); each dot is
+/// `dot` pixels wide. A letter that the font lacks leaves a gap.
+void draw_text(Image& image, int x, int y, int dot, std::string_view text, Rgb colour);
+[[nodiscard]] int text_width(std::string_view text, int dot);
+/// A dot that suits the picture's size.
+[[nodiscard]] int text_dot(const Image& image);
+
+struct Tick {
+    float at;
+    std::string text;
+};
+struct Swatch {
+    Rgb colour;
+    std::string text;
+};
+
+/// What the colours of a picture mean.
+struct Scale {
+    std::vector<std::string> title;  ///< lines above the bar
+    Rgb (*colour)(float) = nullptr;
+    float low = 0, high = 1;         ///< the colour function's argument at the bar's ends
+    std::vector<Tick> ticks;
+    std::vector<Swatch> swatches{};  ///< colours outside the bar, listed below it
+};
+
+/// A vertical colour bar with its title, ticks and swatches, along the right edge.
+void draw_scale(Image& image, const Scale& scale);
+/// Pixels along the right edge that it needs.
+[[nodiscard]] int scale_width(const Image& image, const Scale& scale);
+
+class ImageError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// Writes through a temporary file beside path and a rename: path is never partly written.
+/// @throw ImageError when the file cannot be written
 void write_png(const std::filesystem::path& path, const Image& image);
 
 }  // namespace sqmap::app

@@ -22,11 +22,24 @@ struct Seen {
     std::uint32_t layer = RTC_INVALID_GEOMETRY_ID;
     std::uint32_t group = 0;
     float depth = std::numeric_limits<float>::infinity();
-    float facing = 0;  // cosine between normal and view
 };
+
+/// Cells of a triangle run in rows along its second edge: row i has 2 (detail - i) - 1 of them, upright and inverted by
+/// turns.
+std::uint32_t cell_at(std::uint32_t detail, double u, double v)
+{
+    const double n = detail;
+    const auto i = std::min(static_cast<std::uint32_t>(std::max(u * n, 0.0)), detail - 1);
+    const auto j = std::min(static_cast<std::uint32_t>(std::max(v * n, 0.0)), detail - 1 - i);
+    const bool inverted = i + j + 1 < detail && u * n - i + v * n - j > 1;
+    return i * (2 * detail - i) + 2 * j + (inverted ? 1 : 0);
+}
 
 class Scene {
 public:
+    /// Masks of rays: sky light and shadows ignore what is translucent.
+    static constexpr unsigned k_opaque = 1, k_translucent = 2;
+
     explicit Scene(const std::vector<Layer>& layers)
         : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)), layers_(layers)
     {
@@ -40,8 +53,7 @@ public:
             auto* t = static_cast<std::uint32_t*>(
                 rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, layer.mesh.triangles.size()));
             for (const mesh::Triangle& f : layer.mesh.triangles) t = std::copy(f.begin(), f.end(), t);
-            // Opaque layers answer to bit 1, translucent ones to bit 2: sky light ignores the translucent.
-            rtcSetGeometryMask(g, layer.translucent ? 2u : 1u);
+            rtcSetGeometryMask(g, layer.translucent ? k_translucent : k_opaque);
             rtcCommitGeometry(g);
             rtcAttachGeometry(scene_, g);
             rtcReleaseGeometry(g);
@@ -61,15 +73,17 @@ public:
     Scene& operator=(const Scene&) = delete;
 
     struct Hit {
-        std::uint32_t layer, triangle;
+        std::uint32_t layer, triangle, colour;
         float depth;
         Vec3d normal;  // interpolated, unit
         float sky;
     };
 
-    bool cast(Vec3d origin, Vec3d direction, float from, Hit& hit) const
+    /// First surface of an opaque or of a translucent layer between `from` and `to`.
+    bool cast(Vec3d origin, Vec3d direction, unsigned mask, float from, float to, Hit& hit) const
     {
-        RTCRayHit rh = ray(origin, direction, from, std::numeric_limits<float>::infinity());
+        RTCRayHit rh = ray(origin, direction, from, to);
+        rh.ray.mask = mask;
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         rtcIntersect1(scene_, &context, &rh);
@@ -78,7 +92,8 @@ public:
         const auto& n = normals_[rh.hit.geomID][rh.hit.primID];
         const mesh::Triangle& t = layers_[rh.hit.geomID].mesh.triangles[rh.hit.primID];
         const std::vector<float>& sky = sky_[rh.hit.geomID];
-        hit = {rh.hit.geomID, rh.hit.primID, rh.ray.tfar, normalized(w * n[0] + u * n[1] + v * n[2]),
+        const std::uint32_t detail = layers_[rh.hit.geomID].detail;
+        hit = {rh.hit.geomID, rh.hit.primID, rh.hit.primID * detail * detail + cell_at(detail, u, v), rh.ray.tfar, normalized(w * n[0] + u * n[1] + v * n[2]),
                static_cast<float>(w * sky[t[0]] + u * sky[t[1]] + v * sky[t[2]])};
         return true;
     }
@@ -88,7 +103,7 @@ public:
         RTCRay r = ray(point, towards, 0, std::numeric_limits<float>::infinity()).ray;
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        r.mask = 1;
+        r.mask = k_opaque;
         rtcOccluded1(scene_, &context, &r);
         return r.tfar >= 0;
     }
@@ -156,7 +171,7 @@ private:
                 const double r = std::sqrt((i + 0.5) / k_rays), angle = 2 * pi * i * (std::numbers::phi - 1);
                 const Vec3d d = r * std::cos(angle) * s + r * std::sin(angle) * t + std::sqrt(1 - r * r) * n;
                 RTCRay shadow = ray(mesh.vertices[v] + 2e-4 * size * n, d, 0, 0.25f * size).ray;
-                shadow.mask = 1;
+                shadow.mask = k_opaque;
                 RTCIntersectContext context;
                 rtcInitIntersectContext(&context);
                 rtcOccluded1(scene_, &context, &shadow);
@@ -174,6 +189,18 @@ private:
     std::vector<std::vector<float>> sky_;
 };
 
+/// The direction that azimuth 0 looks from: +z where y is up, +x where z is, +y where x is; the same for -y, -z, -x.
+Vec3d front_of(Vec3d up)
+{
+    for (int i = 0; i < 3; ++i)
+        if (up[i] != 0) {
+            Vec3d front{};
+            front[(i + 1) % 3] = 1;
+            return front;
+        }
+    throw std::invalid_argument("render: no upward axis");
+}
+
 struct Camera {
     Vec3d eye, forward, right, up;
     double tan_half_x, tan_half_y;
@@ -181,10 +208,7 @@ struct Camera {
 
 Camera camera_for(const std::vector<Layer>& layers, const View& view)
 {
-    const int up_axis = view.up == 'x' ? 0 : (view.up == 'y' ? 1 : 2);
-    Vec3d up{}, front{};
-    up[up_axis] = 1;
-    front[(up_axis + 1) % 3] = 1;  // y up: +z is the front; z up: +x; x up: +y
+    const Vec3d up = view.up, front = front_of(up);
     const Vec3d side = cross(up, front);
     const double az = view.azimuth * pi / 180, el = view.elevation * pi / 180;
     const Vec3d towards_eye = std::cos(el) * (std::cos(az) * front + std::sin(az) * side) + std::sin(el) * up;
@@ -194,7 +218,7 @@ Camera camera_for(const std::vector<Layer>& layers, const View& view)
     camera.right = normalized(cross(camera.forward, std::abs(dot(up, towards_eye)) > 0.999 ? front : up));
     camera.up = cross(camera.right, camera.forward);
     camera.tan_half_y = std::tan(14 * pi / 180);
-    camera.tan_half_x = camera.tan_half_y * view.width / view.height;
+    camera.tan_half_x = camera.tan_half_y * (view.width - view.margin) / view.height;
     // The nearest eye that sees every vertex with a margin: planes of the frustum pushed back until they hold all.
     double right_most = -1e300, left_most = -1e300, top_most = -1e300, bottom_most = -1e300;
     const double fx = 0.94 * camera.tan_half_x, fy = 0.94 * camera.tan_half_y;
@@ -211,10 +235,20 @@ Camera camera_for(const std::vector<Layer>& layers, const View& view)
     return camera;
 }
 
-Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera, bool in_light)
+/// From behind the viewer's left shoulder.
+Vec3d key_light(const Camera& camera) { return normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right); }
+
+/// Sample i of count over a round lamp: shadows get soft edges.
+Vec3d lamp_offset(int i, int count, const Camera& camera)
 {
-    const Vec3d key = normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right);
-    const double diffuse = std::max(0.0, dot(normal, key)) * (in_light ? 1.0 : 0.25);
+    constexpr double k_radius = 0.16;
+    const double r = k_radius * std::sqrt((i + 0.5) / count), angle = 2 * pi * i * (std::numbers::phi - 1);
+    return r * std::cos(angle) * camera.right + r * std::sin(angle) * camera.up;
+}
+
+Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera, Vec3d key, bool in_light)
+{
+    const double diffuse = std::max(0.0, dot(normal, key)) * (in_light ? 1.0 : 0.4);
     const double skyward = 0.5 + 0.5 * dot(normal, camera.up);
     const double head = std::max(0.0, -dot(normal, camera.forward));
     const auto light = static_cast<float>(0.62 * diffuse + (0.30 + 0.22 * skyward) * hit.sky * hit.sky + 0.12 * head);
@@ -227,52 +261,85 @@ Rgb background(double height) { return srgb(0xffffff) + static_cast<float>(0.10 
 
 }  // namespace
 
+std::array<double, 3> cell_centre(std::uint32_t detail, std::uint32_t cell)
+{
+    std::uint32_t i = 0;
+    while (i + 1 < detail && cell >= (i + 1) * (2 * detail - i - 1)) ++i;
+    const std::uint32_t k = cell - i * (2 * detail - i);
+    const double within = k % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
+    const double u = (i + within) / detail, v = (k / 2 + within) / detail;
+    return {1 - u - v, u, v};
+}
+
+double broad_azimuth(const mesh::Mesh& mesh, Vec3d up)
+{
+    constexpr int k_step = 5;
+    const Vec3d front = front_of(up), side = cross(up, front);
+    double best = 0, broadest = -1;
+    for (int degrees = 0; degrees < 180; degrees += k_step) {
+        const double az = degrees * pi / 180;
+        const Vec3d towards = std::cos(az) * front + std::sin(az) * side;
+        double area = 0;
+        for (const auto& [a, b, c] : mesh.triangles)
+            area += std::abs(dot(towards, cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a])));
+        // A round mesh has no broadest side: rounding must not choose one.
+        if (area > broadest * 1.001) {
+            broadest = area;
+            best = degrees;
+        }
+    }
+    return best + 25;
+}
+
 Image render(const std::vector<Layer>& layers, const View& view)
 {
     std::size_t triangles = 0;
     for (const Layer& layer : layers) triangles += layer.mesh.triangles.size();
-    if (triangles == 0 || view.width < 1 || view.height < 1 || view.samples < 1)
+    if (triangles == 0 || view.width - view.margin < 1 || view.height < 1 || view.samples < 1)
         throw std::invalid_argument("render: nothing to draw");
     const Scene scene(layers);
     const Camera camera = camera_for(layers, view);
+    const Vec3d key = key_light(camera);
     const int width = view.width * view.samples, height = view.height * view.samples;
     Image image(width, height, {});
     std::vector<Seen> seen(image.pixels.size());
 
     const auto draw_row = [&](int y) {
         for (int x = 0; x < width; ++x) {
-            const double sx = (2 * (x + 0.5) / width - 1) * camera.tan_half_x,
+            const double sx = (2 * (x + 0.5) / (width - view.margin * view.samples) - 1) * camera.tan_half_x,
                          sy = (1 - 2 * (y + 0.5) / height) * camera.tan_half_y;
             const Vec3d direction = camera.forward + sx * camera.right + sy * camera.up;
+            // What is opaque first: a translucent surface may lie right on it, and must not hide it from a later ray.
+            constexpr float k_infinity = std::numeric_limits<float>::infinity();
+            Scene::Hit ground;
+            Rgb behind = background(1 - (y + 0.5) / height);
+            float end = k_infinity;
+            if (scene.cast(camera.eye, direction, Scene::k_opaque, 0, k_infinity, ground)) {
+                const Layer& layer = layers[ground.layer];
+                const double facing = -dot(ground.normal, direction) / norm(direction);
+                const Vec3d normal = facing < 0 ? -ground.normal : ground.normal;
+                const Vec3d point = camera.eye + static_cast<double>(ground.depth) * direction;
+                const Vec3d lamp = key + lamp_offset(x % view.samples + y % view.samples * view.samples, view.samples * view.samples, camera);
+                const bool in_light = !view.shadows || scene.lit(point + 1e-3 * ground.depth * normal, lamp);
+                behind = shade(layer.colours[ground.colour], ground, normal, camera, key, in_light);
+                seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = {
+                    ground.layer, layer.groups.empty() ? 0 : layer.groups[ground.triangle], ground.depth};
+                end = ground.depth;
+            }
             Rgb colour{};
             float through = 1, from = 0;
-            Seen& first = seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+            Scene::Hit hit;
             constexpr int k_most_layers = 48;
-            bool ended = false;
-            for (int depth = 0; depth < k_most_layers; ++depth) {
-                Scene::Hit hit;
-                if (!scene.cast(camera.eye, direction, from, hit)) break;
+            for (int depth = 0; depth < k_most_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit); ++depth) {
                 from = hit.depth * (1 + 1e-5f);
-                const Layer& layer = layers[hit.layer];
                 const double facing = -dot(hit.normal, direction) / norm(direction);
-                if (!layer.translucent) {
-                    const Vec3d normal = facing < 0 ? -hit.normal : hit.normal;
-                    const Vec3d point = camera.eye + static_cast<double>(hit.depth) * direction;
-                    const Vec3d key = normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right);
-                    const bool in_light = scene.lit(point + 1e-3 * hit.depth * normal, key);
-                    colour = colour + through * shade(layer.colours[hit.triangle], hit, normal, camera, in_light);
-                    first = {hit.layer, layer.groups.empty() ? 0 : layer.groups[hit.triangle], hit.depth,
-                             static_cast<float>(facing)};
-                    ended = true;
-                    break;
-                }
                 if (facing <= 0) continue;  // back of a translucent surface: nothing to add
                 // More opaque towards its rim, as thin glass is: the shape reads without hiding what is inside.
-                const auto alpha = static_cast<float>(0.16 + 0.55 * std::pow(1 - facing, 2.5));
-                colour = colour + (through * alpha) * shade(layer.colours[hit.triangle], hit, hit.normal, camera, true);
+                const auto alpha = static_cast<float>(0.34 + 0.6 * std::pow(1 - facing, 2.0));
+                colour = colour + (through * alpha) * shade(layers[hit.layer].colours[hit.colour], hit, hit.normal, camera, key, true);
                 through *= 1 - alpha;
             }
-            if (!ended) colour = colour + through * background(1 - (y + 0.5) / height);
+            colour = colour + through * behind;
             image.at(x, y) = colour;
         }
     };

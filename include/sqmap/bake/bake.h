@@ -8,15 +8,18 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
 namespace sqmap::bake {
 
 struct BakeOptions {
+    model::Projection projection = model::Projection::Central;
     double target_error = 0.5;      ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
+    double max_looseness = 1.4;     ///< a part is split while its superquadric has more than this times its solid's volume
+    double max_q2_share = 0.1;      ///< or while more than this share of its area is hidden from its projection
+    double split_gain = 0.1;       ///< a split stays if it saves this share of the part's cost
     bool exact = true;              ///< store the exact layer
     unsigned threads = 0;           ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
@@ -27,7 +30,9 @@ struct BakeOptions {
 
 struct PartReport {
     fit::Certificate certificate;
-    double volume = 0, area = 0;
+    double volume = 0;              ///< of the superquadric, model units cubed
+    double solid_volume = 0;        ///< of the solid that is the part's, caps and all
+    double area = 0;
     double q2_share = 0;            ///< of the part's area: not the first surface its projection meets
     bool fallback = false;
     std::uint32_t base = 0;
@@ -37,6 +42,7 @@ struct PartReport {
 struct BakeReport {
     std::vector<PartReport> parts;
     decompose::Partition partition;
+    bool target_met = false;  ///< the measured 99th percentile of the depth error is within target_error
     std::vector<std::pair<std::string, double>> seconds;  ///< CPU time a stage
 };
 
@@ -45,10 +51,9 @@ struct BakeResult {
     BakeReport report;
 };
 
-/// mesh: validated, in mesh units. solid: it bounds a volume. crossed: #triangles, non-zero where another triangle cuts
-/// it, empty for none (see mesh/solid.h).
+/// mesh: validated, in mesh units. solid: it bounds a volume.
 /// @throw mesh::InvalidInput for options out of range; or where a part exceeds the format's limits.
-[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, std::span<const std::uint8_t> crossed, const BakeOptions& options);
+[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
 
 /// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about.
 [[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);

@@ -36,10 +36,15 @@ public:
         double distance = 0;
         std::uint32_t triangle = 0;
     };
+    /// An opening behind the first surface: where the ray leaves the solid and where it enters it again (infinity: never).
+    struct Gap {
+        double leave = 0, enter = 0;
+    };
     /// Where a ray from origin first enters the solid within `to`: Cap if it starts inside. Buried surfaces (the solid on
     /// both sides) do not count. Triangles up to `lift` behind the origin do, at distance 0. Crossings are counted along
     /// the whole ray; where they contradict each other (a grazed edge) the exact winding number decides.
-    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, double to, double lift) const;
+    /// gaps: appended to, nearest first, also for a Cap; null where they are not wanted.
+    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, double to, double lift, std::vector<Gap>* gaps = nullptr) const;
 
     [[nodiscard]] const mesh::Mesh& mesh() const;
     [[nodiscard]] const mesh::Bvh& bvh() const;
@@ -57,6 +62,7 @@ struct NormalMapOptions {
     int subdivisions = 1;        ///< A_S: the base grid of layer 2 is coarser by 2^A_S
     double offset_constant = 1.5;     ///< a_N of eq. 12
     bool corrections = true;          ///< step 3
+    bool gaps = true;                 ///< openings behind the first surface (beyond the paper)
     double correction_threshold = 0.1;///< vertices closer to the map than this share of target_error add nothing
     double jump_slope = 1.5;  ///< samples whose distances differ by more than this per length are probed for a jump
 };
@@ -69,31 +75,29 @@ struct NormalMapReport {
     double cut_share = 0;  ///< of cells that hold a jump of the surface
     double interpolation_mean = 0, interpolation_p99 = 0;  ///< model units, at centres of cells without a jump
     double quantization_error = 0;                         ///< largest, model units
-    std::uint32_t vertices = 0, occluded_vertices = 0, corrections = 0;
+    std::uint32_t vertices = 0, occluded_vertices = 0, corrections = 0, gaps = 0;
     double q2_share = 0;  ///< of the part's area: points whose line to their foot crosses the mesh (section 5)
 };
 
 /// A baked map that owns its arrays; see model::NormalMapView for what they hold.
 struct NormalMap {
     shape::Superquadricf superquadric;
-    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0;
+    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0, vertex_count = 0;
     bool seeds_mirrored = false;
     float distance_scale = 0, offset_scale = 0, quantization_error = 0;
     std::vector<std::uint16_t> distance, normal;
     std::vector<std::uint8_t> cuts, offset;
-    std::vector<std::uint32_t> correction_rows;
+    std::vector<std::uint32_t> correction_rows, gap_rows;
+    std::vector<model::MapGap> gaps;
     std::vector<model::VertexCorrection> corrections;
     std::vector<model::FootSeed> seeds;
     std::vector<shape::Arc<float>> rows, columns;
     NormalMapReport report;
 
     [[nodiscard]] model::NormalMapView view() const;
-    /// Bytes that a file needs: all arrays but rows and columns, which grid_arcs makes again.
+    /// Bytes that a file needs: all arrays but rows and columns, which model::grid_arcs makes again.
     [[nodiscard]] std::size_t stored_bytes() const;
 };
-
-/// The powers of a grid's angles: rows #eta_count, columns #omega_count.
-void grid_arcs(const shape::Superquadricf& superquadric, std::span<shape::Arc<float>> rows, std::span<shape::Arc<float>> columns);
 
 /// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
 /// part's own and serve step 3 and the Q2 share. Deterministic. Cost: about 3 rays a sample, 1 a vertex.

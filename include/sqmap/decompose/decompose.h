@@ -62,7 +62,7 @@ struct Decomposition {
     Partition partition;
     std::vector<double> protrusion;               ///< p of eq. 4 over the mean of p, #triangles
     std::vector<double> curvature;                ///< Gaussian curvature of eq. 6, 1 / mesh units squared, #triangles
-    std::vector<std::uint32_t> salient_triangles;  ///< salient features, the most protruding first
+    std::vector<std::uint32_t> salient_vertices;  ///< salient features, the most protruding first
 };
 
 /// Cuts a mesh into quasi-convex parts: steps 1 to 3 of section 3.
@@ -76,10 +76,11 @@ struct Decomposition {
 struct Split {
     Partition partition;
     bool found = false;   ///< false: no cut leaves both sides at least minimum_part_area
-    double gain = 0;      ///< share of the part's moment-ellipsoid volume that the cut saves, in [0, 1)
+    double gain = 0;      ///< share of the volume of its ellipsoid of inertia that the cut saves, below 1; may be negative
 };
 
-/// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most for the length of the cut.
+/// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most and the crease is deepest, for the length
+/// of the cut. Cost: O(n log n) in the mesh, times the number of candidate cuts (about 50).
 /// The pieces keep the labels of the part and of part_count onwards: other parts keep their labels.
 [[nodiscard]] Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part,
                                const DecomposeOptions& options = {});

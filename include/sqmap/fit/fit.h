@@ -19,7 +19,7 @@ enum class Residual : std::uint8_t {
 /// Every default is free of units; lengths are relative to the part.
 struct FitOptions {
     bool allow_taper = true;
-    bool allow_bend = true;
+    bool allow_bend = true;  ///< the bent model has taper too, whatever allow_taper says
     Residual residual = Residual::Radial;
     int max_iterations = 30;    ///< Levenberg-Marquardt steps of one start
     int max_samples = 200;      ///< surface points that enter eq. 3
@@ -53,8 +53,8 @@ struct FitReport {
 /// The deformation is injective on the shape (taper > -1, bend below its fold), so the shape is the homeomorphic image of
 /// a ball: where part and caps form a closed surface, the solid within is held too.
 /// Never throws for finite vertices and valid indices, however degenerate: flat, needle, a single triangle, one point.
-/// The result does not depend on threads or on earlier calls. Cost: about 10 ms a part, independent of triangle count
-/// but for one linear pass and the certificate.
+/// The result does not depend on threads or on earlier calls. Cost: about 5 ms a part for plain shapes, 12 ms
+/// with taper and 25 ms with bend; one linear pass and the certificate grow with the triangles, nothing else does.
 [[nodiscard]] FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles,
                                      std::span<const std::array<Vec3d, 3>> cap_triangles, const FitOptions& options = {});
 

@@ -31,7 +31,7 @@ struct ReadError {
 };
 
 struct ReadResult {
-    PolygonSoup soup;                ///< empty after an error
+    PolygonSoup soup;                  ///< empty after an error
     std::optional<MeshFormat> format;  ///< as recognised, also after most errors
     std::optional<ReadError> error;
 };

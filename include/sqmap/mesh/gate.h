@@ -28,11 +28,11 @@ struct PolygonView {
 
 struct GateOptions {
     Repair repair = Repair::Safe;
-    bool accept_surface = false;            ///< an open mesh is taken as a surface without inside (solid is false then)
-    double thickness = 0;                   ///< > 0: open and flat meshes become plates this thick, in units of the result
-    std::optional<double> unit{};           ///< metres per unit of the file: the result is in metres; absent: as in the file
-    std::uint32_t max_hole_edges = 100;     ///< largest hole that Repair::Holes fills
-    double max_hole_size = 0.05;            ///< its largest diagonal, of the mesh's own
+    bool accept_surface = false;         ///< an open mesh is taken as a surface without inside (solid is false then)
+    double thickness = 0;                ///< > 0: open and flat meshes become plates this thick, in units of the result
+    std::optional<double> unit{};        ///< metres per unit of the file: the result is in metres; absent: as in the file
+    std::uint32_t max_hole_edges = 100;  ///< largest hole that Repair::Holes fills
+    double max_hole_size = 0.05;         ///< its largest diagonal, of the mesh's own
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
@@ -43,7 +43,8 @@ struct RepairNote {
     std::uint64_t count = 0;  ///< polygons, vertices, faces or holes it was done to
 };
 
-/// Something a user should know about. code is one of W_SELFX, W_CAVITY, W_FLIPPED, W_UNIT, W_DEGENERATE, W_SURFACE.
+/// Something a user should know about. code is one of W_SELFX, W_CAVITY, W_FLIPPED, W_UNIT,
+/// W_DEGENERATE, W_SURFACE, W_THICKNESS.
 struct Warning {
     std::string code;
     std::uint64_t count = 0;
@@ -59,9 +60,9 @@ struct MeshFacts {
     std::uint64_t self_intersecting_pairs = 0;
     bool intersections_complete = true;  ///< false: counting stopped at max_intersections
     bool is_closed = false;
-    std::int64_t genus = 0;              ///< sum over the components; closed meshes only
-    Vec3d box_min, box_max;              ///< of the vertices in use, units of the result
-    double area = 0, volume = 0;         ///< volume: signed, closed meshes only
+    std::int64_t genus = 0;       ///< sum over the components; closed meshes only
+    Vec3d box_min, box_max;       ///< of the vertices in use, units of the result
+    double area = 0, volume = 0;  ///< volume: signed, closed meshes only
 };
 
 struct GateResult {
@@ -70,13 +71,14 @@ struct GateResult {
     std::vector<RepairNote> repairs;
     std::vector<Warning> warnings;
     MeshFacts facts;
-    Mesh mesh;           ///< canonical; empty after a refusal
-    bool solid = false;  ///< the mesh bounds a volume: where its winding number is positive
+    Mesh mesh;                          ///< canonical; empty after a refusal
+    bool solid = false;                 ///< the mesh bounds a volume: where its winding number is positive
+    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
 };
 
 /// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:
-/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, then repairs, then E_NONMANIFOLD, E_ORIENT, E_FLAT, E_OPEN (and E_REPAIR: only
-/// a repair that Repair::None forbids would make it fit).
+/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, then repairs, then E_NONMANIFOLD, E_ORIENT, E_FLAT, E_OPEN. Repair::None
+/// refuses with the one of the last that names what would have been repaired, E_REPAIR where none does.
 /// Polygons are split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed;
 /// faces are oriented alike by propagation, shells outward by volume; vertices where shells touch are split. Shells that
 /// intersect are accepted: the solid is where the winding number is positive.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/math/vec.h"
+#include "sqmap/model/normal_map.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <cstddef>
@@ -12,7 +13,7 @@ namespace sqmap::model {
 
 inline constexpr std::uint32_t k_format_version = 1;
 inline constexpr int k_faces = 6;          ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
-inline constexpr int k_block = 4;          ///< base cells along the side of a block of the pyramid
+inline constexpr int k_block = 2;          ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;///< a base cell is halved at most this often
 inline constexpr int k_max_sheets = 7;     ///< surfaces along one ray that a layered cell tells apart
 
@@ -36,9 +37,9 @@ struct Part {
     // Central chart: x' = scale * rotation' * (p - centre) with chart rows = diag(1/a) rotation.
     float chart_rows[9];
     float chart_centre[3];
-    float chart_lo[3], chart_hi[3];  ///< box of the superquadric in the chart frame; the chart answers inside it
+    float chart_lo[9], chart_hi[9];  ///< where the chart answers: bounds of x', y', z', x'+y', x'-y', x'+z', x'-z', y'+z', y'-z'
     float w_min, w_step;             ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
-    std::uint32_t base;              ///< cells along a face's side, a multiple of k_block
+    std::uint32_t base;              ///< cells along a face's side, a multiple of k_block; 0: no central map
     std::uint32_t flags;             ///< PartFlag bits
     std::int32_t centre_winding;     ///< winding number of the mesh about the chart's centre
     std::uint32_t triangle_count, vertex_count;  ///< of the surface that belongs to the part
@@ -76,7 +77,7 @@ struct Header {
 
 /// How a stored cell of the central chart is read: two bits of kind, fourteen of payload.
 /// Uniform: no surface; payload bit 0 is the verdict (1 inside).
-/// Single: one surface over the four corner samples; payload is the code of its certified deviation in w.
+/// Single: one surface over the four corner samples; payload is the code of its certified deviation in w, and k_foreign.
 /// Split: payload is an index of specials, which points at 9 samples and 4 cells in the pool.
 /// Layered: payload is an index of specials, which points at a layered record in the pool.
 enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layered = 3 };
@@ -84,7 +85,14 @@ enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layere
 constexpr CellKind cell_kind(std::uint16_t cell) { return static_cast<CellKind>(cell >> 14); }
 constexpr std::uint32_t cell_payload(std::uint16_t cell) { return cell & 0x3fffu; }
 
-/// A block of k_block x k_block base cells: the least and greatest stored w of any surface over it; lo > hi: none.
+/// Set in a Single cell's payload or a layered record's header where no surface over the cell is the part's own: good
+/// for verdicts, while depth and normal are the business of the part that owns the surface.
+inline constexpr std::uint32_t k_foreign = 0x100;
+inline constexpr std::uint32_t k_split_samples = 5;
+inline constexpr std::uint32_t k_split_size = k_split_samples + 4;
+
+/// A block of k_block x k_block base cells: the least and greatest stored w of the part's own surface over it; lo > hi:
+/// none.
 struct Block {
     std::uint16_t lo, hi;
 };
@@ -99,6 +107,30 @@ enum SurfaceFlag : std::uint16_t {
     k_part_mask = 0x3fff,
     k_buried = 0x4000,   ///< both sides are inside the solid: no boundary
     k_crossed = 0x8000,  ///< another triangle cuts it: some of it may be buried
+};
+
+/// Where one part's normal map lies in the model's arrays; see NormalMapView for what each holds. Layout equals the
+/// FlatBuffers struct NormalPart.
+struct NormalPart {
+    std::uint32_t eta_count, omega_count, subdivisions, vertex_count;
+    float distance_scale, offset_scale, quantization_error;
+    std::uint32_t first_sample;  ///< of distance and normal: eta_count * omega_count
+    std::uint32_t first_cut, cut_count;
+    std::uint32_t first_correction_row, correction_row_count, first_correction, correction_count;
+    std::uint32_t first_gap_row, gap_row_count, first_gap, gap_count;
+    std::uint32_t first_offset, offset_count;
+    std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
+};
+
+/// The arrays of all normal maps; empty in a model of the central projection.
+struct NormalArrays {
+    std::span<const NormalPart> parts;
+    std::span<const std::uint16_t> distance, normal;
+    std::span<const std::uint8_t> cuts, offset;
+    std::span<const std::uint32_t> correction_rows, gap_rows;
+    std::span<const VertexCorrection> corrections;
+    std::span<const MapGap> gaps;
+    std::span<const FootSeed> seeds;
 };
 
 /// Everything a query reads. Copyable; valid as long as the blob it was parsed from.
@@ -119,6 +151,7 @@ struct ModelView {
     std::span<const std::uint16_t> triangles16;  ///< #triangles by 3, where the model has at most 65536 vertices
     std::span<const std::uint32_t> triangles32;  ///< #triangles by 3, where it has more
     std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
+    NormalArrays normal;
 };
 
 [[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
@@ -130,5 +163,18 @@ struct ModelView {
 }
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
+/// @pre the model has normal maps.
+[[nodiscard]] NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept;
+
+/// Mesh units -> model space, where queries live. In double up to the last step: coordinates may be far from zero.
+[[nodiscard]] constexpr Vec3f to_model_space(const Header& header, Vec3d p)
+{
+    return cast<float>((p - Vec3d{header.origin[0], header.origin[1], header.origin[2]}) / header.unit);
+}
+/// Model space -> mesh units. Lengths: times header.unit; directions stay as they are.
+[[nodiscard]] constexpr Vec3d to_mesh_units(const Header& header, Vec3f p)
+{
+    return header.unit * cast<double>(p) + Vec3d{header.origin[0], header.origin[1], header.origin[2]};
+}
 
 }  // namespace sqmap::model

@@ -32,13 +32,22 @@ struct ModelData {
     std::vector<std::uint16_t> triangles16;
     std::vector<std::uint32_t> triangles32;
     std::vector<std::uint16_t> triangle_part;
+    // Normal maps, one a part, or none.
+    std::vector<NormalPart> normal_parts;
+    std::vector<std::uint16_t> normal_distance, normal_normal;
+    std::vector<std::uint8_t> normal_cuts, normal_offset;
+    std::vector<std::uint32_t> correction_rows, gap_rows;
+    std::vector<VertexCorrection> corrections;
+    std::vector<MapGap> gaps;
+    std::vector<FootSeed> seeds;
     Measured measured;
     std::string made_by, source, options;
 
     [[nodiscard]] ModelView view() const
     {
         return {header, parts, samples, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32,
-                triangle_part};
+                triangle_part,
+                {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections, gaps, seeds}};
     }
 };
 

@@ -23,6 +23,15 @@ struct VertexCorrection {
     friend constexpr bool operator==(const VertexCorrection&, const VertexCorrection&) = default;
 };
 
+/// Beyond the paper: an opening behind the first surface on a sample's ray, from where the ray leaves the solid to where it
+/// enters again (k_map_miss: never). Sorted by row (gap_rows), column and distance. Only openings that some point with its
+/// foot at this sample can lie in are kept. They lift the limit of Q2 regions (section 5).
+struct MapGap {
+    std::uint16_t column;
+    std::uint16_t leave, enter;  ///< times distance_scale
+    friend constexpr bool operator==(const MapGap&, const MapGap&) = default;
+};
+
 /// A coarse table of starts for the foot search: equal-spaced angles in 1/256 of their ranges.
 struct FootSeed {
     std::uint8_t eta, omega;
@@ -36,6 +45,7 @@ struct NormalMapView {
     shape::Superquadricf superquadric;
     std::uint32_t eta_count = 0, omega_count = 0;  ///< multiples of 2^subdivisions: eta_count - 1 and omega_count
     std::uint32_t subdivisions = 0;                ///< A_S of section 4.2.3
+    std::uint32_t vertex_count = 0;                ///< N_m: mesh vertices of the part, for the gate of layer 3
     float distance_scale = 0;                      ///< length of one step of distance and correction
     float offset_scale = 0;                        ///< length of one step of offset
     float quantization_error = 0;                  ///< largest measured error of a stored distance
@@ -45,11 +55,23 @@ struct NormalMapView {
     std::span<const std::uint8_t> cuts;
     std::span<const std::uint32_t> correction_rows;  ///< #eta_count: cells of row i have corrections [rows[i], rows[i+1])
     std::span<const VertexCorrection> corrections;
+    std::span<const std::uint32_t> gap_rows;  ///< #eta_count + 1: samples of row i have gaps [rows[i], rows[i+1])
+    std::span<const MapGap> gaps;
     std::span<const std::uint8_t> offset;  ///< delta of eq. 12 on the base grid, rounded up
     std::uint32_t seed_count = 0;          ///< seeds along each axis
     bool seeds_mirrored = false;           ///< seeds cover the octant x, y, z >= 0 only
     std::span<const FootSeed> seeds;       ///< #seed_count^3, z fastest, over the undeformed bounding box
-    std::span<const shape::Arc<float>> rows, columns;  ///< #eta_count, #omega_count: powers of the grid's angles
+    /// #eta_count, #omega_count: powers of the grid's angles, as grid_arcs makes them. Both may be empty: they are then
+    /// computed where they are needed, with the same results up to rounding, at some cost in time.
+    std::span<const shape::Arc<float>> rows, columns;
 };
+
+/// The powers of a grid's angles: rows #eta_count, columns #omega_count.
+void grid_arcs(const shape::Superquadricf& superquadric, std::span<shape::Arc<float>> rows,
+               std::span<shape::Arc<float>> columns) noexcept;
+
+/// True where no query can read outside the view's arrays and every number is finite and in its range: to be asked once
+/// of a view over untrusted bytes. Cost: linear in corrections and gaps.
+[[nodiscard]] bool is_consistent(const NormalMapView& map) noexcept;
 
 }  // namespace sqmap::model

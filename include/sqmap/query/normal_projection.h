@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/model/normal_map.h"
+#include "sqmap/query/query.h"
 #include "sqmap/shape/foot_point.h"
 
 #include <cstdint>
@@ -17,14 +18,17 @@ enum class Projector : std::uint8_t {
     Newton,   ///< polish_foot from a table of starts: the exact foot
 };
 
-/// Layers of section 4.2. Layer 2 reads the nearest base sample; layer 3 the finest level and the vertices of step 3.
-enum class Layer : std::uint8_t { One = 1, Two = 2, Three = 3 };
-
 struct ProjectionOptions {
+    /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Auto is the gate of section
+    /// 4.2 step 4; Exact has no data here and is answered by Three.
     Layer layer = Layer::Three;
     Projector projector = Projector::Newton;
     bool use_offset = false;       ///< subtract delta of eq. 12: for probes made of triangles, not for points
     bool use_corrections = true;   ///< step 3 data in layer 3
+    /// Layer 3 contacts: how often the surface point is looked up again at the point's projection on its tangent plane, so
+    /// that depth and normal are those of the nearest surface, not of the one along the line to the foot.
+    int nearest_steps = 2;
+    bool use_gaps = true;          ///< openings behind the first surface in layer 3 (beyond the paper)
 };
 
 enum ProjectionFlags : std::uint8_t {
@@ -32,6 +36,8 @@ enum ProjectionFlags : std::uint8_t {
     k_projection_miss = 2,       ///< free because the ray meets nothing
     k_projection_wide = 4,       ///< the pyramid's window did not hold the foot: the whole surface was searched
     k_projection_unproven = 8,   ///< the foot search did not converge: the verdict is a guess and no witness
+    k_projection_behind = 32,    ///< decided by an opening behind the first surface: its border carries no normal
+    k_projection_by_cap = 64,    ///< free beside samples that start inside the solid: no witness against another part's claim
     k_projection_silhouette = 16 ///< the cell holds a jump of the surface: values of one sheet only were used
 };
 
@@ -48,17 +54,23 @@ struct PartAnswer {
     float foot_distance = 0;   ///< |p - P_M|, S_SQ^M of eq. 21
     float map_distance = 0;    ///< D_SQ(P_M); 0 for a cap, infinity for a miss
     float depth_along = 0;     ///< foot_distance - map_distance: depth along the superquadric's normal, negative in front
-    float depth = 0;           ///< distance to the tangent plane at the surface point: first-order nearest depth
+    float depth = 0;           ///< distance to the tangent plane at the surface point
     shape::SurfaceAnglesf angles;  ///< of the foot
     Vec3f foot;                ///< P_M
     Vec3f foot_normal;         ///< outward normal of the superquadric
-    Vec3f surface;             ///< the surface point along the normal; the foot for caps and misses
+    Vec3f surface;             ///< the surface point (see nearest_steps); the foot for caps and misses
     Vec3f normal;              ///< unit outward surface normal; that of the superquadric for caps, misses and layer 1
 };
 
 /// Layer 1, then the asked-for layer for points inside the superquadric. Layer One answers Contact for all of those.
 /// Total: a point that is not finite is Outside. Cost: about 3 ns a part outside its box, see docs for the rest.
 [[nodiscard]] PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options = {}) noexcept;
+
+/// True where an answer proves its point free, whatever other parts claim (errata 15).
+[[nodiscard]] constexpr bool is_witness(const PartAnswer& answer) noexcept
+{
+    return answer.verdict == Verdict::Free && (answer.flags & (k_projection_unproven | k_projection_by_cap)) == 0;
+}
 
 /// What all parts together say about one point.
 struct CombinedAnswer {
@@ -68,7 +80,7 @@ struct CombinedAnswer {
 };
 
 /// The witness rule for overlapping parts (errata 15): a point is in contact if a part claims it and no part that holds it
-/// proves it free; a proof is a Free verdict whose foot converged. Depth and normal come from the claim with the least
+/// proves it free; a proof is a Free verdict whose foot converged and whose cell no other part's surface runs through. Depth and normal come from the claim with the least
 /// depth among true surface samples.
 [[nodiscard]] CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept;
 

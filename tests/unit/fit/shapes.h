@@ -69,7 +69,7 @@ inline std::vector<std::array<Vec3d, 3>> corners_of(const mesh::Mesh& m)
 }
 
 /// Same on every standard library: no distributions.
-inline double uniform(std::mt19937& random, double low, double high) { return low + (high - low) * (random() * 0x1p-32); }
+inline double uniform(std::mt19937& random, double low, double high) { return low + (high - low) * static_cast<double>(random()) * 0x1p-32; }
 
 inline Mat3d random_rotation(std::mt19937& random)
 {

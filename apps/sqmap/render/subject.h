@@ -1,0 +1,39 @@
+// What there is to draw of a mesh or a model: triangles, their parts, superquadrics.
+#pragma once
+
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/mesh.h"
+#include "sqmap/shape/superquadric.h"
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+namespace sqmap::app {
+
+/// Model space throughout.
+struct Subject {
+    mesh::Mesh mesh;                                  ///< the drawn triangles
+    double r_max = 0;                                 ///< the largest distance between two of its vertices
+    std::vector<std::uint32_t> part_of_triangle;      ///< #triangles
+    std::vector<shape::Superquadricd> superquadrics;  ///< #parts
+    std::optional<io::MappedModel> model;             ///< when it was drawn from a model
+};
+
+/// A picture that was asked of the wrong input.
+class SubjectError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// A mesh's own decomposition (section 3) and the superquadrics that bound its parts, before baking refines either.
+/// mesh: validated, mesh units.
+[[nodiscard]] Subject subject_of_mesh(const mesh::Mesh& mesh);
+
+/// A model's parts. mesh (mesh units; may be null) is drawn in place of the model's own triangles, and is needed where the
+/// model was baked without its exact layer: each triangle then goes to the part that owns the surface nearest to it.
+/// @throw SubjectError for a model without triangles and no mesh
+[[nodiscard]] Subject subject_of_model(io::MappedModel model, const mesh::Mesh* mesh);
+
+}  // namespace sqmap::app

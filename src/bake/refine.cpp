@@ -1,0 +1,195 @@
+#include "refine.h"
+
+#include "parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sqmap::bake {
+
+namespace {
+
+/// Volume that patch and caps enclose, by the divergence theorem.
+double enclosed_volume(const mesh::Mesh& mesh, const PartWork& part)
+{
+    double six = 0;
+    const auto add = [&](Vec3d a, Vec3d b, Vec3d c) { six += dot(a, cross(b, c)); };
+    for (const std::uint32_t t : part.triangles) {
+        const mesh::Triangle& tri = mesh.triangles[t];
+        add(mesh.vertices[tri[0]], mesh.vertices[tri[1]], mesh.vertices[tri[2]]);
+    }
+    for (const CapTriangle& t : part.caps) add(t[0], t[1], t[2]);
+    return six / 6;
+}
+
+/// Share of a part's area that other surface hides from its projection centre (section 5's Q2 for this projection).
+double hidden_share(const SurfaceContext& context, const PartWork& part)
+{
+    const Vec3d centre = cast<double>(part.centre);
+    const int start = context.bvh.winding_number(centre);
+    double hidden = 0, seen = 0;
+    std::vector<mesh::Bvh::Crossing> crossings;
+    const std::size_t stride = std::max<std::size_t>(1, part.triangles.size() / 200);
+    for (std::size_t i = 0; i < part.triangles.size(); i += stride) {
+        const std::uint32_t t = part.triangles[i];
+        const Vec3d to = mesh::triangle_centroid(context.mesh, t) - centre;
+        if (!context.bvh.ray_crossings(centre, to, crossings)) continue;
+        // Visible if the first change of verdict on the ray is at the triangle itself.
+        int winding = start;
+        bool visible = false;
+        for (const mesh::Bvh::Crossing& c : crossings) {
+            const int next = winding - c.sign;
+            if ((next > 0) != (winding > 0)) {
+                visible = c.triangle == t;
+                break;
+            }
+            winding = next;
+        }
+        (visible ? seen : hidden) += mesh::triangle_area(context.mesh, t);
+    }
+    return hidden + seen > 0 ? hidden / (hidden + seen) : 0;
+}
+
+void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
+{
+    part.area = 0;
+    for (const std::uint32_t t : part.triangles) part.area += mesh::triangle_area(context.mesh, t);
+    part.solid_volume = enclosed_volume(context.mesh, part);
+    part.fit = fit::fit_bounding(context.mesh, part.triangles, part.caps, options.fit);
+    part.centre = choose_centre(context, part.fit.superquadric, part.triangles);
+    part.q2_share = hidden_share(context, part);
+}
+
+std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
+{
+    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
+    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
+    return triangles;
+}
+
+/// Parts of a changed partition; what was fitted before is taken from history, what was not is added to it.
+std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
+                             const BakeOptions& options)
+{
+    std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
+    std::vector<std::vector<CapTriangle>> caps = cap_parts(context.mesh, partition);
+    std::vector<PartWork> parts(partition.part_count);
+    std::vector<std::uint8_t> fitted(parts.size(), 0);
+    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+        PartWork& part = parts[i];
+        // The same surface may have been fitted with other caps: the tightest that holds today's caps will do.
+        std::vector<const PartWork*> same;
+        for (const PartWork& o : history)
+            if (o.triangles == triangles[i]) same.push_back(&o);
+        std::stable_sort(same.begin(), same.end(), [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
+        for (const PartWork* o : same) {
+            if (o->caps == caps[i]) {
+                part = *o;
+                return;
+            }
+            std::vector<CapTriangle> all = caps[i];
+            for (const std::uint32_t t : o->triangles) {
+                const mesh::Triangle& tri = context.mesh.triangles[t];
+                all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
+            }
+            const fit::Certificate certificate = fit::certify(o->fit.superquadric, all);
+            if (certificate.largest_f > 1 - fit::float_margin(o->fit.superquadric)) continue;
+            part = *o;
+            part.caps = std::move(caps[i]);
+            part.fit.certificate = certificate;
+            part.solid_volume = enclosed_volume(context.mesh, part);
+            return;
+        }
+        fitted[i] = 1;
+        part.triangles = std::move(triangles[i]);
+        part.caps = std::move(caps[i]);
+        finish(context, part, options);
+    });
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (fitted[i] != 0) history.push_back(parts[i]);
+    return parts;
+}
+
+/// What a part costs: the volume its superquadric adds to the solid's own, and the area its projection cannot see.
+/// Both as shares of the whole object, so that a badly served finger does not outweigh a badly served torso.
+double cost(const PartWork& part, double all_volume, double all_area)
+{
+    const double loose = std::max(0.0, part.fit.volume - std::max(0.0, part.solid_volume)) / all_volume;
+    return loose + 2 * part.q2_share * part.area / all_area;
+}
+
+}  // namespace
+
+std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition, const BakeOptions& options)
+{
+    std::vector<PartWork> history;
+    return update(context, partition, history, options);
+}
+
+void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts, const BakeOptions& options)
+{
+    double all_area = 0, all_volume = 0;
+    for (const PartWork& part : parts) {
+        all_area += part.area;
+        all_volume += part.solid_volume;
+    }
+    if (!(all_volume > 0)) all_volume = 1;
+    const auto total = [&](const std::vector<PartWork>& p) {
+        double sum = 0;
+        for (const PartWork& part : p) sum += cost(part, all_volume, all_area);
+        return sum;
+    };
+    // Looseness of a part relative to its own solid: a box in a box-like superquadric has about 1.2, a bent or forked
+    // part well above 2.
+    const auto loose = [](const PartWork& p) { return p.fit.volume / std::max(p.solid_volume, 1e-3 * p.fit.volume); };
+    std::vector<PartWork> history = parts;
+    std::vector<std::vector<std::uint32_t>> given_up;
+    while (parts.size() < options.max_parts) {
+        std::size_t worst = parts.size();
+        double worst_cost = 0;
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const bool needs = loose(parts[i]) > options.max_looseness || parts[i].q2_share > options.max_q2_share;
+            if (!needs || std::find(given_up.begin(), given_up.end(), parts[i].triangles) != given_up.end()) continue;
+            if (const double c = cost(parts[i], all_volume, all_area); c > worst_cost) {
+                worst_cost = c;
+                worst = i;
+            }
+        }
+        if (worst == parts.size()) break;
+        const decompose::Split split = decompose::split_part(context.mesh, partition, static_cast<std::uint32_t>(worst), options.decompose);
+        bool kept = false;
+        if (split.found && split.partition.part_count <= options.max_parts) {
+            std::vector<PartWork> next = update(context, split.partition, history, options);
+            // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
+            const double limit = std::max(options.max_looseness, 1.2 * loose(parts[worst]));
+            const bool slivers = std::any_of(next.begin(), next.end(), [&](const PartWork& p) {
+                return loose(p) > limit && std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p.triangles; });
+            });
+            if (!slivers && total(next) < total(parts) - options.split_gain * worst_cost) {
+                partition = split.partition;
+                parts = std::move(next);
+                kept = true;
+            }
+        }
+        if (!kept) given_up.push_back(parts[worst].triangles);
+    }
+    // Undo own cuts that one superquadric serves as well.
+    for (bool again = true; again;) {
+        again = false;
+        for (const decompose::Boundary& b : partition.boundaries) {
+            if (b.kind != decompose::CutKind::Error) continue;
+            const decompose::Partition merged = decompose::merge_parts(context.mesh, partition, b.part_a, b.part_b);
+            std::vector<PartWork> next = update(context, merged, history, options);
+            if (total(next) > total(parts)) continue;
+            partition = merged;
+            parts = std::move(next);
+            again = true;
+            break;
+        }
+    }
+    partition = decompose::ordered_by_area(context.mesh, partition);
+    parts = update(context, partition, history, options);
+}
+
+}  // namespace sqmap::bake

@@ -1,0 +1,20 @@
+// The error-driven pass: splits parts that one superquadric and one projection serve badly, joins what it need not have
+// split.
+#pragma once
+
+#include "part_work.h"
+#include "sqmap/bake/bake.h"
+#include "sqmap/decompose/decompose.h"
+
+#include <vector>
+
+namespace sqmap::bake {
+
+/// Fits every part of a partition, caps included.
+[[nodiscard]] std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition, const BakeOptions& options);
+
+/// Splits the part that is served worst while that pays, up to options.max_parts, then undoes cuts of its own kind that
+/// one superquadric serves as well. Cuts that passed a test of section 3 stay. Changes partition and parts together.
+void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts, const BakeOptions& options);
+
+}  // namespace sqmap::bake

@@ -1,0 +1,170 @@
+// Least-area triangulation of a loop by dynamic programming: G. Barequet and M. Sharir, "Filling gaps in the boundary of a
+// polyhedron", 1995.
+#include "holes.h"
+
+#include <cmath>
+#include <set>
+
+namespace sqmap::mesh {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+Edge edge(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
+
+/// The loops that run along the boundary against the faces, each vertex once in a loop: where two holes touch in a vertex
+/// they come apart there.
+std::vector<std::vector<std::uint32_t>> boundary_loops(const Surface& surface, std::span<const EdgeUse> uses)
+{
+    std::vector<Edge> steps;  // from, to
+    for_each_edge(uses, [&](std::span<const EdgeUse> sides) {
+        if (sides.size() != 1) return;
+        const Triangle& v = surface.faces[sides[0].half / 3].v;
+        const std::uint32_t k = sides[0].half % 3;
+        steps.emplace_back(v[(k + 1) % 3], v[k]);
+    });
+    std::sort(steps.begin(), steps.end());
+    std::vector<bool> taken(steps.size(), false);
+    std::vector<std::uint32_t> place(surface.points.size(), k_none);  // in the path
+    std::vector<std::vector<std::uint32_t>> loops;
+    for (std::size_t start = 0; start < steps.size(); ++start) {
+        if (taken[start]) continue;
+        std::vector<std::uint32_t> path{steps[start].first};
+        place[path[0]] = 0;
+        while (!path.empty()) {
+            auto step = std::lower_bound(steps.begin(), steps.end(), Edge{path.back(), 0});
+            while (step != steps.end() && step->first == path.back() && taken[static_cast<std::size_t>(step - steps.begin())])
+                ++step;
+            if (step == steps.end() || step->first != path.back()) break;  // a dead end, or all loops of the path are cut off
+            taken[static_cast<std::size_t>(step - steps.begin())] = true;
+            const std::uint32_t v = step->second;
+            if (place[v] == k_none) {
+                place[v] = static_cast<std::uint32_t>(path.size());
+                path.push_back(v);
+                continue;
+            }
+            loops.emplace_back(path.begin() + place[v], path.end());
+            for (std::size_t i = place[v] + 1; i < path.size(); ++i) place[path[i]] = k_none;
+            path.resize(place[v] + 1);
+        }
+        for (const std::uint32_t v : path) place[v] = k_none;
+    }
+    return loops;
+}
+
+/// Triangles of least total area over a loop; empty where none avoids the edges that exist.
+std::vector<Triangle> least_area(const Surface& surface, const std::vector<std::uint32_t>& loop, const std::set<Edge>& existing)
+{
+    const std::size_t n = loop.size();
+    const auto point = [&](std::size_t i) { return surface.points[loop[i]]; };
+    constexpr double k_impossible = std::numeric_limits<double>::infinity();
+    std::vector<double> cost(n * n, 0);
+    std::vector<std::size_t> apex(n * n, 0);
+    for (std::size_t span = 2; span < n; ++span)
+        for (std::size_t i = 0; i + span < n; ++i) {
+            const std::size_t j = i + span;
+            double& best = cost[i * n + j];
+            best = k_impossible;
+            if (span + 1 < n && existing.contains(edge(loop[i], loop[j]))) continue;
+            for (std::size_t k = i + 1; k < j; ++k) {
+                const double area =
+                    cost[i * n + k] + cost[k * n + j] + 0.5 * norm(cross(point(k) - point(i), point(j) - point(i)));
+                if (area < best) {
+                    best = area;
+                    apex[i * n + j] = k;
+                }
+            }
+        }
+    std::vector<Triangle> out;
+    if (cost[n - 1] == k_impossible) return out;
+    std::vector<std::pair<std::size_t, std::size_t>> open{{0, n - 1}};
+    while (!open.empty()) {
+        const auto [i, j] = open.back();
+        open.pop_back();
+        if (j - i < 2) continue;
+        const std::size_t k = apex[i * n + j];
+        out.push_back({loop[i], loop[k], loop[j]});
+        open.emplace_back(i, k);
+        open.emplace_back(k, j);
+    }
+    return out;
+}
+
+}  // namespace
+
+std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits)
+{
+    const std::vector<EdgeUse> uses = edge_uses(surface.faces);
+    std::set<Edge> existing;
+    for (const EdgeUse& u : uses) existing.emplace(u.lo, u.hi);
+    std::set<Triangle> corners;  // a lone triangle is its own hole: covering it would make a sheet, not a solid
+    for (const Face& f : surface.faces) {
+        Triangle t = f.v;
+        std::sort(t.begin(), t.end());
+        corners.insert(t);
+    }
+    std::uint32_t filled = 0;
+    for (const auto& loop : boundary_loops(surface, uses)) {
+        if (loop.size() < 3 || loop.size() > limits.max_edges) continue;
+        Vec3d lo = surface.points[loop[0]], hi = lo;
+        for (const std::uint32_t v : loop)
+            for (int k = 0; k < 3; ++k) {
+                lo[k] = std::min(lo[k], surface.points[v][k]);
+                hi[k] = std::max(hi[k], surface.points[v][k]);
+            }
+        if (norm(hi - lo) > limits.max_diagonal) continue;
+        const std::vector<Triangle> patch = least_area(surface, loop, existing);
+        const bool covers_a_face = std::any_of(patch.begin(), patch.end(), [&](Triangle t) {
+            std::sort(t.begin(), t.end());
+            return corners.contains(t);
+        });
+        if (patch.empty() || covers_a_face) continue;
+        for (const Triangle& t : patch) {
+            surface.faces.push_back({t, k_none});
+            for (std::size_t k = 0; k < 3; ++k) existing.insert(edge(t[k], t[(k + 1) % 3]));
+        }
+        ++filled;
+    }
+    return filled;
+}
+
+void thicken(Surface& surface, double thickness)
+{
+    const std::size_t count = surface.points.size();
+    std::vector<Vec3d> normals(count);
+    for (const Face& f : surface.faces) {
+        const Vec3d n =
+            normalized(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d p = surface.points[f.v[k]];
+            const Vec3d u = normalized(surface.points[f.v[(k + 1) % 3]] - p),
+                        w = normalized(surface.points[f.v[(k + 2) % 3]] - p);
+            normals[f.v[k]] += std::atan2(norm(cross(u, w)), dot(u, w)) * n;  // by angle: independent of the triangulation
+        }
+    }
+    std::vector<Face> faces;
+    const auto below = [&](std::uint32_t v) { return v + static_cast<std::uint32_t>(count); };
+    for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> sides) {
+        if (sides.size() != 1) return;
+        const Face& f = surface.faces[sides[0].half / 3];
+        const std::uint32_t a = f.v[sides[0].half % 3], b = f.v[(sides[0].half + 1) % 3];
+        faces.push_back({{b, a, below(a)}, f.polygon});
+        faces.push_back({{b, below(a), below(b)}, f.polygon});
+    });
+    for (const Face& f : surface.faces) {
+        faces.push_back(f);
+        faces.push_back({{below(f.v[0]), below(f.v[2]), below(f.v[1])}, f.polygon});
+    }
+    surface.faces = std::move(faces);
+    surface.points.resize(2 * count);
+    surface.source.resize(2 * count);
+    for (std::size_t v = 0; v < count; ++v) {
+        const Vec3d half = 0.5 * thickness * normalized(normals[v]);
+        const Vec3d p = surface.points[v];
+        surface.points[v] = p + half;
+        surface.points[count + v] = p - half;
+        surface.source[count + v] = surface.source[v];
+    }
+}
+
+}  // namespace sqmap::mesh

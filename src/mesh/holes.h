@@ -1,0 +1,21 @@
+// Closing small holes.
+#pragma once
+
+#include "surface.h"
+
+namespace sqmap::mesh {
+
+struct HoleLimits {
+    std::uint32_t max_edges = 0;
+    double max_diagonal = 0;
+};
+
+/// Fills boundary loops within the limits with triangles of least area that use no edge that is already there; returns
+/// how many. @pre faces agree in orientation.
+std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits);
+
+/// Replaces a surface by a plate: both sides offset by half the thickness along the vertex normals, the rim closed.
+/// @pre faces agree in orientation, every vertex has one fan, every edge at most two faces.
+void thicken(Surface& surface, double thickness);
+
+}  // namespace sqmap::mesh

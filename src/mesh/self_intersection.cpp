@@ -1,0 +1,229 @@
+// Pairs by a bounding volume hierarchy against itself, each decided with exact orientations alone: two triangles meet
+// exactly where an edge of one meets the other (P. Guigue and O. Devillers, "Fast and robust triangle-triangle overlap
+// test using orientation predicates", 2003).
+#include "sqmap/mesh/self_intersection.h"
+
+#include "predicates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sqmap::mesh {
+namespace {
+
+struct Corners {
+    Vec3d a, b, c;
+};
+
+/// Coordinates with one axis left out: turns in a plane keep their sense, all or none reversed.
+Vec2d projected(Vec3d p, int axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
+
+/// An axis along which the triangle is not seen edge-on; -1 if it has no area.
+int open_axis(const Corners& t)
+{
+    for (int axis = 0; axis < 3; ++axis)
+        if (orient2d(projected(t.a, axis), projected(t.b, axis), projected(t.c, axis)) != 0) return axis;
+    return -1;
+}
+
+bool between(Vec2d p, Vec2d a, Vec2d b)
+{
+    return p.x >= std::min(a.x, b.x) && p.x <= std::max(a.x, b.x) && p.y >= std::min(a.y, b.y) && p.y <= std::max(a.y, b.y);
+}
+
+bool segments_meet(Vec2d p, Vec2d q, Vec2d a, Vec2d b)
+{
+    const int pa = orient2d(p, q, a), pb = orient2d(p, q, b), ap = orient2d(a, b, p), aq = orient2d(a, b, q);
+    if (pa * pb < 0 && ap * aq < 0) return true;
+    return (pa == 0 && between(a, p, q)) || (pb == 0 && between(b, p, q)) || (ap == 0 && between(p, a, b)) ||
+           (aq == 0 && between(q, a, b));
+}
+
+/// A segment in the plane of the triangle.
+bool meets_in_plane(Vec3d p, Vec3d q, const Corners& t)
+{
+    const int axis = open_axis(t);
+    if (axis < 0) return false;
+    const Vec2d s = projected(p, axis), e = projected(q, axis);
+    const Vec2d a = projected(t.a, axis), b = projected(t.b, axis), c = projected(t.c, axis);
+    const int ab = orient2d(a, b, s), bc = orient2d(b, c, s), ca = orient2d(c, a, s);
+    const bool start_inside = !((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0));
+    return start_inside || segments_meet(s, e, a, b) || segments_meet(s, e, b, c) || segments_meet(s, e, c, a);
+}
+
+bool meets(Vec3d p, Vec3d q, const Corners& t)
+{
+    const int sp = orient3d(t.a, t.b, t.c, p), sq = orient3d(t.a, t.b, t.c, q);
+    if (sp * sq > 0) return false;
+    if (sp == 0 && sq == 0) return meets_in_plane(p, q, t);
+    const int ab = orient3d(p, q, t.a, t.b), bc = orient3d(p, q, t.b, t.c), ca = orient3d(p, q, t.c, t.a);
+    return !((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0));
+}
+
+class Finder {
+public:
+    Finder(const Mesh& mesh, std::uint64_t max_pairs) : mesh_(mesh), max_pairs_(max_pairs)
+    {
+        // By a power of two to unit size: exact, and the determinants stay within double's range.
+        double largest = 0;
+        for (const Vec3d& p : mesh.vertices) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+        int exponent = 0;
+        std::frexp(largest, &exponent);
+        for (const Vec3d& p : mesh.vertices)
+            points_.push_back({std::ldexp(p.x, -exponent), std::ldexp(p.y, -exponent), std::ldexp(p.z, -exponent)});
+        order_.resize(mesh.triangles.size());
+        std::iota(order_.begin(), order_.end(), 0u);
+        for (const Triangle& t : mesh.triangles) centres_.push_back((points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3.0);
+        out_.crossed.assign(mesh.triangles.size(), 0);
+    }
+
+    SelfIntersections run()
+    {
+        if (order_.empty()) return std::move(out_);
+        build(0, static_cast<std::uint32_t>(order_.size()));
+        join(0, 0);
+        return std::move(out_);
+    }
+
+private:
+    struct Node {
+        Vec3d lo, hi;
+        std::uint32_t first = 0, count = 0;  ///< leaf: entries of order_
+        std::uint32_t right = 0;             ///< inner: the left child is the next node
+    };
+
+    [[nodiscard]] Corners corners(std::uint32_t t) const
+    {
+        const Triangle& v = mesh_.triangles[t];
+        return {points_[v[0]], points_[v[1]], points_[v[2]]};
+    }
+
+    void build(std::uint32_t first, std::uint32_t last)
+    {
+        constexpr std::uint32_t k_leaf_size = 4;
+        const std::size_t index = nodes_.size();
+        Node node{{2, 2, 2}, {-2, -2, -2}, first, last - first, 0};
+        Vec3d lo{2, 2, 2}, hi{-2, -2, -2};
+        for (std::uint32_t i = first; i < last; ++i)
+            for (int k = 0; k < 3; ++k) {
+                for (const std::uint32_t v : mesh_.triangles[order_[i]]) {
+                    node.lo[k] = std::min(node.lo[k], points_[v][k]);
+                    node.hi[k] = std::max(node.hi[k], points_[v][k]);
+                }
+                lo[k] = std::min(lo[k], centres_[order_[i]][k]);
+                hi[k] = std::max(hi[k], centres_[order_[i]][k]);
+            }
+        nodes_.push_back(node);
+        if (last - first <= k_leaf_size) return;
+        const Vec3d size = hi - lo;
+        const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+        const std::uint32_t middle = first + (last - first) / 2;
+        std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
+                         [&](std::uint32_t a, std::uint32_t b) {
+                             return centres_[a][axis] != centres_[b][axis] ? centres_[a][axis] < centres_[b][axis] : a < b;
+                         });
+        nodes_[index].count = 0;
+        build(first, middle);
+        nodes_[index].right = static_cast<std::uint32_t>(nodes_.size());
+        build(middle, last);
+    }
+
+    template <class Box>
+    static bool boxes_meet(const Box& a, const Box& b)
+    {
+        return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
+               b.lo.z <= a.hi.z;
+    }
+
+    void join(std::uint32_t i, std::uint32_t j)
+    {
+        const Node &a = nodes_[i], &b = nodes_[j];
+        if (!out_.is_complete || (i != j && !boxes_meet(a, b))) return;
+        if (a.count > 0 && b.count > 0) {
+            for (std::uint32_t s = a.first; s < a.first + a.count; ++s)
+                for (std::uint32_t t = i == j ? s + 1 : b.first; t < b.first + b.count; ++t) test(order_[s], order_[t]);
+        } else if (i == j) {
+            join(i + 1, i + 1);
+            join(a.right, a.right);
+            join(i + 1, a.right);
+        } else if (b.count > 0 || (a.count == 0 && norm_sq(a.hi - a.lo) >= norm_sq(b.hi - b.lo))) {
+            join(i + 1, j);
+            join(a.right, j);
+        } else {
+            join(i, j + 1);
+            join(i, b.right);
+        }
+    }
+
+    void test(std::uint32_t s, std::uint32_t t)
+    {
+        if (!out_.is_complete || !triangles_meet(s, t)) return;
+        if (out_.pair_count == max_pairs_) {
+            out_.is_complete = false;
+            return;
+        }
+        ++out_.pair_count;
+        out_.crossed[s] = out_.crossed[t] = 1;
+    }
+
+    [[nodiscard]] bool triangles_meet(std::uint32_t s, std::uint32_t t) const
+    {
+        struct Box {
+            Vec3d lo, hi;
+        };
+        const Corners p = corners(s), q = corners(t);
+        const auto box = [](const Corners& c) {
+            return Box{{std::min({c.a.x, c.b.x, c.c.x}), std::min({c.a.y, c.b.y, c.c.y}), std::min({c.a.z, c.b.z, c.c.z})},
+                       {std::max({c.a.x, c.b.x, c.c.x}), std::max({c.a.y, c.b.y, c.c.y}), std::max({c.a.z, c.b.z, c.c.z})}};
+        };
+        if (!boxes_meet(box(p), box(q))) return false;
+        // Turn both so that what they share comes first.
+        int shared = 0, at_p = 0, at_q = 0, free_p = 0, free_q = 0;
+        bool q_is_shared[3] = {false, false, false};
+        for (int i = 0; i < 3; ++i) {
+            bool is_shared = false;
+            for (int j = 0; j < 3; ++j)
+                if (mesh_.triangles[s][static_cast<std::size_t>(i)] == mesh_.triangles[t][static_cast<std::size_t>(j)]) {
+                    is_shared = q_is_shared[j] = true;
+                    at_p = i;
+                    at_q = j;
+                    ++shared;
+                }
+            if (!is_shared) free_p = i;
+        }
+        for (int j = 0; j < 3; ++j)
+            if (!q_is_shared[j]) free_q = j;
+        const auto turned = [](const Corners& c, int first) {
+            return first == 0 ? c : (first == 1 ? Corners{c.b, c.c, c.a} : Corners{c.c, c.a, c.b});
+        };
+        if (shared >= 3) return true;
+        if (shared == 2) {
+            const Corners a = turned(p, free_p), b = turned(q, free_q);
+            if (orient3d(a.a, a.b, a.c, b.a) != 0) return false;
+            const int axis = open_axis(a);
+            if (axis < 0) return false;
+            const Vec2d from = projected(a.b, axis), to = projected(a.c, axis);
+            return orient2d(from, to, projected(a.a, axis)) * orient2d(from, to, projected(b.a, axis)) > 0;
+        }
+        if (shared == 1) {
+            const Corners a = turned(p, at_p), b = turned(q, at_q);
+            return meets(a.b, a.c, b) || meets(b.b, b.c, a);
+        }
+        return meets(p.a, p.b, q) || meets(p.b, p.c, q) || meets(p.c, p.a, q) || meets(q.a, q.b, p) || meets(q.b, q.c, p) ||
+               meets(q.c, q.a, p);
+    }
+
+    const Mesh& mesh_;
+    std::uint64_t max_pairs_;
+    std::vector<Vec3d> points_, centres_;
+    std::vector<std::uint32_t> order_;
+    std::vector<Node> nodes_;
+    SelfIntersections out_;
+};
+
+}  // namespace
+
+SelfIntersections find_self_intersections(const Mesh& mesh, std::uint64_t max_pairs) { return Finder(mesh, max_pairs).run(); }
+
+}  // namespace sqmap::mesh

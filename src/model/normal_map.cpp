@@ -1,0 +1,78 @@
+// What a normal map promises to the queries that read it.
+#include "sqmap/model/normal_map.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace sqmap::model {
+
+using shape::Arc;
+using shape::Superquadricf;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+bool all_finite(Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+bool is_shape(const Superquadricf& sq)
+{
+    const auto exponent = [](float e) { return e >= 0.05f && e <= 2.0f; };
+    const auto taper = [](float k) { return std::abs(k) < 1.0f; };
+    bool turned = true;
+    for (const Vec3f& row : sq.rotation.row) turned = turned && std::abs(norm_sq(row) - 1) < 1e-3f;
+    return all_finite(sq.a) && sq.a.x > 0 && sq.a.y > 0 && sq.a.z > 0 && exponent(sq.eps1) && exponent(sq.eps2) && turned &&
+           all_finite(sq.translation) && taper(sq.taper_x) && taper(sq.taper_y) && sq.bend >= 0 &&
+           sq.bend * sq.a.z < static_cast<float>(pi) && std::isfinite(sq.bend_angle);
+}
+
+// Rows of a sparse table: rising from 0 to the number of entries, columns in range and sorted within a row.
+template <class Entry>
+bool is_sparse_table(std::span<const std::uint32_t> rows, std::span<const Entry> entries, std::size_t row_count, std::uint32_t columns)
+{
+    if (entries.empty()) return rows.empty() || rows.size() == row_count;
+    if (rows.size() != row_count || rows.front() != 0 || rows.back() != entries.size()) return false;
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+        if (rows[i] > rows[i + 1] || rows[i + 1] > entries.size()) return false;
+        for (std::uint32_t k = rows[i]; k < rows[i + 1]; ++k)
+            if (entries[k].column >= columns || (k > rows[i] && entries[k].column < entries[k - 1].column)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Arc<float>> columns) noexcept
+{
+    // The angles in double: the poles' cosine must be 0, not the sine of a rounding error.
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const double eta = pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
+        const bool pole = i == 0 || i + 1 == rows.size();
+        rows[i] = shape::arc_through(pole ? 0.0f : static_cast<float>(std::cos(eta)), static_cast<float>(std::sin(eta)), sq.eps1);
+    }
+    for (std::size_t j = 0; j < columns.size(); ++j) {
+        const double omega = 2 * pi * static_cast<double>(j) / static_cast<double>(columns.size()) - pi;
+        columns[j] = shape::arc_through(static_cast<float>(std::cos(omega)), static_cast<float>(std::sin(omega)), sq.eps2);
+    }
+}
+
+bool is_consistent(const NormalMapView& map) noexcept
+{
+    const std::size_t count = std::size_t{map.eta_count} * map.omega_count;
+    if (map.eta_count < 3 || map.eta_count > 4097 || map.omega_count < 4 || map.omega_count > 8192 || map.subdivisions > 8) return false;
+    const std::uint32_t stride = std::uint32_t{1} << map.subdivisions;
+    if ((map.eta_count - 1) % stride != 0 || map.omega_count % stride != 0) return false;
+    const std::size_t base_rows = (map.eta_count - 1) / stride + 1, base_columns = map.omega_count / stride;
+    if (base_rows < 3 || base_columns < 4) return false;
+    const auto length = [](float v) { return v > 0 && std::isfinite(v); };
+    const std::size_t n = map.seed_count;
+    return is_shape(map.superquadric) && length(map.distance_scale) && length(map.offset_scale) && map.distance.size() == count &&
+           map.normal.size() == count && map.cuts.size() == (count + 3) / 4 &&
+           (map.offset.empty() || map.offset.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
+           map.seeds.size() == n * n * n && (map.rows.empty() || map.rows.size() == map.eta_count) &&
+           (map.columns.empty() || map.columns.size() == map.omega_count) && map.rows.empty() == map.columns.empty() &&
+           is_sparse_table(map.correction_rows, map.corrections, map.eta_count, map.omega_count) &&
+           is_sparse_table(map.gap_rows, map.gaps, std::size_t{map.eta_count} + 1, map.omega_count);
+}
+
+}  // namespace sqmap::model

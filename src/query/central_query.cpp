@@ -1,0 +1,403 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map. C. Ericson,
+// Real-Time Collision Detection, 2005: closest points.
+#include "central_query.h"
+
+#include "central_map.h"
+#include "exact_layer.h"
+
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+using model::ModelView;
+using model::Part;
+
+/// Nearest surface found so far.
+struct Nearest {
+    float distance_sq = INFINITY;
+    Vec3f point{};
+    Vec3f normal{};
+    std::int32_t part = -1;
+};
+
+float sphere_gap(const Part& part, Vec3f p)
+{
+    const float gap = norm(p - model::vec3(part.sphere)) - part.sphere[3];
+    return gap > 0.f ? gap : 0.f;
+}
+
+/// Least squared distance, in model units, from x to the part of the chart where s, t and rho lie in given ranges.
+/// a: the axes; sound because the chart frame is orthogonal: offsets scale by a along each axis.
+float frustum_distance_sq(int face, const float* a, Vec3f x, float s0, float s1, float t0, float t1, float rho0, float rho1)
+{
+    const int m = face_axis(face), u = (m + 1) % 3, v = (m + 2) % 3;
+    const auto gap = [](float value, float lo, float hi) { return value < lo ? lo - value : (value > hi ? value - hi : 0.f); };
+    const float major = face_sign(face) * x[m];
+    const float gm = a[m] * gap(major, rho0, rho1);
+    const float gu = a[u] * gap(x[u], std::min(s0 * rho0, s0 * rho1), std::max(s1 * rho0, s1 * rho1));
+    const float gv = a[v] * gap(x[v], std::min(t0 * rho0, t0 * rho1), std::max(t1 * rho0, t1 * rho1));
+    return gm * gm + gu * gu + gv * gv;
+}
+
+/// Closest point of a stored sheet to x: a few steps, each to the foot of x on the tangent plane, kept inside the leaf.
+/// Returns the squared distance in model units; foot in the chart frame, plane the outward-in-rho plane vector.
+float sheet_distance_sq(const Leaf& leaf, int sheet, int face, const float* a, Vec3f x, Vec3f& foot, Vec3f& plane)
+{
+    const int m = face_axis(face), iu = (m + 1) % 3, iv = (m + 2) % 3;
+    const float sign = face_sign(face);
+    const auto clamp_s = [&](float s) { return std::clamp(s, leaf.s0, leaf.s0 + leaf.size); };
+    const auto clamp_t = [&](float t) { return std::clamp(t, leaf.t0, leaf.t0 + leaf.size); };
+    const float major = sign * x[m];
+    float s = leaf.s0 + 0.5f * leaf.size, t = leaf.t0 + 0.5f * leaf.size;
+    if (major > 1e-6f) {
+        s = clamp_s(x[iu] / major);
+        t = clamp_t(x[iv] / major);
+    }
+    SheetValue value{};
+    for (int step = 0; step < 3; ++step) {
+        value = sheet_value(leaf, sheet, s, t);
+        Vec3f n{};
+        n[m] = sign * (value.w - value.ws * s - value.wt * t);
+        n[iu] = value.ws;
+        n[iv] = value.wt;
+        plane = n;
+        const Vec3f scaled{n.x / (a[0] * a[0]), n.y / (a[1] * a[1]), n.z / (a[2] * a[2])};
+        const float length_sq = dot(n, scaled);
+        if (!(length_sq > 0.f)) break;
+        const Vec3f y = x + ((1.f - dot(n, x)) / length_sq) * scaled;
+        const float y_major = sign * y[m];
+        if (!(y_major > 1e-6f)) break;
+        s = clamp_s(y[iu] / y_major);
+        t = clamp_t(y[iv] / y_major);
+    }
+    value = sheet_value(leaf, sheet, s, t);
+    const float rho = 1.f / std::max(value.w, 1e-6f);
+    foot = rho * face_direction(face, s, t);
+    const Vec3f d{a[0] * (foot.x - x.x), a[1] * (foot.y - x.y), a[2] * (foot.z - x.z)};
+    return norm_sq(d);
+}
+
+/// Offers a stored sheet as nearest surface.
+void offer_sheet(const CentralMap& map, const Part& part, std::int32_t index, const Leaf& leaf, int sheet, int face, Vec3f x, Nearest& best)
+{
+    Vec3f foot, plane;
+    const float distance_sq = sheet_distance_sq(leaf, sheet, face, part.a, x, foot, plane);
+    if (!(distance_sq < best.distance_sq)) return;
+    const bool exits = leaf.centre_inside == ((sheet & 1) == 0);
+    const Vec3f n = normalized(map.direction_from_chart_frame(plane));
+    best = {distance_sq, map.from_chart_frame(foot), exits ? n : -n, index};
+}
+
+/// Least squared distance, model units, from x to the part's domain, which holds all of its own surface.
+float domain_distance_sq(const Part& part, Vec3f x)
+{
+    float sum = 0.f;
+    for (int k = 0; k < 3; ++k) {
+        const float gap = part.a[k] * std::max(std::max(part.chart_lo[k] - x[k], x[k] - part.chart_hi[k]), 0.f);
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+/// A bound before the search: from the cell on the point's own ray to the cell around what was found there, while that
+/// comes nearer. offer_cell(face, column, row) offers what a cell holds.
+template <class Offer>
+void descend(const CentralMap& map, Vec3f x, const Nearest& best, Offer&& offer_cell)
+{
+    ChartPoint q = to_chart(x);
+    for (int step = 0; step < 6; ++step) {
+        const float before = best.distance_sq;
+        offer_cell(q.face, map.column_of(q.s), map.column_of(q.t));
+        if (!(best.distance_sq < before)) return;
+        q = to_chart(map.to_chart_frame(best.point));
+        // The foot of the point on the plane there, which may lie over another cell.
+        const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+        if (leaf.sheets == 0) return;
+        const SheetValue value = sheet_value(leaf, 0, q.s, q.t);
+        const int m = face_axis(q.face);
+        Vec3f n{};
+        n[m] = face_sign(q.face) * (value.w - value.ws * q.s - value.wt * q.t);
+        n[(m + 1) % 3] = value.ws;
+        n[(m + 2) % 3] = value.wt;
+        const Vec3f scaled = map.over_axes_sq(n);
+        const float length_sq = dot(n, scaled);
+        if (!(length_sq > 0.f)) return;
+        q = to_chart(x + ((1.f - dot(n, x)) / length_sq) * scaled);
+    }
+}
+
+/// Visits every base cell that may hold a surface nearer than best, pyramid blocks first.
+template <class Visit>
+void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Nearest& best, Visit&& visit)
+{
+    const int blocks = map.base() / model::k_block;
+    const float block_size = map.cell_size() * static_cast<float>(model::k_block);
+    for (int face = 0; face < model::k_faces; ++face)
+        for (int row = 0; row < blocks; ++row)
+            for (int column = 0; column < blocks; ++column) {
+                const model::Block block = map.block(face, column, row);
+                if (block.lo > block.hi) continue;
+                const float s0 = -1.f + block_size * static_cast<float>(column), t0 = -1.f + block_size * static_cast<float>(row);
+                const float rho0 = 1.f / map.decode(block.hi), rho1 = 1.f / std::max(map.decode(block.lo), 1e-6f);
+                if (!(frustum_distance_sq(face, part.a, x, s0, s0 + block_size, t0, t0 + block_size, rho0, rho1) < best.distance_sq)) continue;
+                for (int r = row * model::k_block; r < (row + 1) * model::k_block; ++r)
+                    for (int c = column * model::k_block; c < (column + 1) * model::k_block; ++c) visit(face, c, r);
+            }
+}
+
+bool leaf_is_near(const Leaf& leaf, int face, const float* a, Vec3f x, const Nearest& best)
+{
+    if (leaf.sheets == 0 || leaf.foreign) return false;
+    float lo, hi;
+    leaf_band(leaf, lo, hi);
+    if (!(hi > 0.f)) return false;
+    return frustum_distance_sq(face, a, x, leaf.s0, leaf.s0 + leaf.size, leaf.t0, leaf.t0 + leaf.size, 1.f / hi, 1.f / std::max(lo, 1e-6f)) <
+           best.distance_sq;
+}
+
+/// Nearest stored surface of one part. refined: Layer 3; else Layer 2 reads the base samples.
+void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool refined, Nearest& best)
+{
+    const Part& part = model.parts[static_cast<std::size_t>(index)];
+    const CentralMap map(model, part);
+    const Vec3f x = map.to_chart_frame(p);
+    if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
+    const auto offer_cell = [&](int face, int column, int row) {
+        if (!refined && model::cell_kind(map.base_cell(face, column, row)) != model::CellKind::Uniform) {
+            Leaf leaf = map.base_leaf(map.base_cell(face, column, row), face, column, row);
+            leaf.kind = model::CellKind::Single;
+            leaf.centre_inside = map.centre_inside();
+            leaf.sheets = 1;
+            if (leaf.foreign) return;
+            if (map.base_corners(face, column, row, leaf.corner)) {
+                offer_sheet(map, part, index, leaf, 0, face, x, best);
+                return;
+            }
+        }
+        map.each_leaf(face, column, row, [&](const Leaf& leaf) {
+            if (!leaf_is_near(leaf, face, part.a, x, best)) return;
+            for (int sheet = 0; sheet < leaf.sheets; ++sheet) offer_sheet(map, part, index, leaf, sheet, face, x, best);
+        });
+    };
+    descend(map, x, best, offer_cell);
+    each_near_cell(map, part, x, best, offer_cell);
+}
+
+Vec3f closest_on_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c)
+{
+    // Ericson, Real-Time Collision Detection, 5.1.5.
+    const Vec3f ab = b - a, ac = c - a, ap = p - a;
+    const float d1 = dot(ab, ap), d2 = dot(ac, ap);
+    if (d1 <= 0.f && d2 <= 0.f) return a;
+    const Vec3f bp = p - b;
+    const float d3 = dot(ab, bp), d4 = dot(ac, bp);
+    if (d3 >= 0.f && d4 <= d3) return b;
+    const float vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.f && d1 >= 0.f && d3 <= 0.f) return a + (d1 / std::max(d1 - d3, 1e-30f)) * ab;
+    const Vec3f cp = p - c;
+    const float d5 = dot(ab, cp), d6 = dot(ac, cp);
+    if (d6 >= 0.f && d5 <= d6) return c;
+    const float vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.f && d2 >= 0.f && d6 <= 0.f) return a + (d2 / std::max(d2 - d6, 1e-30f)) * ac;
+    const float va = d3 * d6 - d5 * d4;
+    if (va <= 0.f && d4 - d3 >= 0.f && d5 - d6 >= 0.f) return b + ((d4 - d3) / std::max((d4 - d3) + (d5 - d6), 1e-30f)) * (c - b);
+    const float sum = va + vb + vc;
+    if (!(sum > 0.f)) return a;
+    return a + (vb / sum) * ab + (vc / sum) * ac;
+}
+
+/// What one part says of a point.
+struct PartVerdict {
+    bool covers = false;  ///< the point lies in the part's chart
+    ChartVerdict verdict{};
+};
+
+PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer layer)
+{
+    const Vec3f offset = p - model::vec3(part.sphere);
+    if (norm_sq(offset) > part.sphere[3] * part.sphere[3]) return {};
+    const CentralMap map(model, part);
+    const Vec3f x = map.to_chart_frame(p);
+    if (!map.in_domain(x)) return {};
+    const ChartPoint q = to_chart(x);
+    PartVerdict result{true, classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w)};
+    // Margins of different parts are compared as lengths: dw = d rho / rho^2.
+    result.verdict.margin *= std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
+    if (layer == Layer::Auto) layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
+    if (layer == Layer::Two && !result.verdict.certain) {
+        // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
+        float corner[4];
+        const int column = map.column_of(q.s), row = map.column_of(q.t);
+        if (map.base_corners(q.face, column, row, corner)) {
+            const float size = map.cell_size();
+            const float u = (q.s + 1.f) / size - static_cast<float>(column), v = (q.t + 1.f) / size - static_cast<float>(row);
+            result.verdict.inside = map.centre_inside() == (q.w > bilinear_value(corner, u, v, size).w);
+        }
+    }
+    return result;
+}
+
+/// The best answer of all parts: a proof where one has it, else the part that is farthest from changing its mind.
+PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::int32_t& asked)
+{
+    PartVerdict best;
+    best.verdict.margin = -1.f;
+    for (std::size_t i = 0; i < model.parts.size(); ++i) {
+        const PartVerdict v = ask_part(model, model.parts[i], p, layer);
+        if (!v.covers) continue;
+        if (v.verdict.certain || v.verdict.margin > best.verdict.margin) {
+            best = v;
+            asked = static_cast<std::int32_t>(i);
+        }
+        if (v.verdict.certain) break;
+    }
+    return best;
+}
+
+/// Exact side of p by the lists of one part that covers it.
+ExactLayer::Side exact_side(const ModelView& model, const Part& part, Vec3d p)
+{
+    const CentralMap map(model, part);
+    const ExactLayer exact(model, part);
+    const ChartPoint q = to_chart(map.to_chart_frame(cast<float>(p)));
+    return exact.side(exact.list_at(q.face, q.s, q.t), cast<double>(model::vec3(part.chart_centre)), p, part.centre_winding);
+}
+
+/// As exact_side, with rays that meet an edge or corner decided a hair beside it: 2e-6 of the part's size, well under
+/// the 1e-5 of R_max within which no verdict is promised.
+ExactLayer::Side resolved_side(const ModelView& model, const Part& part, Vec3f p)
+{
+    ExactLayer::Side side = exact_side(model, part, cast<double>(p));
+    const double hair = 2e-6 * static_cast<double>(part.sphere[3]);
+    static constexpr Vec3d k_offsets[] = {{0.61, -0.37, 0.70}, {-0.45, 0.83, 0.33}, {-0.29, -0.68, 0.67}, {0.87, 0.46, -0.18},
+                                          {-0.71, 0.12, -0.69}, {0.14, 0.59, -0.79}, {0.38, -0.91, -0.16}, {-0.93, -0.31, 0.21}};
+    for (const Vec3d& offset : k_offsets) {
+        if (side != ExactLayer::Side::Degenerate) break;
+        side = exact_side(model, part, cast<double>(p) + hair * offset);
+    }
+    return side;
+}
+
+/// True where the solid's boundary passes through a point of a triangle that others cut: inside below, not above.
+bool is_boundary(const ModelView& model, Vec3f point, Vec3f normal)
+{
+    const float step = 4e-6f * model.header.sphere[3];
+    bool inside[2];
+    for (int i = 0; i < 2; ++i) {
+        const Vec3f p = point + (i == 0 ? -step : step) * normal;
+        inside[i] = false;
+        for (const Part& part : model.parts) {
+            const CentralMap map(model, part);
+            if (sphere_gap(part, p) > 0.f || !map.in_domain(map.to_chart_frame(p))) continue;
+            inside[i] = resolved_side(model, part, p) == ExactLayer::Side::Inside;
+            break;
+        }
+    }
+    return inside[0] && !inside[1];
+}
+
+void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nearest& best)
+{
+    const std::uint16_t owner = model.triangle_part[triangle];
+    if ((owner & model::k_buried) != 0) return;
+    const auto corner = [&](std::uint32_t k) {
+        return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
+    };
+    const Vec3f a = corner(0), b = corner(1), c = corner(2);
+    const Vec3f point = closest_on_triangle(p, a, b, c);
+    const float distance_sq = norm_sq(point - p);
+    if (!(distance_sq < best.distance_sq)) return;
+    const Vec3f normal = normalized(cross(b - a, c - a));
+    if ((owner & model::k_crossed) != 0 && !is_boundary(model, point, normal)) return;
+    best = {distance_sq, point, normal, static_cast<std::int32_t>(owner & model::k_part_mask)};
+}
+
+void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Nearest& best)
+{
+    const Part& part = model.parts[index];
+    const CentralMap map(model, part);
+    const ExactLayer exact(model, part);
+    const Vec3f x = map.to_chart_frame(p);
+    if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
+    const auto offer_cell = [&](int face, int column, int row) {
+        bool near = false;
+        map.each_leaf(face, column, row, [&](const Leaf& leaf) { near = near || leaf_is_near(leaf, face, part.a, x, best); });
+        if (near) exact.each_triangle(exact.base_list(face, column, row), [&](std::uint32_t t) { offer_triangle(model, t, p, best); });
+    };
+    descend(map, x, best, offer_cell);
+    each_near_cell(map, part, x, best, offer_cell);
+}
+
+}  // namespace
+
+Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
+{
+    Contact contact;
+    contact.point = point;
+    contact.certain = true;
+    const bool has_exact = model::has_exact(model);
+    if (layer == Layer::Exact && !has_exact) contact.status |= k_no_exact;
+
+    std::int32_t asked = -1;
+    PartVerdict answer = ask_all(model, point, layer, asked);
+    if (!answer.covers) return contact;  // the superquadrics cover the solid: certified at bake
+    if (layer == Layer::Exact && has_exact && !answer.verdict.certain) {
+        const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(asked)], point);
+        if (side == ExactLayer::Side::Degenerate) {
+            contact.status |= k_unresolved;
+        } else {
+            answer.verdict.inside = side == ExactLayer::Side::Inside;
+            answer.verdict.certain = true;
+        }
+    }
+    contact.certain = answer.verdict.certain;
+    if (!answer.verdict.inside) return contact;
+
+    Nearest best;
+    const auto search = [&](std::int32_t i) {
+        if (layer == Layer::Exact && has_exact) nearest_on_triangles(model, static_cast<std::size_t>(i), point, best);
+        else nearest_on_map(model, i, point, layer != Layer::Two, best);
+    };
+    search(asked);
+    for (std::size_t i = 0; i < model.parts.size(); ++i) {
+        if (static_cast<std::int32_t>(i) == asked) continue;
+        const float gap = sphere_gap(model.parts[i], point);
+        if (gap * gap < best.distance_sq) search(static_cast<std::int32_t>(i));
+    }
+    contact.contact = true;
+    contact.part = best.part >= 0 ? best.part : asked;
+    contact.depth = best.part >= 0 ? std::sqrt(best.distance_sq) : 0.f;
+    contact.point = best.part >= 0 ? best.point : point;
+    // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
+    contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? normalized(contact.point - point) : best.normal;
+    return contact;
+}
+
+bool distance_along_central(const ModelView& model, std::uint32_t part_index, Vec3f point, Layer layer, float& distance) noexcept
+{
+    const Part& part = model.parts[part_index];
+    const CentralMap map(model, part);
+    const Vec3f x = map.to_chart_frame(point);
+    if (!map.in_domain(x)) return false;
+    const ChartPoint q = to_chart(x);
+    const float length = norm(point - model::vec3(part.chart_centre));
+    Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+    if (layer == Layer::Two) {
+        leaf = map.base_leaf(map.base_cell(q.face, map.column_of(q.s), map.column_of(q.t)), q.face, map.column_of(q.s), map.column_of(q.t));
+        leaf.kind = model::CellKind::Single;
+        leaf.sheets = map.base_corners(q.face, map.column_of(q.s), map.column_of(q.t), leaf.corner) ? 1 : 0;
+    }
+    bool found = false;
+    for (int j = 0; j < leaf.sheets; ++j) {
+        const float reach = q.w / std::max(sheet_value(leaf, j, q.s, q.t).w, 1e-6f);
+        if (!map.in_domain(reach * x)) continue;
+        const float d = (reach - 1.f) * length;
+        if (!found || std::abs(d) < std::abs(distance)) distance = d;
+        found = true;
+    }
+    return found;
+}
+
+}  // namespace sqmap::query

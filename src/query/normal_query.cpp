@@ -1,0 +1,71 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers on the paper's maps,
+// joined over parts by the witness rule.
+#include "normal_query.h"
+
+#include "sqmap/query/normal_projection.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+ProjectionOptions options_of(Layer layer)
+{
+    ProjectionOptions options;
+    options.layer = layer;
+    return options;
+}
+
+}  // namespace
+
+Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) noexcept
+{
+    Contact contact;
+    contact.point = point;
+    const ProjectionOptions options = options_of(layer);
+    // The witness rule of combine(), one part at a time, so that no array of answers is needed.
+    bool held = false, claimed = false, has_surface = false;
+    for (std::size_t i = 0; i < model.parts.size(); ++i) {
+        const model::Part& part = model.parts[i];
+        if (norm_sq(point - model::vec3(part.sphere)) > part.sphere[3] * part.sphere[3]) continue;
+        const PartAnswer answer = project(model::normal_map_of(model, i), point, options);
+        if (answer.verdict == Verdict::Outside) continue;
+        held = true;
+        if (is_witness(answer)) {
+            Contact free;
+            free.point = point;
+            return free;
+        }
+        if (answer.verdict != Verdict::Contact) continue;
+        claimed = true;
+        const bool surface = (answer.flags & (k_projection_cap | k_projection_miss)) == 0;
+        if (!surface || (has_surface && !(answer.depth < contact.depth))) {
+            if (contact.part < 0) contact.part = static_cast<std::int32_t>(i);
+            continue;
+        }
+        has_surface = true;
+        contact.part = static_cast<std::int32_t>(i);
+        contact.depth = std::max(answer.depth, 0.f);
+        contact.normal = answer.normal;
+        contact.point = point + contact.depth * answer.normal;
+    }
+    contact.contact = claimed;
+    if (!claimed) {
+        // Where no part holds the point this is a proof, as the superquadrics cover the solid.
+        contact.part = -1;
+        contact.certain = !held;
+    }
+    return contact;
+}
+
+bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept
+{
+    const PartAnswer answer = project(model::normal_map_of(model, part), point, options_of(layer));
+    if (answer.verdict == Verdict::Outside || (answer.flags & (k_projection_cap | k_projection_miss)) != 0) return false;
+    distance = answer.depth_along;
+    return true;
+}
+
+}  // namespace sqmap::query

@@ -1,0 +1,14 @@
+// The layered query on the paper's own maps.
+#pragma once
+
+#include "sqmap/query/query.h"
+
+namespace sqmap::query {
+
+/// Layers Two, Three and Auto for a finite point. @pre the model's parts have normal maps.
+[[nodiscard]] Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
+
+/// See distance_along_projection.
+[[nodiscard]] bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept;
+
+}  // namespace sqmap::query

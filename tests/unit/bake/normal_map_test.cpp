@@ -1,0 +1,194 @@
+#include "sqmap/bake/normal_map.h"
+
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/query/normal_projection.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace sqmap::bake {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+using shape::Superquadricd;
+
+std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
+{
+    std::vector<std::uint32_t> out(m.triangles.size());
+    std::iota(out.begin(), out.end(), 0u);
+    return out;
+}
+
+mesh::Mesh joined(mesh::Mesh a, const mesh::Mesh& b, Vec3d shift_b)
+{
+    const auto first = static_cast<std::uint32_t>(a.vertices.size());
+    for (const Vec3d& v : b.vertices) a.vertices.push_back(v + shift_b);
+    for (const mesh::Triangle& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    return a;
+}
+
+TEST(MapRays, CapIsWhatStartsInsideAndMissWhatMeetsNothing)
+{
+    const mesh::Mesh ball = mesh::sphere(1, 4);
+    const MapRays rays(ball);
+    using Kind = MapRays::Kind;
+    EXPECT_EQ(rays.surface_along({0.1, 0.2, 0}, {1, 0, 0}, 10, 1e-6).kind, Kind::Cap);
+    EXPECT_EQ(rays.surface_along({3, 2, 0}, {-1, 0, 0}, 10, 1e-6).kind, Kind::Miss);
+    EXPECT_EQ(rays.surface_along({3, 0.1, 0.05}, {-1, 0, 0}, 1.5, 1e-6).kind, Kind::Miss);  // beyond its reach
+    const MapRays::Surface hit = rays.surface_along({3, 0.1, 0.05}, {-1, 0, 0}, 10, 1e-6);
+    EXPECT_EQ(hit.kind, Kind::Hit);
+    EXPECT_NEAR(hit.distance, 3 - std::sqrt(1 - 0.0125), 2e-3);
+}
+
+TEST(MapRays, BuriedSurfacesAreNotSurfaces)
+{
+    // Two overlapping balls: from between them the second one's surface lies inside the first.
+    const mesh::Mesh pair = joined(mesh::sphere(1, 4), mesh::sphere(1, 4), {1, 0, 0});
+    const MapRays rays(pair);
+    const MapRays::Surface hit = rays.surface_along({-3, 0.01, 0.02}, {1, 0, 0}, 10, 1e-6);
+    EXPECT_EQ(hit.kind, MapRays::Kind::Hit);
+    EXPECT_NEAR(hit.distance, 2, 5e-3);
+    // Inside the first ball only, looking at the second: still inside.
+    EXPECT_EQ(rays.surface_along({-0.5, 0.01, 0.02}, {1, 0, 0}, 10, 1e-6).kind, MapRays::Kind::Cap);
+}
+
+// Distance from a point outside to a sphere about the origin along a unit direction.
+double to_sphere(Vec3d p, Vec3d d, double radius)
+{
+    const double b = dot(p, d), c = dot(p, p) - radius * radius, q = b * b - c;
+    return q < 0 ? -1 : -b - std::sqrt(q);
+}
+
+TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
+{
+    const double facet = 0.6 * 1e-3;  // 6 subdivisions: the mesh lies this close to the sphere
+    const mesh::Mesh ball = mesh::sphere(0.6, 6);
+    const MapRays rays(ball);
+    Superquadricd sq;
+    sq.a = {0.7, 0.8, 1.0};
+    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
+    EXPECT_TRUE(map.report.target_met);
+    int hits = 0;
+    for (std::uint32_t i = 0; i < map.eta_count; ++i)
+        for (std::uint32_t j = 0; j < map.omega_count; ++j) {
+            const shape::SurfaceAngles<double> at{pi * (double(i) / (map.eta_count - 1) - 0.5), 2 * pi * j / map.omega_count - pi};
+            const auto s = shape::surface_point(sq, at);
+            const double expected = to_sphere(s.point, -s.normal, 0.6);
+            const std::uint16_t code = map.distance[std::size_t{i} * map.omega_count + j];
+            const Vec3d m = s.point - expected * s.normal;
+            if (expected < 0 || dot(m, s.normal) < 0.2) continue;  // a near miss of the sphere need not be one of the mesh
+            ++hits;
+            ASSERT_LE(code, model::k_map_largest);
+            EXPECT_NEAR(double(map.distance_scale) * code, expected, 3 * facet);
+            EXPECT_GT(dot(cast<double>(query::decode_normal(map.normal[std::size_t{i} * map.omega_count + j])), m) / 0.6, std::cos(0.07));
+        }
+    EXPECT_GT(hits, static_cast<int>(map.distance.size() / 2));
+    EXPECT_LT(map.report.q2_share, 1e-9);
+    EXPECT_LE(map.report.quantization_error, 0.51 * double(map.distance_scale));
+}
+
+TEST(NormalMap, QuantisationErrorIsWhatTheReportSays)
+{
+    const mesh::Mesh ball = mesh::sphere(0.6, 4);
+    const MapRays rays(ball);
+    Superquadricd sq;
+    sq.a = {0.7, 0.8, 1.0};
+    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
+    EXPECT_GT(map.report.quantization_error, 0.0);
+    EXPECT_LT(map.report.quantization_error, 1e-5);
+}
+
+TEST(NormalMap, SameInputGivesTheSameMap)
+{
+    const mesh::Mesh m = mesh::dumbbell();
+    Superquadricd sq;
+    sq.a = {6, 6, 6};
+    sq.eps1 = 0.7;
+    const MapRays rays(m), again(m);
+    const NormalMap a = bake_normal_map(rays, all_triangles(m), sq), b = bake_normal_map(again, all_triangles(m), sq);
+    EXPECT_EQ(a.distance, b.distance);
+    EXPECT_EQ(a.normal, b.normal);
+    EXPECT_EQ(a.corrections, b.corrections);
+    EXPECT_EQ(a.seeds, b.seeds);
+}
+
+TEST(NormalMap, StepThreeBringsTheMapToTheVertices)
+{
+    // A coarse map of a faceted ball: with corrections the map passes through the vertices that a foot can see.
+    const mesh::Mesh ball = mesh::sphere(0.6, 2);
+    const MapRays rays(ball);
+    Superquadricd sq;
+    sq.a = {0.8, 0.9, 1.1};
+    const NormalMapOptions options{.min_level = 5, .max_level = 5, .correction_threshold = 0};
+    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq, options);
+    EXPECT_EQ(map.report.occluded_vertices, 0u);
+    EXPECT_GT(map.report.corrections, map.report.vertices / 2);
+    const auto worst = [&](bool corrections) {
+        double sum = 0;
+        for (const Vec3d& v : ball.vertices) {
+            const auto a = query::project(map.view(), cast<float>(v), {.use_corrections = corrections});
+            sum += std::abs(static_cast<double>(a.depth_along));
+        }
+        return sum / static_cast<double>(ball.vertices.size());
+    };
+    EXPECT_LT(worst(true), 0.3 * worst(false));
+}
+
+TEST(NormalMap, BakedViewsAreConsistentAndBrokenOnesAreNot)
+{
+    const mesh::Mesh m = mesh::dumbbell();
+    Superquadricd sq;
+    sq.a = {1.4, 1.4, 3};
+    sq.eps1 = 0.5;
+    const MapRays rays(m);
+    const NormalMap map = bake_normal_map(rays, all_triangles(m), sq);
+    ASSERT_GT(map.corrections.size(), 1u);
+    EXPECT_TRUE(model::is_consistent(map.view()));
+    const auto broken = [&](auto&& change) {
+        model::NormalMapView v = map.view();
+        change(v);
+        return !model::is_consistent(v);
+    };
+    EXPECT_TRUE(broken([](auto& v) { v.eta_count += 1; }));
+    EXPECT_TRUE(broken([](auto& v) { v.subdivisions = 7; }));
+    EXPECT_TRUE(broken([](auto& v) { v.distance = v.distance.first(v.distance.size() - 1); }));
+    EXPECT_TRUE(broken([](auto& v) { v.cuts = {}; }));
+    EXPECT_TRUE(broken([](auto& v) { v.seed_count = 5; }));
+    EXPECT_TRUE(broken([](auto& v) { v.correction_rows = v.correction_rows.first(3); }));
+    EXPECT_TRUE(broken([](auto& v) { v.distance_scale = std::nanf(""); }));
+    EXPECT_TRUE(broken([](auto& v) { v.superquadric.eps1 = 0; }));
+    std::vector<model::VertexCorrection> far = map.corrections;
+    far.front().column = 60000;
+    EXPECT_TRUE(broken([&](auto& v) { v.corrections = far; }));
+    std::vector<std::uint32_t> falling = map.correction_rows;
+    falling[falling.size() / 2] = static_cast<std::uint32_t>(map.corrections.size()) + 5;
+    EXPECT_TRUE(broken([&](auto& v) { v.correction_rows = falling; }));
+}
+
+TEST(NormalMap, CutsKeepTheSheetsApart)
+{
+    // Two balls in one wide ellipsoid: rays between them see one, the other or nothing.
+    const mesh::Mesh pair = joined(mesh::sphere(0.4, 4), mesh::sphere(0.4, 4), {1.2, 0, 0});
+    const MapRays rays(pair);
+    Superquadricd sq;
+    sq.a = {1.2, 0.6, 0.6};
+    sq.translation = {0.6, 0, 0};
+    const NormalMap map = bake_normal_map(rays, all_triangles(pair), sq);
+    EXPECT_GT(map.report.cut_share, 0.0);
+    EXPECT_GT(map.report.miss_share, 0.0);
+    // No value is read that lies on neither ball.
+    for (int n = 0; n < 4000; ++n) {
+        const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)), static_cast<float>(3.1 * std::sin(0.11 * n))};
+        const query::MapSample s = query::sample_map(map.view(), at, {});
+        if (!std::isfinite(s.distance)) continue;
+        const auto place = shape::surface_point(map.superquadric, at);
+        const Vec3d m = cast<double>(place.point - s.distance * place.normal);
+        EXPECT_LT(std::min(std::abs(norm(m) - 0.4), std::abs(norm(m - Vec3d{1.2, 0, 0}) - 0.4)), 0.02);
+    }
+}
+
+}  // namespace
+}  // namespace sqmap::bake
