@@ -57,7 +57,9 @@ Contact answer(const ModelView& model, Vec3f point, Layer layer)
     }
     const Vec3f offset = point - model::vec3(model.header.sphere);
     contact.certain = true;
-    if (norm_sq(offset) > model.header.sphere[3] * model.header.sphere[3]) return contact;
+    const float radius = model.header.sphere[3];
+    // The box first: squares of far coordinates overflow.
+    if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius) return contact;
     if (layer == Layer::One) {
         const Contact c = layer_one(model, point);
         return c.contact ? c : contact;

@@ -314,7 +314,7 @@ std::uint16_t& split_child(ModelData& m, std::size_t child)
         for (std::uint32_t i = 0; i < p.cell_count; ++i) {
             const std::uint16_t cell = m.cells[p.first_cell + i];
             if (model::cell_kind(cell) == model::CellKind::Split)
-                return m.pool[p.first_pool + m.specials[p.first_special + model::cell_payload(cell)] + 9 + child];
+                return m.pool[p.first_pool + m.specials[p.first_special + model::cell_payload(cell)] + model::k_split_samples + child];
         }
     throw std::logic_error("the model has no split cell");
 }
@@ -379,7 +379,7 @@ const Lie k_lies[] = {
     {"special_points_behind_pool", [](ModelData& m) { m.specials[0] = m.parts[0].pool_count; }},
     {"special_points_far_away", [](ModelData& m) { m.specials[0] = 0xffffffffu; }},
     {"uniform_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Uniform, 2); }},
-    {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 256); }},
+    {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 2 * model::k_foreign); }},
     {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].special_count); }},
     {"layered_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Layered, 0x3fff); }},
     {"split_child_payload", [](ModelData& m) { split_child(m, 3) = cell_of(model::CellKind::Layered, 0x3fff); }},
@@ -391,7 +391,7 @@ const Lie k_lies[] = {
              if (model::cell_kind(m.cells[p.first_cell + i]) == model::CellKind::Split) {
                  const std::uint16_t cell = m.cells[p.first_cell + i];
                  const std::uint32_t offset = m.specials[p.first_special + model::cell_payload(cell)];
-                 for (std::uint32_t k = 0; k < 4; ++k) m.pool[p.first_pool + offset + 9 + k] = cell;
+                 for (std::uint32_t k = 0; k < 4; ++k) m.pool[p.first_pool + offset + model::k_split_samples + k] = cell;
                  return;
              }
          throw std::logic_error("the model has no split cell");

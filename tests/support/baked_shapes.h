@@ -96,7 +96,7 @@ struct Baked {
 
 inline Baked baked(const mesh::Mesh& mesh, const bake::BakeOptions& options = {})
 {
-    return {bake::model_space(mesh), bake::bake(mesh, true, {}, options)};
+    return {bake::model_space(mesh), bake::bake(mesh, true, options)};
 }
 
 }  // namespace sqmap::test
