@@ -224,7 +224,8 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
     const ChartPoint q = to_chart(x);
     PartVerdict result{true, classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w)};
     // Margins of different parts are compared as lengths: dw = d rho / rho^2.
-    result.verdict.margin *= std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
+    if (result.verdict.margin < INFINITY)
+        result.verdict.margin *= std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
     if (layer == Layer::Auto) layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
     if (layer == Layer::Two && !result.verdict.certain) {
         // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.

@@ -59,8 +59,9 @@ Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
     const Vec3f offset = point - model::vec3(model.header.sphere);
     contact.certain = true;
     // An offset reaches a little past the object's sphere.
-    const float reach = model.header.sphere[3] * (options.offset ? 1.1f : 1.f);
-    if (norm_sq(offset) > reach * reach) return contact;
+    const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f);
+    // The box first: squares of far coordinates overflow.
+    if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius) return contact;
     if (layer == Layer::One) {
         const Contact c = layer_one(model, point);
         return c.contact ? c : contact;
