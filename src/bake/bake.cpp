@@ -182,7 +182,7 @@ void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         const shape::Superquadricd& sq = parts[i].fit.superquadric;
         NormalMapOptions normal;
-        normal.target_error = central.tolerance * r_max / std::max({sq.a.x, sq.a.y, sq.a.z});
+        normal.target_error = 2.5 * central.tolerance * r_max / std::max({sq.a.x, sq.a.y, sq.a.z});
         maps[i] = bake_normal_map(rays, parts[i].triangles, sq, normal);
     });
     for (const NormalMap& m : maps) {

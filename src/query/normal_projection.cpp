@@ -570,7 +570,7 @@ CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < answers.size(); ++i) {
         const PartAnswer& a = answers[i];
-        if (a.verdict == Verdict::Free && (a.flags & (k_projection_unproven | k_projection_by_cap)) == 0) return {};
+        if (is_witness(a)) return {};
         if (a.verdict != Verdict::Contact) continue;
         out.contact = true;
         const bool surface = (a.flags & k_projection_cap) == 0;

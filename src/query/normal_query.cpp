@@ -26,13 +26,14 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) no
     contact.point = point;
     const ProjectionOptions options = options_of(layer);
     // The witness rule of combine(), one part at a time, so that no array of answers is needed.
-    bool claimed = false, has_surface = false;
+    bool held = false, claimed = false, has_surface = false;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
         const model::Part& part = model.parts[i];
         if (norm_sq(point - model::vec3(part.sphere)) > part.sphere[3] * part.sphere[3]) continue;
         const PartAnswer answer = project(model::normal_map_of(model, i), point, options);
         if (answer.verdict == Verdict::Outside) continue;
-        if (answer.verdict == Verdict::Free && (answer.flags & k_projection_unproven) == 0) {
+        held = true;
+        if (is_witness(answer)) {
             Contact free;
             free.point = point;
             return free;
@@ -52,9 +53,9 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) no
     }
     contact.contact = claimed;
     if (!claimed) {
-        // No part holds the point: the superquadrics cover the solid, so this is a proof.
+        // Where no part holds the point this is a proof, as the superquadrics cover the solid.
         contact.part = -1;
-        contact.certain = true;
+        contact.certain = !held;
     }
     return contact;
 }

@@ -46,13 +46,13 @@ constexpr Glyph k_font[] = {
     {'<', {2, 4, 8, 16, 8, 4, 2}}, {'>', {8, 4, 2, 1, 2, 4, 8}}, {'^', {4, 10, 17, 0, 0, 0, 0}},
     {'(', {2, 4, 8, 8, 8, 4, 2}}, {')', {8, 4, 2, 2, 2, 4, 8}}, {'a', {0, 0, 14, 1, 15, 17, 15}},
     {'b', {16, 16, 22, 25, 17, 17, 30}}, {'c', {0, 0, 14, 16, 16, 17, 14}}, {'d', {1, 1, 13, 19, 17, 17, 15}},
-    {'e', {0, 0, 14, 17, 31, 16, 14}}, {'f', {6, 9, 8, 28, 8, 8, 8}}, {'g', {0, 15, 17, 17, 15, 1, 14}},
+    {'e', {0, 0, 14, 17, 31, 16, 14}}, {'f', {6, 9, 8, 28, 8, 8, 8}}, {'g', {15, 17, 17, 17, 15, 1, 14}},
     {'h', {16, 16, 22, 25, 17, 17, 17}}, {'i', {4, 0, 12, 4, 4, 4, 14}}, {'j', {2, 0, 6, 2, 2, 18, 12}},
     {'k', {16, 16, 18, 20, 24, 20, 18}}, {'l', {12, 4, 4, 4, 4, 4, 14}}, {'m', {0, 0, 26, 21, 21, 17, 17}},
-    {'n', {0, 0, 22, 25, 17, 17, 17}}, {'o', {0, 0, 14, 17, 17, 17, 14}}, {'p', {0, 0, 30, 17, 30, 16, 16}},
-    {'q', {0, 0, 13, 19, 15, 1, 1}}, {'r', {0, 0, 22, 25, 16, 16, 16}}, {'s', {0, 0, 14, 16, 14, 1, 30}},
+    {'n', {0, 0, 22, 25, 17, 17, 17}}, {'o', {0, 0, 14, 17, 17, 17, 14}}, {'p', {30, 17, 17, 17, 30, 16, 16}},
+    {'q', {15, 17, 17, 17, 15, 1, 1}}, {'r', {0, 0, 22, 25, 16, 16, 16}}, {'s', {0, 0, 14, 16, 14, 1, 30}},
     {'t', {8, 8, 28, 8, 8, 9, 6}}, {'u', {0, 0, 17, 17, 17, 19, 13}}, {'v', {0, 0, 17, 17, 17, 10, 4}},
-    {'w', {0, 0, 17, 17, 21, 21, 10}}, {'x', {0, 0, 17, 10, 4, 10, 17}}, {'y', {0, 0, 17, 17, 15, 1, 14}},
+    {'w', {0, 0, 17, 17, 21, 21, 10}}, {'x', {0, 0, 17, 10, 4, 10, 17}}, {'y', {17, 17, 17, 17, 15, 1, 14}},
     {'z', {0, 0, 31, 2, 4, 8, 31}}, {'G', {14, 17, 16, 23, 17, 17, 15}}, {'R', {30, 17, 17, 30, 20, 18, 17}},
 };
 
@@ -75,6 +75,18 @@ Image shrunk(const Image& image, int factor)
                 for (int i = 0; i < factor; ++i) sum = sum + image.at(x * factor + i, y * factor + j);
             out.at(x, y) = weight * sum;
         }
+    return out;
+}
+
+Image beside(const Image& left, const Image& right)
+{
+    Image out(left.width + right.width, std::max(left.height, right.height), srgb(0xffffff));
+    const auto paste = [&](const Image& image, int at) {
+        for (int y = 0; y < image.height; ++y)
+            for (int x = 0; x < image.width; ++x) out.at(at + x, y) = image.at(x, y);
+    };
+    paste(left, 0);
+    paste(right, left.width);
     return out;
 }
 
@@ -117,11 +129,12 @@ Rgb part_colour(std::size_t part)
 void draw_text(Image& image, int x, int y, int dot, std::string_view text, Rgb colour)
 {
     for (const char letter : text) {
+        const int drop = std::string_view("gpqy").find(letter) != std::string_view::npos ? 2 : (letter == ',' ? 1 : 0);
         for (const Glyph& glyph : k_font)
             for (int row = 0; glyph.letter == letter && row < 7; ++row)
                 for (int column = 0; column < 5; ++column)
                     if ((glyph.rows[static_cast<std::size_t>(row)] >> (4 - column) & 1) != 0)
-                        fill(image, {x + column * dot, y + row * dot, dot, dot}, colour);
+                        fill(image, {x + column * dot, y + (row + drop) * dot, dot, dot}, colour);
         x += 6 * dot;
     }
 }
@@ -141,7 +154,7 @@ int scale_width(const Image& image, const Scale& scale)
     const int dot = text_dot(image);
     int widest = 0;
     for (const Tick& tick : scale.ticks) widest = std::max(widest, text_width(tick.text, dot));
-    widest += 16 * dot;
+    widest += 18 * dot;
     for (const std::string& line : scale.title) widest = std::max(widest, text_width(line, dot));
     for (const Swatch& s : scale.swatches) widest = std::max(widest, 11 * dot + text_width(s.text, dot));
     return widest + 12 * dot;
@@ -149,7 +162,7 @@ int scale_width(const Image& image, const Scale& scale)
 
 void draw_scale(Image& image, const Scale& scale)
 {
-    const int dot = text_dot(image), line_height = 10 * dot, bar_width = 10 * dot;
+    const int dot = text_dot(image), line_height = 11 * dot, bar_width = 10 * dot;
     const int left = image.width - scale_width(image, scale) + 4 * dot;
     const int lines = static_cast<int>(scale.title.size()), swatches = static_cast<int>(scale.swatches.size());
     const int top = image.height / 5 + lines * line_height, bottom = image.height - image.height / 5 - swatches * line_height;
@@ -164,7 +177,7 @@ void draw_scale(Image& image, const Scale& scale)
         const float t = (tick.at - scale.low) / (scale.high - scale.low);
         const int y = bottom - 1 - static_cast<int>(std::lround(t * static_cast<float>(bottom - top - 1)));
         fill(image, {left + bar_width, y, 3 * dot, dot}, ink);
-        draw_text(image, left + bar_width + 5 * dot, y - 3 * dot, dot, tick.text, ink);
+        draw_text(image, left + bar_width + 7 * dot, y - 3 * dot, dot, tick.text, ink);
     }
     for (int i = 0; i < swatches; ++i) {
         const Swatch& s = scale.swatches[static_cast<std::size_t>(i)];

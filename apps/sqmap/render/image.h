@@ -47,6 +47,9 @@ struct Image {
 /// A colour for a part: neighbours in number are far apart in hue.
 [[nodiscard]] Rgb part_colour(std::size_t part);
 
+/// right beside left, tops level.
+[[nodiscard]] Image beside(const Image& left, const Image& right);
+
 struct Box {
     int left = 0, top = 0, width = 0, height = 0;  ///< pixels
 };

@@ -1,4 +1,5 @@
-// Every part's central map unrolled (Fig. 4c): the six faces of its cube as a cross, what layer 3 knows at each direction.
+// Every part's map unrolled (Fig. 4c). Central: the six faces of its cube as a cross, drawn from what layer 3 answers.
+// Normal: the stored grid, longitude omega across, latitude eta up.
 #include "pictures.h"
 #include "sqmap/query/query.h"
 
@@ -6,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
@@ -13,7 +15,8 @@
 namespace sqmap::app {
 namespace {
 
-constexpr float k_no_hit = -1;
+// Values of a pixel that are not distances.
+constexpr float k_no_hit = -1, k_cap = -2, k_paper = -3;
 
 /// A face of the cube as the cross shows it, seen from outside: direction = out + u right + v up, u and v in [-1, 1].
 struct Face {
@@ -55,19 +58,73 @@ float distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q
     float to_surface = 0;
     if (!query::distance_along_projection(model, index, centre + from * step, query::Layer::Three, to_surface)) return k_no_hit;
     // Where the superquadric ends on the ray: bent ones may be left and met again, the last exit counts.
-    float inside = 0, outside = 4;
-    for (float r = outside; r > 0; r -= 0.0625f)
+    float inside = 0, outside = 3;
+    for (float r = outside; r > 0; r -= 0.125f)
         if (shape::implicit(sq, centre + r * step) <= 1) {
             inside = r;
             break;
         } else {
             outside = r;
         }
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 16; ++i) {
         const float middle = 0.5f * (inside + outside);
         (shape::implicit(sq, centre + middle * step) <= 1 ? inside : outside) = middle;
     }
     return std::max(0.0f, (inside - from) * norm(step) - to_surface);
+}
+
+/// One part's map as an image.
+struct Unrolled {
+    int width = 0, height = 0;
+    std::vector<float> distance;  ///< below the superquadric, model units, or one of k_no_hit, k_cap, k_paper
+};
+
+Unrolled unrolled_central(const model::ModelView& model, std::uint32_t part, int side)
+{
+    Unrolled out{k_columns * side, k_rows * side, {}};
+    out.distance.assign(static_cast<std::size_t>(out.width * out.height), k_paper);
+    for (const Face& face : k_cross)
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const float u = (2 * static_cast<float>(x) + 1) / static_cast<float>(side) - 1;
+                const float v = 1 - (2 * static_cast<float>(y) + 1) / static_cast<float>(side);
+                out.distance[static_cast<std::size_t>((face.row * side + y) * out.width + face.column * side + x)] =
+                    distance_below(model, part, face.out + u * face.right + v * face.up);
+            }
+    return out;
+}
+
+Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int side)
+{
+    const model::NormalMapView map = model::normal_map_of(model, part);
+    Unrolled out{2 * side, side, {}};
+    for (int y = 0; y < out.height; ++y)
+        for (int x = 0; x < out.width; ++x) {
+            const auto row = static_cast<std::uint32_t>(out.height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(out.height);
+            const auto column = static_cast<std::uint32_t>(x) * map.omega_count / static_cast<std::uint32_t>(out.width);
+            const std::uint16_t stored = map.distance[row * map.omega_count + column];
+            out.distance.push_back(stored == model::k_map_miss  ? k_no_hit
+                                   : stored == model::k_map_cap ? k_cap
+                                                                : map.distance_scale * static_cast<float>(stored));
+        }
+    return out;
+}
+
+/// What is drawn white: the 99th percentile, so that a few deep rays do not leave the rest black.
+float brightest(const std::vector<float>& distance)
+{
+    std::vector<float> hits;
+    std::copy_if(distance.begin(), distance.end(), std::back_inserter(hits), [](float d) { return d >= 0; });
+    if (hits.empty()) return 1;
+    const auto at = hits.begin() + static_cast<std::ptrdiff_t>((hits.size() - 1) * 99 / 100);
+    std::nth_element(hits.begin(), at, hits.end());
+    return std::max(*at, 1e-9f);
+}
+
+Rgb grey(float t)  // even steps to the eye
+{
+    const float g = std::pow(std::clamp(t, 0.0f, 1.0f), 2.2f);
+    return {g, g, g};
 }
 
 }  // namespace
@@ -75,15 +132,15 @@ float distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q
 Image map_picture(const Subject& subject, int width, int height)
 {
     const model::ModelView& model = subject.model->view();
-    if (static_cast<model::Projection>(model.header.projection) != model::Projection::Central)
-        throw SubjectError("only central maps can be unrolled");
+    const bool central = static_cast<model::Projection>(model.header.projection) == model::Projection::Central;
     const int count = static_cast<int>(model.parts.size());
     Image image(width, height, srgb(0xffffff));
-    const int dot = std::max(1, text_dot(image) / 2), legend = 22 * dot, gap = 6 * dot;
-    // The arrangement with the largest crosses.
+    const int dot = std::max(1, text_dot(image) / 2), legend = 24 * dot, gap = 6 * dot;
+    // A cross leaves room for words in its corner; a grid has them above.
+    const int wide = central ? k_columns : 2, high = central ? k_rows : 1, words_above = central ? 0 : 12 * dot;
     int columns = 1, side = 0;
-    for (int c = 1; c <= count; ++c) {
-        const int fits = std::min((width / c - gap) / k_columns, ((height - legend) / ((count + c - 1) / c) - gap) / k_rows);
+    for (int c = 1; c <= count; ++c) {  // the arrangement with the largest maps
+        const int fits = std::min((width / c - gap) / wide, ((height - legend) / ((count + c - 1) / c) - gap - words_above) / high);
         if (fits > side) {
             side = fits;
             columns = c;
@@ -91,53 +148,50 @@ Image map_picture(const Subject& subject, int width, int height)
     }
     if (side < 4) throw SubjectError("--size is too small for " + std::to_string(count) + " maps");
     const int rows = (count + columns - 1) / columns;
-    const Rgb no_surface = srgb(0x3d5a80), ink = srgb(0x30343a);
-    const auto grey = [](float t) {  // even steps to the eye
-        const float g = std::pow(t, 2.2f);
-        return Rgb{g, g, g};
-    };
+    const Rgb no_surface = srgb(0x3d5a80), cap = srgb(0xb5652b), line = srgb(0x9aa0a6), ink = srgb(0x30343a);
 
     for (int part = 0; part < count; ++part) {
         const int left = part % columns * width / columns + gap / 2, top = part / columns * (height - legend) / rows + gap / 2;
-        std::vector<float> distance;
-        for (const Face& face : k_cross)
-            for (int y = 0; y < side; ++y)
-                for (int x = 0; x < side; ++x) {
-                    const float u = (2 * static_cast<float>(x) + 1) / static_cast<float>(side) - 1;
-                    const float v = 1 - (2 * static_cast<float>(y) + 1) / static_cast<float>(side);
-                    distance.push_back(distance_below(model, static_cast<std::uint32_t>(part), face.out + u * face.right + v * face.up));
-                }
-        const float most = std::max(*std::max_element(distance.begin(), distance.end()), 1e-9f);
-        auto value = distance.begin();
-        for (const Face& face : k_cross)
-            for (int y = 0; y < side; ++y)
-                for (int x = 0; x < side; ++x, ++value)
-                    image.at(left + face.column * side + x, top + face.row * side + y) =
-                        *value == k_no_hit ? no_surface : grey(*value / most);
-        for (const Face& face : k_cross) {  // outlines, so that black faces show
-            const Box box{left + face.column * side, top + face.row * side, side, side};
-            fill(image, {box.left, box.top, box.width, 1}, srgb(0x9aa0a6));
-            fill(image, {box.left, box.top, 1, box.height}, srgb(0x9aa0a6));
-            fill(image, {box.left, box.top + box.height, box.width, 1}, srgb(0x9aa0a6));
-            fill(image, {box.left + box.width, box.top, 1, box.height}, srgb(0x9aa0a6));
-        }
-        char text[32];
-        std::snprintf(text, sizeof text, "%.2g%%", 100 * static_cast<double>(most) / model.header.r_max);
-        const int text_left = left + 2 * side + 3 * dot;
-        fill(image, {text_left, top, 8 * dot, 7 * dot}, part_colour(static_cast<std::size_t>(part)));
-        draw_text(image, text_left + 10 * dot, top, dot, std::to_string(part), ink);
-        draw_text(image, text_left, top + 9 * dot, dot, text, ink);
+        const auto index = static_cast<std::uint32_t>(part);
+        const Unrolled map = central ? unrolled_central(model, index, side) : unrolled_normal(model, index, side);
+        const float most = brightest(map.distance);
+        auto value = map.distance.begin();
+        for (int y = 0; y < map.height; ++y)
+            for (int x = 0; x < map.width; ++x, ++value) {
+                if (*value == k_paper) continue;
+                const bool edge = central && (x % side == 0 || y % side == 0);  // so that black faces show
+                image.at(left + x, top + words_above + y) = edge                 ? line
+                                                            : *value == k_no_hit ? no_surface
+                                                            : *value == k_cap    ? cap
+                                                                                 : grey(*value / most);
+            }
+        char white[32];
+        std::snprintf(white, sizeof white, "white %.2g%%", 100 * static_cast<double>(most) / model.header.r_max);
+        const std::string name = "part " + std::to_string(part);
+        const int words = central ? std::clamp(2 * side / (14 * 6), 1, 2 * dot) : dot;
+        const int words_left = central ? left + 2 * side + 4 * words : left;
+        fill(image, {words_left, top, 8 * words, 7 * words}, part_colour(static_cast<std::size_t>(part)));
+        draw_text(image, words_left + 11 * words, top, words, central ? name : name + ": " + white, ink);
+        if (central) draw_text(image, words_left, top + 11 * words, words, white, ink);
     }
 
-    const int line = height - legend + 8 * dot;
+    const int y = height - legend + 8 * dot;
     int x = gap;
-    for (int i = 0; i < 60 * dot; ++i) fill(image, {x + i, line, 1, 7 * dot}, grey(static_cast<float>(i) / static_cast<float>(60 * dot)));
-    x += 60 * dot + 4 * dot;
-    const std::string meaning = "surface below the superquadric: 0 to the figure given (% of R_max)";
-    draw_text(image, x, line, dot, meaning, ink);
-    x += text_width(meaning, dot) + 12 * dot;
-    fill(image, {x, line, 8 * dot, 7 * dot}, no_surface);
-    draw_text(image, x + 11 * dot, line, dot, "no surface on this ray", ink);
+    for (int i = 0; i < 60 * dot; ++i) fill(image, {x + i, y, 1, 7 * dot}, grey(static_cast<float>(i) / static_cast<float>(60 * dot)));
+    x += 64 * dot;
+    const auto explain = [&](const std::string& text) {
+        draw_text(image, x, y, dot, text, ink);
+        x += text_width(text, dot) + 12 * dot;
+    };
+    explain("surface below the superquadric, from none to the white of each part (% of R_max)");
+    fill(image, {x, y, 8 * dot, 7 * dot}, no_surface);
+    x += 11 * dot;
+    explain("no surface on this ray");
+    if (!central) {
+        fill(image, {x, y, 8 * dot, 7 * dot}, cap);
+        x += 11 * dot;
+        explain("starts inside the solid");
+    }
     return image;
 }
 

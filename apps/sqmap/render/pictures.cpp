@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sqmap::app {
@@ -31,15 +32,16 @@ Layer part_layer(const Subject& subject)
 }
 
 /// The layer, with the scale of its colours beside it.
-Image with_scale(const Layer& layer, View view, const Scale& scale)
+Image with_scale(Layer layer, View view, const Scale& scale)
 {
+    view.shadows = false;
     view.margin = std::min(scale_width(Image(view.width, view.height, {}), scale), view.width / 2);
-    Image image = render({layer}, view);
+    Image image = render({std::move(layer)}, view);
     draw_scale(image, scale);
     return image;
 }
 
-/// Length of x between 1 and 10 times a power of ten, rounded to 1, 2 or 5: a step for ticks.
+/// x rounded to 1, 2 or 5 times a power of ten.
 double round_step(double x)
 {
     const double power = std::pow(10.0, std::floor(std::log10(x)));
@@ -97,6 +99,7 @@ Image parts_picture(const Subject& subject, const View& view) { return render({p
 Image superquadrics_picture(const Subject& subject, const View& view)
 {
     std::vector<Layer> layers{part_layer(subject)};
+    for (Rgb& colour : layers[0].colours) colour = 0.5f * colour + 0.5f * srgb(0xe8e4dc);
     for (std::size_t p = 0; p < subject.superquadrics.size(); ++p) {
         Layer layer{.mesh = mesh::superquadric_surface(subject.superquadrics[p], 24), .translucent = true};
         layer.colours.assign(layer.mesh.triangles.size(), part_colour(p));
@@ -111,7 +114,7 @@ Image protrusion_picture(const Subject& subject, const View& view)
     const auto [low, high] = std::minmax_element(p.begin(), p.end());
     Layer layer{.mesh = subject.mesh};
     for (const double v : p) layer.colours.push_back(sequential_colour(static_cast<float>((v - *low) / std::max(*high - *low, 1e-300))));
-    return with_scale(layer, view, {.title = {"protrusion", "over its mean"}, .colour = sequential_colour, .ticks = round_ticks(*low, *high, 0)});
+    return with_scale(std::move(layer), view, {.title = {"protrusion", "over its mean"}, .colour = sequential_colour, .ticks = round_ticks(*low, *high, 0)});
 }
 
 Image curvature_picture(const Subject& subject, const View& view)
@@ -121,14 +124,16 @@ Image curvature_picture(const Subject& subject, const View& view)
     for (const double v : k) size.push_back(std::abs(v) * subject.r_max * subject.r_max);
     const auto cut = size.begin() + static_cast<std::ptrdiff_t>((size.size() - 1) * 95 / 100);
     std::nth_element(size.begin(), cut, size.end());
-    const double end = std::max(*cut, 1e-12);
-    // Fourth roots spread the small values, among which are the saddles that cuts follow.
+    const double end = round_step(std::max(*cut, 1e-12));
+    // Square roots spread the small values, among which are the saddles that cuts follow.
     const auto spread = [&](double v) { return static_cast<float>(std::copysign(std::sqrt(std::min(std::abs(v) / end, 1.0)), v)); };
     Layer layer{.mesh = subject.mesh};
     for (const double v : k) layer.colours.push_back(diverging_colour(spread(v * subject.r_max * subject.r_max)));
     Scale scale{.title = {"Gaussian", "curvature", "x R_max^2"}, .colour = diverging_colour, .low = -1, .ticks = {}};
-    for (const double t : {-1.0, -0.25, 0.0, 0.25, 1.0}) scale.ticks.push_back({spread(t * end), shortened(t * end)});
-    return with_scale(layer, view, scale);
+    for (const double t : {-0.2, 0.0, 0.2}) scale.ticks.push_back({spread(t * end), shortened(t * end)});
+    scale.ticks.push_back({-1, "< " + shortened(-end)});
+    scale.ticks.push_back({1, "> " + shortened(end)});
+    return with_scale(std::move(layer), view, scale);
 }
 
 Image error_picture(const Subject& subject, const View& view)
@@ -161,7 +166,7 @@ Image error_picture(const Subject& subject, const View& view)
                 .ticks = {{0, "< 0.01"}, {0.25f, "0.03"}, {0.5f, "0.1"}, {0.75f, "0.3"}, {1, "> 1"}}};
     if (is_solid) scale.swatches.push_back({missed, "missed"});
     scale.swatches.push_back({unknown, is_solid ? "too thin" : "no surface"});
-    return with_scale(layer, view, scale);
+    return with_scale(std::move(layer), view, scale);
 }
 
 }  // namespace sqmap::app

@@ -10,7 +10,7 @@ namespace sqmap::app {
 [[nodiscard]] Image plain_picture(const Subject& subject, const View& view);
 /// A colour a part, with lines between parts.
 [[nodiscard]] Image parts_picture(const Subject& subject, const View& view);
-/// The same under its superquadrics.
+/// The same, paler, under its translucent superquadrics.
 [[nodiscard]] Image superquadrics_picture(const Subject& subject, const View& view);
 /// p of eq. 4 over its mean.
 [[nodiscard]] Image protrusion_picture(const Subject& subject, const View& view);

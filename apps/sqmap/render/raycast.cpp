@@ -22,7 +22,6 @@ struct Seen {
     std::uint32_t layer = RTC_INVALID_GEOMETRY_ID;
     std::uint32_t group = 0;
     float depth = std::numeric_limits<float>::infinity();
-    float facing = 0;  // cosine between normal and view
 };
 
 /// Cells of a triangle run in rows along its second edge: row i has 2 (detail - i) - 1 of them, upright and inverted by
@@ -38,6 +37,9 @@ std::uint32_t cell_at(std::uint32_t detail, double u, double v)
 
 class Scene {
 public:
+    /// Masks of rays: sky light and shadows ignore what is translucent.
+    static constexpr unsigned k_opaque = 1, k_translucent = 2;
+
     explicit Scene(const std::vector<Layer>& layers)
         : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)), layers_(layers)
     {
@@ -51,8 +53,7 @@ public:
             auto* t = static_cast<std::uint32_t*>(
                 rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, layer.mesh.triangles.size()));
             for (const mesh::Triangle& f : layer.mesh.triangles) t = std::copy(f.begin(), f.end(), t);
-            // Opaque layers answer to bit 1, translucent ones to bit 2: sky light ignores the translucent.
-            rtcSetGeometryMask(g, layer.translucent ? 2u : 1u);
+            rtcSetGeometryMask(g, layer.translucent ? k_translucent : k_opaque);
             rtcCommitGeometry(g);
             rtcAttachGeometry(scene_, g);
             rtcReleaseGeometry(g);
@@ -78,9 +79,11 @@ public:
         float sky;
     };
 
-    bool cast(Vec3d origin, Vec3d direction, float from, Hit& hit) const
+    /// First surface of an opaque or of a translucent layer between `from` and `to`.
+    bool cast(Vec3d origin, Vec3d direction, unsigned mask, float from, float to, Hit& hit) const
     {
-        RTCRayHit rh = ray(origin, direction, from, std::numeric_limits<float>::infinity());
+        RTCRayHit rh = ray(origin, direction, from, to);
+        rh.ray.mask = mask;
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         rtcIntersect1(scene_, &context, &rh);
@@ -100,7 +103,7 @@ public:
         RTCRay r = ray(point, towards, 0, std::numeric_limits<float>::infinity()).ray;
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        r.mask = 1;
+        r.mask = k_opaque;
         rtcOccluded1(scene_, &context, &r);
         return r.tfar >= 0;
     }
@@ -168,7 +171,7 @@ private:
                 const double r = std::sqrt((i + 0.5) / k_rays), angle = 2 * pi * i * (std::numbers::phi - 1);
                 const Vec3d d = r * std::cos(angle) * s + r * std::sin(angle) * t + std::sqrt(1 - r * r) * n;
                 RTCRay shadow = ray(mesh.vertices[v] + 2e-4 * size * n, d, 0, 0.25f * size).ray;
-                shadow.mask = 1;
+                shadow.mask = k_opaque;
                 RTCIntersectContext context;
                 rtcInitIntersectContext(&context);
                 rtcOccluded1(scene_, &context, &shadow);
@@ -232,10 +235,20 @@ Camera camera_for(const std::vector<Layer>& layers, const View& view)
     return camera;
 }
 
-Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera, bool in_light)
+/// From behind the viewer's left shoulder.
+Vec3d key_light(const Camera& camera) { return normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right); }
+
+/// Sample i of count over a round lamp: shadows get soft edges.
+Vec3d lamp_offset(int i, int count, const Camera& camera)
 {
-    const Vec3d key = normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right);
-    const double diffuse = std::max(0.0, dot(normal, key)) * (in_light ? 1.0 : 0.25);
+    constexpr double k_radius = 0.16;
+    const double r = k_radius * std::sqrt((i + 0.5) / count), angle = 2 * pi * i * (std::numbers::phi - 1);
+    return r * std::cos(angle) * camera.right + r * std::sin(angle) * camera.up;
+}
+
+Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera, Vec3d key, bool in_light)
+{
+    const double diffuse = std::max(0.0, dot(normal, key)) * (in_light ? 1.0 : 0.4);
     const double skyward = 0.5 + 0.5 * dot(normal, camera.up);
     const double head = std::max(0.0, -dot(normal, camera.forward));
     const auto light = static_cast<float>(0.62 * diffuse + (0.30 + 0.22 * skyward) * hit.sky * hit.sky + 0.12 * head);
@@ -286,6 +299,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
         throw std::invalid_argument("render: nothing to draw");
     const Scene scene(layers);
     const Camera camera = camera_for(layers, view);
+    const Vec3d key = key_light(camera);
     const int width = view.width * view.samples, height = view.height * view.samples;
     Image image(width, height, {});
     std::vector<Seen> seen(image.pixels.size());
@@ -295,35 +309,37 @@ Image render(const std::vector<Layer>& layers, const View& view)
             const double sx = (2 * (x + 0.5) / (width - view.margin * view.samples) - 1) * camera.tan_half_x,
                          sy = (1 - 2 * (y + 0.5) / height) * camera.tan_half_y;
             const Vec3d direction = camera.forward + sx * camera.right + sy * camera.up;
+            // What is opaque first: a translucent surface may lie right on it, and must not hide it from a later ray.
+            constexpr float k_infinity = std::numeric_limits<float>::infinity();
+            Scene::Hit ground;
+            Rgb behind = background(1 - (y + 0.5) / height);
+            float end = k_infinity;
+            if (scene.cast(camera.eye, direction, Scene::k_opaque, 0, k_infinity, ground)) {
+                const Layer& layer = layers[ground.layer];
+                const double facing = -dot(ground.normal, direction) / norm(direction);
+                const Vec3d normal = facing < 0 ? -ground.normal : ground.normal;
+                const Vec3d point = camera.eye + static_cast<double>(ground.depth) * direction;
+                const Vec3d lamp = key + lamp_offset(x % view.samples + y % view.samples * view.samples, view.samples * view.samples, camera);
+                const bool in_light = !view.shadows || scene.lit(point + 1e-3 * ground.depth * normal, lamp);
+                behind = shade(layer.colours[ground.colour], ground, normal, camera, key, in_light);
+                seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = {
+                    ground.layer, layer.groups.empty() ? 0 : layer.groups[ground.triangle], ground.depth};
+                end = ground.depth;
+            }
             Rgb colour{};
             float through = 1, from = 0;
-            Seen& first = seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+            Scene::Hit hit;
             constexpr int k_most_layers = 48;
-            bool ended = false;
-            for (int depth = 0; depth < k_most_layers; ++depth) {
-                Scene::Hit hit;
-                if (!scene.cast(camera.eye, direction, from, hit)) break;
+            for (int depth = 0; depth < k_most_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit); ++depth) {
                 from = hit.depth * (1 + 1e-5f);
-                const Layer& layer = layers[hit.layer];
                 const double facing = -dot(hit.normal, direction) / norm(direction);
-                if (!layer.translucent) {
-                    const Vec3d normal = facing < 0 ? -hit.normal : hit.normal;
-                    const Vec3d point = camera.eye + static_cast<double>(hit.depth) * direction;
-                    const Vec3d key = normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right);
-                    const bool in_light = scene.lit(point + 1e-3 * hit.depth * normal, key);
-                    colour = colour + through * shade(layer.colours[hit.colour], hit, normal, camera, in_light);
-                    first = {hit.layer, layer.groups.empty() ? 0 : layer.groups[hit.triangle], hit.depth,
-                             static_cast<float>(facing)};
-                    ended = true;
-                    break;
-                }
                 if (facing <= 0) continue;  // back of a translucent surface: nothing to add
                 // More opaque towards its rim, as thin glass is: the shape reads without hiding what is inside.
-                const auto alpha = static_cast<float>(0.16 + 0.55 * std::pow(1 - facing, 2.5));
-                colour = colour + (through * alpha) * shade(layer.colours[hit.colour], hit, hit.normal, camera, true);
+                const auto alpha = static_cast<float>(0.34 + 0.6 * std::pow(1 - facing, 2.0));
+                colour = colour + (through * alpha) * shade(layers[hit.layer].colours[hit.colour], hit, hit.normal, camera, key, true);
                 through *= 1 - alpha;
             }
-            if (!ended) colour = colour + through * background(1 - (y + 0.5) / height);
+            colour = colour + through * behind;
             image.at(x, y) = colour;
         }
     };

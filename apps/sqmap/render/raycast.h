@@ -29,6 +29,7 @@ struct View {
     int width = 900;
     int height = 700;
     int margin = 0;   ///< pixels along the right edge that the subject keeps free
+    bool shadows = true;  ///< cast by the key light; off where colours carry numbers
     int samples = 3;  ///< rays a pixel along each side
 };
 

@@ -8,12 +8,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace sqmap::app {
 namespace {
 
 struct Arguments {
-    std::string input, mesh, output, what, up = "y", size;
+    std::string input, mesh, output, up = "y", size;
+    std::vector<std::string> what;
     std::optional<double> azimuth;
     View view;
     LoadOptions load;
@@ -46,28 +49,39 @@ mesh::Mesh loaded(const std::string& path, const LoadOptions& options)
     return std::move(loaded.mesh);
 }
 
-Image picture(Arguments& a)
+Image picture(const Subject& subject, const std::string& what, const View& view)
+{
+    if (what == "parts") return parts_picture(subject, view);
+    if (what == "superquadrics") return superquadrics_picture(subject, view);
+    if (what == "protrusion") return protrusion_picture(subject, view);
+    if (what == "curvature") return curvature_picture(subject, view);
+    if (what == "error") return error_picture(subject, view);
+    if (what == "map") return map_picture(subject, view.width, view.height);
+    return plain_picture(subject, view);
+}
+
+/// All pictures that were asked for, side by side.
+Image pictures(const Arguments& a)
 {
     const bool is_model = std::filesystem::path(a.input).extension() == ".sqmap";
-    const std::string what = a.what.empty() ? (is_model ? "parts" : "mesh") : a.what;
-    if (!is_model && (what == "error" || what == "map")) throw CLI::ValidationError("--what", what + " needs a model (.sqmap)");
+    std::vector<std::string> kinds = a.what;
+    if (kinds.empty()) kinds.push_back(is_model ? "parts" : "mesh");
+    for (const std::string& what : kinds)
+        if (!is_model && (what == "error" || what == "map")) throw CLI::ValidationError("--what", what + " needs a model (.sqmap)");
     if (!is_model && !a.mesh.empty()) throw CLI::ValidationError("mesh", "a second mesh goes with a model (.sqmap) only");
     std::optional<mesh::Mesh> mesh;
-    if (!is_model) mesh = loaded(a.input, a.load);
-    else if (!a.mesh.empty()) mesh = loaded(a.mesh, a.load);
+    if (!is_model)
+        mesh = loaded(a.input, a.load);
+    else if (!a.mesh.empty())
+        mesh = loaded(a.mesh, a.load);
     const Subject subject = is_model ? subject_of_model(io::MappedModel(a.input), mesh ? &*mesh : nullptr) : subject_of_mesh(*mesh);
 
-    if (what == "map") {
-        if (a.size.empty()) set_size(a.view, "1600x1200");
-        return map_picture(subject, a.view.width, a.view.height);
-    }
-    a.view.azimuth = a.azimuth ? *a.azimuth : broad_azimuth(subject.mesh, a.view.up);
-    if (what == "parts") return parts_picture(subject, a.view);
-    if (what == "superquadrics") return superquadrics_picture(subject, a.view);
-    if (what == "protrusion") return protrusion_picture(subject, a.view);
-    if (what == "curvature") return curvature_picture(subject, a.view);
-    if (what == "error") return error_picture(subject, a.view);
-    return plain_picture(subject, a.view);
+    View view = a.view;
+    if (a.size.empty() && kinds == std::vector<std::string>{"map"}) set_size(view, "1600x1200");
+    view.azimuth = a.azimuth ? *a.azimuth : broad_azimuth(subject.mesh, view.up);
+    Image row;
+    for (const std::string& what : kinds) row = beside(row, picture(subject, what, view));
+    return row;
 }
 
 }  // namespace
@@ -80,8 +94,9 @@ void add_render(CLI::App& app, int& exit_code)
     command->add_option("mesh", arguments->mesh, "Mesh to draw in place of the model's own triangles")->check(CLI::ExistingFile);
     command
         ->add_option("--what", arguments->what,
-                     "parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); "
-                     "default: parts of a model, the plain mesh otherwise")
+                     "mesh, parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); several "
+                     "stand side by side; default: parts of a model, the plain mesh otherwise")
+        ->delimiter(',')
         ->check(CLI::IsMember({"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"}))
         ->type_name("KIND");
     command->add_option("-o,--output", arguments->output, "PNG file to write")->required();
@@ -91,7 +106,7 @@ void add_render(CLI::App& app, int& exit_code)
         ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}))
         ->type_name("AXIS")
         ->capture_default_str();
-    command->add_option("--size", arguments->size, "Pixels; default: 900x700, a map 1600x1200")->type_name("WIDTHxHEIGHT");
+    command->add_option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")->type_name("WIDTHxHEIGHT");
     add_load_options(*command, arguments->load);
     command->footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
     command->callback([arguments, &exit_code] {
@@ -99,7 +114,7 @@ void add_render(CLI::App& app, int& exit_code)
         set_up(arguments->view, arguments->up);
         exit_code = 2;
         try {
-            write_png(arguments->output, picture(*arguments));
+            write_png(arguments->output, pictures(*arguments));
             exit_code = 0;
         } catch (const Refused&) {
         } catch (const io::ModelFileError& e) {

@@ -19,7 +19,7 @@ struct BakeOptions {
     std::uint32_t max_parts = 24;
     double max_looseness = 1.4;     ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;      ///< or while more than this share of its area is hidden from its projection
-    double split_gain = 0.05;       ///< a split stays if it saves this share of the part's cost
+    double split_gain = 0.1;       ///< a split stays if it saves this share of the part's cost
     bool exact = true;              ///< store the exact layer
     unsigned threads = 0;           ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};

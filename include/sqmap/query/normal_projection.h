@@ -66,6 +66,12 @@ struct PartAnswer {
 /// Total: a point that is not finite is Outside. Cost: about 3 ns a part outside its box, see docs for the rest.
 [[nodiscard]] PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options = {}) noexcept;
 
+/// True where an answer proves its point free, whatever other parts claim (errata 15).
+[[nodiscard]] constexpr bool is_witness(const PartAnswer& answer) noexcept
+{
+    return answer.verdict == Verdict::Free && (answer.flags & (k_projection_unproven | k_projection_by_cap)) == 0;
+}
+
 /// What all parts together say about one point.
 struct CombinedAnswer {
     bool contact = false;
