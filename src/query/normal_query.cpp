@@ -2,6 +2,7 @@
 // joined over parts by the witness rule.
 #include "normal_query.h"
 
+#include "central_query.h"
 #include "sqmap/query/normal_projection.h"
 
 #include <algorithm>
@@ -52,6 +53,19 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) no
         contact.point = point + contact.depth * answer.normal;
     }
     contact.contact = claimed;
+    if (claimed && !has_surface) {
+        // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact
+        // layer, knows the nearest surface.
+        if (model.parts.front().base != 0)
+            if (const Contact nearest = query_central(model, point, Layer::Three); nearest.contact) {
+                contact.part = nearest.part;
+                contact.depth = nearest.depth;
+                contact.normal = nearest.normal;
+                contact.point = nearest.point;
+                return contact;
+            }
+        contact.status |= k_no_surface;
+    }
     if (!claimed) {
         // Where no part holds the point this is a proof, as the superquadrics cover the solid.
         contact.part = -1;
