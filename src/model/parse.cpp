@@ -232,6 +232,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, std::span<const Header>(&view.header, 1));
     hash_bytes(hash, view.parts);
     hash_bytes(hash, view.samples);
+    hash_bytes(hash, view.offsets);
+    hash_bytes(hash, view.smoothing);
     hash_bytes(hash, view.cells);
     hash_bytes(hash, view.blocks);
     hash_bytes(hash, view.specials);
@@ -273,6 +275,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     std::memcpy(&v.header, model->header(), sizeof(Header));
     v.parts = span_of<Part>(model->parts());
     v.samples = span_of<std::uint16_t>(model->samples());
+    v.offsets = span_of<std::uint8_t>(model->offsets());
+    v.smoothing = span_of<std::int8_t>(model->smoothing());
     v.cells = span_of<std::uint16_t>(model->cells());
     v.blocks = span_of<Block>(model->blocks());
     v.specials = span_of<std::uint32_t>(model->specials());
@@ -301,6 +305,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     const std::size_t corners = v.triangles16.size() + v.triangles32.size();
     if ((!v.triangles16.empty() && !v.triangles32.empty()) || v.vertices.size() % 3 != 0 || corners != 3 * v.triangle_part.size())
         return ParseStatus::BadStructure;
+    if (v.offsets.size() != v.samples.size() || v.smoothing.size() != v.samples.size()) return ParseStatus::BadStructure;
     // The writer builds from the end: the parts come last, and nothing stands behind them.
     if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != bytes.data() + bytes.size()) return ParseStatus::BadStructure;
     if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;

@@ -2,6 +2,7 @@
 // joined over parts by the witness rule.
 #include "normal_query.h"
 
+#include "central_query.h"
 #include "sqmap/query/normal_projection.h"
 
 #include <algorithm>
@@ -20,11 +21,12 @@ ProjectionOptions options_of(Layer layer)
 
 }  // namespace
 
-Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) noexcept
+Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bool offset) noexcept
 {
     Contact contact;
     contact.point = point;
-    const ProjectionOptions options = options_of(layer);
+    ProjectionOptions options = options_of(layer);
+    options.use_offset = offset;
     // The witness rule of combine(), one part at a time, so that no array of answers is needed.
     bool held = false, claimed = false, has_surface = false;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
@@ -52,6 +54,19 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) no
         contact.point = point + contact.depth * answer.normal;
     }
     contact.contact = claimed;
+    if (claimed && !has_surface) {
+        // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact
+        // layer, knows the nearest surface.
+        if (model.parts.front().base != 0)
+            if (const Contact nearest = query_central(model, point, Layer::Three); nearest.contact) {
+                contact.part = nearest.part;
+                contact.depth = nearest.depth;
+                contact.normal = nearest.normal;
+                contact.point = nearest.point;
+                return contact;
+            }
+        contact.status |= k_no_surface;
+    }
     if (!claimed) {
         // Where no part holds the point this is a proof, as the superquadrics cover the solid.
         contact.part = -1;
