@@ -5,6 +5,11 @@ add_test(NAME house.layers COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/sc
 add_test(NAME house.layers_check_finds_bad_includes
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/layers/check_layers_test.py)
 
+# The README quotes the first example as it is compiled.
+add_test(NAME house.readme_quotes_the_example
+  COMMAND ${CMAKE_COMMAND} -DTEXT=${PROJECT_SOURCE_DIR}/README.md -DQUOTED=${PROJECT_SOURCE_DIR}/examples/01_query.cpp
+    -P ${CMAKE_CURRENT_SOURCE_DIR}/quotes.cmake)
+
 # Sanitizers add symbols of their own to every archive.
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
   set(check ${CMAKE_CURRENT_SOURCE_DIR}/realtime_symbols.cmake)

@@ -100,8 +100,8 @@ std::vector<std::byte> decoded_base64(std::string_view text, const std::string& 
     int bit_count = 0;
     for (char c : text) {
         if (c == '=') break;
-        constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-        const std::size_t value = alphabet.find(c);
+        constexpr std::string_view k_alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        const std::size_t value = k_alphabet.find(c);
         if (value == std::string_view::npos) fail_format(where, "the data URI is not base64");
         bits = (bits << 6) | static_cast<std::uint32_t>(value);
         if ((bit_count += 6) >= 8) out.push_back(static_cast<std::byte>(bits >> (bit_count -= 8)));

@@ -34,20 +34,20 @@ struct Header {
 
 constexpr std::size_t bytes_of(Scalar s)
 {
-    constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-    return sizes[static_cast<std::size_t>(s)];
+    constexpr std::array<std::size_t, 8> k_sizes{1, 1, 2, 2, 4, 4, 4, 8};
+    return k_sizes[static_cast<std::size_t>(s)];
 }
 
 constexpr bool is_real(Scalar s) { return s == Scalar::Float32 || s == Scalar::Float64; }
 
 Scalar scalar_type(TextCursor& cursor, std::string_view name)
 {
-    constexpr std::pair<std::string_view, Scalar> names[] = {
+    constexpr std::pair<std::string_view, Scalar> k_names[] = {
         {"char", Scalar::Int8},     {"int8", Scalar::Int8},       {"uchar", Scalar::Uint8},    {"uint8", Scalar::Uint8},
         {"short", Scalar::Int16},   {"int16", Scalar::Int16},     {"ushort", Scalar::Uint16},  {"uint16", Scalar::Uint16},
         {"int", Scalar::Int32},     {"int32", Scalar::Int32},     {"uint", Scalar::Uint32},    {"uint32", Scalar::Uint32},
         {"float", Scalar::Float32}, {"float32", Scalar::Float32}, {"double", Scalar::Float64}, {"float64", Scalar::Float64}};
-    for (const auto& [known, type] : names)
+    for (const auto& [known, type] : k_names)
         if (name == known) return type;
     cursor.fail_token(name, "a PLY type such as float or int");
 }
@@ -215,19 +215,19 @@ void check_counts(const Header& header, const BodyCursor& body, const ReadLimits
 void read_vertices(const Element& element, BodyCursor& body, PolygonSoup& soup)
 {
     std::array<bool, 3> found{};
-    constexpr std::string_view axes[] = {"x", "y", "z"};
+    constexpr std::string_view k_axes[] = {"x", "y", "z"};
     for (const Property& p : element.properties)
-        for (std::size_t i = 0; i < 3; ++i) found[i] = found[i] || (p.name == axes[i] && !p.is_list);
+        for (std::size_t i = 0; i < 3; ++i) found[i] = found[i] || (p.name == k_axes[i] && !p.is_list);
     if (!(found[0] && found[1] && found[2])) fail_format("header", "element 'vertex' lacks x, y or z");
     soup.positions.reserve(element.count);
     for (std::uint64_t v = 0; v < element.count; ++v) {
         Vec3d point;
         for (const Property& p : element.properties) {
-            const auto axis = std::find(std::begin(axes), std::end(axes), p.name);
+            const auto axis = std::find(std::begin(k_axes), std::end(k_axes), p.name);
             if (p.is_list)
                 body.skip(p.type, list_length(body, p, "vertex " + std::to_string(v + 1)));
-            else if (axis != std::end(axes))
-                point[static_cast<int>(axis - std::begin(axes))] = body.real(p.type);
+            else if (axis != std::end(k_axes))
+                point[static_cast<int>(axis - std::begin(k_axes))] = body.real(p.type);
             else
                 body.skip(p.type, 1);
         }

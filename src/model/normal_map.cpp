@@ -11,7 +11,7 @@ using shape::Superquadricf;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+constexpr double k_pi = std::numbers::pi;
 
 bool all_finite(Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
@@ -23,7 +23,7 @@ bool is_shape(const Superquadricf& sq)
     for (const Vec3f& row : sq.rotation.row) turned = turned && std::abs(norm_sq(row) - 1) < 1e-3f;
     return all_finite(sq.a) && sq.a.x > 0 && sq.a.y > 0 && sq.a.z > 0 && exponent(sq.eps1) && exponent(sq.eps2) && turned &&
            all_finite(sq.translation) && taper(sq.taper_x) && taper(sq.taper_y) && sq.bend >= 0 &&
-           sq.bend * sq.a.z < static_cast<float>(pi) && std::isfinite(sq.bend_angle);
+           sq.bend * sq.a.z < static_cast<float>(k_pi) && std::isfinite(sq.bend_angle);
 }
 
 // Rows of a sparse table: rising from 0 to the number of entries, columns in range and sorted within a row.
@@ -46,12 +46,12 @@ void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Ar
 {
     // The angles in double: the poles' cosine must be 0, not the sine of a rounding error.
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double eta = pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
+        const double eta = k_pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
         const bool pole = i == 0 || i + 1 == rows.size();
         rows[i] = shape::arc_through(pole ? 0.0f : static_cast<float>(std::cos(eta)), static_cast<float>(std::sin(eta)), sq.eps1);
     }
     for (std::size_t j = 0; j < columns.size(); ++j) {
-        const double omega = 2 * pi * static_cast<double>(j) / static_cast<double>(columns.size()) - pi;
+        const double omega = 2 * k_pi * static_cast<double>(j) / static_cast<double>(columns.size()) - k_pi;
         columns[j] = shape::arc_through(static_cast<float>(std::cos(omega)), static_cast<float>(std::sin(omega)), sq.eps2);
     }
 }

@@ -37,15 +37,15 @@ Sphere<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
     const Real across = reach(sq.a.x, sq.a.y, sq.eps2);
     if (!sq.is_deformed()) return {sq.translation, reach(across, sq.a.z, sq.eps1) * slack};
 
-    constexpr int rows = 64, columns = 128;
-    constexpr Real pi = std::numbers::pi_v<Real>;
+    constexpr int k_rows = 64, k_columns = 128;
+    constexpr Real k_pi = std::numbers::pi_v<Real>;
     const auto sample = [&](int i, int j) {
-        return surface_point(sq, SurfaceAngles<Real>{pi * (Real(i) / rows - Real(0.5)), 2 * pi * Real(j) / columns - pi}).point;
+        return surface_point(sq, SurfaceAngles<Real>{k_pi * (Real(i) / k_rows - Real(0.5)), 2 * k_pi * Real(j) / k_columns - k_pi}).point;
     };
     // Centre of the box of the samples along the local axes: good enough, as only the radius must be proven.
     Vec3<Real> lo = to_local(sq, sample(0, 0)), hi = lo;
-    for (int i = 0; i <= rows; ++i)
-        for (int j = 0; j < columns; ++j) {
+    for (int i = 0; i <= k_rows; ++i)
+        for (int j = 0; j < k_columns; ++j) {
             const Vec3<Real> q = to_local(sq, sample(i, j));
             for (int k = 0; k < 3; ++k) {
                 lo[k] = std::min(lo[k], q[k]);
@@ -54,8 +54,8 @@ Sphere<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
         }
     const Vec3<Real> centre = to_model(sq, Real(0.5) * (lo + hi));
     Real farthest = 0;
-    for (int i = 0; i <= rows; ++i)
-        for (int j = 0; j < columns; ++j) farthest = std::max(farthest, norm(sample(i, j) - centre));
+    for (int i = 0; i <= k_rows; ++i)
+        for (int j = 0; j < k_columns; ++j) farthest = std::max(farthest, norm(sample(i, j) - centre));
 
     // Every surface point is within half a step in each angle of a sample; tangents grow at most by these norms.
     const Real taper = Real(1) + std::max(std::abs(sq.taper_x), std::abs(sq.taper_y)) +
@@ -64,7 +64,7 @@ Sphere<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
     const Real bend = Real(1) + sq.bend * widest;
     const Real eta_speed = arc_speed(sq.eps1) * std::max(across, sq.a.z);
     const Real omega_speed = arc_speed(sq.eps2) * std::max(sq.a.x, sq.a.y);
-    const Real gap = taper * bend * (eta_speed * pi / rows / 2 + omega_speed * pi / columns);
+    const Real gap = taper * bend * (eta_speed * k_pi / k_rows / 2 + omega_speed * k_pi / k_columns);
     return {centre, (farthest + gap) * slack};
 }
 

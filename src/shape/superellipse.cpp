@@ -55,15 +55,15 @@ namespace {
 template <class Real>
 Real respaced(Real t, Real exponent) noexcept
 {
-    constexpr Real half_pi = std::numbers::pi_v<Real> / 2;
+    constexpr Real k_half_pi = std::numbers::pi_v<Real> / 2;
     const Real size = std::abs(t);
-    const bool obtuse = size > half_pi;
-    const Real acute = obtuse ? Real(2) * half_pi - size : size;
-    const bool steep = acute > half_pi / 2;
-    const Real tangent = std::tan(steep ? half_pi - acute : acute);
+    const bool obtuse = size > k_half_pi;
+    const Real acute = obtuse ? Real(2) * k_half_pi - size : size;
+    const bool steep = acute > k_half_pi / 2;
+    const Real tangent = std::tan(steep ? k_half_pi - acute : acute);
     Real angle = tangent > Real(0) ? std::atan(std::pow(tangent, exponent)) : Real(0);
-    if (steep) angle = half_pi - angle;
-    if (obtuse) angle = Real(2) * half_pi - angle;
+    if (steep) angle = k_half_pi - angle;
+    if (obtuse) angle = Real(2) * k_half_pi - angle;
     return std::copysign(angle, t);
 }
 
@@ -90,10 +90,10 @@ Real implicit(const Superellipse<Real>& se, Real x, Real y) noexcept
 template <class Real>
 int predicted_direction(Real theta, Real eps) noexcept
 {
-    constexpr Real half_pi = std::numbers::pi_v<Real> / 2;
-    const Real within = theta - half_pi * std::floor(theta / half_pi);
-    if (within == Real(0) || within == half_pi / 2 || eps == Real(1)) return 0;
-    const bool set_a = within < half_pi / 2;
+    constexpr Real k_half_pi = std::numbers::pi_v<Real> / 2;
+    const Real within = theta - k_half_pi * std::floor(theta / k_half_pi);
+    if (within == Real(0) || within == k_half_pi / 2 || eps == Real(1)) return 0;
+    const bool set_a = within < k_half_pi / 2;
     return set_a == (eps < Real(1)) ? -1 : 1;
 }
 
