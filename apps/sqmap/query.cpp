@@ -62,7 +62,7 @@ void add_query(CLI::App& app, int& exit_code)
 {
     struct Options {
         std::string model, points, output, layer = "auto";
-        bool certain = false;
+        bool certain = false, offset = false, smoothing = false;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("query", "Ask a model about points: inside, how deep, which way is out");
@@ -73,6 +73,8 @@ void add_query(CLI::App& app, int& exit_code)
         ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
         ->capture_default_str();
     command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
+    command->add_flag("--offset", options->offset, "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
+    command->add_flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
     command->footer("Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward.\n"
                     "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
@@ -95,7 +97,8 @@ void add_query(CLI::App& app, int& exit_code)
             std::fprintf(out, "contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
             for (const Vec3d& p : points) {
                 // To model space in double: coordinates may be far from zero.
-                const query::Contact c = query::query_point(m, cast<float>((p - origin) / m.header.unit), layer);
+                const query::Contact c = query::query_point(m, cast<float>((p - origin) / m.header.unit),
+                                                             {.layer = layer, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
                     std::fprintf(out, "1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,

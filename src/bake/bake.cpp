@@ -113,6 +113,8 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.largest_f = static_cast<float>(work.fit.certificate.largest_f);
     p.tolerance = static_cast<float>(work.fit.certificate.tolerance);
     std::copy(std::begin(work.map.chart_rows), std::end(work.map.chart_rows), p.chart_rows);
+    p.offset_step = work.map.offset_step;
+    p.smoothing_step = work.map.smoothing_step;
     p.w_min = work.map.w_min;
     p.w_step = work.map.w_step;
     p.base = work.map.base;
@@ -139,6 +141,8 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.ref_count = static_cast<std::uint32_t>(m.refs.size());
     p.local_count = static_cast<std::uint32_t>(m.locals.size());
     p.first_sample = append(data.samples, m.samples);
+    append(data.offsets, m.offsets);
+    append(data.smoothing, m.smoothing);
     p.first_cell = append(data.cells, m.cells);
     p.first_block = append(data.blocks, m.blocks);
     p.first_special = append(data.specials, m.specials);
@@ -167,7 +171,7 @@ CentralOptions central_options(double target_error)
     central.tolerance = 0.0016 * target_error;
     central.foreign_tolerance = 0.003 * target_error;
     central.finest = 0.014 * target_error;
-    central.silhouette = 0.012 * target_error;
+    central.silhouette = 0.0145 * target_error;
     return central;
 }
 

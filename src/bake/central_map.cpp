@@ -123,6 +123,8 @@ public:
         project();
         choose_range();
         bake_faces();
+        bake_offsets();
+        bake_smoothing();
         return std::move(out_);
     }
 
@@ -679,6 +681,101 @@ private:
             }
             out_.blocks.insert(out_.blocks.end(), pyramid.begin(), pyramid.end());
         }
+    }
+
+    /// w of a base sample, or 0 where its ray meets no surface.
+    double base_w(int face, int row, int column) const
+    {
+        const auto n = static_cast<int>(base_);
+        if (row < 0 || column < 0 || row > n || column > n) return 0;
+        const std::uint16_t v = out_.samples[static_cast<std::size_t>((face * (n + 1) + row) * (n + 1) + column)];
+        return v == model::k_no_surface ? 0 : decode(v);
+    }
+
+    /// Distance of the surface below the superquadric along a base sample's ray (Fig. 4c), model units.
+    double distance_below(int face, int row, int column, double w) const
+    {
+        const int m = face >> 1;
+        const double size = 2.0 / base_;
+        Vec3d q{};
+        q[m] = (face & 1) != 0 ? -1.0 : 1.0;
+        q[(m + 1) % 3] = -1 + size * column;
+        q[(m + 2) % 3] = -1 + size * row;
+        const Vec3d way = transpose_mul(sq_.rotation, Vec3d{sq_.a.x * q.x, sq_.a.y * q.y, sq_.a.z * q.z});
+        double lo = 1 / w, hi = lo;
+        for (int i = 0; i < 40 && shape::implicit(sq_, centre_ + hi * way) <= 1; ++i) hi *= 1.25;
+        for (int i = 0; i < 24; ++i) {
+            const double middle = 0.5 * (lo + hi);
+            (shape::implicit(sq_, centre_ + middle * way) <= 1 ? lo : hi) = middle;
+        }
+        return (lo - 1 / w) * norm(way);
+    }
+
+    /// Eq. 12, corrected: where the distance map has a local minimum the surface may stick into a face of a probe whose
+    /// corners are all outside. The gradient vanishes at a smooth minimum, so the largest slope of the ring around it
+    /// is taken. delta = a_N d |grad D| = a_N |D(neighbour) - D|.
+    void bake_offsets()
+    {
+        const auto n = static_cast<int>(base_);
+        std::vector<double> delta(out_.samples.size(), 0.0);
+        double largest = 0;
+        std::size_t index = 0;
+        for (int face = 0; face < model::k_faces; ++face) {
+            std::vector<double> d(static_cast<std::size_t>((n + 1) * (n + 1)), -1.0);
+            for (int row = 0; row <= n; ++row)
+                for (int column = 0; column <= n; ++column)
+                    if (const double w = base_w(face, row, column); w > 0)
+                        d[static_cast<std::size_t>(row * (n + 1) + column)] = distance_below(face, row, column, w);
+            for (int row = 0; row <= n; ++row)
+                for (int column = 0; column <= n; ++column, ++index) {
+                    const double here = d[static_cast<std::size_t>(row * (n + 1) + column)];
+                    if (here < 0) continue;
+                    double rise = 0;
+                    bool minimum = true;
+                    for (int dr = -1; dr <= 1; ++dr)
+                        for (int dc = -1; dc <= 1; ++dc) {
+                            const int r = row + dr, c = column + dc;
+                            if ((dr == 0 && dc == 0) || r < 0 || c < 0 || r > n || c > n) continue;
+                            const double there = d[static_cast<std::size_t>(r * (n + 1) + c)];
+                            if (there < 0) continue;
+                            minimum = minimum && there >= here;
+                            rise = std::max(rise, there - here);
+                        }
+                    if (minimum) delta[index] = std::min(options_.offset_constant * rise, 0.02 * context_.r_max);
+                    largest = std::max(largest, delta[index]);
+                }
+        }
+        out_.offset_step = static_cast<float>(largest / 255 * (1 + 1e-6));
+        for (const double v : delta)
+            out_.offsets.push_back(out_.offset_step > 0 ? static_cast<std::uint8_t>(std::min(std::ceil(v / static_cast<double>(out_.offset_step)), 255.0)) : std::uint8_t{0});
+    }
+
+    /// The map convolved with a binomial kernel on each face, less the map. Rays without surface take no part.
+    void bake_smoothing()
+    {
+        const auto n = static_cast<int>(base_);
+        const int radius = options_.smoothing_radius;
+        std::vector<double> change;
+        double largest = 0;
+        for (int face = 0; face < model::k_faces; ++face)
+            for (int row = 0; row <= n; ++row)
+                for (int column = 0; column <= n; ++column) {
+                    const double here = base_w(face, row, column);
+                    double sum = 0, weight = 0;
+                    for (int dr = -radius; dr <= radius; ++dr)
+                        for (int dc = -radius; dc <= radius; ++dc) {
+                            const double there = base_w(face, row + dr, column + dc);
+                            if (!(there > 0) || !(here > 0) || std::abs(there - here) > 0.25 * here) continue;
+                            const double k = std::ldexp(1.0, -std::abs(dr) - std::abs(dc));
+                            sum += k * there;
+                            weight += k;
+                        }
+                    change.push_back(weight > 0 ? sum / weight - here : 0);
+                    largest = std::max(largest, std::abs(change.back()));
+                }
+        out_.smoothing_step = static_cast<float>(largest / 127 * (1 + 1e-6));
+        for (const double v : change)
+            out_.smoothing.push_back(out_.smoothing_step > 0 ? static_cast<std::int8_t>(std::lround(std::clamp(v / static_cast<double>(out_.smoothing_step), -127.0, 127.0))) : std::int8_t{0});
     }
 
     void push_start()

@@ -26,6 +26,8 @@ struct CentralOptions {
     double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
     int max_depth = model::k_max_split_depth;
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split
+    double offset_constant = 1.5;      ///< a_N of eq. 12
+    int smoothing_radius = 1;          ///< of the binomial kernel that smooths the map, in base samples
     bool exact = true;
 };
 
@@ -43,7 +45,10 @@ struct CentralMapData {
     ChartDomain domain;
     float w_min = 0, w_step = 1;
     std::uint32_t base = 0;
+    float offset_step = 0, smoothing_step = 0;
     std::vector<std::uint16_t> samples, cells;
+    std::vector<std::uint8_t> offsets;   ///< as many as samples
+    std::vector<std::int8_t> smoothing;  ///< as many as samples
     std::vector<model::Block> blocks;
     std::vector<std::uint32_t> specials;
     std::vector<std::uint16_t> pool;
@@ -55,7 +60,7 @@ struct CentralMapData {
 
     std::size_t map_bytes() const
     {
-        return 2 * (samples.size() + cells.size() + pool.size()) + 4 * (blocks.size() + specials.size());
+        return 2 * (samples.size() + cells.size() + pool.size()) + offsets.size() + smoothing.size() + 4 * (blocks.size() + specials.size());
     }
     std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };

@@ -30,6 +30,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     std::memcpy(static_cast<void*>(&header), &data.header, sizeof(header));
     const auto parts = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Part*>(data.parts.data()), data.parts.size());
     const auto samples = builder.CreateVector(data.samples);
+    const auto offsets = builder.CreateVector(data.offsets);
+    const auto smoothing = builder.CreateVector(data.smoothing);
     const auto cells = builder.CreateVector(data.cells);
     const auto blocks = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Block*>(data.blocks.data()), data.blocks.size());
     const auto specials = builder.CreateVector(data.specials);
@@ -65,7 +67,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto made_by = builder.CreateString(data.made_by);
     const auto source = builder.CreateString(data.source);
     const auto options = builder.CreateString(data.options);
-    fb::FinishModelBuffer(builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, cells,
+    fb::FinishModelBuffer(builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets, smoothing, cells,
                                                    blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32, triangle_part,
                                                    normal_maps, measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
@@ -81,7 +83,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() + n.offset.size_bytes() +
                    n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() + n.gaps.size_bytes() +
                    n.seeds.size_bytes();
-    s.map = v.samples.size_bytes() + v.cells.size_bytes() + v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
+    s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() + v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();
     s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes();
     return s;

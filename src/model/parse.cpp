@@ -18,6 +18,8 @@ static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == a
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
 
 constexpr std::uint32_t k_max_base = 256;
+constexpr float k_max_taper = 0.951f;
+constexpr std::int32_t k_max_winding = 1 << 20;  // sums of it and any list's crossings stay within 32 bits
 
 template <class T, class Vector>
 std::span<const T> span_of(const Vector* v)
@@ -82,10 +84,19 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         if (!(a > 0)) return ParseStatus::BadValue;
     for (const float e : part.eps)
         if (!(e >= 0.099f && e <= 2.001f)) return ParseStatus::BadValue;
+    for (const float t : part.taper)
+        if (!(std::abs(t) <= k_max_taper)) return ParseStatus::BadValue;
+    if (!(part.bend >= 0) || !(part.sphere[3] >= 0)) return ParseStatus::BadValue;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            if (!(std::abs(dot(vec3(part.rotation + 3 * i), vec3(part.rotation + 3 * j)) - (i == j ? 1.f : 0.f)) < 1e-4f))
+                return ParseStatus::BadValue;
+    if (part.centre_winding > k_max_winding || part.centre_winding < -k_max_winding) return ParseStatus::BadValue;
     const std::uint32_t n = part.base;
     const bool is_normal = view.header.projection == static_cast<std::uint32_t>(Projection::Normal);
     if (n == 0 && is_normal && !has_exact(view)) return ParseStatus::Ok;
     if (!(part.w_step > 0) || !(part.w_min >= 0)) return ParseStatus::BadValue;
+    if (!std::isfinite(part.w_min + 65535.f * part.w_step)) return ParseStatus::BadValue;
     for (int i = 0; i < 9; ++i)
         if (!(part.chart_lo[i] < part.chart_hi[i])) return ParseStatus::BadValue;
     for (int i = 0; i < 3; ++i) {
@@ -221,6 +232,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, std::span<const Header>(&view.header, 1));
     hash_bytes(hash, view.parts);
     hash_bytes(hash, view.samples);
+    hash_bytes(hash, view.offsets);
+    hash_bytes(hash, view.smoothing);
     hash_bytes(hash, view.cells);
     hash_bytes(hash, view.blocks);
     hash_bytes(hash, view.specials);
@@ -262,6 +275,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     std::memcpy(&v.header, model->header(), sizeof(Header));
     v.parts = span_of<Part>(model->parts());
     v.samples = span_of<std::uint16_t>(model->samples());
+    v.offsets = span_of<std::uint8_t>(model->offsets());
+    v.smoothing = span_of<std::int8_t>(model->smoothing());
     v.cells = span_of<std::uint16_t>(model->cells());
     v.blocks = span_of<Block>(model->blocks());
     v.specials = span_of<std::uint32_t>(model->specials());
@@ -285,11 +300,14 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
         if (!std::isfinite(value)) return ParseStatus::BadValue;
-    if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere)) return ParseStatus::BadValue;
+    if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere) || !(h.sphere[3] >= 0)) return ParseStatus::BadValue;
     if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_part_mask) return ParseStatus::BadStructure;
     const std::size_t corners = v.triangles16.size() + v.triangles32.size();
     if ((!v.triangles16.empty() && !v.triangles32.empty()) || v.vertices.size() % 3 != 0 || corners != 3 * v.triangle_part.size())
         return ParseStatus::BadStructure;
+    if (v.offsets.size() != v.samples.size() || v.smoothing.size() != v.samples.size()) return ParseStatus::BadStructure;
+    // The writer builds from the end: the parts come last, and nothing stands behind them.
+    if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != bytes.data() + bytes.size()) return ParseStatus::BadStructure;
     if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
     if (!finite(v.vertices)) return ParseStatus::BadValue;
     for (const std::uint32_t i : v.triangles16)

@@ -130,6 +130,8 @@ public:
     CentralMap(const model::ModelView& view, const model::Part& part)
         : part_(part),
           samples_(view.samples.data() + part.first_sample),
+          offsets_(view.offsets.data() + part.first_sample),
+          smoothing_(view.smoothing.data() + part.first_sample),
           cells_(view.cells.data() + part.first_cell),
           blocks_(view.blocks.data() + part.first_block),
           specials_(view.specials.data() + part.first_special),
@@ -232,6 +234,15 @@ public:
         return all;
     }
 
+    /// Offset of eq. 12 at (s, t), model units, outwards.
+    float offset_at(int face, float s, float t) const { return beside(offsets_, face, s, t).w * part_.offset_step; }
+    /// What smoothing adds to w and its slopes at (s, t).
+    SheetValue smoothing_at(int face, float s, float t) const
+    {
+        const SheetValue v = beside(smoothing_, face, s, t);
+        return {v.w * part_.smoothing_step, v.ws * part_.smoothing_step, v.wt * part_.smoothing_step};
+    }
+
     Leaf base_leaf(std::uint16_t cell, int face, int column, int row) const
     {
         Leaf leaf = leaf_frame(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_);
@@ -240,6 +251,16 @@ public:
     }
 
 private:
+    /// Bilinear value of an array that lies beside the base samples.
+    template <class T>
+    SheetValue beside(const T* values, int face, float s, float t) const
+    {
+        const int column = column_of(s), row = column_of(t);
+        const T* p = values + (face * (base_ + 1) + row) * (base_ + 1) + column;
+        const float c[4] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[base_ + 1]), static_cast<float>(p[base_ + 2])};
+        return bilinear_value(c, (s + 1.f) / cell_size_ - static_cast<float>(column), (t + 1.f) / cell_size_ - static_cast<float>(row), cell_size_);
+    }
+
     Leaf leaf_frame(std::uint16_t cell, float s0, float t0, float size) const
     {
         Leaf leaf;
@@ -313,6 +334,8 @@ private:
 
     const model::Part& part_;
     const std::uint16_t* samples_;
+    const std::uint8_t* offsets_;
+    const std::int8_t* smoothing_;
     const std::uint16_t* cells_;
     const model::Block* blocks_;
     const std::uint32_t* specials_;

@@ -224,7 +224,8 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
     const ChartPoint q = to_chart(x);
     PartVerdict result{true, classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w)};
     // Margins of different parts are compared as lengths: dw = d rho / rho^2.
-    result.verdict.margin *= std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
+    if (result.verdict.margin < INFINITY)
+        result.verdict.margin *= std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
     if (layer == Layer::Auto) layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
     if (layer == Layer::Two && !result.verdict.certain) {
         // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
@@ -373,6 +374,57 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
     contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? normalized(contact.point - point) : best.normal;
     return contact;
+}
+
+void apply_offset(const ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept
+{
+    // How far out any part moves its surface.
+    float reach = 0.f;
+    for (const Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
+    Nearest best;
+    if (contact.contact) {
+        best = {contact.depth * contact.depth, contact.point, contact.normal, contact.part};
+    } else {
+        best.distance_sq = reach * reach;
+        for (std::size_t i = 0; i < model.parts.size(); ++i) {
+            const float gap = sphere_gap(model.parts[i], point);
+            if (gap * gap < best.distance_sq) nearest_on_map(model, static_cast<std::int32_t>(i), point, layer != Layer::Two, best);
+        }
+    }
+    if (best.part < 0) return;
+    const CentralMap map(model, model.parts[static_cast<std::size_t>(best.part)]);
+    const ChartPoint q = to_chart(map.to_chart_frame(best.point));
+    const float offset = map.offset_at(q.face, q.s, q.t);
+    const float outside = contact.contact ? -contact.depth : std::sqrt(best.distance_sq);
+    if (!(outside < offset)) return;
+    contact.contact = true;
+    contact.depth = offset - outside;
+    contact.normal = best.normal;
+    contact.part = best.part;
+    contact.point = best.point + offset * best.normal;
+}
+
+void apply_smoothing(const ModelView& model, Vec3f point, Contact& contact) noexcept
+{
+    if (!contact.contact || contact.part < 0) return;
+    const Part& part = model.parts[static_cast<std::size_t>(contact.part)];
+    const CentralMap map(model, part);
+    const Vec3f x = map.to_chart_frame(point);
+    const ChartPoint q = to_chart(map.to_chart_frame(contact.point));
+    const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+    if (leaf.sheets != 1) return;  // between silhouettes there is no one surface to smooth
+    const SheetValue value = sheet_value(leaf, 0, q.s, q.t), change = map.smoothing_at(q.face, q.s, q.t);
+    const SheetValue smooth{value.w + change.w, value.ws + change.ws, value.wt + change.wt};
+    const int m = face_axis(q.face);
+    Vec3f n{};
+    n[m] = face_sign(q.face) * (smooth.w - smooth.ws * q.s - smooth.wt * q.t);
+    n[(m + 1) % 3] = smooth.ws;
+    n[(m + 2) % 3] = smooth.wt;
+    const float length_sq = dot(n, map.over_axes_sq(n));
+    if (!(length_sq > 0.f)) return;
+    contact.depth = std::max((1.f - dot(n, x)) / std::sqrt(length_sq), 0.f);
+    contact.normal = normalized(map.direction_from_chart_frame(n));
+    contact.point = point + contact.depth * contact.normal;
 }
 
 bool distance_along_central(const ModelView& model, std::uint32_t part_index, Vec3f point, Layer layer, float& distance) noexcept

@@ -8,6 +8,12 @@ namespace sqmap::query {
 /// Layers Two, Three, Exact and Auto for a finite point. @pre the model's parts have central maps.
 [[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
 
+/// Moves an answer out by the offset stored at the nearest surface point; a free point within it becomes a contact.
+void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept;
+
+/// Replaces depth, normal and point of a contact by those of the smoothed map on the point's own ray.
+void apply_smoothing(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;
+
 /// See distance_along_projection.
 [[nodiscard]] bool distance_along_central(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept;
 

@@ -21,11 +21,12 @@ ProjectionOptions options_of(Layer layer)
 
 }  // namespace
 
-Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer) noexcept
+Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bool offset) noexcept
 {
     Contact contact;
     contact.point = point;
-    const ProjectionOptions options = options_of(layer);
+    ProjectionOptions options = options_of(layer);
+    options.use_offset = offset;
     // The witness rule of combine(), one part at a time, so that no array of answers is needed.
     bool held = false, claimed = false, has_surface = false;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {

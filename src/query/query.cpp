@@ -46,8 +46,9 @@ Contact layer_one(const ModelView& model, Vec3f p)
 
 bool is_finite(Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-Contact answer(const ModelView& model, Vec3f point, Layer layer)
+Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
 {
+    const Layer layer = options.layer;
     Contact contact;
     contact.point = point;
     if (!is_finite(point)) {
@@ -57,7 +58,10 @@ Contact answer(const ModelView& model, Vec3f point, Layer layer)
     }
     const Vec3f offset = point - model::vec3(model.header.sphere);
     contact.certain = true;
-    if (norm_sq(offset) > model.header.sphere[3] * model.header.sphere[3]) return contact;
+    // An offset reaches a little past the object's sphere.
+    const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f);
+    // The box first: squares of far coordinates overflow.
+    if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius) return contact;
     if (layer == Layer::One) {
         const Contact c = layer_one(model, point);
         return c.contact ? c : contact;
@@ -65,22 +69,27 @@ Contact answer(const ModelView& model, Vec3f point, Layer layer)
     const bool has_central = model.parts.front().base != 0;
     const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
     if (is_normal && !(layer == Layer::Exact && has_central && model::has_exact(model))) {
-        Contact answer = query_normal(model, point, layer == Layer::Exact ? Layer::Three : layer);
+        Contact answer = query_normal(model, point, layer == Layer::Exact ? Layer::Three : layer, options.offset);
         if (layer == Layer::Exact) answer.status |= k_no_exact;
         return answer;
     }
-    return query_central(model, point, layer);
+    Contact answer = query_central(model, point, layer);
+    if (options.smoothing && layer != Layer::Exact) apply_smoothing(model, point, answer);
+    if (options.offset) apply_offset(model, point, layer, answer);
+    return answer;
 }
 
 }  // namespace
 
-Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
+Contact query_point(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {
-    Contact contact = answer(model, point, layer);
-    // Proofs are about a closed solid.
-    if (model.header.solid == 0) contact.certain = false;
+    Contact contact = answer(model, point, options);
+    // Proofs are about a closed solid, and about its surface where it is.
+    if (model.header.solid == 0 || options.offset || options.smoothing) contact.certain = false;
     return contact;
 }
+
+Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept { return query_point(model, point, QueryOptions{.layer = layer}); }
 
 std::size_t query_points(const ModelView& model, std::span<const Vec3f> points, Layer layer, std::span<Contact> contacts) noexcept
 {

@@ -257,7 +257,7 @@ Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera,
     return light * colour + gloss * Rgb{1, 1, 1};
 }
 
-Rgb background(double height) { return srgb(0xffffff) + static_cast<float>(0.10 * (1 - height)) * Rgb{-1, -1, -0.9f}; }
+const Rgb k_background{1, 1, 1};
 
 }  // namespace
 
@@ -312,7 +312,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
             // What is opaque first: a translucent surface may lie right on it, and must not hide it from a later ray.
             constexpr float k_infinity = std::numeric_limits<float>::infinity();
             Scene::Hit ground;
-            Rgb behind = background(1 - (y + 0.5) / height);
+            Rgb behind = k_background;
             float end = k_infinity;
             if (scene.cast(camera.eye, direction, Scene::k_opaque, 0, k_infinity, ground)) {
                 const Layer& layer = layers[ground.layer];

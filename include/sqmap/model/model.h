@@ -38,6 +38,7 @@ struct Part {
     float chart_rows[9];
     float chart_centre[3];
     float chart_lo[9], chart_hi[9];  ///< where the chart answers: bounds of x', y', z', x'+y', x'-y', x'+z', x'-z', y'+z', y'-z'
+    float offset_step, smoothing_step;  ///< what one step of offsets (model units) and of smoothing (in w) means
     float w_min, w_step;             ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
     std::uint32_t base;              ///< cells along a face's side, a multiple of k_block; 0: no central map
     std::uint32_t flags;             ///< PartFlag bits
@@ -138,6 +139,8 @@ struct ModelView {
     Header header{};
     std::span<const Part> parts;
     std::span<const std::uint16_t> samples;   ///< base samples, a part: face by row by column, (base+1)^2 a face
+    std::span<const std::uint8_t> offsets;    ///< beside samples: the triangle-tunnelling offset (eq. 12), outwards
+    std::span<const std::int8_t> smoothing;   ///< beside samples: smoothed map less the map
     std::span<const std::uint16_t> cells;     ///< base cells, a part: face by row by column, base^2 a face
     std::span<const Block> blocks;
     std::span<const std::uint32_t> specials;  ///< offsets into a part's pool

@@ -22,6 +22,8 @@ struct ModelData {
     Header header{};
     std::vector<Part> parts;
     std::vector<std::uint16_t> samples, cells;
+    std::vector<std::uint8_t> offsets;
+    std::vector<std::int8_t> smoothing;
     std::vector<Block> blocks;
     std::vector<std::uint32_t> specials;
     std::vector<std::uint16_t> pool;
@@ -45,7 +47,7 @@ struct ModelData {
 
     [[nodiscard]] ModelView view() const
     {
-        return {header, parts, samples, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32,
+        return {header, parts, samples, offsets, smoothing, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32,
                 triangle_part,
                 {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections, gaps, seeds}};
     }

@@ -41,9 +41,20 @@ struct Contact {
     std::uint8_t status = k_ok;
 };
 
+/// How to ask. offset and smoothing are for probes made of triangles and for force; point queries leave them off.
+struct QueryOptions {
+    Layer layer = Layer::Auto;
+    bool offset = false;     ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
+    bool smoothing = false;  ///< layers Two, Three and Auto of the central map: depth and normal of the smoothed map
+};
+
 /// One point. @pre model came from model::parse. Total, noexcept, no allocation.
 /// Cost: a sphere and a box test a part; where the point is inside, a search bounded by the part's cells.
 [[nodiscard]] Contact query_point(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
+
+/// The same with options. With offset, points up to the offset outside the surface are in contact too, and depth is
+/// measured from the moved surface; with offset or smoothing no verdict is called certain.
+[[nodiscard]] Contact query_point(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
 /// A batch: contacts[i] answers points[i]. Returns the number of contacts.
 /// @pre contacts.size() >= points.size(), else the rest is left out.

@@ -1,0 +1,598 @@
+// The .sqmap file: what is written comes back, and no other bytes are taken for a model.
+#include "sqmap/io/model_file.h"
+
+#include "sqmap/query/query.h"
+#include "support/baked_shapes.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <new>
+
+namespace sqmap::io {
+namespace {
+
+namespace fs = std::filesystem;
+using model::ModelData;
+using model::ModelView;
+using model::ParseStatus;
+
+/// Bytes at an 8-byte boundary with nothing behind them, so that a sanitizer sees every overrun.
+class Bytes {
+public:
+    explicit Bytes(std::span<const std::byte> from) : size_(from.size()), data_(new (std::align_val_t{8}) std::byte[std::max<std::size_t>(size_, 1)])
+    {
+        std::copy(from.begin(), from.end(), data_);
+    }
+    ~Bytes() { ::operator delete[](data_, std::align_val_t{8}); }
+    Bytes(const Bytes&) = delete;
+    Bytes& operator=(const Bytes&) = delete;
+    [[nodiscard]] std::span<std::byte> span() { return {data_, size_}; }
+
+private:
+    std::size_t size_;
+    std::byte* data_;
+};
+
+/// Has every kind of cell and list: a torus of a few parts, a hand, a cube.
+const ModelData& torus_model()
+{
+    static const ModelData k_model = [] {
+        ModelData data = test::baked(test::small_torus()).result.model;
+        data.made_by = "test";
+        data.source = "torus.obj";
+        data.options = "none";
+        return data;
+    }();
+    return k_model;
+}
+
+/// Asks a model everything, about points on, in, around and far from its object. Answers must be numbers.
+void interrogate(const ModelView& view, std::uint64_t seed)
+{
+    test::Random random(seed);
+    const float r = view.header.sphere[3];
+    for (int i = 0; i < 60; ++i) {
+        Vec3f p = cast<float>(random.in_box({-1.2, -1.2, -1.2}, {1.2, 1.2, 1.2}));
+        p = r * p + model::vec3(view.header.sphere);
+        if (i % 4 == 0) p = model::vec3(view.parts[random.below(view.parts.size())].chart_centre);
+        if (i % 8 == 1) p = 1e30f * p;
+        for (const query::Layer layer :
+             {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact, query::Layer::Auto}) {
+            const query::Contact c = query::query_point(view, p, layer);
+            EXPECT_LT(c.part, static_cast<std::int32_t>(view.parts.size()));
+        }
+        float distance = 0;
+        (void)query::distance_along_projection(view, random.below(view.parts.size()), p, query::Layer::Three, distance);
+    }
+}
+
+/// Parses a copy of the bytes; what verifies must also be safe to ask.
+ParseStatus parse_and_ask(std::span<const std::byte> bytes, std::uint64_t seed = 1)
+{
+    Bytes copy(bytes);
+    ModelView view;
+    const ParseStatus status = model::parse(copy.span(), view);
+    if (status == ParseStatus::Ok) interrogate(view, seed);
+    else EXPECT_TRUE(view.parts.empty()) << "a refused model left a view behind";
+    return status;
+}
+
+/// Parses what a writer with a valid hash would have made of changed data.
+ParseStatus parse_changed(const std::function<void(ModelData&)>& change)
+{
+    ModelData data = torus_model();
+    change(data);
+    return parse_and_ask(serialize(data));
+}
+
+template <class T>
+bool same_array(std::span<const T> a, const std::vector<T>& b)
+{
+    return a.size() == b.size() && (b.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
+{
+    const ModelData& data = torus_model();
+    Bytes bytes(serialize(data));
+    ModelView v;
+    ASSERT_EQ(model::parse(bytes.span(), v), ParseStatus::Ok);
+    EXPECT_EQ(std::memcmp(&v.header, &data.header, sizeof v.header), 0);
+    EXPECT_TRUE(same_array(v.parts, data.parts));
+    EXPECT_TRUE(same_array(v.samples, data.samples));
+    EXPECT_TRUE(same_array(v.cells, data.cells));
+    EXPECT_TRUE(same_array(v.blocks, data.blocks));
+    EXPECT_TRUE(same_array(v.specials, data.specials));
+    EXPECT_TRUE(same_array(v.pool, data.pool));
+    EXPECT_TRUE(same_array(v.rows, data.rows));
+    EXPECT_TRUE(same_array(v.starts, data.starts));
+    EXPECT_TRUE(same_array(v.refs, data.refs));
+    EXPECT_TRUE(same_array(v.locals, data.locals));
+    EXPECT_TRUE(same_array(v.vertices, data.vertices));
+    EXPECT_TRUE(same_array(v.triangles16, data.triangles16));
+    EXPECT_TRUE(same_array(v.triangles32, data.triangles32));
+    EXPECT_TRUE(same_array(v.triangle_part, data.triangle_part));
+    interrogate(v, 3);
+}
+
+TEST(ModelFile, TheSameDataGivesTheSameBytes)
+{
+    const ModelData copy = torus_model();
+    EXPECT_EQ(serialize(torus_model()), serialize(copy));
+}
+
+TEST(ModelFile, ASerializedModelAnswersAsTheOneInMemory)
+{
+    const ModelData& data = torus_model();
+    Bytes bytes(serialize(data));
+    ModelView parsed;
+    ASSERT_EQ(model::parse(bytes.span(), parsed), ParseStatus::Ok);
+    const ModelView direct = data.view();
+    test::Random random(5);
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3f p = cast<float>(random.in_box({-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}));
+        for (const query::Layer layer : {query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
+            const query::Contact a = query::query_point(parsed, p, layer), b = query::query_point(direct, p, layer);
+            ASSERT_EQ(a.contact, b.contact);
+            ASSERT_EQ(a.depth, b.depth);
+            ASSERT_EQ(a.point, b.point);
+            ASSERT_EQ(a.normal, b.normal);
+        }
+    }
+}
+
+TEST(ModelFile, EveryTruncationIsRefused)
+{
+    const std::vector<std::byte> bytes = serialize(torus_model());
+    std::vector<std::size_t> lengths;
+    for (std::size_t n = 0; n < 128; ++n) lengths.push_back(n);
+    for (std::size_t n = 1; n <= 64; ++n) lengths.push_back(bytes.size() - n);
+    for (std::size_t i = 1; i < 200; ++i) lengths.push_back(bytes.size() * i / 200);
+    for (const std::size_t n : lengths)
+        EXPECT_NE(parse_and_ask(std::span(bytes).first(n)), ParseStatus::Ok) << n << " of " << bytes.size() << " bytes";
+}
+
+TEST(ModelFile, BytesBehindTheEndAreRefused)
+{
+    for (const std::size_t extra : {1u, 7u, 8u, 64u, 4096u}) {
+        std::vector<std::byte> bytes = serialize(torus_model());
+        bytes.resize(bytes.size() + extra, std::byte{0x5a});
+        EXPECT_NE(parse_and_ask(bytes), ParseStatus::Ok) << extra << " bytes too many";
+    }
+}
+
+TEST(ModelFile, AnotherIdentifierIsNotAModel)
+{
+    std::vector<std::byte> bytes = serialize(torus_model());
+    bytes[4] = std::byte{'X'};
+    EXPECT_EQ(parse_and_ask(bytes), ParseStatus::NotAModel);
+    const std::vector<std::byte> zeros(4096), ones(4096, std::byte{0xff});
+    EXPECT_EQ(parse_and_ask(zeros), ParseStatus::NotAModel);
+    EXPECT_EQ(parse_and_ask(ones), ParseStatus::NotAModel);
+}
+
+/// Where a 32-bit value stands in the bytes, if it stands there once.
+std::size_t find_vtable_slot(std::span<const std::byte> bytes)
+{
+    // FlatBuffers: the root table's vtable is at (table - soffset); field 0 (version) has slot 4.
+    const auto read = [&](std::size_t at, auto value) {
+        std::memcpy(&value, bytes.data() + at, sizeof value);
+        return value;
+    };
+    const std::size_t table = read(0, std::uint32_t{});
+    const std::size_t vtable = static_cast<std::size_t>(static_cast<std::int64_t>(table) - read(table, std::int32_t{}));
+    return table + read(vtable + 4, std::uint16_t{});
+}
+
+TEST(ModelFile, AnotherVersionIsNamedAsSuch)
+{
+    for (const std::uint32_t version : {0u, model::k_format_version + 1, 0xffffffffu}) {
+        std::vector<std::byte> bytes = serialize(torus_model());
+        const std::size_t slot = find_vtable_slot(bytes);
+        std::uint32_t stored = 0;
+        std::memcpy(&stored, bytes.data() + slot, 4);
+        ASSERT_EQ(stored, model::k_format_version);
+        std::memcpy(bytes.data() + slot, &version, 4);
+        EXPECT_EQ(parse_and_ask(bytes), ParseStatus::WrongVersion);
+    }
+}
+
+TEST(ModelFile, NoFlippedBitCrashesAndNoneInAnArrayPasses)
+{
+    const std::vector<std::byte> good = serialize(torus_model());
+    Bytes arena(good);
+    const std::span<std::byte> bytes = arena.span();
+    ModelView v;
+    ASSERT_EQ(model::parse(bytes, v), ParseStatus::Ok);
+    const std::byte* arrays_begin = reinterpret_cast<const std::byte*>(v.triangle_part.data());
+    const std::byte* arrays_end = reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size());
+    ASSERT_LT(arrays_begin, arrays_end) << "the writer's order of arrays changed: adapt this test";
+    const std::size_t stride = std::max<std::size_t>(1, good.size() / 4000);
+    test::Random random(11);
+    std::size_t tried = 0;
+    const auto flip = [&](std::size_t at, unsigned bit) {
+        bytes[at] ^= std::byte(1u << bit);
+        ModelView view;
+        const ParseStatus status = model::parse(bytes, view);
+        const bool in_array = bytes.data() + at >= arrays_begin && bytes.data() + at < arrays_end;
+        if (status == ParseStatus::Ok) {
+            interrogate(view, at);
+            // The lengths and the padding between arrays are no array; a length that changes changes what is hashed.
+            const bool padding = good[at] == std::byte{0};
+            EXPECT_FALSE(in_array && !padding) << "byte " << at << " bit " << bit;
+        }
+        bytes[at] ^= std::byte(1u << bit);
+        ++tried;
+    };
+    for (std::size_t at = 0; at < std::min<std::size_t>(256, good.size()); ++at)
+        for (unsigned bit = 0; bit < 8; ++bit) flip(at, bit);
+    for (std::size_t at = random.below(stride); at < good.size(); at += stride) flip(at, random.below(8));
+    EXPECT_GT(tried, 3000u);
+}
+
+TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
+{
+    // The hash tells accidents, not malice: a writer of hostile models computes it, too.
+    test::Random random(17);
+    const auto damage = [&](auto& values) {
+        using T = std::decay_t<decltype(values[0])>;
+        if (values.empty()) return;
+        const std::size_t at = random.below(values.size());
+        auto* raw = reinterpret_cast<unsigned char*>(&values[at]);
+        raw[random.below(sizeof(T))] = static_cast<unsigned char>(random.bits());
+    };
+    int passed = 0;
+    for (int i = 0; i < 1500; ++i) {
+        ModelData data = torus_model();
+        const std::uint32_t times = 1 + random.below(3);
+        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(12)) {
+                case 0: damage(data.samples); break;
+                case 1: damage(data.cells); break;
+                case 2: damage(data.blocks); break;
+                case 3: damage(data.specials); break;
+                case 4: damage(data.pool); break;
+                case 5: damage(data.rows); break;
+                case 6: damage(data.starts); break;
+                case 7: damage(data.refs); break;
+                case 8: damage(data.locals); break;
+                case 9: damage(data.vertices); break;
+                case 10: damage(data.triangles16); break;
+                default: damage(data.parts); break;
+            }
+        if (parse_and_ask(serialize(data), static_cast<std::uint64_t>(i)) == ParseStatus::Ok) ++passed;
+    }
+    EXPECT_GT(passed, 100) << "damage that the values' ranges allow should reach the queries";
+}
+
+struct Lie {
+    const char* name;
+    std::function<void(ModelData&)> change;
+};
+void PrintTo(const Lie& lie, std::ostream* out) { *out << lie.name; }
+
+class InconsistentModel : public testing::TestWithParam<Lie> {};
+
+TEST_P(InconsistentModel, IsRefusedThoughItsHashIsRight)
+{
+    const ParseStatus status = parse_changed(GetParam().change);
+    EXPECT_TRUE(status == ParseStatus::BadStructure || status == ParseStatus::BadValue) << model::to_string(status);
+}
+
+constexpr float k_nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float k_inf = std::numeric_limits<float>::infinity();
+
+std::uint16_t cell_of(model::CellKind kind, std::uint32_t payload)
+{
+    return static_cast<std::uint16_t>((static_cast<std::uint32_t>(kind) << 14) | payload);
+}
+
+/// First entry of refs that opens a split list of part 0, or of the first part that has one.
+std::size_t split_list(const ModelData& m)
+{
+    const auto it = std::find(m.refs.begin(), m.refs.end(), model::k_split_list);
+    if (it == m.refs.end()) throw std::logic_error("the model has no split list");
+    return static_cast<std::size_t>(it - m.refs.begin());
+}
+
+/// A cell of part 0 that is split; its children are in the pool.
+std::uint16_t& split_child(ModelData& m, std::size_t child)
+{
+    for (const model::Part& p : m.parts)
+        for (std::uint32_t i = 0; i < p.cell_count; ++i) {
+            const std::uint16_t cell = m.cells[p.first_cell + i];
+            if (model::cell_kind(cell) == model::CellKind::Split)
+                return m.pool[p.first_pool + m.specials[p.first_special + model::cell_payload(cell)] + model::k_split_samples + child];
+        }
+    throw std::logic_error("the model has no split cell");
+}
+
+const Lie k_lies[] = {
+    {"no_parts", [](ModelData& m) { m.parts.clear(); }},
+    {"origin_nan", [](ModelData& m) { m.header.origin[1] = std::numeric_limits<double>::quiet_NaN(); }},
+    {"unit_zero", [](ModelData& m) { m.header.unit = 0; }},
+    {"unit_negative", [](ModelData& m) { m.header.unit = -1; }},
+    {"unit_inf", [](ModelData& m) { m.header.unit = std::numeric_limits<double>::infinity(); }},
+    {"r_max_zero", [](ModelData& m) { m.header.r_max = 0; }},
+    {"r_max_nan", [](ModelData& m) { m.header.r_max = std::numeric_limits<double>::quiet_NaN(); }},
+    {"sphere_nan", [](ModelData& m) { m.header.sphere[3] = k_nan; }},
+    {"sphere_radius_negative", [](ModelData& m) { m.header.sphere[3] = -1; }},
+    {"projection_unknown", [](ModelData& m) { m.header.projection = 2; }},
+    {"quantisation_nan", [](ModelData& m) { m.header.quantisation = std::numeric_limits<double>::quiet_NaN(); }},
+    {"a_zero", [](ModelData& m) { m.parts[0].a[0] = 0; }},
+    {"a_negative", [](ModelData& m) { m.parts[0].a[2] = -m.parts[0].a[2]; }},
+    {"a_nan", [](ModelData& m) { m.parts[0].a[1] = k_nan; }},
+    {"eps_below_range", [](ModelData& m) { m.parts[0].eps[0] = 0.05f; }},
+    {"eps_above_range", [](ModelData& m) { m.parts[0].eps[1] = 2.1f; }},
+    {"eps_nan", [](ModelData& m) { m.parts[0].eps[0] = k_nan; }},
+    {"eps_negative", [](ModelData& m) { m.parts[0].eps[1] = -1; }},
+    {"rotation_inf", [](ModelData& m) { m.parts[0].rotation[4] = k_inf; }},
+    {"rotation_not_a_rotation", [](ModelData& m) { m.parts[0].rotation[4] *= 1.5f, m.parts[0].rotation[0] += 0.5f; }},
+    {"translation_nan", [](ModelData& m) { m.parts[0].translation[0] = k_nan; }},
+    {"taper_beyond_range", [](ModelData& m) { m.parts[0].taper[0] = 1.5f; }},
+    {"taper_nan", [](ModelData& m) { m.parts[0].taper[1] = k_nan; }},
+    {"bend_inf", [](ModelData& m) { m.parts[0].bend = k_inf; }},
+    {"bend_negative", [](ModelData& m) { m.parts[0].bend = -1; }},
+    {"certificate_nan", [](ModelData& m) { m.parts[0].largest_f = k_nan; }},
+    {"part_sphere_nan", [](ModelData& m) { m.parts[0].sphere[0] = k_nan; }},
+    {"part_sphere_negative", [](ModelData& m) { m.parts[0].sphere[3] = -0.5f; }},
+    {"chart_rows_not_orthogonal", [](ModelData& m) { m.parts[0].chart_rows[1] += 0.5f; }},
+    {"chart_rows_nan", [](ModelData& m) { m.parts[0].chart_rows[8] = k_nan; }},
+    {"chart_centre_inf", [](ModelData& m) { m.parts[0].chart_centre[0] = -k_inf; }},
+    {"chart_box_empty", [](ModelData& m) { m.parts[0].chart_lo[0] = m.parts[0].chart_hi[0]; }},
+    {"w_step_zero", [](ModelData& m) { m.parts[0].w_step = 0; }},
+    {"w_step_negative", [](ModelData& m) { m.parts[0].w_step = -m.parts[0].w_step; }},
+    {"w_min_negative", [](ModelData& m) { m.parts[0].w_min = -0.1f; }},
+    {"w_range_overflows", [](ModelData& m) { m.parts[0].w_step = 1e36f; }},
+    {"area_nan", [](ModelData& m) { m.parts[0].area = k_nan; }},
+    {"centre_winding_huge", [](ModelData& m) { m.parts[0].centre_winding = std::numeric_limits<std::int32_t>::min(); }},
+    {"base_zero", [](ModelData& m) { m.parts[0].base = 0; }},
+    {"base_not_of_blocks", [](ModelData& m) { m.parts[0].base += 1; }},
+    {"base_doubled", [](ModelData& m) { m.parts[0].base *= 2; }},
+    {"base_huge", [](ModelData& m) { m.parts[0].base = 0xfffffffcu; }},
+    {"sample_count_short", [](ModelData& m) { --m.parts[0].sample_count; }},
+    {"samples_beyond_end", [](ModelData& m) { m.parts.back().first_sample += 1; }},
+    {"samples_wrap_around", [](ModelData& m) { m.parts[0].first_sample = 0xffffffffu; }},
+    {"samples_missing", [](ModelData& m) { m.samples.pop_back(); }},
+    {"cell_count_long", [](ModelData& m) { ++m.parts[0].cell_count; }},
+    {"cells_beyond_end", [](ModelData& m) { m.parts.back().first_cell += 1; }},
+    {"cells_missing", [](ModelData& m) { m.cells.clear(); }},
+    {"block_count_short", [](ModelData& m) { --m.parts[0].block_count; }},
+    {"blocks_beyond_end", [](ModelData& m) { m.parts.back().first_block += 1; }},
+    {"specials_beyond_end", [](ModelData& m) { m.parts.back().first_special += 1; }},
+    {"specials_wrap_around", [](ModelData& m) { m.parts[0].first_special = 0xfffffff0u; }},
+    {"specials_missing", [](ModelData& m) { m.specials.clear(); }},
+    {"pool_beyond_end", [](ModelData& m) { m.parts.back().first_pool += 1; }},
+    {"pool_missing", [](ModelData& m) { m.pool.clear(); }},
+    {"special_points_behind_pool", [](ModelData& m) { m.specials[0] = m.parts[0].pool_count; }},
+    {"special_points_far_away", [](ModelData& m) { m.specials[0] = 0xffffffffu; }},
+    {"uniform_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Uniform, 2); }},
+    {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 2 * model::k_foreign); }},
+    {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].special_count); }},
+    {"layered_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Layered, 0x3fff); }},
+    {"split_child_payload", [](ModelData& m) { split_child(m, 3) = cell_of(model::CellKind::Layered, 0x3fff); }},
+    {"split_of_itself",
+     [](ModelData& m) {
+         // Every cell of the part is this one split, and so are its children: endless if nobody counted.
+         model::Part& p = m.parts[0];
+         for (std::uint32_t i = 0; i < p.cell_count; ++i)
+             if (model::cell_kind(m.cells[p.first_cell + i]) == model::CellKind::Split) {
+                 const std::uint16_t cell = m.cells[p.first_cell + i];
+                 const std::uint32_t offset = m.specials[p.first_special + model::cell_payload(cell)];
+                 for (std::uint32_t k = 0; k < 4; ++k) m.pool[p.first_pool + offset + model::k_split_samples + k] = cell;
+                 return;
+             }
+         throw std::logic_error("the model has no split cell");
+     }},
+    {"layered_record_behind_pool",
+     [](ModelData& m) {
+         model::Part& p = m.parts[0];
+         const std::uint32_t last = p.pool_count - 1;
+         m.specials[p.first_special] = last;
+         m.pool[p.first_pool + last] = 15;
+         m.cells[p.first_cell] = cell_of(model::CellKind::Layered, 0);
+     }},
+    {"rows_beyond_end", [](ModelData& m) { m.parts.back().first_row += 1; }},
+    {"rows_missing", [](ModelData& m) { m.rows.clear(); }},
+    {"starts_beyond_end", [](ModelData& m) { m.parts.back().first_start += 1; }},
+    {"refs_beyond_end", [](ModelData& m) { m.parts.back().first_ref += 1; }},
+    {"ref_count_short", [](ModelData& m) { m.parts[0].ref_count = 1; }},
+    {"refs_missing", [](ModelData& m) { m.refs.clear(); }},
+    {"locals_beyond_end", [](ModelData& m) { m.parts.back().first_local += 1; }},
+    {"locals_missing", [](ModelData& m) { m.locals.clear(); }},
+    {"row_points_behind_refs", [](ModelData& m) { m.rows[0] = 0xffffff00u; }},
+    {"starts_go_back",
+     [](ModelData& m) {
+         for (std::size_t i = 0; i + 1 < m.starts.size(); ++i)
+             if (m.starts[i + 1] > m.starts[i]) {
+                 std::swap(m.starts[i], m.starts[i + 1]);
+                 return;
+             }
+     }},
+    {"ref_not_a_local", [](ModelData& m) { m.refs[m.parts[0].first_ref + m.parts[0].ref_count - 1] = static_cast<std::uint16_t>(m.parts[0].local_count); }},
+    {"local_not_a_triangle", [](ModelData& m) { m.locals[0] = static_cast<std::uint32_t>(m.triangle_part.size()); }},
+    {"split_list_offset_behind_list", [](ModelData& m) { m.refs[split_list(m) + 5] = 0xfff0; }},
+    {"split_list_offsets_go_back", [](ModelData& m) { std::swap(m.refs[split_list(m) + 1], m.refs[split_list(m) + 5]); }},
+    {"split_list_of_itself",
+     [](ModelData& m) {
+         // A list whose every quadrant is a split again, deeper than any reader follows.
+         model::Part& p = m.parts[0];
+         const std::uint16_t entry[6] = {model::k_split_list, 0, 0, 0, 0, 0};
+         std::vector<std::uint16_t> nest;
+         for (int depth = 0; depth < 8; ++depth) {
+             nest.insert(nest.end(), entry, entry + 6);
+             for (std::size_t i = 2; i < 6; ++i) nest[nest.size() - 6 + i] = static_cast<std::uint16_t>((7 - depth) * 6);
+         }
+         for (std::uint32_t row = 0; row < model::k_faces * p.base; ++row) m.rows[p.first_row + row] = 0;
+         std::fill_n(m.starts.begin() + p.first_start, model::k_faces * p.base * (p.base + 1), std::uint16_t{0});
+         m.starts[p.first_start + 1] = static_cast<std::uint16_t>(nest.size());
+         for (std::uint32_t c = 2; c <= p.base; ++c) m.starts[p.first_start + c] = static_cast<std::uint16_t>(nest.size());
+         std::copy(nest.begin(), nest.end(), m.refs.begin() + p.first_ref);
+     }},
+    {"vertex_nan", [](ModelData& m) { m.vertices[7] = k_nan; }},
+    {"vertex_inf", [](ModelData& m) { m.vertices.back() = k_inf; }},
+    {"vertices_not_by_three", [](ModelData& m) { m.vertices.push_back(0); }},
+    {"vertices_missing", [](ModelData& m) { m.vertices.clear(); }},
+    {"triangle_index", [](ModelData& m) { m.triangles16[5] = static_cast<std::uint16_t>(m.vertices.size() / 3); }},
+    {"triangles_not_by_three", [](ModelData& m) { m.triangles16.pop_back(); }},
+    {"triangles_of_both_widths", [](ModelData& m) { m.triangles32.assign(3, 0); }},
+    {"triangle_part_missing_one", [](ModelData& m) { m.triangle_part.pop_back(); }},
+    {"triangle_of_no_part", [](ModelData& m) { m.triangle_part[0] = static_cast<std::uint16_t>(m.parts.size()); }},
+};
+
+INSTANTIATE_TEST_SUITE_P(Format, InconsistentModel, testing::ValuesIn(k_lies), [](const auto& lie) { return std::string(lie.param.name); });
+
+/// A folder of its own, removed with all in it.
+class ModelFolder : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        std::string pattern = (fs::temp_directory_path() / "sqmap-model-XXXXXX").string();
+        ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+        folder_ = pattern;
+    }
+    void TearDown() override
+    {
+        fs::permissions(folder_, fs::perms::owner_all);
+        fs::remove_all(folder_);
+    }
+    [[nodiscard]] std::size_t files() const
+    {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}));
+    }
+    static std::vector<std::byte> read(const fs::path& path)
+    {
+        std::ifstream in(path, std::ios::binary);
+        const std::string text((std::istreambuf_iterator<char>(in)), {});
+        const auto* begin = reinterpret_cast<const std::byte*>(text.data());
+        return {begin, begin + text.size()};
+    }
+    static void write(const fs::path& path, std::span<const std::byte> bytes)
+    {
+        std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    }
+    fs::path folder_;
+};
+
+TEST_F(ModelFolder, AWrittenModelIsMappedBackWholeAndAlone)
+{
+    const fs::path path = folder_ / "a.sqmap";
+    write_model(torus_model(), path);
+    EXPECT_EQ(files(), 1u);
+    EXPECT_EQ(read(path), serialize(torus_model()));
+    MappedModel first(path);
+    EXPECT_EQ(first.made_by(), "test");
+    EXPECT_EQ(first.source(), "torus.obj");
+    EXPECT_EQ(first.options(), "none");
+    EXPECT_EQ(first.measured().points, torus_model().measured.points);
+    EXPECT_EQ(first.measured().depth_p99, torus_model().measured.depth_p99);
+    EXPECT_EQ(first.measured().eq35_mean, torus_model().measured.eq35_mean);
+    EXPECT_EQ(model::content_hash(first.view()), model::content_hash(torus_model().view()));
+    const MappedModel moved(std::move(first));
+    interrogate(moved.view(), 2);
+    EXPECT_EQ(moved.size(), fs::file_size(path));
+    EXPECT_EQ(moved.bytes().size(), moved.size());
+}
+
+TEST_F(ModelFolder, WritingReplacesAnOldFileWhole)
+{
+    const fs::path path = folder_ / "a.sqmap";
+    write(path, std::vector<std::byte>(3'000'000, std::byte{7}));
+    write_model(torus_model(), path);
+    EXPECT_EQ(read(path), serialize(torus_model()));
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(ModelFolder, AFailedWriteLeavesTheOldFileAndNothingElse)
+{
+    // The rename fails where the target is a folder that is not empty: after everything was written.
+    const fs::path path = folder_ / "a.sqmap";
+    fs::create_directory(path);
+    write(path / "kept", std::vector<std::byte>(10, std::byte{1}));
+    EXPECT_THROW(write_model(torus_model(), path), ModelFileError);
+    EXPECT_EQ(files(), 1u);
+    EXPECT_EQ(read(path / "kept").size(), 10u);
+}
+
+TEST_F(ModelFolder, AFolderThatIsNotThereIsSaidSo)
+{
+    EXPECT_THROW(write_model(torus_model(), folder_ / "no" / "such" / "a.sqmap"), ModelFileError);
+    EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(ModelFolder, AnUnwritableFolderKeepsItsOldFile)
+{
+    if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+    const fs::path path = folder_ / "a.sqmap";
+    write(path, std::vector<std::byte>(5, std::byte{1}));
+    fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+    EXPECT_THROW(write_model(torus_model(), path), ModelFileError);
+    EXPECT_EQ(read(path).size(), 5u);
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(ModelFolder, AFullDiskLeavesNothingBehind)
+{
+    // A limit on the size of files stands in for a full disk: write() fails in the middle.
+    const fs::path path = folder_ / "a.sqmap";
+    const auto write_under_limit = [&] {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit = {4096, 4096};
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+        try {
+            write_model(torus_model(), path);
+        } catch (const ModelFileError&) {
+            std::_Exit(3);
+        }
+        std::_Exit(0);
+    };
+    EXPECT_EXIT(write_under_limit(), testing::ExitedWithCode(3), "");
+    EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(ModelFolder, WhatIsNoModelIsNotMapped)
+{
+    EXPECT_THROW(MappedModel(folder_ / "absent.sqmap"), ModelFileError);
+    EXPECT_THROW(MappedModel{folder_}, ModelFileError);
+    write(folder_ / "empty.sqmap", {});
+    EXPECT_THROW(MappedModel(folder_ / "empty.sqmap"), ModelFileError);
+    write(folder_ / "short.sqmap", std::vector<std::byte>(5, std::byte{'S'}));
+    EXPECT_THROW(MappedModel(folder_ / "short.sqmap"), ModelFileError);
+    const std::string text = "OFF\n8 12 0\n0 0 0\n1 0 0\n";
+    write(folder_ / "mesh.off", std::as_bytes(std::span(text)));
+    EXPECT_THROW(MappedModel(folder_ / "mesh.off"), ModelFileError);
+    std::vector<std::byte> bytes = serialize(torus_model());
+    bytes.resize(bytes.size() / 2);
+    write(folder_ / "half.sqmap", bytes);
+    try {
+        const MappedModel half(folder_ / "half.sqmap");
+        ADD_FAILURE() << "half a model was mapped";
+    } catch (const ModelFileError& e) {
+        EXPECT_NE(std::string(e.what()).find("half.sqmap"), std::string::npos) << e.what();
+    }
+}
+
+TEST(ModelFile, TheSectionsAddUpToTheFile)
+{
+    const std::vector<std::byte> bytes = serialize(torus_model());
+    const SectionBytes s = section_bytes(torus_model().view(), bytes.size());
+    const std::size_t sections = s.superquadrics + s.map + s.exact + s.mesh;
+    EXPECT_EQ(s.total, bytes.size());
+    EXPECT_LT(sections, s.total);
+    EXPECT_LT(s.total - sections, 2000u) << "more than the header, the strings and FlatBuffers' own tables";
+}
+
+}  // namespace
+}  // namespace sqmap::io

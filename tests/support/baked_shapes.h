@@ -1,0 +1,102 @@
+// Small baked models that tests ask, each with the mesh it came from.
+#pragma once
+
+#include "sqmap/bake/bake.h"
+#include "sqmap/io/read.h"
+#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/shapes.h"
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sqmap::test {
+
+/// SplitMix64: the same numbers on every platform.
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t bits()
+    {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+        return z ^ (z >> 31);
+    }
+    std::uint32_t below(std::size_t n) { return static_cast<std::uint32_t>(bits() % n); }
+    double between(double lo, double hi) { return lo + (hi - lo) * static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+    Vec3d in_box(Vec3d lo, Vec3d hi) { return {between(lo.x, hi.x), between(lo.y, hi.y), between(lo.z, hi.z)}; }
+    Vec3d direction()
+    {
+        for (;;) {
+            const Vec3d d = in_box({-1, -1, -1}, {1, 1, 1});
+            if (const double n = norm(d); n > 0.1 && n <= 1) return d / n;
+        }
+    }
+
+private:
+    std::uint64_t state_;
+};
+
+struct Shape {
+    std::string name;
+    mesh::Mesh mesh;
+};
+
+/// A mesh moved and scaled.
+inline mesh::Mesh mapped(mesh::Mesh m, double scale, Vec3d shift)
+{
+    for (Vec3d& v : m.vertices) v = scale * v + shift;
+    return m;
+}
+
+inline mesh::Mesh small_sphere() { return mesh::sphere(1, 3); }
+inline mesh::Mesh small_box() { return mesh::rounded_box({1.2, 0.8, 0.6}, 0.2, 3); }
+inline mesh::Mesh small_torus() { return mesh::torus({.major_radius = 1, .minor_radius = 0.3, .major_segments = 36, .minor_segments = 16}); }
+inline mesh::Mesh small_hand() { return mesh::polygonized(mesh::hand_capsules(), 0.06); }
+
+/// A cube of 12 triangles: as few and as large triangles as can be, edges and corners on the chart's own planes.
+inline mesh::Mesh cube()
+{
+    mesh::Mesh m;
+    for (int i = 0; i < 8; ++i) m.vertices.push_back({i & 4 ? 1. : -1., i & 2 ? 1. : -1., i & 1 ? 1. : -1.});
+    m.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                   {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+    return mesh::canonicalized(m);
+}
+
+inline std::vector<Shape> small_shapes()
+{
+    return {{"sphere", small_sphere()}, {"ellipsoid", mesh::ellipsoid({1.6, 1.0, 0.5}, 3)}, {"box", small_box()}, {"cube", cube()},
+            {"torus", small_torus()}, {"dumbbell", mesh::dumbbell({.segments = 24})}, {"hand", small_hand()}};
+}
+
+/// A mesh of the shared folder, as the gate lets it through; nothing where the file is absent.
+inline std::optional<mesh::Mesh> shared_mesh(const std::string& name)
+{
+    const std::filesystem::path path = std::filesystem::path(SQMAP_SHARED_DIR) / "meshes" / name;
+    if (!std::filesystem::exists(path)) return std::nullopt;
+    const io::ReadResult read = io::read_mesh_file(path);
+    if (read.error) return std::nullopt;
+    const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
+    if (gate.verdict == mesh::Verdict::Refused) return std::nullopt;
+    return gate.mesh;
+}
+
+/// One bake and what it is about: the mesh in model space, as the runtime sees it.
+struct Baked {
+    mesh::Mesh mesh;
+    bake::BakeResult result;
+    [[nodiscard]] model::ModelView view() const { return result.model.view(); }
+};
+
+inline Baked baked(const mesh::Mesh& mesh, const bake::BakeOptions& options = {})
+{
+    return {bake::model_space(mesh), bake::bake(mesh, true, options)};
+}
+
+}  // namespace sqmap::test
