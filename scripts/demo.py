@@ -24,6 +24,7 @@ HAND = "@webxr-input-profiles/assets@1.0.20"
 HAND_FILE = "package/dist/profiles/generic-hand/right.glb"
 # Name of the mesh -> its upward axis, for the pictures.
 SUBJECTS = {"elephant": "y", "camel": "y", "bull": "y", "triceratops": "y", "dino": "z", "cow": "y", "hand": "y"}
+AZIMUTH = {"elephant": 165, "camel": 325}  # elsewhere the program's own choice
 PICTURES = ("parts", "superquadrics", "map", "error")
 
 
@@ -80,7 +81,10 @@ def fetch_hand():
 def show(mesh, row):
     for what in PICTURES:
         picture = DEMO / f"{mesh.stem}_{what}.png"
-        measure.run("render", row["model"], mesh, "--what", what, "--up", SUBJECTS.get(mesh.stem, "y"), "-o", picture)
+        view = ["--up", SUBJECTS.get(mesh.stem, "y")]
+        if mesh.stem in AZIMUTH:
+            view += ["--azimuth", AZIMUTH[mesh.stem]]
+        measure.run("render", row["model"], mesh, "--what", what, *view, "-o", picture)
 
 
 COLUMNS = [

@@ -14,7 +14,6 @@ import measure
 
 IMAGES = measure.ROOT / "docs" / "images"
 HERO = ("elephant", "camel", "triceratops")
-AZIMUTH = {"elephant": 165, "camel": 325}  # elsewhere the program's own choice
 
 
 def chunks(png):
@@ -90,7 +89,7 @@ def main():
 
         def row(name, kinds, size, *options):
             picture = folder / f"{name}-{kinds}.png"
-            where = ("--azimuth", AZIMUTH[name]) if name in AZIMUTH else ()
+            where = ("--azimuth", demo.AZIMUTH[name]) if name in demo.AZIMUTH else ()
             measure.run("render", models[name], "--what", kinds, "--size", size, *where, "-o", picture, *options)
             return picture
 

@@ -5,8 +5,8 @@
 #include "reports.h"
 #include "sqmap/io/model_file.h"
 
-#include <nlohmann/json.hpp>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <cstdio>
 #include <fstream>
@@ -31,9 +31,16 @@ ordered_json report_json(const bake::BakeResult& baked)
     ordered_json out;
     out["parts"] = ordered_json::array();
     for (const bake::PartReport& p : baked.report.parts)
-        out["parts"].push_back({{"area", p.area}, {"volume", p.volume}, {"solid_volume", p.solid_volume}, {"q2_share", p.q2_share}, {"largest_f", p.certificate.largest_f},
-                                {"tolerance", p.certificate.tolerance}, {"fallback", p.fallback}, {"base", p.base},
-                                {"map_bytes", p.map_bytes}, {"exact_bytes", p.exact_bytes}});
+        out["parts"].push_back({{"area", p.area},
+                                {"volume", p.volume},
+                                {"solid_volume", p.solid_volume},
+                                {"q2_share", p.q2_share},
+                                {"largest_f", p.certificate.largest_f},
+                                {"tolerance", p.certificate.tolerance},
+                                {"fallback", p.fallback},
+                                {"base", p.base},
+                                {"map_bytes", p.map_bytes},
+                                {"exact_bytes", p.exact_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
     out["measured"] = measured_json(baked.model.measured);
@@ -59,27 +66,41 @@ void add_bake(CLI::App& app, int& exit_code)
     command->add_option("--projection", options->projection, "central, or normal: the paper's own maps")
         ->check(CLI::IsMember({"central", "normal"}))
         ->capture_default_str();
-    command->add_option("--target-error", options->bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
+    command
+        ->add_option("--target-error", options->bake.target_error,
+                     "Layer-3 depth error to reach, 99th percentile, percent of R_max")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("--max-parts", options->bake.max_parts, "Most parts that refinement may make")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     command->add_flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
-    command->add_option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")->capture_default_str();
-    command->add_option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");
-    command->add_option("--max-looseness", options->bake.max_looseness, "Split a part while its superquadric has more than this times its solid's volume")
+    command->add_option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")
         ->capture_default_str();
-    command->add_option("--max-q2", options->bake.max_q2_share, "Split a part while more than this share of its area is hidden from its projection")
+    command->add_option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");
+    command
+        ->add_option("--max-looseness", options->bake.max_looseness,
+                     "Split a part while its superquadric has more than this times its solid's volume")
+        ->capture_default_str();
+    command
+        ->add_option("--max-q2", options->bake.max_q2_share,
+                     "Split a part while more than this share of its area is hidden from its projection")
         ->capture_default_str();
     add_load_options(*command, options->load);
     decompose::DecomposeOptions& d = options->bake.decompose;
     const char* const k_decomposition = "Decomposition (section 3; lengths of sqrt(area), areas of the area)";
-    command->add_flag("--exact-geodesics", options->exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost")->group(k_decomposition);
-    command->add_option("--salient-window", d.salient_window, "Geodesic window of a salient feature (eq. 5)")->group(k_decomposition)->capture_default_str();
-    command->add_option("--boundary-strength", d.boundary_strength, "Growth of a locale that counts as a cut")->group(k_decomposition)->capture_default_str();
+    command->add_flag("--exact-geodesics", options->exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost")
+        ->group(k_decomposition);
+    command->add_option("--salient-window", d.salient_window, "Geodesic window of a salient feature (eq. 5)")
+        ->group(k_decomposition)
+        ->capture_default_str();
+    command->add_option("--boundary-strength", d.boundary_strength, "Growth of a locale that counts as a cut")
+        ->group(k_decomposition)
+        ->capture_default_str();
     command->add_option("--hyperbolic-share", d.hyperbolic_share, "k_h")->group(k_decomposition)->capture_default_str();
-    command->add_option("--hyperbolic-curvature", d.hyperbolic_curvature, "t_h, times the area")->group(k_decomposition)->capture_default_str();
+    command->add_option("--hyperbolic-curvature", d.hyperbolic_curvature, "t_h, times the area")
+        ->group(k_decomposition)
+        ->capture_default_str();
     command->add_option("--minimum-part", d.minimum_part_area, "Least part")->group(k_decomposition)->capture_default_str();
     command->add_flag("--no-taper", options->no_taper, "Do not try tapering")->group("Superquadrics (section 2)");
     command->add_flag("--no-bend", options->no_bend, "Do not try bending")->group("Superquadrics (section 2)");

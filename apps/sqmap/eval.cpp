@@ -14,15 +14,16 @@ namespace {
 
 void print_distribution(const char* name, const bake::Distribution& d, const char* unit)
 {
-    std::printf("  %-12s mean %.4f  median %.4f  p95 %.4f  p99 %.3f  max %.2f %s (%u)\n", name, d.mean, d.median, d.p95, d.p99, d.max, unit, d.count);
+    std::printf("  %-12s mean %.4f  median %.4f  p95 %.4f  p99 %.3f  max %.2f %s (%u)\n", name, d.mean, d.median, d.p95, d.p99,
+                d.max, unit, d.count);
 }
 
 void print(const char* layer, const bake::Evaluation& e)
 {
-    std::printf("layer %s on %u points, %u inside: %u missed, %u false beyond the band (%u and %u at any distance)\n", layer, e.points, e.inside,
-                e.missed, e.false_contacts, e.missed_any, e.false_any);
-    std::printf("  certain %u, of them wrong %u, contradicted by layers 2 or 3 %u; layer 1 missed %u\n", e.certain, e.certain_wrong, e.contradictions,
-                e.layer1_missed);
+    std::printf("layer %s on %u points, %u inside: %u missed, %u false beyond the band (%u and %u at any distance)\n", layer,
+                e.points, e.inside, e.missed, e.false_contacts, e.missed_any, e.false_any);
+    std::printf("  certain %u, of them wrong %u, contradicted by layers 2 or 3 %u; layer 1 missed %u\n", e.certain,
+                e.certain_wrong, e.contradictions, e.layer1_missed);
     print_distribution("eq. 35", e.eq35, "% of R_max");
     std::printf("               left out %.2f %% (one side has no crossing on the ray)\n", e.eq35_left_out);
     print_distribution("depth", e.depth, "% of R_max");
@@ -43,8 +44,12 @@ void add_eval(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("eval", "Measure a model against its mesh with an exact oracle");
     command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
     command->add_option("mesh", options->mesh, "The mesh it was baked from")->required()->check(CLI::ExistingFile);
-    command->add_option("--layer", options->layer, "2, 3, exact, or all")->check(CLI::IsMember({"2", "3", "exact", "all"}))->capture_default_str();
-    command->add_option("--points", options->evaluate.points, "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
+    command->add_option("--layer", options->layer, "2, 3, exact, or all")
+        ->check(CLI::IsMember({"2", "3", "exact", "all"}))
+        ->capture_default_str();
+    command
+        ->add_option("--points", options->evaluate.points,
+                     "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
         ->check(CLI::Range(1, 100000000))
         ->capture_default_str();
     command->add_option("--seed", options->evaluate.seed, "Seed of the sample")->capture_default_str();
@@ -69,7 +74,8 @@ void add_eval(CLI::App& app, int& exit_code)
             const mesh::Mesh mesh = bake::model_space(loaded.mesh);
             const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
             nlohmann::ordered_json out;
-            const std::pair<const char*, query::Layer> layers[] = {{"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
+            const std::pair<const char*, query::Layer> layers[] = {
+                {"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
             for (const auto& [name, layer] : layers) {
                 if (options->layer != "all" && options->layer != name) continue;
                 if (layer == query::Layer::Exact && !model::has_exact(m)) continue;
@@ -77,16 +83,22 @@ void add_eval(CLI::App& app, int& exit_code)
                 evaluate.layer = layer;
                 if (layer == query::Layer::Exact) evaluate.verdict_band = 1e-5;
                 const bake::Evaluation e = bake::evaluate(m, solid, evaluate);
-                if (options->json) out["layer"][name] = evaluation_json(e);
-                else print(name, e);
+                if (options->json)
+                    out["layer"][name] = evaluation_json(e);
+                else
+                    print(name, e);
             }
             const bake::Containment containment = bake::check_containment(m, mesh);
             if (options->json) {
-                out["containment"] = {{"certified_parts", containment.certified}, {"parts", m.parts.size()}, {"triangles_outside", containment.outside}};
+                out["containment"] = {{"certified_parts", containment.certified},
+                                      {"parts", m.parts.size()},
+                                      {"triangles_outside", containment.outside}};
                 std::printf("%s\n", out.dump(2).c_str());
             } else {
-                std::printf("containment: %u of %zu parts certified (every triangle and cap within its superquadric), %u triangles outside\n",
-                            containment.certified, m.parts.size(), containment.outside);
+                std::printf(
+                    "containment: %u of %zu parts certified (every triangle and cap within its superquadric), %u triangles "
+                    "outside\n",
+                    containment.certified, m.parts.size(), containment.outside);
             }
             exit_code = 0;
         } catch (const io::ModelFileError& e) {

@@ -42,11 +42,13 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     out["rotation"] = {array_of(p.rotation, 3), array_of(p.rotation + 3, 3), array_of(p.rotation + 6, 3)};
     // The same in the mesh's own units, for readers that hold the mesh.
     out["mesh_units"] = {{"a", {p.a[0] * h.unit, p.a[1] * h.unit, p.a[2] * h.unit}},
-                         {"translation", {p.translation[0] * h.unit + h.origin[0], p.translation[1] * h.unit + h.origin[1],
-                                          p.translation[2] * h.unit + h.origin[2]}},
+                         {"translation",
+                          {p.translation[0] * h.unit + h.origin[0], p.translation[1] * h.unit + h.origin[1],
+                           p.translation[2] * h.unit + h.origin[2]}},
                          {"k", p.bend / h.unit},
-                         {"projection_centre", {p.chart_centre[0] * h.unit + h.origin[0], p.chart_centre[1] * h.unit + h.origin[1],
-                                                p.chart_centre[2] * h.unit + h.origin[2]}}};
+                         {"projection_centre",
+                          {p.chart_centre[0] * h.unit + h.origin[0], p.chart_centre[1] * h.unit + h.origin[1],
+                           p.chart_centre[2] * h.unit + h.origin[2]}}};
     out["projection_centre"] = array_of(p.chart_centre, 3);
     out["bounding_sphere"] = array_of(p.sphere, 4);
     out["certificate"] = {{"largest_f", p.largest_f}, {"tolerance", p.tolerance}, {"bounding", p.largest_f <= 1.f}};
@@ -94,27 +96,33 @@ void add_info(CLI::App& app, int& exit_code)
                 out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
                 out["triangles"] = m.header.triangle_count;
                 out["vertices"] = m.header.vertex_count;
-                out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics}, {"map", bytes.map}, {"normal_map", bytes.normal_map},
-                                {"exact_lists", bytes.exact}, {"exact_mesh", bytes.mesh}, {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
+                out["bytes"] = {{"total", bytes.total},
+                                {"superquadrics", bytes.superquadrics},
+                                {"map", bytes.map},
+                                {"normal_map", bytes.normal_map},
+                                {"exact_lists", bytes.exact},
+                                {"exact_mesh", bytes.mesh},
+                                {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
                 out["measured"] = measured_json(file.measured());
                 out["parts"] = ordered_json::array();
                 for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
                 std::printf("%s\n", out.dump(2).c_str());
             } else {
-                std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(), m.parts.size(),
-                            central ? "central" : "normal", m.header.triangle_count, file.made_by().c_str(), file.source().c_str());
-                std::printf("  %zu bytes: superquadrics %zu, %smap %zu, exact layer %zu + %zu\n", bytes.total, bytes.superquadrics,
-                            central ? "" : "normal ", central ? bytes.map : bytes.normal_map,
+                std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(),
+                            m.parts.size(), central ? "central" : "normal", m.header.triangle_count, file.made_by().c_str(),
+                            file.source().c_str());
+                std::printf("  %zu bytes: superquadrics %zu, %smap %zu, exact layer %zu + %zu\n", bytes.total,
+                            bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map,
                             bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
-                std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
-                            100 * m.header.quantisation / m.header.r_max);
+                std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n",
+                            m.header.r_max * m.header.unit, 100 * m.header.quantisation / m.header.r_max);
                 print_measured(file.measured());
                 std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
                 for (std::size_t i = 0; i < m.parts.size(); ++i) {
                     const model::Part& p = m.parts[i];
-                    std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0], p.eps[1],
-                                p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "", p.bend != 0 ? " bent" : "",
-                                (p.flags & model::k_fit_fallback) != 0 ? " fallback" : "");
+                    std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0],
+                                p.eps[1], p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "",
+                                p.bend != 0 ? " bent" : "", (p.flags & model::k_fit_fallback) != 0 ? " fallback" : "");
                 }
             }
             exit_code = 0;

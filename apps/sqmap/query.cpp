@@ -50,7 +50,9 @@ std::vector<Vec3d> read_points(const std::string& path)
         ++number;
         if (line.empty() && in.peek() == std::ifstream::traits_type::eof()) break;
         double v[3];
-        if (!parse_row(line, v)) throw BadPoints(path + ":" + std::to_string(number) + ": expected three numbers x,y,z, found '" + line.substr(0, 60) + "'");
+        if (!parse_row(line, v))
+            throw BadPoints(path + ":" + std::to_string(number) + ": expected three numbers x,y,z, found '" + line.substr(0, 60) +
+                            "'");
         points.push_back({v[0], v[1], v[2]});
     }
     return points;
@@ -73,19 +75,21 @@ void add_query(CLI::App& app, int& exit_code)
         ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
         ->capture_default_str();
     command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
-    command->add_flag("--offset", options->offset, "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
+    command->add_flag("--offset", options->offset,
+                      "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     command->add_flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
-    command->footer("Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward.\n"
-                    "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
+    command->footer(
+        "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward.\n"
+        "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         exit_code = 2;
         try {
             const io::MappedModel file(options->model);
             const model::ModelView& m = file.view();
             const std::vector<Vec3d> points = read_points(options->points);
-            const query::Layer layer = options->layer == "1"   ? query::Layer::One
-                                       : options->layer == "2" ? query::Layer::Two
-                                       : options->layer == "3" ? query::Layer::Three
+            const query::Layer layer = options->layer == "1"       ? query::Layer::One
+                                       : options->layer == "2"     ? query::Layer::Two
+                                       : options->layer == "3"     ? query::Layer::Three
                                        : options->layer == "exact" ? query::Layer::Exact
                                                                    : query::Layer::Auto;
             if (layer == query::Layer::Exact && !model::has_exact(m))
@@ -97,12 +101,14 @@ void add_query(CLI::App& app, int& exit_code)
             std::fprintf(out, "contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
             for (const Vec3d& p : points) {
                 // To model space in double: coordinates may be far from zero.
-                const query::Contact c = query::query_point(m, cast<float>((p - origin) / m.header.unit),
-                                                             {.layer = layer, .offset = options->offset, .smoothing = options->smoothing});
+                const query::Contact c =
+                    query::query_point(m, cast<float>((p - origin) / m.header.unit),
+                                       {.layer = layer, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-                    std::fprintf(out, "1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,
-                                 static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x, s.y, s.z);
+                    std::fprintf(out, "1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part,
+                                 static_cast<double>(c.depth) * m.header.unit, static_cast<double>(c.normal.x),
+                                 static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x, s.y, s.z);
                 } else {
                     std::fprintf(out, "0,-1,,,,,,,");
                 }

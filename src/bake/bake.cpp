@@ -63,7 +63,8 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
 }
 
 /// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
-CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartDomain& domain, const CentralOptions& options)
+CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartDomain& domain,
+                              const CentralOptions& options)
 {
     CentralMapData best;
     std::size_t best_bytes = 0;
@@ -157,9 +158,12 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
 std::uint16_t surface_flag(mesh::Boundary boundary)
 {
     switch (boundary) {
-        case mesh::Boundary::Buried: return model::k_buried;
-        case mesh::Boundary::Partly: return model::k_crossed;
-        case mesh::Boundary::Whole: break;
+        case mesh::Boundary::Buried:
+            return model::k_buried;
+        case mesh::Boundary::Partly:
+            return model::k_crossed;
+        case mesh::Boundary::Whole:
+            break;
     }
     return 0;
 }
@@ -221,9 +225,9 @@ void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts
 }
 
 /// Bakes every part's map and packs the model.
-model::ModelData assemble(const SurfaceContext& context, const mesh::Normalization& normalization, const mesh::Solid& solid, bool is_solid,
-                          const decompose::Partition& partition, std::vector<PartWork>& parts, const CentralOptions& central,
-                          const BakeOptions& options)
+model::ModelData assemble(const SurfaceContext& context, const mesh::Normalization& normalization, const mesh::Solid& solid,
+                          bool is_solid, const decompose::Partition& partition, std::vector<PartWork>& parts,
+                          const CentralOptions& central, const BakeOptions& options)
 {
     const mesh::Mesh& mesh = context.mesh;
     const bool is_normal = options.projection == model::Projection::Normal;
@@ -232,8 +236,11 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
         // Beside normal maps the central map carries the exact layer.
-        if (is_normal && !options.exact) part.map = {};
-        else part.map = bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+        if (is_normal && !options.exact)
+            part.map = {};
+        else
+            part.map =
+                bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
     });
     for (const PartWork& part : parts) {
         data.parts.push_back(make_part(mesh, part, data));
@@ -253,8 +260,10 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
         for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         for (const std::uint32_t v : mesh.triangles[t]) {
-            if (mesh.vertices.size() <= 0x10000) data.triangles16.push_back(static_cast<std::uint16_t>(v));
-            else data.triangles32.push_back(v);
+            if (mesh.vertices.size() <= 0x10000)
+                data.triangles16.push_back(static_cast<std::uint16_t>(v));
+            else
+                data.triangles32.push_back(v);
         }
         data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | context.flags[t]));
     }
@@ -310,8 +319,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     const mesh::Mesh mesh = model_space(input);
     const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
     std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
-    for (std::size_t t = 0; t < flags.size(); ++t)
-        flags[t] = surface_flag(solid.boundary()[t]);
+    for (std::size_t t = 0; t < flags.size(); ++t) flags[t] = surface_flag(solid.boundary()[t]);
     const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
     lap("prepare");
 
@@ -354,8 +362,8 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     lap("measure");
 
     for (const PartWork& part : parts)
-        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share, part.fit.fallback,
-                                       part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+        result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share,
+                                       part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
     result.report.partition = std::move(partition);
     return result;
 }

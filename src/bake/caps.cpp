@@ -61,7 +61,8 @@ Cuts find_cuts(const mesh::Mesh& mesh, const decompose::Partition& partition)
         std::vector<const HalfEdge*> forward, backward;
         for (std::size_t k = i; k < end; ++k) (halves[k].forward ? forward : backward).push_back(&halves[k]);
         for (std::size_t k = 0; k < std::min(forward.size(), backward.size()); ++k) {
-            const std::uint32_t f = partition.part_of_triangle[forward[k]->triangle], b = partition.part_of_triangle[backward[k]->triangle];
+            const std::uint32_t f = partition.part_of_triangle[forward[k]->triangle],
+                                b = partition.part_of_triangle[backward[k]->triangle];
             if (f < b) cuts[{f, b}].emplace_back(halves[i].lo, halves[i].hi);
             if (b < f) cuts[{b, f}].emplace_back(halves[i].hi, halves[i].lo);
         }
@@ -80,7 +81,8 @@ std::vector<Edge> junction_tree(const mesh::Mesh& mesh, const Cuts& cuts, const 
     for (std::size_t i = 0; i < junctions.size(); ++i)
         for (std::size_t j = i + 1; j < junctions.size(); ++j)
             if (networks.find(junctions[i]) == networks.find(junctions[j]))
-                candidates.emplace_back(norm_sq(mesh.vertices[junctions[i]] - mesh.vertices[junctions[j]]), Edge{junctions[i], junctions[j]});
+                candidates.emplace_back(norm_sq(mesh.vertices[junctions[i]] - mesh.vertices[junctions[j]]),
+                                        Edge{junctions[i], junctions[j]});
     std::sort(candidates.begin(), candidates.end());
     Sets trees;
     std::vector<Edge> tree;

@@ -26,15 +26,24 @@ struct Stw {
 double domain_coordinate(Vec3d x, std::size_t k)
 {
     switch (k) {
-        case 0: return x.x;
-        case 1: return x.y;
-        case 2: return x.z;
-        case 3: return x.x + x.y;
-        case 4: return x.x - x.y;
-        case 5: return x.x + x.z;
-        case 6: return x.x - x.z;
-        case 7: return x.y + x.z;
-        default: return x.y - x.z;
+        case 0:
+            return x.x;
+        case 1:
+            return x.y;
+        case 2:
+            return x.z;
+        case 3:
+            return x.x + x.y;
+        case 4:
+            return x.x - x.y;
+        case 5:
+            return x.x + x.z;
+        case 6:
+            return x.x - x.z;
+        case 7:
+            return x.y + x.z;
+        default:
+            return x.y - x.z;
     }
 }
 
@@ -58,7 +67,8 @@ void clip(Polygon& p, Value&& value)
         if (va >= 0) out.corner[static_cast<std::size_t>(out.count++)] = a;
         if ((va >= 0) != (vb >= 0)) {
             const double f = va / (va - vb);
-            out.corner[static_cast<std::size_t>(out.count++)] = {a.s + f * (b.s - a.s), a.t + f * (b.t - a.t), a.w + f * (b.w - a.w)};
+            out.corner[static_cast<std::size_t>(out.count++)] = {a.s + f * (b.s - a.s), a.t + f * (b.t - a.t),
+                                                                 a.w + f * (b.w - a.w)};
         }
         if (out.count >= k_max_corners - 2) break;
     }
@@ -189,7 +199,8 @@ private:
             if (polygon.empty()) continue;
             Polygon footprint;
             footprint.triangle = t;
-            for (const Vec3d& p : polygon) footprint.corner[static_cast<std::size_t>(footprint.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
+            for (const Vec3d& p : polygon)
+                footprint.corner[static_cast<std::size_t>(footprint.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
             polygons_[face].push_back(footprint);
         }
     }
@@ -228,14 +239,18 @@ private:
         return static_cast<std::uint16_t>(std::clamp(std::ceil(v), 0.0, 65534.0));
     }
 
-    std::uint16_t stored_sample(const RaySample& r) const { return r.valid && r.count > 0 ? encode(r.w[0]) : model::k_no_surface; }
+    std::uint16_t stored_sample(const RaySample& r) const
+    {
+        return r.valid && r.count > 0 ? encode(r.w[0]) : model::k_no_surface;
+    }
 
     /// Crossings of the ray through (s, t) with the triangles of polys, as verdict flips.
     RaySample sample(int face, double s, double t, const std::vector<Polygon>& polys) const
     {
         const int m = face >> 1;
         // A ray through an edge or corner is moved by less than a cell border; the certificates measure what is stored.
-        static constexpr double k_nudge[][2] = {{0.61e-6, 0.37e-6}, {-0.83e-6, 0.29e-6}, {0.17e-6, -0.91e-6}, {-0.41e-6, -0.67e-6}};
+        static constexpr double k_nudge[][2] = {
+            {0.61e-6, 0.37e-6}, {-0.83e-6, 0.29e-6}, {0.17e-6, -0.91e-6}, {-0.41e-6, -0.67e-6}};
         RaySample result;
         for (const auto& nudge : k_nudge) {
             Vec3d q{};
@@ -274,7 +289,8 @@ private:
         int winding = out_.centre_winding;
         for (std::size_t i = 0; i < count; ++i) {
             const int next = winding - hits[i].second;
-            if ((next > 0) != (winding > 0) && result.count < 16) result.w[static_cast<std::size_t>(result.count++)] = hits[i].first;
+            if ((next > 0) != (winding > 0) && result.count < 16)
+                result.w[static_cast<std::size_t>(result.count++)] = hits[i].first;
             winding = next;
         }
         return true;
@@ -365,7 +381,9 @@ private:
         const double extent = metric_size(face, size, w_least) / context_.r_max;
         const int sheets = corner[0].count;
         std::uint16_t cell = 0;
-        const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear ? measure_sheets(s0, t0, size, face, sheets, corner, polys) : Sheets{};
+        const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear
+                                  ? measure_sheets(s0, t0, size, face, sheets, corner, polys)
+                                  : Sheets{};
         // A band much wider than a crease makes is a hidden fold: as much a silhouette as a missing crossing.
         const bool folded = !layers.valid || layers.deviation > options_.silhouette * context_.r_max;
         const bool may_split = has_depth && extent > (folded ? options_.silhouette : options_.finest);
@@ -380,9 +398,9 @@ private:
 
     /// Bilinear surfaces through the corner crossings of a cell, with their certified deviations.
     struct Sheets {
-        bool valid = false;      ///< every surface over the cell lies in one of the disjoint bands
+        bool valid = false;  ///< every surface over the cell lies in one of the disjoint bands
         int count = 0;
-        double deviation = 0;    ///< the widest band, as a length in model units
+        double deviation = 0;  ///< the widest band, as a length in model units
         std::uint16_t stored[k_max_bilinear][4];
         std::uint16_t code[k_max_bilinear];
     };
@@ -419,7 +437,8 @@ private:
             if (out.code[j] > 255) return out;
             e[j] = std::ldexp((8.0 + (out.code[j] & 7u)) * 0.03125 * static_cast<double>(out_.w_step), out.code[j] >> 3);
             const double w = 0.25 * (c[j][0] + c[j][1] + c[j][2] + c[j][3]);
-            const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size, wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
+            const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size,
+                         wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
             out.deviation = std::max(out.deviation, metric_deviation(face, s0 + 0.5 * size, t0 + 0.5 * size, w, ws, wt, e[j]));
         }
         for (int j = 0; j + 1 < sheets; ++j)
@@ -447,15 +466,16 @@ private:
         return true;
     }
 
-    bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys, const RaySample corner[4],
-                    std::uint16_t& cell)
+    bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
+                    const RaySample corner[4], std::uint16_t& cell)
     {
         std::uint16_t payload = 0;
         if (!add_special(0, payload)) return false;
         const double half = 0.5 * size;
         RaySample rays[9];
         for (int i = 0; i < 9; ++i)
-            rays[i] = i % 2 == 0 && i != 4 ? corner[i % 3 / 2 + 2 * (i / 6)] : sample(face, s0 + half * (i % 3), t0 + half * (i / 3), polys);
+            rays[i] = i % 2 == 0 && i != 4 ? corner[i % 3 / 2 + 2 * (i / 6)]
+                                           : sample(face, s0 + half * (i % 3), t0 + half * (i / 3), polys);
         std::uint16_t children[4];
         for (int q = 0; q < 4; ++q) {
             const double s = s0 + half * (q & 1), t = t0 + half * (q >> 1);
@@ -488,7 +508,8 @@ private:
             }
         }
         // A middle ray whose point beyond the band lies in the chart's domain tells the verdict there.
-        static constexpr double k_rays[][2] = {{.5, .5}, {.25, .25}, {.75, .75}, {.25, .75}, {.75, .25}, {.05, .05}, {.95, .95}, {.05, .95}, {.95, .05}};
+        static constexpr double k_rays[][2] = {{.5, .5},   {.25, .25}, {.75, .75}, {.25, .75}, {.75, .25},
+                                               {.05, .05}, {.95, .95}, {.05, .95}, {.95, .05}};
         RaySample chosen;
         double cs = s0 + 0.5 * size, ct = t0 + 0.5 * size;
         bool found = false;
@@ -624,7 +645,8 @@ private:
     {
         if (local_index_.empty()) local_index_.assign(context_.mesh.triangles.size(), 0xffffffffu);
         if (local_index_[triangle] == 0xffffffffu) {
-            if (out_.locals.size() >= model::k_split_list) throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
+            if (out_.locals.size() >= model::k_split_list)
+                throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
             local_index_[triangle] = static_cast<std::uint32_t>(out_.locals.size());
             out_.locals.push_back(triangle);
         }
@@ -649,7 +671,8 @@ private:
                         const int r = row - (q >> 1), c = column - (q & 1);
                         if (r < 0 || c < 0 || r >= n || c >= n) continue;
                         for (const Polygon& p : bins[static_cast<std::size_t>(r * n + c)])
-                            if (std::none_of(polys.begin(), polys.end(), [&](const Polygon& o) { return o.triangle == p.triangle; }))
+                            if (std::none_of(polys.begin(), polys.end(),
+                                             [&](const Polygon& o) { return o.triangle == p.triangle; }))
                                 polys.push_back(p);
                     }
                     rays.push_back(sample(face, -1 + size * column, -1 + size * row, polys));
@@ -664,7 +687,8 @@ private:
                     const RaySample* r = rays.data() + row * (n + 1) + column;
                     const RaySample corner[4] = {r[0], r[1], r[n + 1], r[n + 2]};
                     out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
-                    model::Block& block = pyramid[static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block)];
+                    model::Block& block =
+                        pyramid[static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block)];
                     for (const Polygon& p : polys) {
                         if (buried(p.triangle) || own_[p.triangle] == 0) continue;
                         for (int i = 0; i < p.count; ++i) {
@@ -747,7 +771,9 @@ private:
         }
         out_.offset_step = static_cast<float>(largest / 255 * (1 + 1e-6));
         for (const double v : delta)
-            out_.offsets.push_back(out_.offset_step > 0 ? static_cast<std::uint8_t>(std::min(std::ceil(v / static_cast<double>(out_.offset_step)), 255.0)) : std::uint8_t{0});
+            out_.offsets.push_back(out_.offset_step > 0 ? static_cast<std::uint8_t>(std::min(
+                                                              std::ceil(v / static_cast<double>(out_.offset_step)), 255.0))
+                                                        : std::uint8_t{0});
     }
 
     /// The map convolved with a binomial kernel on each face, less the map. Rays without surface take no part.
@@ -775,7 +801,9 @@ private:
                 }
         out_.smoothing_step = static_cast<float>(largest / 127 * (1 + 1e-6));
         for (const double v : change)
-            out_.smoothing.push_back(out_.smoothing_step > 0 ? static_cast<std::int8_t>(std::lround(std::clamp(v / static_cast<double>(out_.smoothing_step), -127.0, 127.0))) : std::int8_t{0});
+            out_.smoothing.push_back(out_.smoothing_step > 0 ? static_cast<std::int8_t>(std::lround(std::clamp(
+                                                                   v / static_cast<double>(out_.smoothing_step), -127.0, 127.0)))
+                                                             : std::int8_t{0});
     }
 
     void push_start()
@@ -914,8 +942,8 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
 }
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
-                                std::uint32_t base, const CentralOptions& options)
+                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles, std::uint32_t base,
+                                const CentralOptions& options)
 {
     return Baker(context, superquadric, centre, domain, own_triangles, base, options).run();
 }

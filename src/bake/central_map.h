@@ -13,9 +13,9 @@ namespace sqmap::bake {
 
 /// What the parts of a model share.
 struct SurfaceContext {
-    const mesh::Mesh& mesh;               ///< model space, every coordinate representable as float
+    const mesh::Mesh& mesh;  ///< model space, every coordinate representable as float
     const mesh::Bvh& bvh;
-    std::span<const std::uint16_t> flags; ///< #triangles: model::SurfaceFlag bits
+    std::span<const std::uint16_t> flags;  ///< #triangles: model::SurfaceFlag bits
     double r_max;
 };
 
@@ -26,8 +26,8 @@ struct CentralOptions {
     double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
     int max_depth = model::k_max_split_depth;
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split
-    double offset_constant = 1.5;      ///< a_N of eq. 12
-    int smoothing_radius = 1;          ///< of the binomial kernel that smooths the map, in base samples
+    double offset_constant = 1.5;   ///< a_N of eq. 12
+    int smoothing_radius = 1;       ///< of the binomial kernel that smooths the map, in base samples
     bool exact = true;
 };
 
@@ -55,12 +55,13 @@ struct CentralMapData {
     std::vector<std::uint32_t> rows;
     std::vector<std::uint16_t> starts, refs;
     std::vector<std::uint32_t> locals;
-    double quantisation = 0;       ///< largest radius error of 16-bit storage, model units
-    std::uint32_t rough_cells = 0; ///< leaves that stayed above their tolerance
+    double quantisation = 0;        ///< largest radius error of 16-bit storage, model units
+    std::uint32_t rough_cells = 0;  ///< leaves that stayed above their tolerance
 
     std::size_t map_bytes() const
     {
-        return 2 * (samples.size() + cells.size() + pool.size()) + offsets.size() + smoothing.size() + 4 * (blocks.size() + specials.size());
+        return 2 * (samples.size() + cells.size() + pool.size()) + offsets.size() + smoothing.size() +
+               4 * (blocks.size() + specials.size());
     }
     std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };
@@ -74,9 +75,11 @@ struct CentralMapData {
 /// The smallest domain that holds the points and the centre, and a hair more.
 [[nodiscard]] ChartDomain chart_domain(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
 
-/// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the solid that is its.
-[[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                              const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
-                                              std::uint32_t base, const CentralOptions& options);
+/// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the
+/// solid that is its.
+[[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric,
+                                              Vec3f centre, const ChartDomain& domain,
+                                              std::span<const std::uint32_t> own_triangles, std::uint32_t base,
+                                              const CentralOptions& options);
 
 }  // namespace sqmap::bake

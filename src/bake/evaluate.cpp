@@ -48,7 +48,8 @@ Distribution summarize(std::vector<double> values)
 bool in_chart(const model::Part& part, Vec3f p)
 {
     const Vec3f d = p - model::vec3(part.chart_centre);
-    const Vec3f x{dot(model::vec3(part.chart_rows), d), dot(model::vec3(part.chart_rows + 3), d), dot(model::vec3(part.chart_rows + 6), d)};
+    const Vec3f x{dot(model::vec3(part.chart_rows), d), dot(model::vec3(part.chart_rows + 3), d),
+                  dot(model::vec3(part.chart_rows + 6), d)};
     const float v[9] = {x.x, x.y, x.z, x.x + x.y, x.x - x.y, x.x + x.z, x.x - x.z, x.y + x.z, x.y - x.z};
     for (int i = 0; i < 9; ++i)
         if (v[i] < part.chart_lo[i] || v[i] > part.chart_hi[i]) return false;
@@ -85,12 +86,14 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
 }
 
 /// Eq. 35 for the paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal.
-bool error_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p, query::Layer layer, double& error)
+bool error_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p, query::Layer layer,
+                        double& error)
 {
     query::ProjectionOptions options;
     options.layer = layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
     const query::PartAnswer answer = query::project(model::normal_map_of(model, part), p, options);
-    constexpr unsigned k_no_distance = query::k_projection_cap | query::k_projection_miss | query::k_projection_behind | query::k_projection_unproven;
+    constexpr unsigned k_no_distance =
+        query::k_projection_cap | query::k_projection_miss | query::k_projection_behind | query::k_projection_unproven;
     if (answer.verdict == query::Verdict::Outside || (answer.flags & k_no_distance) != 0) return false;
     // From a little outside, so that a surface that touches the superquadric is met.
     const double lift = 1e-5 * model.header.r_max;
@@ -205,7 +208,8 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             ++e.certain;
             e.certain_wrong += inside != c.contact && beyond_rounding ? 1u : 0u;
             for (const query::Layer layer : {query::Layer::Two, query::Layer::Three})
-                if (query::Contact other = query::query_point(model, p, layer); other.certain && other.contact != c.contact) ++e.contradictions;
+                if (query::Contact other = query::query_point(model, p, layer); other.certain && other.contact != c.contact)
+                    ++e.contradictions;
         }
         if (inside && beyond_rounding && !query::query_point(model, p, query::Layer::One).contact) ++e.layer1_missed;
         if (inside && c.contact) {
@@ -223,8 +227,10 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             ++in_some;
             if (is_normal) {
                 double error = 0;
-                if (error_along_normal(model, i, solid, p, options.layer, error)) eq35.push_back(100 * error / r_max);
-                else ++left_out;
+                if (error_along_normal(model, i, solid, p, options.layer, error))
+                    eq35.push_back(100 * error / r_max);
+                else
+                    ++left_out;
                 break;
             }
             double exact = 0;
@@ -233,9 +239,12 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             // Where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
             const Vec3d along = normalized(q - cast<double>(model::vec3(model.parts[i].chart_centre)));
             const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
-            const bool has_map = has_exact && query::distance_along_projection(model, i, cast<float>(q + exact * along), layer, mapped);
-            if (has_map) eq35.push_back(100 * std::abs(static_cast<double>(mapped)) / r_max);
-            else ++left_out;
+            const bool has_map =
+                has_exact && query::distance_along_projection(model, i, cast<float>(q + exact * along), layer, mapped);
+            if (has_map)
+                eq35.push_back(100 * std::abs(static_cast<double>(mapped)) / r_max);
+            else
+                ++left_out;
             break;
         }
     }

@@ -82,8 +82,7 @@ std::optional<MapRays::Hit> MapRays::first_hit(Vec3d origin, Vec3d direction, do
     return Hit{agree ? fine : coarse, r.hit.primID, along < 0};
 }
 
-MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to, double lift,
-                                        std::vector<Gap>* gaps) const
+MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to, double lift, std::vector<Gap>* gaps) const
 {
     constexpr int k_most_crossings = 64;
     constexpr double k_far = 1e6, k_step = 2e-6;

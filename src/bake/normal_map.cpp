@@ -215,7 +215,8 @@ std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride
     double spacing = 0;
     for (int i = 1; i + 1 < rows; ++i)
         for (int j = 0; j < columns; ++j)
-            spacing += 0.5 * (norm(points[index(i, j)] - points[index(i, j + 1)]) + norm(points[index(i, j)] - points[index(i + 1, j)]));
+            spacing +=
+                0.5 * (norm(points[index(i, j)] - points[index(i, j + 1)]) + norm(points[index(i, j)] - points[index(i + 1, j)]));
     spacing /= static_cast<double>((rows - 2) * columns);
     const auto gradient = [&](int i, int j) {
         double sum = 0;
@@ -445,7 +446,8 @@ void make_seeds(const Superquadricd& sq, NormalMap& map)
                     if (norm_sq(points[k] - q) < norm_sq(points[best] - q)) best = k;
                 const int i = static_cast<int>(best) / grid.columns, j = static_cast<int>(best) % grid.columns;
                 const auto code = [](double share) { return static_cast<std::uint8_t>(std::clamp(share * 256, 0.0, 255.0)); };
-                map.seeds.push_back({code(static_cast<double>(i) / (grid.rows - 1)), code(static_cast<double>(j) / grid.columns)});
+                map.seeds.push_back(
+                    {code(static_cast<double>(i) / (grid.rows - 1)), code(static_cast<double>(j) / grid.columns)});
             }
 }
 
@@ -480,9 +482,9 @@ NormalMapView NormalMap::view() const
 
 std::size_t NormalMap::stored_bytes() const
 {
-    return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() + offset.size() +
-           4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() +
-           4 * gap_rows.size() + sizeof(model::MapGap) * gaps.size() + sizeof(FootSeed) * seeds.size();
+    return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() +
+           offset.size() + 4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + 4 * gap_rows.size() +
+           sizeof(model::MapGap) * gaps.size() + sizeof(FootSeed) * seeds.size();
 }
 
 NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
@@ -533,13 +535,15 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
                 map.report.quantization_error = std::max(map.report.quantization_error, std::abs(code * scale - s.distance));
                 normal = query::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
             }
-            (s.kind == Kind::Hit ? map.report.hit_share : (s.kind == Kind::Cap ? map.report.cap_share : map.report.miss_share)) += share;
+            (s.kind == Kind::Hit ? map.report.hit_share : (s.kind == Kind::Cap ? map.report.cap_share : map.report.miss_share)) +=
+                share;
             map.distance.push_back(code);
             map.normal.push_back(normal);
         }
     map.quantization_error = static_cast<float>(map.report.quantization_error);
     map.cuts.assign((grid.samples.size() + 3) / 4, 0);
-    for (std::size_t k = 0; k < cuts.size(); ++k) map.cuts[k / 4] = static_cast<std::uint8_t>(map.cuts[k / 4] | cuts[k] << (2 * (k % 4)));
+    for (std::size_t k = 0; k < cuts.size(); ++k)
+        map.cuts[k / 4] = static_cast<std::uint8_t>(map.cuts[k / 4] | cuts[k] << (2 * (k % 4)));
 
     const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options.offset_constant);
     const double largest_delta = *std::max_element(delta.begin(), delta.end());
@@ -548,8 +552,7 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
         map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
 
     map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());
-    if (options.corrections)
-        add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);
+    if (options.corrections) add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);
     if (options.gaps) add_gaps(caster, grid, map);
     map.report.q2_share = q2_share(caster, map.view(), triangles);
     return map;

@@ -82,7 +82,8 @@ std::vector<PartWork> update(const SurfaceContext& context, const decompose::Par
         std::vector<const PartWork*> same;
         for (const PartWork& o : history)
             if (o.triangles == triangles[i]) same.push_back(&o);
-        std::stable_sort(same.begin(), same.end(), [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
+        std::stable_sort(same.begin(), same.end(),
+                         [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
         for (const PartWork* o : same) {
             if (o->caps == caps[i]) {
                 part = *o;
@@ -127,7 +128,8 @@ std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::
     return update(context, partition, history, options);
 }
 
-void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts, const BakeOptions& options)
+void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts,
+                  const BakeOptions& options)
 {
     double all_area = 0, all_volume = 0;
     for (const PartWork& part : parts) {
@@ -157,14 +159,16 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
             }
         }
         if (worst == parts.size()) break;
-        const decompose::Split split = decompose::split_part(context.mesh, partition, static_cast<std::uint32_t>(worst), options.decompose);
+        const decompose::Split split =
+            decompose::split_part(context.mesh, partition, static_cast<std::uint32_t>(worst), options.decompose);
         bool kept = false;
         if (split.found && split.partition.part_count <= options.max_parts) {
             std::vector<PartWork> next = update(context, split.partition, history, options);
             // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
             const double limit = std::max(options.max_looseness, 1.2 * loose(parts[worst]));
             const bool slivers = std::any_of(next.begin(), next.end(), [&](const PartWork& p) {
-                return loose(p) > limit && std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p.triangles; });
+                return loose(p) > limit &&
+                       std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p.triangles; });
             });
             if (!slivers && total(next) < total(parts) - options.split_gain * worst_cost) {
                 partition = split.partition;

@@ -11,10 +11,12 @@
 namespace sqmap::bake {
 
 /// Fits every part of a partition, caps included.
-[[nodiscard]] std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition, const BakeOptions& options);
+[[nodiscard]] std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition,
+                                              const BakeOptions& options);
 
 /// Splits the part that is served worst while that pays, up to options.max_parts, then undoes cuts of its own kind that
 /// one superquadric serves as well. Cuts that passed a test of section 3 stay. Changes partition and parts together.
-void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts, const BakeOptions& options);
+void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts,
+                  const BakeOptions& options);
 
 }  // namespace sqmap::bake

@@ -20,7 +20,8 @@ std::vector<double> gaussian_curvature(const mesh::Mesh& mesh, const mesh::DualG
         area[t] = mesh::triangle_area(mesh, t);
         centre[t] = mesh::triangle_centroid(mesh, t);
         for (int i = 0; i < 3; ++i) {
-            const Vec3d p = mesh.vertices[tri[i]], a = mesh.vertices[tri[(i + 1) % 3]] - p, b = mesh.vertices[tri[(i + 2) % 3]] - p;
+            const Vec3d p = mesh.vertices[tri[i]], a = mesh.vertices[tri[(i + 1) % 3]] - p,
+                        b = mesh.vertices[tri[(i + 2) % 3]] - p;
             deficit[tri[i]] -= std::atan2(norm(cross(a, b)), dot(a, b));
             around[tri[i]] += area[t];
         }
@@ -28,7 +29,8 @@ std::vector<double> gaussian_curvature(const mesh::Mesh& mesh, const mesh::DualG
     // A border vertex has no spherical image of its own: its deficit is the border's turning.
     for (std::uint32_t t = 0; t < n; ++t)
         for (int e = 0; e < 3; ++e)
-            if (graph.neighbours[t][e] == mesh::k_no_triangle) deficit[mesh.triangles[t][e]] = deficit[mesh.triangles[t][(e + 1) % 3]] = 0;
+            if (graph.neighbours[t][e] == mesh::k_no_triangle)
+                deficit[mesh.triangles[t][e]] = deficit[mesh.triangles[t][(e + 1) % 3]] = 0;
 
     std::vector<double> image(n, 0.0);
     for (std::uint32_t t = 0; t < n; ++t)

@@ -126,8 +126,7 @@ std::vector<std::uint8_t> best_cut(const CutSurface& s, std::span<const std::uin
     constexpr std::uint32_t k_outside = mesh::k_no_triangle, k_source = 0, k_sink = 1;
     std::vector<std::uint32_t> node(s.mesh.triangles.size(), k_outside);
     std::uint32_t count = 2;
-    for (const auto t : triangles)
-        node[t] = field[t] <= level - band ? k_source : (field[t] >= level + band ? k_sink : count++);
+    for (const auto t : triangles) node[t] = field[t] <= level - band ? k_source : (field[t] >= level + band ? k_sink : count++);
     MaximumFlow flow(count);
     double longest = 0;
     for (const auto t : triangles) {
@@ -147,7 +146,8 @@ std::vector<std::uint8_t> best_cut(const CutSurface& s, std::span<const std::uin
     return side;
 }
 
-double mean_concavity(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double radius)
+double mean_concavity(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near,
+                      double radius)
 {
     std::vector<std::uint8_t> side(s.area.size(), 2);
     for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
@@ -198,7 +198,8 @@ double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> t
     for (const auto t : triangles)
         for (const auto v : mesh.triangles[t]) {
             const Vec3d p = mesh.vertices[v] - mean;
-            const double m = i00 * p.x * p.x + i11 * p.y * p.y + i22 * p.z * p.z + 2 * (i01 * p.x * p.y + i02 * p.x * p.z + i12 * p.y * p.z);
+            const double m =
+                i00 * p.x * p.x + i11 * p.y * p.y + i22 * p.z * p.z + 2 * (i01 * p.x * p.y + i02 * p.x * p.z + i12 * p.y * p.z);
             farthest = std::max(farthest, m);
         }
     return std::sqrt(det) * std::pow(farthest / det, 1.5);

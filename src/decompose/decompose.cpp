@@ -36,11 +36,13 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
     const auto reach = std::max<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(std::lround(radius / l.width)));
     const double distance = static_cast<double>(reach) * l.width;
     const double here = l.mean_radius(k - 1, k + 1);
-    return {(here - l.mean_radius(k - reach - 1, k - reach + 1)) / distance, (l.mean_radius(k + reach - 1, k + reach + 1) - here) / distance};
+    return {(here - l.mean_radius(k - reach - 1, k - reach + 1)) / distance,
+            (l.mean_radius(k + reach - 1, k + reach + 1) - here) / distance};
 }
 
 // The locale where a protruding part meets the rest of the body.
-LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area, const DecomposeOptions& o)
+LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area,
+                      const DecomposeOptions& o)
 {
     std::vector<LocaleCut> rises;
     double inside = 0;
@@ -50,7 +52,9 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
         const double level = l.width * static_cast<double>(k);
         const double radius = l.mean_radius(at - 2, at);
         if (inside > 0.5 * part_area) break;
-        if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius || (height > 0 && level < radius)) continue;
+        if (level <= least_level || inside < least_area || height + level < o.protrusion_ratio * radius ||
+            (height > 0 && level < radius))
+            continue;
         const Growth g = growth_at(l, at, radius);
         const double strength = g.after - std::max(g.before, -o.boundary_strength);
         if (g.after > 0.5 * o.boundary_strength && strength > o.boundary_strength)
@@ -72,8 +76,13 @@ LocaleCut salient_cut(const Locales& l, double part_area, double height, double 
 class Decomposer {
 public:
     Decomposer(const mesh::Mesh& mesh, const DecomposeOptions& options)
-        : mesh_(mesh), options_(options), surface_(mesh), geodesics_(mesh), root_area_(std::sqrt(surface_.total_area)),
-          least_area_(options.minimum_part_area * surface_.total_area), width_(options.locale_width * root_area_)
+        : mesh_(mesh),
+          options_(options),
+          surface_(mesh),
+          geodesics_(mesh),
+          root_area_(std::sqrt(surface_.total_area)),
+          least_area_(options.minimum_part_area * surface_.total_area),
+          width_(options.locale_width * root_area_)
     {
     }
 
@@ -85,7 +94,8 @@ public:
         out.curvature = gaussian_curvature(mesh_, surface_.graph, options_.curvature_window, surface_.total_area / 8000);
         curvature_ = out.curvature;
         partition_ = components(surface_);
-        for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_, options_.salient_window * root_area_, options_.salient_prominence))
+        for (const auto v :
+             salient_vertices(mesh_, geodesics_, protrusion_, options_.salient_window * root_area_, options_.salient_prominence))
             out.salient_vertices.push_back(v);
         cut_salient(out.salient_vertices);
         cut_bends();
@@ -100,9 +110,9 @@ private:
     struct Front {
         std::vector<std::uint32_t> sources;  // vertices
         std::vector<std::uint32_t> ahead;    // triangles at the sources, on the side where it goes on
-        double height = 0;  // geodesic height of what was cut off before
-        double least_level = 0;  // cuts up to here were tried in vain
-        LocaleCut cut{};         // the cut that waits
+        double height = 0;                   // geodesic height of what was cut off before
+        double least_level = 0;              // cuts up to here were tried in vain
+        LocaleCut cut{};                     // the cut that waits
     };
 
     LocaleCut locale_cut(const Front& front, std::vector<std::uint32_t>& triangles, std::vector<double>& field)
@@ -110,7 +120,8 @@ private:
         const std::uint32_t part = main_part(front.ahead);
         triangles = triangles_of(partition_, part);
         geodesics_.run(front.sources, field, k_unreached, partition_.part_of_triangle, part);
-        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height, front.least_level, least_area_, options_);
+        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height,
+                           front.least_level, least_area_, options_);
     }
 
     // The part that has most of the area of some triangles.
@@ -164,7 +175,8 @@ private:
             auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
             // A locale that meets a slanted crease only in part: once more around the cut itself, kept if it is a better crease.
             if (auto again = around_cut(triangles, near, 0.7 * cut.radius, cut.radius);
-                mean_concavity(surface_, triangles, again, cut.radius) > mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
+                mean_concavity(surface_, triangles, again, cut.radius) >
+                mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
                 near = std::move(again);
             const double concave = mean_concavity(surface_, triangles, near, cut.radius);
             if (concave < options_.boundary_concavity)  // nothing to hold on to: stay at the locale
@@ -193,7 +205,9 @@ private:
             for (const auto t : triangles)
                 for (int e = 0; e < 3; ++e) {
                     const std::uint32_t o = surface_.graph.neighbours[t][e];
-                    if (partition_.part_of_triangle[t] != body || o == mesh::k_no_triangle || partition_.part_of_triangle[o] != piece) continue;
+                    if (partition_.part_of_triangle[t] != body || o == mesh::k_no_triangle ||
+                        partition_.part_of_triangle[o] != piece)
+                        continue;
                     rim.sources.push_back(mesh_.triangles[t][e]);
                     rim.sources.push_back(mesh_.triangles[t][(e + 1) % 3]);
                     rim.ahead.push_back(t);
@@ -205,7 +219,8 @@ private:
     }
 
     // The best cut within a geodesic band around a cut.
-    std::vector<std::uint8_t> around_cut(std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near, double band, double radius)
+    std::vector<std::uint8_t> around_cut(std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near,
+                                         double band, double radius)
     {
         std::vector<std::uint8_t> side(surface_.area.size(), 2);
         for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
@@ -219,7 +234,8 @@ private:
             }
         if (sources.empty()) return near;
         std::vector<double> distance;
-        geodesics_.run(sources, distance, k_unreached, partition_.part_of_triangle, partition_.part_of_triangle[triangles.front()]);
+        geodesics_.run(sources, distance, k_unreached, partition_.part_of_triangle,
+                       partition_.part_of_triangle[triangles.front()]);
         auto field = at_triangles(mesh_, distance);
         for (std::size_t i = 0; i < triangles.size(); ++i)
             if (near[i]) field[triangles[i]] *= -1;
@@ -273,7 +289,8 @@ private:
         if (part_area < 2 * least_area_) return false;
         const auto rims = rims_of(part, triangles);
         if (rims.size() > 2) return false;
-        const std::vector<std::uint32_t> sources = rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{most_protruding(triangles)};
+        const std::vector<std::uint32_t> sources =
+            rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{most_protruding(triangles)};
         std::vector<double> field;
         geodesics_.run(sources, field, k_unreached, partition_.part_of_triangle, part);
         if (rims.size() == 2) {  // between two rims, locales turn from the one into the other
@@ -281,7 +298,8 @@ private:
             geodesics_.run(rims[1], other, k_unreached, partition_.part_of_triangle, part);
             double length = 0;
             for (const auto v : rims[1]) length += field[v] / static_cast<double>(rims[1].size());
-            for (const auto v : geodesics_.reached()) field[v] = field[v] + other[v] > 0 ? length * field[v] / (field[v] + other[v]) : 0;
+            for (const auto v : geodesics_.reached())
+                field[v] = field[v] + other[v] > 0 ? length * field[v] / (field[v] + other[v]) : 0;
         }
         const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
         const auto hyperbolic = [&](std::size_t k) { return l.hyperbolic_area[k] > options_.hyperbolic_share * l.area[k]; };
@@ -335,7 +353,8 @@ private:
             std::uint32_t fragment = n;
             double worst = options_.fragment_roundness;
             for (std::uint32_t p = 0; p < n; ++p)
-                if (const double round = 4 * std::numbers::pi * area[p] / (border[p] * border[p]); border[p] > 0 && round < worst) {
+                if (const double round = 4 * std::numbers::pi * area[p] / (border[p] * border[p]);
+                    border[p] > 0 && round < worst) {
                     // A body that many parts grow from has a long border too.
                     const auto larger = [&](const Boundary& b) {
                         return (b.part_a == p && area[b.part_b] > area[p]) || (b.part_b == p && area[b.part_a] > area[p]);

@@ -32,7 +32,8 @@ double update(Vec3d a, Vec3d b, Vec3d c, double da, double db)
 
 }  // namespace
 
-GeodesicSolver::GeodesicSolver(const mesh::Mesh& mesh) : mesh_(mesh), first_(mesh.vertices.size() + 1, 0), done_(mesh.vertices.size(), 0)
+GeodesicSolver::GeodesicSolver(const mesh::Mesh& mesh)
+    : mesh_(mesh), first_(mesh.vertices.size() + 1, 0), done_(mesh.vertices.size(), 0)
 {
     for (const mesh::Triangle& t : mesh.triangles)
         for (const auto v : t) ++first_[v + 1];

@@ -22,7 +22,8 @@ Kinds kinds_of(const Partition& partition)
 
 // Boundaries from the labels; former[l] is the label that l had before, and a boundary inside a former label is of the
 // new kind. A boundary that stood for several reasons keeps the strongest.
-void rebuild(const CutSurface& s, Partition& partition, const Kinds& kinds, const std::vector<std::vector<std::uint32_t>>& former, CutKind kind)
+void rebuild(const CutSurface& s, Partition& partition, const Kinds& kinds, const std::vector<std::vector<std::uint32_t>>& former,
+             CutKind kind)
 {
     std::map<Pair, double> length;
     for (std::uint32_t t = 0; t < s.area.size(); ++t)
@@ -160,7 +161,8 @@ void order_by_area(const CutSurface& s, Partition& partition)
     for (std::uint32_t t = static_cast<std::uint32_t>(s.area.size()); t-- > 0;) first[partition.part_of_triangle[t]] = t;
     std::vector<std::uint32_t> order(partition.part_count), rank(partition.part_count);
     std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return area[a] != area[b] ? area[a] > area[b] : first[a] < first[b]; });
+    std::sort(order.begin(), order.end(),
+              [&](auto a, auto b) { return area[a] != area[b] ? area[a] > area[b] : first[a] < first[b]; });
     for (std::uint32_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
     for (auto& l : partition.part_of_triangle) l = rank[l];
     for (Boundary& b : partition.boundaries) {

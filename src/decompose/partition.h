@@ -18,7 +18,8 @@ namespace sqmap::decompose {
 /// least_area go to the piece around them. The piece with the largest area keeps the label, others get new ones.
 /// Returns the number of pieces (1: nothing was cut, the partition is unchanged).
 std::uint32_t apply_cut(const CutSurface& surface, Partition& partition, std::uint32_t part,
-                        std::span<const std::uint32_t> triangles, std::vector<std::uint8_t> near, CutKind kind, double least_area);
+                        std::span<const std::uint32_t> triangles, std::vector<std::uint8_t> near, CutKind kind,
+                        double least_area);
 
 /// Joins b to a; the last label moves into the gap.
 void apply_merge(const CutSurface& surface, Partition& partition, std::uint32_t a, std::uint32_t b);

@@ -16,13 +16,14 @@ namespace sqmap::decompose {
 
 /// Vertices that are salient: local maxima of p, greatest within their geodesic window (eq. 5) and prominent enough.
 [[nodiscard]] std::vector<std::uint32_t> salient_vertices(const mesh::Mesh& mesh, GeodesicSolver& geodesics,
-                                                          const std::vector<double>& protrusion, double window, double prominence);
+                                                          const std::vector<double>& protrusion, double window,
+                                                          double prominence);
 
 /// Locales of a part from a salient feature: bands of equal geodesic width.
 struct Locales {
-    double width = 0;                    ///< geodesic width of a band
-    std::vector<double> area;            ///< area of each band
-    std::vector<double> hyperbolic_area;  ///< of its points with negative curvature
+    double width = 0;                          ///< geodesic width of a band
+    std::vector<double> area;                  ///< area of each band
+    std::vector<double> hyperbolic_area;       ///< of its points with negative curvature
     std::vector<double> hyperbolic_curvature;  ///< their mean curvature (area-weighted), <= 0
     std::vector<double> elliptic_curvature;    ///< integral of the positive curvature
 

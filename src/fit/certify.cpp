@@ -90,7 +90,10 @@ Vec3d interpolation_error(const shape::Superquadricd& sq, const std::array<Vec3d
     return {taper(0, sq.taper_x), taper(1, sq.taper_y), s.deviation.z};
 }
 
-double norm_of(const shape::Superquadricd& sq, Vec3d u) { return std::sqrt(shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u)); }
+double norm_of(const shape::Superquadricd& sq, Vec3d u)
+{
+    return std::sqrt(shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u));
+}
 
 /// Bounds of f over triangles: upper is proven, lower is a value that f takes.
 struct Range {

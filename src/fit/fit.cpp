@@ -80,7 +80,8 @@ Mat3d principal_frame(std::span<const Corners> triangles, Vec3d origin)
     for (int i = 0; i < 3; ++i) frame.row[i] = {axes(0, 2 - i), axes(1, 2 - i), axes(2, 2 - i)};
     for (int i = 0; i < 2; ++i) {  // an eigenvector's sign means nothing: make it the same on every machine
         const Vec3d v = frame.row[i];
-        const double largest = std::abs(v.x) >= std::abs(v.y) && std::abs(v.x) >= std::abs(v.z) ? v.x : (std::abs(v.y) >= std::abs(v.z) ? v.y : v.z);
+        const double largest =
+            std::abs(v.x) >= std::abs(v.y) && std::abs(v.x) >= std::abs(v.z) ? v.x : (std::abs(v.y) >= std::abs(v.z) ? v.y : v.z);
         if (largest < 0) frame.row[i] = -v;
     }
     frame.row[2] = cross(frame.row[0], frame.row[1]);
@@ -108,7 +109,8 @@ std::vector<Sample> sample(std::span<const Corners> triangles, int count)
             v = v + 0.5698402909980532 - (v + 0.5698402909980532 >= 1);
             const bool fold = u + v > 1;
             const double b1 = fold ? 1 - u : u, b2 = fold ? 1 - v : v;
-            samples.push_back({triangles[at][0] + b1 * (triangles[at][1] - triangles[at][0]) + b2 * (triangles[at][2] - triangles[at][0]), 1});
+            samples.push_back(
+                {triangles[at][0] + b1 * (triangles[at][1] - triangles[at][0]) + b2 * (triangles[at][2] - triangles[at][0]), 1});
         }
     }
     for (Sample& s : samples) s.weight = 1 / std::sqrt(static_cast<double>(samples.size()));
@@ -169,11 +171,13 @@ void add_inner_points(const Corners& t, Vec3d middle, double size, std::vector<V
                 points.push_back((t[0] + (double(i) / n) * (t[1] - t[0]) + (double(j) / n) * (t[2] - t[0]) - middle) / size);
 }
 
-Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Corners> caps, const FitOptions& options)
+Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Corners> caps,
+             const FitOptions& options)
 {
     Part part;
     for (const std::uint32_t t : triangles)
-        part.triangles.push_back({mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]], mesh.vertices[mesh.triangles[t][2]]});
+        part.triangles.push_back(
+            {mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]], mesh.vertices[mesh.triangles[t][2]]});
     const std::size_t surface = part.triangles.size();
     part.triangles.insert(part.triangles.end(), caps.begin(), caps.end());
 
@@ -209,7 +213,8 @@ Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, s
     part.extreme = part.points.size() > 200 ? extreme_points(part.points, part.frame, half, 200) : part.points;
     part.extreme_inner = part.extreme;
     const std::size_t inner = part.points_inner.size() - part.points.size(), step = 1 + inner / 80;
-    for (std::size_t i = part.points.size(); i < part.points_inner.size(); i += step) part.extreme_inner.push_back(part.points_inner[i]);
+    for (std::size_t i = part.points.size(); i < part.points_inner.size(); i += step)
+        part.extreme_inner.push_back(part.points_inner[i]);
     const std::size_t thin = 1 + part.points_inner.size() / 500;
     for (std::size_t i = 0; i < part.points_inner.size(); i += thin) part.check.push_back(part.points_inner[i]);
     return part;
@@ -310,8 +315,8 @@ struct DataFit {
 
 /// Eq. 3 from one start.
 template <int N>
-DataFit fit_data(const Part& part, const Superquadricd& start, std::span<const Sample> samples, const FitOptions& options, int iterations,
-                 int& spent)
+DataFit fit_data(const Part& part, const Superquadricd& start, std::span<const Sample> samples, const FitOptions& options,
+                 int iterations, int& spent)
 {
     Chart chart = chart_of(part, options);
     typename ceres::TinySolver<DataTerm<N>>::Parameters t;
@@ -493,7 +498,8 @@ double radial_rms(const Part& part, Superquadricd sq)
 
 /// Eq. 3 on the samples: a few steps from each start on a part of them, then the best `finalists` on all.
 template <int N>
-DataFit fit_data_from(const Part& part, std::span<const Superquadricd> starts, const FitOptions& options, std::size_t finalists, int& spent)
+DataFit fit_data_from(const Part& part, std::span<const Superquadricd> starts, const FitOptions& options, std::size_t finalists,
+                      int& spent)
 {
     std::vector<Sample> few;
     for (std::size_t i = 0; i < part.samples.size(); i += 1 + part.samples.size() / 64) few.push_back(part.samples[i]);
@@ -544,12 +550,14 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     std::vector<Candidate> ranked;  // each pays for what it adds to those before
     const auto consider = [&](const Candidate& c, double gain) {
         const double limit = ranked.empty() ? plain_bound.volume : ranked.back().volume;
-        if (c.volume < (1 - gain) * limit && !overhangs(c.sq, part.points, part.least_a, 1.1 * options.max_overhang)) ranked.push_back(c);
+        if (c.volume < (1 - gain) * limit && !overhangs(c.sq, part.points, part.least_a, 1.1 * options.max_overhang))
+            ranked.push_back(c);
     };
     const DataFit data = fit_data_from<k_plain>(part, starts, options, 1, report.iterations);
     const auto smallest_from = [&]<int N>(std::span<const Superquadricd> from) {
         Candidate best;
-        for (const Superquadricd& start : from) best = std::min(best, fit_volume<N>(part, start, options, k_short, report.iterations), less);
+        for (const Superquadricd& start : from)
+            best = std::min(best, fit_volume<N>(part, start, options, k_short, report.iterations), less);
         if (!(best.volume < k_infinity)) return best;
         return std::min(best, fit_volume<N>(part, best.sq, options, k_long, report.iterations), less);
     };
@@ -592,7 +600,8 @@ FitReport fit_surface(const mesh::Mesh& mesh, std::span<const std::uint32_t> tri
     const Part part = prepare(mesh, triangles, {}, options);
     FitReport report;
     std::vector<Superquadricd> starts;
-    for (int axis = 0; axis < 3; ++axis) starts.push_back(closed_form(part, with_z_axis(part.frame, axis), part.extreme, options).sq);
+    for (int axis = 0; axis < 3; ++axis)
+        starts.push_back(closed_form(part, with_z_axis(part.frame, axis), part.extreme, options).sq);
     DataFit best = fit_data_from<k_plain>(part, starts, options, starts.size(), report.iterations);
     const auto consider = [&](const DataFit& c) {
         if (c.cost < 0.8 * best.cost && best.cost > k_exact_cost) best = c;

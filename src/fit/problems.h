@@ -155,7 +155,8 @@ struct VolumeTerm {
         j.setZero();
         j.row(0) = log_volume(jets).v.transpose();
         for (std::size_t i = 0; i < count; ++i)
-            if (g[i] > 0) j.row(static_cast<Eigen::Index>(i + 1)) = root_mu * log_f(jets, undeformed(jets, points[i])).v.transpose();
+            if (g[i] > 0)
+                j.row(static_cast<Eigen::Index>(i + 1)) = root_mu * log_f(jets, undeformed(jets, points[i])).v.transpose();
         for (int k = 0; k < N; ++k) j(static_cast<Eigen::Index>(count + 4) + k, k) = proximal;
         for (int k = 0; k < 3; ++k) {
             if (!(g[count + k] > 0)) continue;

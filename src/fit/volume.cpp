@@ -13,7 +13,8 @@ double log_gamma(double x)
     double product = 1;
     for (; x < 8; x += 1) product *= x;
     const double y = 1 / (x * x);
-    const double series = (1.0 / 12 - y * (1.0 / 360 - y * (1.0 / 1260 - y * (1.0 / 1680 - y * (1.0 / 1188 - y * 691.0 / 360360))))) / x;
+    const double series =
+        (1.0 / 12 - y * (1.0 / 360 - y * (1.0 / 1260 - y * (1.0 / 1680 - y * (1.0 / 1188 - y * 691.0 / 360360))))) / x;
     return (x - 0.5) * std::log(x) - x + 0.5 * std::log(2 * std::numbers::pi) + series - std::log(product);
 }
 
@@ -22,7 +23,8 @@ double digamma(double x)
     double sum = 0;
     for (; x < 8; x += 1) sum += 1 / x;
     const double y = 1 / (x * x);
-    const double series = y * (1.0 / 12 - y * (1.0 / 120 - y * (1.0 / 252 - y * (1.0 / 240 - y * (1.0 / 132 - y * 691.0 / 32760)))));
+    const double series =
+        y * (1.0 / 12 - y * (1.0 / 120 - y * (1.0 / 252 - y * (1.0 / 240 - y * (1.0 / 132 - y * 691.0 / 32760)))));
     return std::log(x) - 0.5 / x - series - sum;
 }
 

@@ -59,17 +59,19 @@ std::vector<std::byte> serialize(const model::ModelData& data)
         const auto corrections = structs(data.corrections, static_cast<const fb::VertexCorrection*>(nullptr));
         const auto gaps = structs(data.gaps, static_cast<const fb::MapGap*>(nullptr));
         const auto seeds = structs(data.seeds, static_cast<const fb::FootSeed*>(nullptr));
-        normal_maps = fb::CreateNormalMaps(builder, normal_parts, distance, normal, cuts, offset, correction_rows, gap_rows, corrections, gaps, seeds);
+        normal_maps = fb::CreateNormalMaps(builder, normal_parts, distance, normal, cuts, offset, correction_rows, gap_rows,
+                                           corrections, gaps, seeds);
     }
     const model::Measured& m = data.measured;
-    const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max, m.depth_median,
-                                             m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share);
+    const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
+                                             m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share);
     const auto made_by = builder.CreateString(data.made_by);
     const auto source = builder.CreateString(data.source);
     const auto options = builder.CreateString(data.options);
-    fb::FinishModelBuffer(builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets, smoothing, cells,
-                                                   blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32, triangle_part,
-                                                   normal_maps, measured, made_by, source, options));
+    fb::FinishModelBuffer(
+        builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
+                                 smoothing, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16,
+                                 triangles32, triangle_part, normal_maps, measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -80,10 +82,11 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     s.total = total;
     s.superquadrics = v.parts.size_bytes();
     const model::NormalArrays& n = v.normal;
-    s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() + n.offset.size_bytes() +
-                   n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() + n.gaps.size_bytes() +
-                   n.seeds.size_bytes();
-    s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() + v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
+    s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() +
+                   n.offset.size_bytes() + n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() +
+                   n.gaps.size_bytes() + n.seeds.size_bytes();
+    s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
+            v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();
     s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes();
     return s;
@@ -94,14 +97,18 @@ void write_model(const model::ModelData& data, const std::filesystem::path& path
     const std::vector<std::byte> bytes = serialize(data);
     std::string pattern = path.string() + ".XXXXXX";
     const int fd = ::mkstemp(pattern.data());
-    if (fd < 0) throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) + "; choose another folder with -o");
+    if (fd < 0)
+        throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) +
+                             "; choose another folder with -o");
     ::fchmod(fd, 0644);
     std::size_t written = 0;
     int error = 0;
     while (written < bytes.size() && error == 0) {
         const ssize_t n = ::write(fd, bytes.data() + written, bytes.size() - written);
-        if (n > 0) written += static_cast<std::size_t>(n);
-        else if (errno != EINTR) error = n < 0 ? errno : ENOSPC;
+        if (n > 0)
+            written += static_cast<std::size_t>(n);
+        else if (errno != EINTR)
+            error = n < 0 ? errno : ENOSPC;
     }
     if (error == 0 && ::fsync(fd) != 0) error = errno;
     ::close(fd);
@@ -141,7 +148,10 @@ MappedModel::~MappedModel()
     if (data_ != nullptr) ::munmap(data_, size_);
 }
 
-MappedModel::MappedModel(MappedModel&& other) noexcept : data_(other.data_), size_(other.size_), view_(other.view_) { other.data_ = nullptr; }
+MappedModel::MappedModel(MappedModel&& other) noexcept : data_(other.data_), size_(other.size_), view_(other.view_)
+{
+    other.data_ = nullptr;
+}
 
 model::Measured MappedModel::measured() const
 {

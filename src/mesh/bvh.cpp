@@ -67,9 +67,9 @@ std::uint32_t Bvh::build(std::uint32_t first, std::uint32_t last, std::vector<Ve
     const Vec3d extent = chi - clo;
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
     const std::uint32_t middle = first + (last - first) / 2;
-    std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last, [&](std::uint32_t u, std::uint32_t v) {
-        return std::pair(centroids[u][axis], u) < std::pair(centroids[v][axis], v);
-    });
+    std::nth_element(
+        order_.begin() + first, order_.begin() + middle, order_.begin() + last,
+        [&](std::uint32_t u, std::uint32_t v) { return std::pair(centroids[u][axis], u) < std::pair(centroids[v][axis], v); });
     build(first, middle, centroids);
     const std::uint32_t right = build(middle, last, centroids);
     nodes_[index].first = right;
@@ -137,17 +137,16 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
             if ((volume > 0) == (along > 0)) out.push_back({volume / along, along > 0 ? 1 : -1, order_[i]});
         }
     }
-    std::sort(out.begin(), out.end(), [](const Crossing& l, const Crossing& r) {
-        return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle);
-    });
+    std::sort(out.begin(), out.end(),
+              [](const Crossing& l, const Crossing& r) { return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle); });
     return true;
 }
 
 int Bvh::winding_number(Vec3d p) const
 {
     // Directions without any relation to axes or diagonals; the eighth failing means p lies on the surface itself.
-    static constexpr Vec3d k_directions[] = {{0.5773, 0.6211, 0.5301}, {-0.7071, 0.4512, 0.5447}, {0.3137, -0.8911, 0.3279},
-                                             {0.1327, 0.3119, -0.9408}, {-0.6417, -0.3511, -0.6819}, {0.8823, 0.2241, -0.4139},
+    static constexpr Vec3d k_directions[] = {{0.5773, 0.6211, 0.5301},   {-0.7071, 0.4512, 0.5447},   {0.3137, -0.8911, 0.3279},
+                                             {0.1327, 0.3119, -0.9408},  {-0.6417, -0.3511, -0.6819}, {0.8823, 0.2241, -0.4139},
                                              {-0.2729, 0.9241, -0.2673}, {0.4219, -0.4937, -0.7604}};
     std::vector<Crossing> crossings;
     for (const Vec3d& direction : k_directions)

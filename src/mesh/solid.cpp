@@ -12,8 +12,10 @@ Solid::Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed)
     if (!self_intersecting_) return;
     step_ = 1e-7 * largest_vertex_distance(mesh);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (crossed[t] != 0) boundary_[t] = Boundary::Partly;
-        else if (!is_boundary(triangle_centroid(mesh, t), t)) boundary_[t] = Boundary::Buried;
+        if (crossed[t] != 0)
+            boundary_[t] = Boundary::Partly;
+        else if (!is_boundary(triangle_centroid(mesh, t), t))
+            boundary_[t] = Boundary::Buried;
     }
 }
 

@@ -28,7 +28,8 @@ bool is_shape(const Superquadricf& sq)
 
 // Rows of a sparse table: rising from 0 to the number of entries, columns in range and sorted within a row.
 template <class Entry>
-bool is_sparse_table(std::span<const std::uint32_t> rows, std::span<const Entry> entries, std::size_t row_count, std::uint32_t columns)
+bool is_sparse_table(std::span<const std::uint32_t> rows, std::span<const Entry> entries, std::size_t row_count,
+                     std::uint32_t columns)
 {
     if (entries.empty()) return rows.empty() || rows.size() == row_count;
     if (rows.size() != row_count || rows.front() != 0 || rows.back() != entries.size()) return false;
@@ -59,7 +60,8 @@ void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Ar
 bool is_consistent(const NormalMapView& map) noexcept
 {
     const std::size_t count = std::size_t{map.eta_count} * map.omega_count;
-    if (map.eta_count < 3 || map.eta_count > 4097 || map.omega_count < 4 || map.omega_count > 8192 || map.subdivisions > 8) return false;
+    if (map.eta_count < 3 || map.eta_count > 4097 || map.omega_count < 4 || map.omega_count > 8192 || map.subdivisions > 8)
+        return false;
     const std::uint32_t stride = std::uint32_t{1} << map.subdivisions;
     if ((map.eta_count - 1) % stride != 0 || map.omega_count % stride != 0) return false;
     const std::size_t base_rows = (map.eta_count - 1) / stride + 1, base_columns = map.omega_count / stride;

@@ -12,7 +12,8 @@ namespace {
 static_assert(sizeof(Part) == sizeof(fb::Part) && alignof(Part) == alignof(fb::Part));
 static_assert(sizeof(Header) == sizeof(fb::Header) && alignof(Header) == alignof(fb::Header));
 static_assert(sizeof(NormalPart) == sizeof(fb::NormalPart) && alignof(NormalPart) == alignof(fb::NormalPart));
-static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) && alignof(VertexCorrection) == alignof(fb::VertexCorrection));
+static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
+              alignof(VertexCorrection) == alignof(fb::VertexCorrection));
 static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
 static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
@@ -71,7 +72,8 @@ bool valid_list(const Part& part, std::span<const std::uint16_t> refs, std::uint
     if (depth >= k_max_split_depth || last - first < 6) return false;
     const std::uint64_t base = first + 6;
     for (int q = 0; q < 4; ++q)
-        if (base + refs[first + 2 + q] > last || !valid_list(part, refs, base + refs[first + 1 + q], base + refs[first + 2 + q], depth + 1))
+        if (base + refs[first + 2 + q] > last ||
+            !valid_list(part, refs, base + refs[first + 1 + q], base + refs[first + 2 + q], depth + 1))
             return false;
     return true;
 }
@@ -111,7 +113,8 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         part.block_count != k_faces * (n / k_block) * (n / k_block))
         return ParseStatus::BadStructure;
     if (!within(part.first_sample, part.sample_count, view.samples.size()) ||
-        !within(part.first_cell, part.cell_count, view.cells.size()) || !within(part.first_block, part.block_count, view.blocks.size()) ||
+        !within(part.first_cell, part.cell_count, view.cells.size()) ||
+        !within(part.first_block, part.block_count, view.blocks.size()) ||
         !within(part.first_special, part.special_count, view.specials.size()) ||
         !within(part.first_pool, part.pool_count, view.pool.size()))
         return ParseStatus::BadStructure;
@@ -119,8 +122,10 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         if (!valid_cell(part, view, view.cells[part.first_cell + i], 0)) return ParseStatus::BadStructure;
     if (!has_exact(view)) return ParseStatus::Ok;
 
-    if (!within(part.first_row, k_faces * n, view.rows.size()) || !within(part.first_start, k_faces * n * (n + 1), view.starts.size()) ||
-        !within(part.first_ref, part.ref_count, view.refs.size()) || !within(part.first_local, part.local_count, view.locals.size()))
+    if (!within(part.first_row, k_faces * n, view.rows.size()) ||
+        !within(part.first_start, k_faces * n * (n + 1), view.starts.size()) ||
+        !within(part.first_ref, part.ref_count, view.refs.size()) ||
+        !within(part.first_local, part.local_count, view.locals.size()))
         return ParseStatus::BadStructure;
     for (std::uint32_t i = 0; i < part.local_count; ++i)
         if (view.locals[part.first_local + i] >= view.triangle_part.size()) return ParseStatus::BadStructure;
@@ -129,7 +134,8 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         const std::uint64_t base = view.rows[part.first_row + row];
         const std::uint16_t* start = view.starts.data() + part.first_start + row * (n + 1);
         for (std::uint32_t c = 0; c < n; ++c)
-            if (start[c] > start[c + 1] || !valid_list(part, refs, base + start[c], base + start[c + 1], 0)) return ParseStatus::BadStructure;
+            if (start[c] > start[c + 1] || !valid_list(part, refs, base + start[c], base + start[c + 1], 0))
+                return ParseStatus::BadStructure;
     }
     return ParseStatus::Ok;
 }
@@ -140,12 +146,13 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
     const NormalPart& p = view.normal.parts[index];
     const NormalArrays& a = view.normal;
     const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
-    const bool inside = p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
-                        within(p.first_sample, samples, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
-                        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
-                        within(p.first_correction, p.correction_count, a.corrections.size()) &&
-                        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) && within(p.first_gap, p.gap_count, a.gaps.size()) &&
-                        within(p.first_offset, p.offset_count, a.offset.size()) && within(p.first_seed, p.seed_count, a.seeds.size());
+    const bool inside =
+        p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
+        within(p.first_sample, samples, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
+        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
+        within(p.first_correction, p.correction_count, a.corrections.size()) &&
+        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) && within(p.first_gap, p.gap_count, a.gaps.size()) &&
+        within(p.first_offset, p.offset_count, a.offset.size()) && within(p.first_seed, p.seed_count, a.seeds.size());
     if (!inside) return ParseStatus::BadStructure;
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
@@ -172,13 +179,20 @@ void hash_bytes(std::uint64_t& hash, std::span<const T> values)
 const char* to_string(ParseStatus status) noexcept
 {
     switch (status) {
-        case ParseStatus::Ok: return "ok";
-        case ParseStatus::Truncated: return "truncated or malformed";
-        case ParseStatus::NotAModel: return "not a .sqmap file";
-        case ParseStatus::WrongVersion: return "made by another format version: bake it again";
-        case ParseStatus::BadHash: return "content differs from what was written";
-        case ParseStatus::BadStructure: return "sizes or indices contradict each other";
-        case ParseStatus::BadValue: return "a value is not finite or out of range";
+        case ParseStatus::Ok:
+            return "ok";
+        case ParseStatus::Truncated:
+            return "truncated or malformed";
+        case ParseStatus::NotAModel:
+            return "not a .sqmap file";
+        case ParseStatus::WrongVersion:
+            return "made by another format version: bake it again";
+        case ParseStatus::BadHash:
+            return "content differs from what was written";
+        case ParseStatus::BadStructure:
+            return "sizes or indices contradict each other";
+        case ParseStatus::BadValue:
+            return "a value is not finite or out of range";
     }
     return "unknown";
 }
@@ -291,11 +305,16 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.triangle_part = span_of<std::uint16_t>(model->triangle_part());
 
     if (const fb::NormalMaps* n = model->normal_maps(); n != nullptr)
-        v.normal = {span_of<NormalPart>(n->parts()),           span_of<std::uint16_t>(n->distance()),
-                    span_of<std::uint16_t>(n->normal()),       span_of<std::uint8_t>(n->cuts()),
-                    span_of<std::uint8_t>(n->offset()),        span_of<std::uint32_t>(n->correction_rows()),
-                    span_of<std::uint32_t>(n->gap_rows()),     span_of<VertexCorrection>(n->corrections()),
-                    span_of<MapGap>(n->gaps()),                span_of<FootSeed>(n->seeds())};
+        v.normal = {span_of<NormalPart>(n->parts()),
+                    span_of<std::uint16_t>(n->distance()),
+                    span_of<std::uint16_t>(n->normal()),
+                    span_of<std::uint8_t>(n->cuts()),
+                    span_of<std::uint8_t>(n->offset()),
+                    span_of<std::uint32_t>(n->correction_rows()),
+                    span_of<std::uint32_t>(n->gap_rows()),
+                    span_of<VertexCorrection>(n->corrections()),
+                    span_of<MapGap>(n->gaps()),
+                    span_of<FootSeed>(n->seeds())};
 
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
@@ -307,7 +326,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         return ParseStatus::BadStructure;
     if (v.offsets.size() != v.samples.size() || v.smoothing.size() != v.samples.size()) return ParseStatus::BadStructure;
     // The writer builds from the end: the parts come last, and nothing stands behind them.
-    if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != bytes.data() + bytes.size()) return ParseStatus::BadStructure;
+    if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != bytes.data() + bytes.size())
+        return ParseStatus::BadStructure;
     if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
     if (!finite(v.vertices)) return ParseStatus::BadValue;
     for (const std::uint32_t i : v.triangles16)

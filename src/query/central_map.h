@@ -54,13 +54,13 @@ inline float deviation_of_code(std::uint32_t code, float w_step)
 struct Leaf {
     model::CellKind kind = model::CellKind::Uniform;
     bool centre_inside = false;
-    bool bilinear = false;   ///< Layered: sheets have four corners each
-    bool foreign = false;    ///< no surface over it is the part's own
-    int sheets = 0;          ///< Uniform 0, Single 1
+    bool bilinear = false;  ///< Layered: sheets have four corners each
+    bool foreign = false;   ///< no surface over it is the part's own
+    int sheets = 0;         ///< Uniform 0, Single 1
     float s0 = 0, t0 = 0, size = 0;
     float w_min = 0, w_step = 0;
-    float corner[4] = {};    ///< Single: w at (s0,t0) (s1,t0) (s0,t1) (s1,t1)
-    float deviation = 0;     ///< Single
+    float corner[4] = {};                   ///< Single: w at (s0,t0) (s1,t0) (s0,t1) (s1,t1)
+    float deviation = 0;                    ///< Single
     const std::uint16_t* record = nullptr;  ///< Layered, past the header word
 
     float decode(std::uint16_t v) const { return w_min + w_step * static_cast<float>(v); }
@@ -148,7 +148,8 @@ public:
     Vec3f to_chart_frame(Vec3f p) const
     {
         const Vec3f d = p - model::vec3(part_.chart_centre);
-        return {dot(model::vec3(part_.chart_rows), d), dot(model::vec3(part_.chart_rows + 3), d), dot(model::vec3(part_.chart_rows + 6), d)};
+        return {dot(model::vec3(part_.chart_rows), d), dot(model::vec3(part_.chart_rows + 3), d),
+                dot(model::vec3(part_.chart_rows + 6), d)};
     }
     /// Model point of a point of the chart frame: centre + rotation' diag(a) x'.
     Vec3f from_chart_frame(Vec3f x) const
@@ -176,7 +177,10 @@ public:
         return inside;
     }
 
-    int column_of(float s) const { return std::clamp(static_cast<int>((s + 1.f) * 0.5f * static_cast<float>(base_)), 0, base_ - 1); }
+    int column_of(float s) const
+    {
+        return std::clamp(static_cast<int>((s + 1.f) * 0.5f * static_cast<float>(base_)), 0, base_ - 1);
+    }
     std::uint16_t base_cell(int face, int column, int row) const { return cells_[(face * base_ + row) * base_ + column]; }
     model::Block block(int face, int column, int row) const
     {
@@ -189,7 +193,8 @@ public:
     Leaf leaf_at(int face, float s, float t) const
     {
         const int column = column_of(s), row = column_of(t);
-        float s0 = -1.f + cell_size_ * static_cast<float>(column), t0 = -1.f + cell_size_ * static_cast<float>(row), size = cell_size_;
+        float s0 = -1.f + cell_size_ * static_cast<float>(column), t0 = -1.f + cell_size_ * static_cast<float>(row),
+              size = cell_size_;
         std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split) return base_leaf(cell, face, column, row);
         std::uint16_t corner[4];
@@ -216,8 +221,8 @@ public:
         else {
             std::uint16_t corner[4];
             base_samples(face, column, row, corner);
-            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_,
-                       visit);
+            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
+                       cell_size_, visit);
         }
     }
 
@@ -245,7 +250,8 @@ public:
 
     Leaf base_leaf(std::uint16_t cell, int face, int column, int row) const
     {
-        Leaf leaf = leaf_frame(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row), cell_size_);
+        Leaf leaf = leaf_frame(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
+                               cell_size_);
         if (leaf.kind == model::CellKind::Single) base_corners(face, column, row, leaf.corner);
         return leaf;
     }
@@ -257,8 +263,10 @@ private:
     {
         const int column = column_of(s), row = column_of(t);
         const T* p = values + (face * (base_ + 1) + row) * (base_ + 1) + column;
-        const float c[4] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[base_ + 1]), static_cast<float>(p[base_ + 2])};
-        return bilinear_value(c, (s + 1.f) / cell_size_ - static_cast<float>(column), (t + 1.f) / cell_size_ - static_cast<float>(row), cell_size_);
+        const float c[4] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[base_ + 1]),
+                            static_cast<float>(p[base_ + 2])};
+        return bilinear_value(c, (s + 1.f) / cell_size_ - static_cast<float>(column),
+                              (t + 1.f) / cell_size_ - static_cast<float>(row), cell_size_);
     }
 
     Leaf leaf_frame(std::uint16_t cell, float s0, float t0, float size) const
@@ -299,7 +307,8 @@ private:
     /// Corners of a cell -> corners of a quadrant of it.
     static void child_samples(const std::uint16_t* split, int quadrant, std::uint16_t corner[4])
     {
-        const std::uint16_t grid[9] = {corner[0], split[0], corner[1], split[1], split[2], split[3], corner[2], split[4], corner[3]};
+        const std::uint16_t grid[9] = {corner[0], split[0],  corner[1], split[1], split[2],
+                                       split[3],  corner[2], split[4],  corner[3]};
         const std::uint16_t* p = grid + (quadrant & 1) + 3 * (quadrant >> 1);
         corner[0] = p[0];
         corner[1] = p[1];
@@ -362,14 +371,18 @@ inline ChartVerdict classify(const Leaf& leaf, float s, float t, float w)
         const float sheet = sheet_value(leaf, j, s, t).w;
         if (sheet > w) ++nearer;
         v.margin = std::min(v.margin, std::abs(sheet - w));
-        if ((leaf.kind == model::CellKind::Single || leaf.bilinear) && !(std::abs(sheet - w) > sheet_deviation(leaf, j))) v.certain = false;
+        if ((leaf.kind == model::CellKind::Single || leaf.bilinear) && !(std::abs(sheet - w) > sheet_deviation(leaf, j)))
+            v.certain = false;
     }
     if (leaf.kind == model::CellKind::Layered && !leaf.bilinear) {
         float lo, hi;
         leaf_band(leaf, lo, hi);
-        if (w > hi) nearer = 0;
-        else if (w < lo) nearer = leaf.sheets;
-        else v.certain = false;
+        if (w > hi)
+            nearer = 0;
+        else if (w < lo)
+            nearer = leaf.sheets;
+        else
+            v.certain = false;
     }
     v.inside = leaf.centre_inside != ((nearer & 1) != 0);
     return v;

@@ -80,7 +80,8 @@ float sheet_distance_sq(const Leaf& leaf, int sheet, int face, const float* a, V
 }
 
 /// Offers a stored sheet as nearest surface.
-void offer_sheet(const CentralMap& map, const Part& part, std::int32_t index, const Leaf& leaf, int sheet, int face, Vec3f x, Nearest& best)
+void offer_sheet(const CentralMap& map, const Part& part, std::int32_t index, const Leaf& leaf, int sheet, int face, Vec3f x,
+                 Nearest& best)
 {
     Vec3f foot, plane;
     const float distance_sq = sheet_distance_sq(leaf, sheet, face, part.a, x, foot, plane);
@@ -141,7 +142,9 @@ void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Near
                 if (block.lo > block.hi) continue;
                 const float s0 = -1.f + block_size * static_cast<float>(column), t0 = -1.f + block_size * static_cast<float>(row);
                 const float rho0 = 1.f / map.decode(block.hi), rho1 = 1.f / std::max(map.decode(block.lo), 1e-6f);
-                if (!(frustum_distance_sq(face, part.a, x, s0, s0 + block_size, t0, t0 + block_size, rho0, rho1) < best.distance_sq)) continue;
+                if (!(frustum_distance_sq(face, part.a, x, s0, s0 + block_size, t0, t0 + block_size, rho0, rho1) <
+                      best.distance_sq))
+                    continue;
                 for (int r = row * model::k_block; r < (row + 1) * model::k_block; ++r)
                     for (int c = column * model::k_block; c < (column + 1) * model::k_block; ++c) visit(face, c, r);
             }
@@ -153,8 +156,8 @@ bool leaf_is_near(const Leaf& leaf, int face, const float* a, Vec3f x, const Nea
     float lo, hi;
     leaf_band(leaf, lo, hi);
     if (!(hi > 0.f)) return false;
-    return frustum_distance_sq(face, a, x, leaf.s0, leaf.s0 + leaf.size, leaf.t0, leaf.t0 + leaf.size, 1.f / hi, 1.f / std::max(lo, 1e-6f)) <
-           best.distance_sq;
+    return frustum_distance_sq(face, a, x, leaf.s0, leaf.s0 + leaf.size, leaf.t0, leaf.t0 + leaf.size, 1.f / hi,
+                               1.f / std::max(lo, 1e-6f)) < best.distance_sq;
 }
 
 /// Nearest stored surface of one part. refined: Layer 3; else Layer 2 reads the base samples.
@@ -225,8 +228,10 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
     PartVerdict result{true, classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w)};
     // Margins of different parts are compared as lengths: dw = d rho / rho^2.
     if (result.verdict.margin < INFINITY)
-        result.verdict.margin *= std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
-    if (layer == Layer::Auto) layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
+        result.verdict.margin *=
+            std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
+    if (layer == Layer::Auto)
+        layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
     if (layer == Layer::Two && !result.verdict.certain) {
         // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
         float corner[4];
@@ -272,7 +277,7 @@ ExactLayer::Side resolved_side(const ModelView& model, const Part& part, Vec3f p
 {
     ExactLayer::Side side = exact_side(model, part, cast<double>(p));
     const double hair = 2e-6 * static_cast<double>(part.sphere[3]);
-    static constexpr Vec3d k_offsets[] = {{0.61, -0.37, 0.70}, {-0.45, 0.83, 0.33}, {-0.29, -0.68, 0.67}, {0.87, 0.46, -0.18},
+    static constexpr Vec3d k_offsets[] = {{0.61, -0.37, 0.70},  {-0.45, 0.83, 0.33}, {-0.29, -0.68, 0.67}, {0.87, 0.46, -0.18},
                                           {-0.71, 0.12, -0.69}, {0.14, 0.59, -0.79}, {0.38, -0.91, -0.16}, {-0.93, -0.31, 0.21}};
     for (const Vec3d& offset : k_offsets) {
         if (side != ExactLayer::Side::Degenerate) break;
@@ -325,7 +330,8 @@ void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Ne
     const auto offer_cell = [&](int face, int column, int row) {
         bool near = false;
         map.each_leaf(face, column, row, [&](const Leaf& leaf) { near = near || leaf_is_near(leaf, face, part.a, x, best); });
-        if (near) exact.each_triangle(exact.base_list(face, column, row), [&](std::uint32_t t) { offer_triangle(model, t, p, best); });
+        if (near)
+            exact.each_triangle(exact.base_list(face, column, row), [&](std::uint32_t t) { offer_triangle(model, t, p, best); });
     };
     descend(map, x, best, offer_cell);
     each_near_cell(map, part, x, best, offer_cell);
@@ -358,8 +364,10 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
 
     Nearest best;
     const auto search = [&](std::int32_t i) {
-        if (layer == Layer::Exact && has_exact) nearest_on_triangles(model, static_cast<std::size_t>(i), point, best);
-        else nearest_on_map(model, i, point, layer != Layer::Two, best);
+        if (layer == Layer::Exact && has_exact)
+            nearest_on_triangles(model, static_cast<std::size_t>(i), point, best);
+        else
+            nearest_on_map(model, i, point, layer != Layer::Two, best);
     };
     search(asked);
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
@@ -388,7 +396,8 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, Contact& con
         best.distance_sq = reach * reach;
         for (std::size_t i = 0; i < model.parts.size(); ++i) {
             const float gap = sphere_gap(model.parts[i], point);
-            if (gap * gap < best.distance_sq) nearest_on_map(model, static_cast<std::int32_t>(i), point, layer != Layer::Two, best);
+            if (gap * gap < best.distance_sq)
+                nearest_on_map(model, static_cast<std::int32_t>(i), point, layer != Layer::Two, best);
         }
     }
     if (best.part < 0) return;
@@ -437,7 +446,8 @@ bool distance_along_central(const ModelView& model, std::uint32_t part_index, Ve
     const float length = norm(point - model::vec3(part.chart_centre));
     Leaf leaf = map.leaf_at(q.face, q.s, q.t);
     if (layer == Layer::Two) {
-        leaf = map.base_leaf(map.base_cell(q.face, map.column_of(q.s), map.column_of(q.t)), q.face, map.column_of(q.s), map.column_of(q.t));
+        leaf = map.base_leaf(map.base_cell(q.face, map.column_of(q.s), map.column_of(q.t)), q.face, map.column_of(q.s),
+                             map.column_of(q.t));
         leaf.kind = model::CellKind::Single;
         leaf.sheets = map.base_corners(q.face, map.column_of(q.s), map.column_of(q.t), leaf.corner) ? 1 : 0;
     }

@@ -15,6 +15,7 @@ void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, Conta
 void apply_smoothing(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;
 
 /// See distance_along_projection.
-[[nodiscard]] bool distance_along_central(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept;
+[[nodiscard]] bool distance_along_central(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer,
+                                          float& distance) noexcept;
 
 }  // namespace sqmap::query

@@ -82,12 +82,13 @@ public:
         int winding = centre_winding;
         for (const std::uint16_t* r = list.begin; r != list.end; ++r) {
             const std::uint32_t t = locals_[*r];
-            const std::uint32_t tri[3] = {triangle_vertex(view_, t, 0), triangle_vertex(view_, t, 1), triangle_vertex(view_, t, 2)};
+            const std::uint32_t tri[3] = {triangle_vertex(view_, t, 0), triangle_vertex(view_, t, 1),
+                                          triangle_vertex(view_, t, 2)};
             const Vec3d a = vertex(tri[0]) - centre, b = vertex(tri[1]) - centre, c = vertex(tri[2]) - centre;
             // Both triangles of an edge see the same number, since it is computed from its lower vertex to its upper.
             const double u = edge(tri[1], tri[2], b, c, d), v = edge(tri[2], tri[0], c, a, d), w = edge(tri[0], tri[1], a, b, d);
-            const double size = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z),
-                                          std::abs(c.x), std::abs(c.y), std::abs(c.z)});
+            const double size = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y),
+                                          std::abs(b.z), std::abs(c.x), std::abs(c.y), std::abs(c.z)});
             const double tiny = 1e-14 * size * size * d_size;
             if ((u > tiny || v > tiny || w > tiny) && (u < -tiny || v < -tiny || w < -tiny)) continue;
             const double volume = dot(a, cross(b, c)), along = u + v + w;  // the ray meets the plane at volume / along

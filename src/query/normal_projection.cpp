@@ -16,10 +16,10 @@ using model::k_map_largest;
 using model::k_map_miss;
 using model::VertexCorrection;
 using shape::Foot;
+using shape::Superquadricf;
 using shape::SurfaceAnglesf;
 using shape::SurfacePlace;
 using shape::SurfacePoint;
-using shape::Superquadricf;
 
 namespace {
 
@@ -32,8 +32,9 @@ constexpr float k_proven_miss = 1e-3f;
 SurfacePlace<float> place_of_sample(const NormalMapView& map, std::size_t row, std::size_t column)
 {
     if (!map.rows.empty()) return {map.rows[row], map.columns[column]};
-    return shape::place_at(map.superquadric, SurfaceAnglesf{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
-                                              2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi});
+    return shape::place_at(map.superquadric,
+                           SurfaceAnglesf{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
+                                          2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi});
 }
 
 // A base-grid sample index, with rows continued over the poles and columns around.
@@ -166,10 +167,10 @@ SurfacePlace<float> seed_place(const NormalMapView& map, Vec3f unit)
 
 // A query point as both projectors need it.
 struct Query {
-    Vec3f local;             // in the superquadric's frame
-    Vec3f unit;              // undeformed, divided by the semi-axes
-    float gauge;             // F^(1/2)
-    SurfacePlace<float> own; // where its own ray leaves the surface
+    Vec3f local;              // in the superquadric's frame
+    Vec3f unit;               // undeformed, divided by the semi-axes
+    float gauge;              // F^(1/2)
+    SurfacePlace<float> own;  // where its own ray leaves the surface
 };
 
 // False where the point is outside the superquadric or not a number; most points are so before any power is raised.
@@ -336,7 +337,9 @@ float offset_at(const NormalMapView& map, SurfaceAnglesf angles)
     if (map.offset.empty()) return 0;
     const std::size_t rows = ((map.eta_count - 1) >> map.subdivisions) + 1, columns = map.omega_count >> map.subdivisions;
     const CellPlace c = cell_of(angles, rows, columns);
-    const auto value = [&](std::size_t i, std::size_t j) { return map.offset_scale * static_cast<float>(map.offset[i * columns + j]); };
+    const auto value = [&](std::size_t i, std::size_t j) {
+        return map.offset_scale * static_cast<float>(map.offset[i * columns + j]);
+    };
     return bilinear(c, value(c.row, c.column), value(c.row, c.next_column), value(c.row + 1, c.column),
                     value(c.row + 1, c.next_column));
 }
@@ -363,7 +366,8 @@ MapSample nearest_base_sample(const NormalMapView& map, SurfaceAnglesf angles)
 bool reads_base_grid(const NormalMapView& map, Layer layer)
 {
     if (layer != Layer::Auto) return layer == Layer::Two;
-    const std::uint64_t base = std::uint64_t{((map.eta_count - 1) >> map.subdivisions) + 1} * (map.omega_count >> map.subdivisions);
+    const std::uint64_t base =
+        std::uint64_t{((map.eta_count - 1) >> map.subdivisions) + 1} * (map.omega_count >> map.subdivisions);
     return base >= std::uint64_t{k_layer3_gate} * map.vertex_count;
 }
 
@@ -371,8 +375,8 @@ float correction_at(const NormalMapView& map, const CellPlace& c)
 {
     const VertexCorrection* first = map.corrections.data() + map.correction_rows[c.row];
     const VertexCorrection* last = map.corrections.data() + map.correction_rows[c.row + 1];
-    first = std::lower_bound(first, last, c.column,
-                             [](const VertexCorrection& v, std::size_t column) { return v.column < column; });
+    first =
+        std::lower_bound(first, last, c.column, [](const VertexCorrection& v, std::size_t column) { return v.column < column; });
     float sum = 0;
     for (; first != last && first->column == c.column; ++first) {
         const float y0 = (static_cast<float>(first->eta) + 0.5f) / 256, x0 = (static_cast<float>(first->omega) + 0.5f) / 256;
@@ -517,7 +521,7 @@ Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, st
 MapSample sample_map(const NormalMapView& map, SurfaceAnglesf angles, const ProjectionOptions& options) noexcept
 {
     MapSample sample = reads_base_grid(map, options.layer) ? nearest_base_sample(map, angles)
-                                                   : interpolated_sample(map, angles, options.use_corrections);
+                                                           : interpolated_sample(map, angles, options.use_corrections);
     if (options.use_offset && (sample.flags & (k_projection_miss | k_projection_cap)) == 0)
         sample.distance = std::max(sample.distance - offset_at(map, angles), 0.0f);
     return sample;

@@ -5,10 +5,12 @@
 
 namespace sqmap::query {
 
-/// Layers Two, Three and Auto for a finite point; offset subtracts delta of eq. 12 from the maps. @pre the model's parts have normal maps.
+/// Layers Two, Three and Auto for a finite point; offset subtracts delta of eq. 12 from the maps. @pre the model's parts have
+/// normal maps.
 [[nodiscard]] Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bool offset) noexcept;
 
 /// See distance_along_projection.
-[[nodiscard]] bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept;
+[[nodiscard]] bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer,
+                                         float& distance) noexcept;
 
 }  // namespace sqmap::query

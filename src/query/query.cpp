@@ -67,7 +67,8 @@ Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
     // An offset reaches a little past the object's sphere.
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f);
     // The box first: squares of far coordinates overflow.
-    if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius) return contact;
+    if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius)
+        return contact;
     if (layer == Layer::One) {
         const Contact c = layer_one(model, point);
         return c.contact ? c : contact;
@@ -95,7 +96,10 @@ Contact query_point(const ModelView& model, Vec3f point, const QueryOptions& opt
     return contact;
 }
 
-Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept { return query_point(model, point, QueryOptions{.layer = layer}); }
+Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
+{
+    return query_point(model, point, QueryOptions{.layer = layer});
+}
 
 std::size_t query_points(const ModelView& model, std::span<const Vec3f> points, Layer layer, std::span<Contact> contacts) noexcept
 {

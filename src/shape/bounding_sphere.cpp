@@ -40,7 +40,9 @@ Sphere<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
     constexpr int k_rows = 64, k_columns = 128;
     constexpr Real k_pi = std::numbers::pi_v<Real>;
     const auto sample = [&](int i, int j) {
-        return surface_point(sq, SurfaceAngles<Real>{k_pi * (Real(i) / k_rows - Real(0.5)), 2 * k_pi * Real(j) / k_columns - k_pi}).point;
+        return surface_point(sq,
+                             SurfaceAngles<Real>{k_pi * (Real(i) / k_rows - Real(0.5)), 2 * k_pi * Real(j) / k_columns - k_pi})
+            .point;
     };
     // Centre of the box of the samples along the local axes: good enough, as only the radius must be proven.
     Vec3<Real> lo = to_local(sq, sample(0, 0)), hi = lo;

@@ -26,8 +26,8 @@ EulerAngles<Real> euler_angles_of(const Mat3<Real>& rotation) noexcept
     return {std::atan2(z.y, z.x), theta, std::atan2(rotation.row[1].z, -rotation.row[0].z)};
 }
 
-#define SQMAP_INSTANTIATE(Real)                                     \
-    template Mat3<Real> rotation_of(EulerAngles<Real>) noexcept;    \
+#define SQMAP_INSTANTIATE(Real)                                  \
+    template Mat3<Real> rotation_of(EulerAngles<Real>) noexcept; \
     template EulerAngles<Real> euler_angles_of(const Mat3<Real>&) noexcept;
 SQMAP_INSTANTIATE(float)
 SQMAP_INSTANTIATE(double)

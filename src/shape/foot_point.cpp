@@ -56,7 +56,8 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
         const Real determinant = huu * hvv - huv * huv;
         Vec3<Real> step = across;
         if (huu > Real(0) && determinant > Real(1e-6) * std::abs(huu * hvv)) {
-            step = ((hvv * bu - huv * bv) / determinant) * jet.point_eta + ((huu * bv - huv * bu) / determinant) * jet.point_omega;
+            step =
+                ((hvv * bu - huv * bv) / determinant) * jet.point_eta + ((huu * bv - huv * bu) / determinant) * jet.point_omega;
             const Real length = norm(step);
             if (length > size) step = (size / length) * step;
         }
@@ -80,7 +81,8 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
     return foot;
 }
 
-template Foot<float> polish_foot(const Superquadric<float>&, Vec3<float>, const SurfacePlace<float>&, const FootOptions&) noexcept;
+template Foot<float> polish_foot(const Superquadric<float>&, Vec3<float>, const SurfacePlace<float>&,
+                                 const FootOptions&) noexcept;
 template Foot<double> polish_foot(const Superquadric<double>&, Vec3<double>, const SurfacePlace<double>&,
                                   const FootOptions&) noexcept;
 

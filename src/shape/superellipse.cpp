@@ -97,13 +97,13 @@ int predicted_direction(Real theta, Real eps) noexcept
     return set_a == (eps < Real(1)) ? -1 : 1;
 }
 
-#define SQMAP_INSTANTIATE(Real)                                                  \
-    template Arc<Real> arc_through(Real, Real, Real) noexcept;                   \
-    template ArcDerivative<Real> derivative(const Arc<Real>&, Real) noexcept;    \
-    template Real signed_power(Real, Real) noexcept;                             \
-    template Real parameter_of_spaced(Real, Real) noexcept;                      \
-    template Real spaced_of_parameter(Real, Real) noexcept;                      \
-    template Real implicit(const Superellipse<Real>&, Real, Real) noexcept;      \
+#define SQMAP_INSTANTIATE(Real)                                               \
+    template Arc<Real> arc_through(Real, Real, Real) noexcept;                \
+    template ArcDerivative<Real> derivative(const Arc<Real>&, Real) noexcept; \
+    template Real signed_power(Real, Real) noexcept;                          \
+    template Real parameter_of_spaced(Real, Real) noexcept;                   \
+    template Real spaced_of_parameter(Real, Real) noexcept;                   \
+    template Real implicit(const Superellipse<Real>&, Real, Real) noexcept;   \
     template int predicted_direction(Real, Real) noexcept;
 SQMAP_INSTANTIATE(float)
 SQMAP_INSTANTIATE(double)

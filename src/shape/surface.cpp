@@ -37,8 +37,7 @@ void deform_jet(const Superquadric<Real>& sq, PointNormal<Real>& value, PointNor
             const Real dfx = kx * dx.z, dfy = ky * dx.z;
             const Real dmx = (dn.x - mx * dfx) / fx, dmy = (dn.y - my * dfy) / fy;
             derivatives[i].x = {dfx * x.x + fx * dx.x, dfy * x.y + fy * dx.y, dx.z};
-            derivatives[i].n = {dmx, dmy,
-                                dn.z - kx * (dx.x * mx + x.x * dmx) - ky * (dx.y * my + x.y * dmy)};
+            derivatives[i].n = {dmx, dmy, dn.z - kx * (dx.x * mx + x.x * dmx) - ky * (dx.y * my + x.y * dmy)};
         }
         value = {{fx * x.x, fy * x.y, x.z}, {mx, my, n.z - kx * x.x * mx - ky * x.y * my}};
     }
@@ -69,8 +68,7 @@ template <class Real>
 PointNormal<Real> undeformed(const Superquadric<Real>& sq, const SurfacePlace<Real>& at)
 {
     const Arc<Real>&u = at.latitude, &v = at.longitude;
-    return {{sq.a.x * u.c * v.c, sq.a.y * u.c * v.s, sq.a.z * u.s},
-            {u.nc * v.nc / sq.a.x, u.nc * v.ns / sq.a.y, u.ns / sq.a.z}};
+    return {{sq.a.x * u.c * v.c, sq.a.y * u.c * v.s, sq.a.z * u.s}, {u.nc * v.nc / sq.a.x, u.nc * v.ns / sq.a.y, u.ns / sq.a.z}};
 }
 
 }  // namespace
@@ -114,17 +112,17 @@ SurfaceJet<Real> surface_jet(const Superquadric<Real>& sq, const SurfacePlace<Re
     const Arc<Real>&u = place.latitude, &v = place.longitude;
     const ArcDerivative<Real> du = derivative(u, sq.eps1), dv = derivative(v, sq.eps2);
     PointNormal<Real> value = undeformed(sq, place);
-    PointNormal<Real> d[2] = {{{sq.a.x * du.c * v.c, sq.a.y * du.c * v.s, sq.a.z * du.s},
-                               {du.nc * v.nc / sq.a.x, du.nc * v.ns / sq.a.y, du.ns / sq.a.z}},
-                              {{sq.a.x * u.c * dv.c, sq.a.y * u.c * dv.s, Real(0)},
-                               {u.nc * dv.nc / sq.a.x, u.nc * dv.ns / sq.a.y, Real(0)}}};
+    PointNormal<Real> d[2] = {
+        {{sq.a.x * du.c * v.c, sq.a.y * du.c * v.s, sq.a.z * du.s},
+         {du.nc * v.nc / sq.a.x, du.nc * v.ns / sq.a.y, du.ns / sq.a.z}},
+        {{sq.a.x * u.c * dv.c, sq.a.y * u.c * dv.s, Real(0)}, {u.nc * dv.nc / sq.a.x, u.nc * dv.ns / sq.a.y, Real(0)}}};
     deform_jet(sq, value, d, 2);
     // Derivative of the unit normal: the part of dn across n, divided by |n|.
     const Real length = norm(value.n);
     const Vec3<Real> n = value.n / length;
     const auto unit_derivative = [&](Vec3<Real> dn) { return (dn - dot(dn, n) * n) / length; };
     const auto turned = [&](Vec3<Real> w) { return transpose_mul(sq.rotation, w); };
-    return {to_model(sq, value.x), turned(n),   turned(d[0].x), turned(d[1].x), turned(unit_derivative(d[0].n)),
+    return {to_model(sq, value.x),          turned(n), turned(d[0].x), turned(d[1].x), turned(unit_derivative(d[0].n)),
             turned(unit_derivative(d[1].n))};
 }
 
@@ -212,29 +210,29 @@ template <class Real>
 Vec3<Real> normal_direction_omega(const Superquadric<Real>& sq, Real eta, Real omega) noexcept
 {
     const Real common = (1 - sq.eps2 / 2) * std::sin(2 * omega) * std::pow(std::cos(eta), 2 - sq.eps1);
-    return {-common * signed_power(std::cos(omega), -sq.eps2) / sq.a.x,
-            common * signed_power(std::sin(omega), -sq.eps2) / sq.a.y, Real(0)};
+    return {-common * signed_power(std::cos(omega), -sq.eps2) / sq.a.x, common * signed_power(std::sin(omega), -sq.eps2) / sq.a.y,
+            Real(0)};
 }
 
 }  // namespace printed
 
-#define SQMAP_INSTANTIATE(Real)                                                                                  \
-    template SurfacePlace<Real> place_at(const Superquadric<Real>&, SurfaceAngles<Real>) noexcept;               \
-    template SurfacePlace<Real> place_through(const Superquadric<Real>&, Vec3<Real>, Real*) noexcept;            \
-    template SurfaceAngles<Real> angles_of(const SurfacePlace<Real>&) noexcept;                                  \
-    template SurfacePoint<Real> surface_point(const Superquadric<Real>&, const SurfacePlace<Real>&) noexcept;    \
-    template SurfaceJet<Real> surface_jet(const Superquadric<Real>&, const SurfacePlace<Real>&) noexcept;        \
-    template Vec3<Real> mapped_normal(const SurfaceJet<Real>&, Real, Real, Real) noexcept;                       \
-    template Vec3<Real> implicit_gradient(const Superquadric<Real>&, Vec3<Real>) noexcept;                       \
-    namespace printed {                                                                                          \
-    template Vec3<Real> point(const Superquadric<Real>&, Real, Real) noexcept;                                   \
-    template Vec3<Real> normal_direction(const Superquadric<Real>&, Real, Real) noexcept;                        \
-    template Real normal_scale(const Superquadric<Real>&, Real, Real) noexcept;                                  \
-    template Vec3<Real> point_eta(const Superquadric<Real>&, Real, Real) noexcept;                               \
-    template Vec3<Real> point_omega(const Superquadric<Real>&, Real, Real) noexcept;                             \
-    template Real normal_scale_eta(const Superquadric<Real>&, Real, Real) noexcept;                              \
-    template Vec3<Real> normal_direction_eta(const Superquadric<Real>&, Real, Real) noexcept;                    \
-    template Vec3<Real> normal_direction_omega(const Superquadric<Real>&, Real, Real) noexcept;                  \
+#define SQMAP_INSTANTIATE(Real)                                                                               \
+    template SurfacePlace<Real> place_at(const Superquadric<Real>&, SurfaceAngles<Real>) noexcept;            \
+    template SurfacePlace<Real> place_through(const Superquadric<Real>&, Vec3<Real>, Real*) noexcept;         \
+    template SurfaceAngles<Real> angles_of(const SurfacePlace<Real>&) noexcept;                               \
+    template SurfacePoint<Real> surface_point(const Superquadric<Real>&, const SurfacePlace<Real>&) noexcept; \
+    template SurfaceJet<Real> surface_jet(const Superquadric<Real>&, const SurfacePlace<Real>&) noexcept;     \
+    template Vec3<Real> mapped_normal(const SurfaceJet<Real>&, Real, Real, Real) noexcept;                    \
+    template Vec3<Real> implicit_gradient(const Superquadric<Real>&, Vec3<Real>) noexcept;                    \
+    namespace printed {                                                                                       \
+    template Vec3<Real> point(const Superquadric<Real>&, Real, Real) noexcept;                                \
+    template Vec3<Real> normal_direction(const Superquadric<Real>&, Real, Real) noexcept;                     \
+    template Real normal_scale(const Superquadric<Real>&, Real, Real) noexcept;                               \
+    template Vec3<Real> point_eta(const Superquadric<Real>&, Real, Real) noexcept;                            \
+    template Vec3<Real> point_omega(const Superquadric<Real>&, Real, Real) noexcept;                          \
+    template Real normal_scale_eta(const Superquadric<Real>&, Real, Real) noexcept;                           \
+    template Vec3<Real> normal_direction_eta(const Superquadric<Real>&, Real, Real) noexcept;                 \
+    template Vec3<Real> normal_direction_omega(const Superquadric<Real>&, Real, Real) noexcept;               \
     }
 SQMAP_INSTANTIATE(float)
 SQMAP_INSTANTIATE(double)

@@ -32,7 +32,8 @@ using model::ParseStatus;
 /// Bytes at an 8-byte boundary with nothing behind them, so that a sanitizer sees every overrun.
 class Bytes {
 public:
-    explicit Bytes(std::span<const std::byte> from) : size_(from.size()), data_(new (std::align_val_t{8}) std::byte[std::max<std::size_t>(size_, 1)])
+    explicit Bytes(std::span<const std::byte> from)
+        : size_(from.size()), data_(new (std::align_val_t{8}) std::byte[std::max<std::size_t>(size_, 1)])
     {
         std::copy(from.begin(), from.end(), data_);
     }
@@ -85,8 +86,10 @@ ParseStatus parse_and_ask(std::span<const std::byte> bytes, std::uint64_t seed =
     Bytes copy(bytes);
     ModelView view;
     const ParseStatus status = model::parse(copy.span(), view);
-    if (status == ParseStatus::Ok) interrogate(view, seed);
-    else EXPECT_TRUE(view.parts.empty()) << "a refused model left a view behind";
+    if (status == ParseStatus::Ok)
+        interrogate(view, seed);
+    else
+        EXPECT_TRUE(view.parts.empty()) << "a refused model left a view behind";
     return status;
 }
 
@@ -259,18 +262,42 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
         ModelData data = torus_model();
         const std::uint32_t times = 1 + random.below(3);
         for (std::uint32_t k = 0; k < times; ++k) switch (random.below(12)) {
-                case 0: damage(data.samples); break;
-                case 1: damage(data.cells); break;
-                case 2: damage(data.blocks); break;
-                case 3: damage(data.specials); break;
-                case 4: damage(data.pool); break;
-                case 5: damage(data.rows); break;
-                case 6: damage(data.starts); break;
-                case 7: damage(data.refs); break;
-                case 8: damage(data.locals); break;
-                case 9: damage(data.vertices); break;
-                case 10: damage(data.triangles16); break;
-                default: damage(data.parts); break;
+                case 0:
+                    damage(data.samples);
+                    break;
+                case 1:
+                    damage(data.cells);
+                    break;
+                case 2:
+                    damage(data.blocks);
+                    break;
+                case 3:
+                    damage(data.specials);
+                    break;
+                case 4:
+                    damage(data.pool);
+                    break;
+                case 5:
+                    damage(data.rows);
+                    break;
+                case 6:
+                    damage(data.starts);
+                    break;
+                case 7:
+                    damage(data.refs);
+                    break;
+                case 8:
+                    damage(data.locals);
+                    break;
+                case 9:
+                    damage(data.vertices);
+                    break;
+                case 10:
+                    damage(data.triangles16);
+                    break;
+                default:
+                    damage(data.parts);
+                    break;
             }
         if (parse_and_ask(serialize(data), static_cast<std::uint64_t>(i)) == ParseStatus::Ok) ++passed;
     }
@@ -314,7 +341,8 @@ std::uint16_t& split_child(ModelData& m, std::size_t child)
         for (std::uint32_t i = 0; i < p.cell_count; ++i) {
             const std::uint16_t cell = m.cells[p.first_cell + i];
             if (model::cell_kind(cell) == model::CellKind::Split)
-                return m.pool[p.first_pool + m.specials[p.first_special + model::cell_payload(cell)] + model::k_split_samples + child];
+                return m.pool[p.first_pool + m.specials[p.first_special + model::cell_payload(cell)] + model::k_split_samples +
+                              child];
         }
     throw std::logic_error("the model has no split cell");
 }
@@ -421,7 +449,10 @@ const Lie k_lies[] = {
                  return;
              }
      }},
-    {"ref_not_a_local", [](ModelData& m) { m.refs[m.parts[0].first_ref + m.parts[0].ref_count - 1] = static_cast<std::uint16_t>(m.parts[0].local_count); }},
+    {"ref_not_a_local",
+     [](ModelData& m) {
+         m.refs[m.parts[0].first_ref + m.parts[0].ref_count - 1] = static_cast<std::uint16_t>(m.parts[0].local_count);
+     }},
     {"local_not_a_triangle", [](ModelData& m) { m.locals[0] = static_cast<std::uint32_t>(m.triangle_part.size()); }},
     {"split_list_offset_behind_list", [](ModelData& m) { m.refs[split_list(m) + 5] = 0xfff0; }},
     {"split_list_offsets_go_back", [](ModelData& m) { std::swap(m.refs[split_list(m) + 1], m.refs[split_list(m) + 5]); }},
@@ -452,7 +483,8 @@ const Lie k_lies[] = {
     {"triangle_of_no_part", [](ModelData& m) { m.triangle_part[0] = static_cast<std::uint16_t>(m.parts.size()); }},
 };
 
-INSTANTIATE_TEST_SUITE_P(Format, InconsistentModel, testing::ValuesIn(k_lies), [](const auto& lie) { return std::string(lie.param.name); });
+INSTANTIATE_TEST_SUITE_P(Format, InconsistentModel, testing::ValuesIn(k_lies),
+                         [](const auto& lie) { return std::string(lie.param.name); });
 
 /// A folder of its own, removed with all in it.
 class ModelFolder : public testing::Test {
@@ -481,7 +513,8 @@ protected:
     }
     static void write(const fs::path& path, std::span<const std::byte> bytes)
     {
-        std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        std::ofstream(path, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     }
     fs::path folder_;
 };

@@ -27,7 +27,8 @@ std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
 NormalMap at_level(const mesh::Mesh& m, const Superquadricd& sq, int level, bool corrections = false)
 {
     const MapRays rays(m);
-    return bake::bake_normal_map(rays, all_triangles(m), sq, {.min_level = level, .max_level = level, .corrections = corrections});
+    return bake::bake_normal_map(rays, all_triangles(m), sq,
+                                 {.min_level = level, .max_level = level, .corrections = corrections});
 }
 
 // Fig. 4: two balls in one superquadric.
@@ -58,7 +59,8 @@ TEST(Paper, Fig4MapOfTwoSpheresMatchesTheClosedForm)
     int count = 0;
     for (std::uint32_t i = 1; i + 1 < map.eta_count; ++i)
         for (std::uint32_t j = 0; j < map.omega_count; j += 3) {
-            const shape::SurfaceAngles<double> at{pi * (double(i) / (map.eta_count - 1) - 0.5), 2 * pi * j / map.omega_count - pi};
+            const shape::SurfaceAngles<double> at{pi * (double(i) / (map.eta_count - 1) - 0.5),
+                                                  2 * pi * j / map.omega_count - pi};
             const auto s = shape::surface_point(sq, at);
             double expected = 1e9;
             for (const double z : {0.0, 0.8}) {
@@ -74,8 +76,8 @@ TEST(Paper, Fig4MapOfTwoSpheresMatchesTheClosedForm)
             if (i == map.eta_count / 2) waist = std::max(waist, stored);
             ++count;
         }
-    EXPECT_LT(mean / count, 1.5e-3);       // facets of the mesh
-    EXPECT_GT(waist, 0.75 * largest);      // white in Fig. 4c: the gap between the balls
+    EXPECT_LT(mean / count, 1.5e-3);   // facets of the mesh
+    EXPECT_GT(waist, 0.75 * largest);  // white in Fig. 4c: the gap between the balls
 }
 
 TEST(Paper, Eq11MeasuresAlongTheNormalNotToTheNearestPoint)
@@ -122,7 +124,8 @@ TEST(Paper, Eq12OffsetIsOffUnlessAskedForAndOnlyBringsContactEarlier)
     const NormalMap map = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
     int nearer = 0;
     for (int n = 0; n < 3000; ++n) {
-        const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)), static_cast<float>(3.1 * std::sin(0.11 * n))};
+        const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)),
+                                       static_cast<float>(3.1 * std::sin(0.11 * n))};
         const float plain = query::sample_map(map.view(), at, {}).distance;
         const float offset = query::sample_map(map.view(), at, {.use_offset = true}).distance;
         EXPECT_LE(offset, plain);

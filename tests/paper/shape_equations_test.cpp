@@ -75,7 +75,9 @@ TEST(Paper, Eq9SpacesSamplesMoreEvenlyThanEq8Alone)
         };
         Superquadricd sq;
         sq.eps1 = eps;
-        EXPECT_LT(2 * spread([&](double t) { return surface_point(sq, Angles{t, 0.0}).point; }),
+        EXPECT_LT(2 * spread([&](double t) {
+                      return surface_point(sq, Angles{t, 0.0}).point;
+                  }),
                   spread([&](double t) { return printed::point(sq, t, 0.0); }));
     }
 }
@@ -208,9 +210,9 @@ TEST(Paper, Eq22To27NormalOfTheMappedSurfaceMatchesFiniteDifferences)
                     };
                     const Vec3d se = mapped(eta + h, omega) - mapped(eta - h, omega);
                     const Vec3d so = mapped(eta, omega + h) - mapped(eta, omega - h);
-                    const Vec3d n = mapped_normal(surface_jet(sq, place_at(sq, Angles{eta, omega})), map(eta, omega),
-                                                  0.06 * std::cos(2 * eta) * std::cos(omega),
-                                                  -0.03 * std::sin(2 * eta) * std::sin(omega));
+                    const Vec3d n =
+                        mapped_normal(surface_jet(sq, place_at(sq, Angles{eta, omega})), map(eta, omega),
+                                      0.06 * std::cos(2 * eta) * std::cos(omega), -0.03 * std::sin(2 * eta) * std::sin(omega));
                     EXPECT_LT(norm(normalized(n) - normalized(cross(so, se))), 1e-5);
                 }
         }

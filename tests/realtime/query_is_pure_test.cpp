@@ -47,7 +47,8 @@ extern "C" void* malloc(std::size_t size) noexcept
 namespace sqmap {
 namespace {
 
-constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact, query::Layer::Auto};
+constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact,
+                                     query::Layer::Auto};
 
 /// Allocations while work runs.
 template <class Work>
@@ -148,9 +149,10 @@ TEST(RealTime, QueriesRaiseNoFloatingPointException)
                 (void)query::query_point(view, p, layer);
                 const int raised = std::fetestexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
                 if (raised != 0 && ++shown <= 3)
-                    ADD_FAILURE() << "layer " << static_cast<int>(layer) << " projection " << view.header.projection << " at " << p.x << ' '
-                                  << p.y << ' ' << p.z << ((raised & FE_INVALID) != 0 ? " invalid" : "")
-                                  << ((raised & FE_DIVBYZERO) != 0 ? " division by zero" : "") << ((raised & FE_OVERFLOW) != 0 ? " overflow" : "");
+                    ADD_FAILURE() << "layer " << static_cast<int>(layer) << " projection " << view.header.projection << " at "
+                                  << p.x << ' ' << p.y << ' ' << p.z << ((raised & FE_INVALID) != 0 ? " invalid" : "")
+                                  << ((raised & FE_DIVBYZERO) != 0 ? " division by zero" : "")
+                                  << ((raised & FE_OVERFLOW) != 0 ? " overflow" : "");
             }
             EXPECT_EQ(shown, 0) << "points of " << points.size();
         }

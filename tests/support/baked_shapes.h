@@ -56,7 +56,10 @@ inline mesh::Mesh mapped(mesh::Mesh m, double scale, Vec3d shift)
 
 inline mesh::Mesh small_sphere() { return mesh::sphere(1, 3); }
 inline mesh::Mesh small_box() { return mesh::rounded_box({1.2, 0.8, 0.6}, 0.2, 3); }
-inline mesh::Mesh small_torus() { return mesh::torus({.major_radius = 1, .minor_radius = 0.3, .major_segments = 36, .minor_segments = 16}); }
+inline mesh::Mesh small_torus()
+{
+    return mesh::torus({.major_radius = 1, .minor_radius = 0.3, .major_segments = 36, .minor_segments = 16});
+}
 inline mesh::Mesh small_hand() { return mesh::polygonized(mesh::hand_capsules(), 0.06); }
 
 /// A cube of 12 triangles: as few and as large triangles as can be, edges and corners on the chart's own planes.
@@ -71,8 +74,9 @@ inline mesh::Mesh cube()
 
 inline std::vector<Shape> small_shapes()
 {
-    return {{"sphere", small_sphere()}, {"ellipsoid", mesh::ellipsoid({1.6, 1.0, 0.5}, 3)}, {"box", small_box()}, {"cube", cube()},
-            {"torus", small_torus()}, {"dumbbell", mesh::dumbbell({.segments = 24})}, {"hand", small_hand()}};
+    return {
+        {"sphere", small_sphere()}, {"ellipsoid", mesh::ellipsoid({1.6, 1.0, 0.5}, 3)}, {"box", small_box()},  {"cube", cube()},
+        {"torus", small_torus()},   {"dumbbell", mesh::dumbbell({.segments = 24})},     {"hand", small_hand()}};
 }
 
 /// A mesh of the shared folder, as the gate lets it through; nothing where the file is absent.

@@ -15,13 +15,13 @@ namespace sqmap::bake {
 
 struct BakeOptions {
     model::Projection projection = model::Projection::Central;
-    double target_error = 0.5;      ///< percent of R_max: layer-3 depth error, 99th percentile
+    double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
-    double max_looseness = 1.4;     ///< a part is split while its superquadric has more than this times its solid's volume
-    double max_q2_share = 0.1;      ///< or while more than this share of its area is hidden from its projection
-    double split_gain = 0.1;       ///< a split stays if it saves this share of the part's cost
-    bool exact = true;              ///< store the exact layer
-    unsigned threads = 0;           ///< 0: one a core; the result does not depend on it
+    double max_looseness = 1.4;  ///< a part is split while its superquadric has more than this times its solid's volume
+    double max_q2_share = 0.1;   ///< or while more than this share of its area is hidden from its projection
+    double split_gain = 0.1;     ///< a split stays if it saves this share of the part's cost
+    bool exact = true;           ///< store the exact layer
+    unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
     fit::FitOptions fit{};
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
@@ -30,10 +30,10 @@ struct BakeOptions {
 
 struct PartReport {
     fit::Certificate certificate;
-    double volume = 0;              ///< of the superquadric, model units cubed
-    double solid_volume = 0;        ///< of the solid that is the part's, caps and all
+    double volume = 0;        ///< of the superquadric, model units cubed
+    double solid_volume = 0;  ///< of the solid that is the part's, caps and all
     double area = 0;
-    double q2_share = 0;            ///< of the part's area: not the first surface its projection meets
+    double q2_share = 0;  ///< of the part's area: not the first surface its projection meets
     bool fallback = false;
     std::uint32_t base = 0;
     std::size_t map_bytes = 0, exact_bytes = 0;

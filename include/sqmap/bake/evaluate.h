@@ -14,7 +14,7 @@ namespace sqmap::bake {
 struct EvaluateOptions {
     std::uint32_t points = 20000;
     std::uint64_t seed = 1;
-    double near_band = 0.04;      ///< three quarters of the points lie within this share of R_max of the surface
+    double near_band = 0.04;  ///< three quarters of the points lie within this share of R_max of the surface
     query::Layer layer = query::Layer::Three;
     double verdict_band = 0.005;  ///< verdicts nearer to the surface than this share of R_max are not judged
 };

@@ -44,7 +44,8 @@ public:
     /// both sides) do not count. Triangles up to `lift` behind the origin do, at distance 0. Crossings are counted along
     /// the whole ray; where they contradict each other (a grazed edge) the exact winding number decides.
     /// gaps: appended to, nearest first, also for a Cap; null where they are not wanted.
-    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, double to, double lift, std::vector<Gap>* gaps = nullptr) const;
+    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, double to, double lift,
+                                        std::vector<Gap>* gaps = nullptr) const;
 
     [[nodiscard]] const mesh::Mesh& mesh() const;
     [[nodiscard]] const mesh::Bvh& bvh() const;
@@ -56,15 +57,15 @@ private:
 
 /// Lengths are relative to the superquadric's largest semi-axis.
 struct NormalMapOptions {
-    double target_error = 2e-3;  ///< bounds the 99th percentile of what linear interpolation misses within one sheet
-    int min_level = 4;           ///< finest grid at least 2^level + 1 by 2^(level + 1)
-    int max_level = 7;           ///< and at most
-    int subdivisions = 1;        ///< A_S: the base grid of layer 2 is coarser by 2^A_S
-    double offset_constant = 1.5;     ///< a_N of eq. 12
-    bool corrections = true;          ///< step 3
-    bool gaps = true;                 ///< openings behind the first surface (beyond the paper)
-    double correction_threshold = 0.1;///< vertices closer to the map than this share of target_error add nothing
-    double jump_slope = 1.5;  ///< samples whose distances differ by more than this per length are probed for a jump
+    double target_error = 2e-3;         ///< bounds the 99th percentile of what linear interpolation misses within one sheet
+    int min_level = 4;                  ///< finest grid at least 2^level + 1 by 2^(level + 1)
+    int max_level = 7;                  ///< and at most
+    int subdivisions = 1;               ///< A_S: the base grid of layer 2 is coarser by 2^A_S
+    double offset_constant = 1.5;       ///< a_N of eq. 12
+    bool corrections = true;            ///< step 3
+    bool gaps = true;                   ///< openings behind the first surface (beyond the paper)
+    double correction_threshold = 0.1;  ///< vertices closer to the map than this share of target_error add nothing
+    double jump_slope = 1.5;            ///< samples whose distances differ by more than this per length are probed for a jump
 };
 
 /// What was measured while baking. Shares are of grid samples unless said otherwise.
@@ -72,7 +73,7 @@ struct NormalMapReport {
     int level = 0;
     bool target_met = false;
     double hit_share = 0, cap_share = 0, miss_share = 0;
-    double cut_share = 0;  ///< of cells that hold a jump of the surface
+    double cut_share = 0;                                  ///< of cells that hold a jump of the surface
     double interpolation_mean = 0, interpolation_p99 = 0;  ///< model units, at centres of cells without a jump
     double quantization_error = 0;                         ///< largest, model units
     std::uint32_t vertices = 0, occluded_vertices = 0, corrections = 0, gaps = 0;

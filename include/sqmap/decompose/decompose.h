@@ -13,10 +13,10 @@ enum class CutKind : std::uint8_t { Salient, Curvature, Error };
 
 /// A boundary between two adjacent parts.
 struct Boundary {
-    std::uint32_t part_a;    ///< part_a < part_b
+    std::uint32_t part_a;  ///< part_a < part_b
     std::uint32_t part_b;
-    CutKind kind;            ///< the strongest reason for it, Salient before Curvature before Error
-    double length;           ///< mesh units
+    CutKind kind;   ///< the strongest reason for it, Salient before Curvature before Error
+    double length;  ///< mesh units
 };
 
 /// Parts of a mesh: one label a triangle; every part is connected through edges. Labels are in order of area, the
@@ -24,7 +24,7 @@ struct Boundary {
 struct Partition {
     std::vector<std::uint32_t> part_of_triangle;  ///< #triangles, values in [0, part_count)
     std::uint32_t part_count = 0;
-    std::vector<Boundary> boundaries;             ///< pairs of adjacent parts, in order of (part_a, part_b)
+    std::vector<Boundary> boundaries;  ///< pairs of adjacent parts, in order of (part_a, part_b)
 };
 
 /// How the protrusion sum of eq. 4 is taken.
@@ -75,8 +75,8 @@ struct Decomposition {
 /// The best cut of one part in two (or more, where the cut leaves several pieces), labelled CutKind::Error.
 struct Split {
     Partition partition;
-    bool found = false;   ///< false: no cut leaves both sides at least minimum_part_area
-    double gain = 0;      ///< share of the volume of its ellipsoid of inertia that the cut saves, below 1; may be negative
+    bool found = false;  ///< false: no cut leaves both sides at least minimum_part_area
+    double gain = 0;     ///< share of the volume of its ellipsoid of inertia that the cut saves, below 1; may be negative
 };
 
 /// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most and the crease is deepest, for the length
@@ -86,7 +86,8 @@ struct Split {
                                const DecomposeOptions& options = {});
 
 /// The partition with part_b joined to part_a; the last label moves into the gap.
-[[nodiscard]] Partition merge_parts(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part_a, std::uint32_t part_b);
+[[nodiscard]] Partition merge_parts(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part_a,
+                                    std::uint32_t part_b);
 
 /// Relabelled by area, the largest part first.
 [[nodiscard]] Partition ordered_by_area(const mesh::Mesh& mesh, const Partition& partition);

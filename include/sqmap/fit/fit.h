@@ -21,8 +21,8 @@ struct FitOptions {
     bool allow_taper = true;
     bool allow_bend = true;  ///< the bent model has taper too, whatever allow_taper says
     Residual residual = Residual::Radial;
-    int max_iterations = 30;    ///< Levenberg-Marquardt steps of one start
-    int max_samples = 200;      ///< surface points that enter eq. 3
+    int max_iterations = 30;  ///< Levenberg-Marquardt steps of one start
+    int max_samples = 200;    ///< surface points that enter eq. 3
     double min_exponent = 0.1;
     double max_exponent = 2.0;
     double max_overhang = 1.4;  ///< greatest semi-axis, as a multiple of the part's half extent along it
@@ -32,9 +32,9 @@ struct FitOptions {
 
 /// A proof that a superquadric holds triangles.
 struct Certificate {
-    double largest_f = 0;  ///< proven upper bound of F (eq. 1) over every point of every triangle
-    double tolerance = 0;  ///< how far above the true largest F the bound may lie
-    bool bounding = false; ///< largest_f <= 1
+    double largest_f = 0;   ///< proven upper bound of F (eq. 1) over every point of every triangle
+    double tolerance = 0;   ///< how far above the true largest F the bound may lie
+    bool bounding = false;  ///< largest_f <= 1
 };
 
 struct FitReport {

@@ -12,10 +12,10 @@
 namespace sqmap::model {
 
 inline constexpr std::uint32_t k_format_version = 1;
-inline constexpr int k_faces = 6;          ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
-inline constexpr int k_block = 2;          ///< base cells along the side of a block of the pyramid
-inline constexpr int k_max_split_depth = 4;///< a base cell is halved at most this often
-inline constexpr int k_max_sheets = 7;     ///< surfaces along one ray that a layered cell tells apart
+inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
+inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
+inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
+inline constexpr int k_max_sheets = 7;       ///< surfaces along one ray that a layered cell tells apart
 
 /// How a part's surface is projected (fixed at bake).
 enum class Projection : std::uint32_t { Central = 0, Normal = 1 };
@@ -39,19 +39,19 @@ struct Part {
     float chart_centre[3];
     float chart_lo[9], chart_hi[9];  ///< where the chart answers: bounds of x', y', z', x'+y', x'-y', x'+z', x'-z', y'+z', y'-z'
     float offset_step, smoothing_step;  ///< what one step of offsets (model units) and of smoothing (in w) means
-    float w_min, w_step;             ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
-    std::uint32_t base;              ///< cells along a face's side, a multiple of k_block; 0: no central map
-    std::uint32_t flags;             ///< PartFlag bits
-    std::int32_t centre_winding;     ///< winding number of the mesh about the chart's centre
+    float w_min, w_step;                ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
+    std::uint32_t base;                 ///< cells along a face's side, a multiple of k_block; 0: no central map
+    std::uint32_t flags;                ///< PartFlag bits
+    std::int32_t centre_winding;        ///< winding number of the mesh about the chart's centre
     std::uint32_t triangle_count, vertex_count;  ///< of the surface that belongs to the part
-    float area;                      ///< of that surface
+    float area;                                  ///< of that surface
     // First entries in the model's arrays, and how many.
     std::uint32_t first_sample, sample_count;
     std::uint32_t first_cell, cell_count;
     std::uint32_t first_block, block_count;
     std::uint32_t first_special, special_count;
     std::uint32_t first_pool, pool_count;
-    std::uint32_t first_row, first_start;    ///< exact layer: k_faces * base rows, k_faces * base * (base + 1) starts
+    std::uint32_t first_row, first_start;  ///< exact layer: k_faces * base rows, k_faces * base * (base + 1) starts
     std::uint32_t first_ref, ref_count;
     std::uint32_t first_local, local_count;
 };
@@ -66,10 +66,10 @@ enum PartFlag : std::uint32_t {
 struct Header {
     double origin[3];  ///< mesh units; model = (mesh - origin) / unit
     double unit;
-    double r_max;        ///< largest distance between two vertices, model units
-    double quantisation; ///< largest error that 16-bit storage added to a radius, model units
-    float sphere[4];     ///< bounding sphere of the object, model units
-    std::uint32_t solid; ///< 1 a closed solid, 0 a surface
+    double r_max;         ///< largest distance between two vertices, model units
+    double quantisation;  ///< largest error that 16-bit storage added to a radius, model units
+    float sphere[4];      ///< bounding sphere of the object, model units
+    std::uint32_t solid;  ///< 1 a closed solid, 0 a surface
     std::uint32_t projection;
     std::uint32_t triangle_count, vertex_count;
     std::uint32_t self_intersecting;  ///< 1 if some exact triangles cross each other
@@ -138,21 +138,21 @@ struct NormalArrays {
 struct ModelView {
     Header header{};
     std::span<const Part> parts;
-    std::span<const std::uint16_t> samples;   ///< base samples, a part: face by row by column, (base+1)^2 a face
-    std::span<const std::uint8_t> offsets;    ///< beside samples: the triangle-tunnelling offset (eq. 12), outwards
-    std::span<const std::int8_t> smoothing;   ///< beside samples: smoothed map less the map
-    std::span<const std::uint16_t> cells;     ///< base cells, a part: face by row by column, base^2 a face
+    std::span<const std::uint16_t> samples;  ///< base samples, a part: face by row by column, (base+1)^2 a face
+    std::span<const std::uint8_t> offsets;   ///< beside samples: the triangle-tunnelling offset (eq. 12), outwards
+    std::span<const std::int8_t> smoothing;  ///< beside samples: smoothed map less the map
+    std::span<const std::uint16_t> cells;    ///< base cells, a part: face by row by column, base^2 a face
     std::span<const Block> blocks;
     std::span<const std::uint32_t> specials;  ///< offsets into a part's pool
     std::span<const std::uint16_t> pool;
     // Exact layer; empty when the model was baked without it.
-    std::span<const std::uint32_t> rows;      ///< a part: a row of base cells -> first entry in the part's refs
-    std::span<const std::uint16_t> starts;    ///< a part: (base + 1) a row: a cell's list is refs[row + start .. row + next)
-    std::span<const std::uint16_t> refs;      ///< part-local triangles; a list may be split, see k_split_list
-    std::span<const std::uint32_t> locals;    ///< part-local triangle -> triangle of the model
-    std::span<const float> vertices;          ///< #vertices by 3, model space
-    std::span<const std::uint16_t> triangles16;  ///< #triangles by 3, where the model has at most 65536 vertices
-    std::span<const std::uint32_t> triangles32;  ///< #triangles by 3, where it has more
+    std::span<const std::uint32_t> rows;           ///< a part: a row of base cells -> first entry in the part's refs
+    std::span<const std::uint16_t> starts;         ///< a part: (base + 1) a row: a cell's list is refs[row + start .. row + next)
+    std::span<const std::uint16_t> refs;           ///< part-local triangles; a list may be split, see k_split_list
+    std::span<const std::uint32_t> locals;         ///< part-local triangle -> triangle of the model
+    std::span<const float> vertices;               ///< #vertices by 3, model space
+    std::span<const std::uint16_t> triangles16;    ///< #triangles by 3, where the model has at most 65536 vertices
+    std::span<const std::uint32_t> triangles32;    ///< #triangles by 3, where it has more
     std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
     NormalArrays normal;
 };

@@ -47,9 +47,25 @@ struct ModelData {
 
     [[nodiscard]] ModelView view() const
     {
-        return {header, parts, samples, offsets, smoothing, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16, triangles32,
+        return {header,
+                parts,
+                samples,
+                offsets,
+                smoothing,
+                cells,
+                blocks,
+                specials,
+                pool,
+                rows,
+                starts,
+                refs,
+                locals,
+                vertices,
+                triangles16,
+                triangles32,
                 triangle_part,
-                {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections, gaps, seeds}};
+                {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections,
+                 gaps, seeds}};
     }
 };
 

@@ -17,9 +17,9 @@ inline constexpr std::uint16_t k_map_miss = 65535;  ///< the ray meets no surfac
 /// A mesh vertex seen by step 3, as a correction of the interpolated map: a pyramid over its cell, 1 at the vertex and 0
 /// on the border, times correction. Sorted by row (normal map: correction_rows) and column.
 struct VertexCorrection {
-    std::uint16_t column;            ///< of the cell
-    std::uint8_t eta, omega;         ///< place in the cell, in 1/256
-    std::int16_t correction;         ///< times distance_scale
+    std::uint16_t column;     ///< of the cell
+    std::uint8_t eta, omega;  ///< place in the cell, in 1/256
+    std::int16_t correction;  ///< times distance_scale
     friend constexpr bool operator==(const VertexCorrection&, const VertexCorrection&) = default;
 };
 

@@ -10,12 +10,12 @@ namespace sqmap::model {
 
 enum class ParseStatus {
     Ok,
-    Truncated,        ///< too short, or the structure runs past the end of the bytes
-    NotAModel,        ///< the file identifier is missing
-    WrongVersion,     ///< made by another format version: bake again
-    BadHash,          ///< the content differs from what was written
-    BadStructure,     ///< sizes or indices that contradict each other
-    BadValue,         ///< a number that is not finite or out of its range
+    Truncated,     ///< too short, or the structure runs past the end of the bytes
+    NotAModel,     ///< the file identifier is missing
+    WrongVersion,  ///< made by another format version: bake again
+    BadHash,       ///< the content differs from what was written
+    BadStructure,  ///< sizes or indices that contradict each other
+    BadValue,      ///< a number that is not finite or out of its range
 };
 
 [[nodiscard]] const char* to_string(ParseStatus status) noexcept;

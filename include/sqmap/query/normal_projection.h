@@ -23,22 +23,22 @@ struct ProjectionOptions {
     /// 4.2 step 4; Exact has no data here and is answered by Three.
     Layer layer = Layer::Three;
     Projector projector = Projector::Newton;
-    bool use_offset = false;       ///< subtract delta of eq. 12: for probes made of triangles, not for points
-    bool use_corrections = true;   ///< step 3 data in layer 3
+    bool use_offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
+    bool use_corrections = true;  ///< step 3 data in layer 3
     /// Layer 3 contacts: how often the surface point is looked up again at the point's projection on its tangent plane, so
     /// that depth and normal are those of the nearest surface, not of the one along the line to the foot.
     int nearest_steps = 2;
-    bool use_gaps = true;          ///< openings behind the first surface in layer 3 (beyond the paper)
+    bool use_gaps = true;  ///< openings behind the first surface in layer 3 (beyond the paper)
 };
 
 enum ProjectionFlags : std::uint8_t {
-    k_projection_cap = 1,        ///< contact without a surface to push to
-    k_projection_miss = 2,       ///< free because the ray meets nothing
-    k_projection_wide = 4,       ///< the pyramid's window did not hold the foot: the whole surface was searched
-    k_projection_unproven = 8,   ///< the foot search did not converge: the verdict is a guess and no witness
-    k_projection_behind = 32,    ///< decided by an opening behind the first surface: its border carries no normal
-    k_projection_by_cap = 64,    ///< free beside samples that start inside the solid: no witness against another part's claim
-    k_projection_silhouette = 16 ///< the cell holds a jump of the surface: values of one sheet only were used
+    k_projection_cap = 1,         ///< contact without a surface to push to
+    k_projection_miss = 2,        ///< free because the ray meets nothing
+    k_projection_wide = 4,        ///< the pyramid's window did not hold the foot: the whole surface was searched
+    k_projection_unproven = 8,    ///< the foot search did not converge: the verdict is a guess and no witness
+    k_projection_behind = 32,     ///< decided by an opening behind the first surface: its border carries no normal
+    k_projection_by_cap = 64,     ///< free beside samples that start inside the solid: no witness against another part's claim
+    k_projection_silhouette = 16  ///< the cell holds a jump of the surface: values of one sheet only were used
 };
 
 enum class Verdict : std::uint8_t {
@@ -51,15 +51,15 @@ enum class Verdict : std::uint8_t {
 struct PartAnswer {
     Verdict verdict = Verdict::Outside;
     std::uint8_t flags = 0;
-    float foot_distance = 0;   ///< |p - P_M|, S_SQ^M of eq. 21
-    float map_distance = 0;    ///< D_SQ(P_M); 0 for a cap, infinity for a miss
-    float depth_along = 0;     ///< foot_distance - map_distance: depth along the superquadric's normal, negative in front
-    float depth = 0;           ///< distance to the tangent plane at the surface point
+    float foot_distance = 0;       ///< |p - P_M|, S_SQ^M of eq. 21
+    float map_distance = 0;        ///< D_SQ(P_M); 0 for a cap, infinity for a miss
+    float depth_along = 0;         ///< foot_distance - map_distance: depth along the superquadric's normal, negative in front
+    float depth = 0;               ///< distance to the tangent plane at the surface point
     shape::SurfaceAnglesf angles;  ///< of the foot
-    Vec3f foot;                ///< P_M
-    Vec3f foot_normal;         ///< outward normal of the superquadric
-    Vec3f surface;             ///< the surface point (see nearest_steps); the foot for caps and misses
-    Vec3f normal;              ///< unit outward surface normal; that of the superquadric for caps, misses and layer 1
+    Vec3f foot;                    ///< P_M
+    Vec3f foot_normal;             ///< outward normal of the superquadric
+    Vec3f surface;                 ///< the surface point (see nearest_steps); the foot for caps and misses
+    Vec3f normal;                  ///< unit outward surface normal; that of the superquadric for caps, misses and layer 1
 };
 
 /// Layer 1, then the asked-for layer for points inside the superquadric. Layer One answers Contact for all of those.
@@ -75,13 +75,13 @@ struct PartAnswer {
 /// What all parts together say about one point.
 struct CombinedAnswer {
     bool contact = false;
-    bool has_surface = false;   ///< false where only caps claim the point: no depth, no normal
-    std::int32_t part = -1;     ///< index into answers of the part that depth and normal come from
+    bool has_surface = false;  ///< false where only caps claim the point: no depth, no normal
+    std::int32_t part = -1;    ///< index into answers of the part that depth and normal come from
 };
 
 /// The witness rule for overlapping parts (errata 15): a point is in contact if a part claims it and no part that holds it
-/// proves it free; a proof is a Free verdict whose foot converged and whose cell no other part's surface runs through. Depth and normal come from the claim with the least
-/// depth among true surface samples.
+/// proves it free; a proof is a Free verdict whose foot converged and whose cell no other part's surface runs through. Depth and
+/// normal come from the claim with the least depth among true surface samples.
 [[nodiscard]] CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept;
 
 /// The foot point alone.
@@ -112,7 +112,8 @@ struct MapSample {
     Vec3f normal;        ///< unit, outward, model frame; zero for caps and misses
     std::uint8_t flags = 0;
 };
-[[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles, const ProjectionOptions& options) noexcept;
+[[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles,
+                                   const ProjectionOptions& options) noexcept;
 
 /// Unit vectors in 16 bits: octahedral, 8 + 8 bits, error below 1 degree.
 [[nodiscard]] std::uint16_t encode_normal(Vec3f unit) noexcept;

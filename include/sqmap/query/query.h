@@ -24,20 +24,20 @@ inline constexpr std::uint32_t k_layer3_gate = 10;
 /// What happened besides the answer; bits of Contact::status.
 enum Status : std::uint8_t {
     k_ok = 0,
-    k_not_finite = 1,   ///< the query point is NaN or infinite: reported free
-    k_no_exact = 2,     ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
-    k_no_surface = 8,   ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
-    k_unresolved = 4,   ///< the exact test met a degenerate ray eight times: answered by the map
+    k_not_finite = 1,  ///< the query point is NaN or infinite: reported free
+    k_no_exact = 2,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
+    k_no_surface = 8,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
+    k_unresolved = 4,  ///< the exact test met a degenerate ray eight times: answered by the map
 };
 
 /// Answer for one point, model space.
 struct Contact {
-    Vec3f point{};             ///< nearest surface point; the query point where free
-    Vec3f normal{};            ///< unit, outward, at that surface point; zero where free
-    float depth = 0;           ///< distance to the surface, >= 0; zero where free
-    std::int32_t part = -1;    ///< part that the surface point belongs to; -1 where free
+    Vec3f point{};           ///< nearest surface point; the query point where free
+    Vec3f normal{};          ///< unit, outward, at that surface point; zero where free
+    float depth = 0;         ///< distance to the surface, >= 0; zero where free
+    std::int32_t part = -1;  ///< part that the surface point belongs to; -1 where free
     bool contact = false;
-    bool certain = false;      ///< the verdict is proven (by the map's bounds or by exact geometry), not approximated
+    bool certain = false;  ///< the verdict is proven (by the map's bounds or by exact geometry), not approximated
     std::uint8_t status = k_ok;
 };
 

@@ -74,7 +74,8 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
     int hits = 0;
     for (std::uint32_t i = 0; i < map.eta_count; ++i)
         for (std::uint32_t j = 0; j < map.omega_count; ++j) {
-            const shape::SurfaceAngles<double> at{pi * (double(i) / (map.eta_count - 1) - 0.5), 2 * pi * j / map.omega_count - pi};
+            const shape::SurfaceAngles<double> at{pi * (double(i) / (map.eta_count - 1) - 0.5),
+                                                  2 * pi * j / map.omega_count - pi};
             const auto s = shape::surface_point(sq, at);
             const double expected = to_sphere(s.point, -s.normal, 0.6);
             const std::uint16_t code = map.distance[std::size_t{i} * map.omega_count + j];
@@ -83,7 +84,8 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
             ++hits;
             ASSERT_LE(code, model::k_map_largest);
             EXPECT_NEAR(double(map.distance_scale) * code, expected, 3 * facet);
-            EXPECT_GT(dot(cast<double>(query::decode_normal(map.normal[std::size_t{i} * map.omega_count + j])), m) / 0.6, std::cos(0.07));
+            EXPECT_GT(dot(cast<double>(query::decode_normal(map.normal[std::size_t{i} * map.omega_count + j])), m) / 0.6,
+                      std::cos(0.07));
         }
     EXPECT_GT(hits, static_cast<int>(map.distance.size() / 2));
     EXPECT_LT(map.report.q2_share, 1e-9);
@@ -181,7 +183,8 @@ TEST(NormalMap, CutsKeepTheSheetsApart)
     EXPECT_GT(map.report.miss_share, 0.0);
     // No value is read that lies on neither ball.
     for (int n = 0; n < 4000; ++n) {
-        const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)), static_cast<float>(3.1 * std::sin(0.11 * n))};
+        const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)),
+                                       static_cast<float>(3.1 * std::sin(0.11 * n))};
         const query::MapSample s = query::sample_map(map.view(), at, {});
         if (!std::isfinite(s.distance)) continue;
         const auto place = shape::surface_point(map.superquadric, at);

@@ -34,7 +34,8 @@ TEST(GaussianCurvature, FollowsTheClosedFormOnATorus)
 
 TEST(GaussianCurvature, AddsUpToTheEulerCharacteristic)
 {
-    for (const auto& [m, characteristic] : {std::pair{mesh::sphere(1, 3), 2.0}, std::pair{mesh::torus(), 0.0}, std::pair{mesh::dumbbell(), 2.0}}) {
+    for (const auto& [m, characteristic] :
+         {std::pair{mesh::sphere(1, 3), 2.0}, std::pair{mesh::torus(), 0.0}, std::pair{mesh::dumbbell(), 2.0}}) {
         // Without a window a triangle has its share of its corners' deficits: the sum is exact (Gauss and Bonnet).
         const auto k = gaussian_curvature(m, mesh::dual_graph(m), 0, 0);
         double total = 0;

@@ -34,7 +34,8 @@ TEST(BestCut, IsTheLeastOfAllCutsOfASmallBand)
     const mesh::Mesh m = mesh::sphere(1, 0);  // 20 triangles: every subset of a free band can be tried
     const CutSurface s(m);
     std::vector<double> field;
-    for (std::uint32_t t = 0; t < m.triangles.size(); ++t) field.push_back(mesh::triangle_centroid(m, t).z + 0.3 * mesh::triangle_centroid(m, t).x);
+    for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
+        field.push_back(mesh::triangle_centroid(m, t).z + 0.3 * mesh::triangle_centroid(m, t).x);
     const double level = 0.1, band = 0.5, radius = 1;
     const auto near = best_cut(s, all_triangles(m), field, level, band, radius);
     std::vector<std::uint32_t> free;

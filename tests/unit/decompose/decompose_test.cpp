@@ -169,7 +169,8 @@ TEST(Decompose, CutsEveryLimbFromTheBody)
     // The tips of the five limbs are in five parts, none of them the body.
     const mesh::Mesh raw = mesh::canonicalized(beast());
     std::set<std::uint32_t> parts;
-    for (const Vec3d tip : {Vec3d{-1.1, 0.5, -1.7}, Vec3d{-0.8, -0.6, -1.8}, Vec3d{0.8, 0.7, -1.6}, Vec3d{1.2, -0.4, -1.7}, Vec3d{-2.4, 0.3, 0.7}}) {
+    for (const Vec3d tip : {Vec3d{-1.1, 0.5, -1.7}, Vec3d{-0.8, -0.6, -1.8}, Vec3d{0.8, 0.7, -1.6}, Vec3d{1.2, -0.4, -1.7},
+                            Vec3d{-2.4, 0.3, 0.7}}) {
         std::uint32_t nearest = 0;
         for (std::uint32_t t = 0; t < raw.triangles.size(); ++t)
             if (norm(mesh::triangle_centroid(raw, t) - tip) < norm(mesh::triangle_centroid(raw, nearest) - tip)) nearest = t;
@@ -343,8 +344,8 @@ TEST_P(SharedMesh, HasTheSamePartsHoweverItIsTurned)
 }
 
 INSTANTIATE_TEST_SUITE_P(Animals, SharedMesh,
-                         testing::Values("elephant_10272.obj", "horse_5946.obj", "camel_4512.obj", "cat_8108.obj", "bull_7154.obj",
-                                         "armadillo_10000.obj", "hand_9344.obj", "hand_9556.obj"),
+                         testing::Values("elephant_10272.obj", "horse_5946.obj", "camel_4512.obj", "cat_8108.obj",
+                                         "bull_7154.obj", "armadillo_10000.obj", "hand_9344.obj", "hand_9556.obj"),
                          [](const auto& test) { return std::string(test.param, std::string(test.param).find('.')); });
 
 }  // namespace

@@ -78,7 +78,8 @@ TEST(FitBounding, HoldsEveryTriangleOfRandomSoups)
         mesh::Mesh m;
         const int n = 1 + k;
         for (int i = 0; i < n; ++i) {
-            for (int j = 0; j < 3; ++j) m.vertices.push_back({uniform(random, -1, 1), uniform(random, -0.5, 0.5), uniform(random, -0.1, 0.1)});
+            for (int j = 0; j < 3; ++j)
+                m.vertices.push_back({uniform(random, -1, 1), uniform(random, -0.5, 0.5), uniform(random, -0.1, 0.1)});
             const auto v = static_cast<std::uint32_t>(3 * i);
             m.triangles.push_back({v, v + 1, v + 2});
         }
@@ -185,7 +186,8 @@ TEST(FitSurface, RecoversTaperAndBend)
         EXPECT_NEAR(r.volume / volume(truth), 1, 0.015);
         if (tapered && !bent) {
             const auto& sq = r.superquadric;
-            EXPECT_NEAR(std::max(std::abs(sq.taper_x), std::abs(sq.taper_y)), std::max(std::abs(truth.taper_x), std::abs(truth.taper_y)), 0.03);
+            EXPECT_NEAR(std::max(std::abs(sq.taper_x), std::abs(sq.taper_y)),
+                        std::max(std::abs(truth.taper_x), std::abs(truth.taper_y)), 0.03);
         }
         if (bent) {
             EXPECT_NEAR(r.superquadric.bend, truth.bend, 0.05);
@@ -217,7 +219,8 @@ TEST(FitBounding, IsNeverLargerThanThePrincipalBoundingEllipsoid)
     for (int k = 0; k < 10; ++k) {
         mesh::Mesh m;
         for (std::uint32_t i = 0; i < 20; ++i) {
-            for (int j = 0; j < 3; ++j) m.vertices.push_back({uniform(random, -2, 2), uniform(random, -1, 1), uniform(random, -0.5, 0.5)});
+            for (int j = 0; j < 3; ++j)
+                m.vertices.push_back({uniform(random, -2, 2), uniform(random, -1, 1), uniform(random, -0.5, 0.5)});
             m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
         }
         FitOptions round;

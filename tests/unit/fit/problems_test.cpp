@@ -25,7 +25,8 @@ void expect_exact_jacobian(const Problem& problem, const std::array<double, N>& 
         problem(u.data(), minus.data(), nullptr);
         for (int i = 0; i < rows; ++i) {
             const double slope = (plus[i] - minus[i]) / (2 * h);
-            EXPECT_NEAR(jacobian[static_cast<std::size_t>(k) * rows + i], slope, 1e-5 * (1 + std::abs(slope))) << "row " << i << " parameter " << k;
+            EXPECT_NEAR(jacobian[static_cast<std::size_t>(k) * rows + i], slope, 1e-5 * (1 + std::abs(slope)))
+                << "row " << i << " parameter " << k;
         }
     }
 }
@@ -73,7 +74,8 @@ TEST(Problems, DigammaIsTheSlopeOfLogGammaAndLogGammaIsThatOfFactorials)
 {
     EXPECT_NEAR(log_gamma(0.5), std::log(std::sqrt(std::numbers::pi)), 1e-13);
     EXPECT_NEAR(log_gamma(6), std::log(120), 1e-13);
-    for (double x = 0.05; x < 12; x += 0.31) EXPECT_NEAR(digamma(x), (log_gamma(x + 1e-5) - log_gamma(x - 1e-5)) / 2e-5, 1e-5 * (1 + 1 / (x * x)));
+    for (double x = 0.05; x < 12; x += 0.31)
+        EXPECT_NEAR(digamma(x), (log_gamma(x + 1e-5) - log_gamma(x - 1e-5)) / 2e-5, 1e-5 * (1 + 1 / (x * x)));
 }
 
 TEST(Chart, DecodesWhatItEncodedAndKeepsEveryBound)

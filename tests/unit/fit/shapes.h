@@ -36,7 +36,9 @@ inline Vec3d surface_point(const shape::Superquadricd& sq, double eta, double om
 inline mesh::Mesh tessellate(const shape::Superquadricd& sq, int n)
 {
     mesh::Mesh m;
-    const auto id = [&](int i, int j) -> std::uint32_t { return static_cast<std::uint32_t>(1 + (i - 1) * 2 * n + (j % (2 * n))); };
+    const auto id = [&](int i, int j) -> std::uint32_t {
+        return static_cast<std::uint32_t>(1 + (i - 1) * 2 * n + (j % (2 * n)));
+    };
     m.vertices.push_back(surface_point(sq, -std::numbers::pi / 2, 0));
     for (int i = 1; i < n; ++i)
         for (int j = 0; j < 2 * n; ++j)
@@ -69,7 +71,10 @@ inline std::vector<std::array<Vec3d, 3>> corners_of(const mesh::Mesh& m)
 }
 
 /// Same on every standard library: no distributions.
-inline double uniform(std::mt19937& random, double low, double high) { return low + (high - low) * static_cast<double>(random()) * 0x1p-32; }
+inline double uniform(std::mt19937& random, double low, double high)
+{
+    return low + (high - low) * static_cast<double>(random()) * 0x1p-32;
+}
 
 inline Mat3d random_rotation(std::mt19937& random)
 {

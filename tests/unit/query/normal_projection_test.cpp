@@ -141,7 +141,11 @@ TEST(NormalProjection, PyramidFindsTheNearestSampleOfTheBaseGridWhenShallow)
             double best = 1e9;
             for (std::size_t i = 0; i < map.eta_count; i += stride)
                 for (std::size_t j = 0; j < map.omega_count; j += stride)
-                    best = std::min(best, norm(cast<double>(shape::surface_point(view.superquadric, shape::SurfacePlace<float>{view.rows[i], view.columns[j]}).point) - p));
+                    best = std::min(
+                        best, norm(cast<double>(shape::surface_point(view.superquadric,
+                                                                     shape::SurfacePlace<float>{view.rows[i], view.columns[j]})
+                                                    .point) -
+                                   p));
             const GridFoot foot = pyramid_search(view, cast<float>(p));
             const shape::SurfacePlace<float> place{view.rows[foot.row * stride], view.columns[foot.column * stride]};
             ++count;

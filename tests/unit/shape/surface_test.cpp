@@ -106,7 +106,8 @@ TEST(Surface, PolesAndOctantPlanesAreFiniteInFloat)
             for (float eta : {-half, 0.0f, half})
                 for (float omega : {-2 * half, -half, 0.0f, half, 2 * half}) {
                     const SurfaceJet<float> jet = surface_jet(sq, place_at(sq, SurfaceAnglesf{eta, omega}));
-                    for (const Vec3f v : {jet.point, jet.normal, jet.point_eta, jet.point_omega, jet.normal_eta, jet.normal_omega})
+                    for (const Vec3f v :
+                         {jet.point, jet.normal, jet.point_eta, jet.point_omega, jet.normal_eta, jet.normal_omega})
                         EXPECT_TRUE(std::isfinite(norm(v)));
                     EXPECT_NEAR(norm(jet.normal), 1.0f, 1e-5f);
                     EXPECT_GT(dot(jet.normal, jet.point), 0.0f);
