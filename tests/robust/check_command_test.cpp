@@ -1,4 +1,6 @@
 // The program itself: exit codes and the JSON answer of `sqmap check`.
+#include <unistd.h>
+
 #include <nlohmann/json.hpp>
 
 #include <gtest/gtest.h>
@@ -34,9 +36,9 @@ class CheckCommand : public testing::Test {
 protected:
     void SetUp() override
     {
-        // One folder for each test: they may run at the same time.
+        // One folder for each test of each run: they may run at the same time.
         folder_ = std::filesystem::temp_directory_path() /
-                  (std::string("sqmap_check_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+                  ("sqmap_check_" + std::to_string(::getpid()) + "_" + testing::UnitTest::GetInstance()->current_test_info()->name());
         std::filesystem::create_directories(folder_);
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }

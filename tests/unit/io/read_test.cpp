@@ -1,5 +1,7 @@
 #include "sqmap/io/read.h"
 
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -360,7 +362,7 @@ TEST(ReadGltf, RepeatedInstancesAreHeldToTheFilesSize)
 
 TEST(ReadFile, ContentTellsTheFormatWhereTheNameDoesNot)
 {
-    const auto folder = std::filesystem::temp_directory_path() / "sqmap_read_test";
+    const auto folder = std::filesystem::temp_directory_path() / ("sqmap_read_test_" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
     for (const Sample& s : samples()) {
         const auto path = folder / "mesh";
