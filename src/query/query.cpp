@@ -22,9 +22,15 @@ Contact layer_one(const ModelView& model, Vec3f p)
         const Part& part = model.parts[i];
         if (norm_sq(p - model::vec3(part.sphere)) > part.sphere[3] * part.sphere[3]) continue;
         const shape::Superquadricf sq = model::superquadric_of(part);
-        const float f = shape::implicit(sq, p);
+        float f = shape::implicit(sq, p);
         if (!(f <= 1.f)) continue;
-        const Vec3f d = p - sq.translation;
+        Vec3f d = p - sq.translation;
+        if (f < 1e-12f) {
+            // The centre has no direction: out along the shortest axis.
+            const int k = sq.a.x <= sq.a.y && sq.a.x <= sq.a.z ? 0 : (sq.a.y <= sq.a.z ? 1 : 2);
+            d = (1e-3f * sq.a[k]) * sq.rotation.row[k];
+            f = shape::implicit(sq, sq.translation + d);
+        }
         const float scale = 1.f / std::sqrt(std::max(f, 1e-12f));
         const Vec3f surface = sq.translation + scale * d;
         const float depth = norm(surface - p);

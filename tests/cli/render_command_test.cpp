@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <sys/wait.h>
+#include <unistd.h>
 
 namespace {
 
@@ -61,9 +62,9 @@ class RenderCommand : public testing::Test {
 protected:
     void SetUp() override
     {
-        // One folder for each test: they may run at the same time.
-        folder_ = fs::temp_directory_path() /
-                  (std::string("sqmap_render_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+        // One folder for each test of each run: several may be under way on one machine.
+        folder_ = fs::temp_directory_path() / (std::string("sqmap_render_") + std::to_string(::getpid()) + "_" +
+                                               testing::UnitTest::GetInstance()->current_test_info()->name());
         fs::remove_all(folder_);
         fs::create_directories(folder_);
     }
@@ -112,6 +113,15 @@ TEST_F(RenderCommand, DrawsEveryKindOfAModel)
         EXPECT_LT(ground, 0.9) << what;
         EXPECT_GT(std::set<Pixel>(p.pixels.begin(), p.pixels.end()).size(), 50u) << what;
     }
+}
+
+TEST_F(RenderCommand, UnrollsNormalMapsToo)
+{
+    const std::string bent = model("bent", " --projection normal");
+    const Picture p = picture(bent + " --what map,error --size 240x160");
+    EXPECT_EQ(p.width, 480);
+    EXPECT_EQ(p.height, 160);
+    EXPECT_GT(std::set<Pixel>(p.pixels.begin(), p.pixels.end()).size(), 50u);
 }
 
 TEST_F(RenderCommand, DrawsEveryKindOfAMesh)

@@ -75,7 +75,7 @@ struct Swatch {
 struct Scale {
     std::vector<std::string> title;  ///< lines above the bar
     Rgb (*colour)(float) = nullptr;
-    float low = 0, high = 1;         ///< the colour function's argument at the bar's ends
+    float low = 0, high = 1;  ///< the colour function's argument at the bar's ends
     std::vector<Tick> ticks;
     std::vector<Swatch> swatches{};  ///< colours outside the bar, listed below it
 };

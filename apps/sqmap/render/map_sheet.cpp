@@ -15,6 +15,8 @@
 namespace sqmap::app {
 namespace {
 
+const Rgb k_ink = srgb(0x30343a);
+
 // Values of a pixel that are not distances.
 constexpr float k_no_hit = -1, k_cap = -2, k_paper = -3;
 
@@ -100,7 +102,8 @@ Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int 
     Unrolled out{2 * side, side, {}};
     for (int y = 0; y < out.height; ++y)
         for (int x = 0; x < out.width; ++x) {
-            const auto row = static_cast<std::uint32_t>(out.height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(out.height);
+            const auto row =
+                static_cast<std::uint32_t>(out.height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(out.height);
             const auto column = static_cast<std::uint32_t>(x) * map.omega_count / static_cast<std::uint32_t>(out.width);
             const std::uint16_t stored = map.distance[row * map.omega_count + column];
             out.distance.push_back(stored == model::k_map_miss  ? k_no_hit
@@ -127,6 +130,33 @@ Rgb grey(float t)  // even steps to the eye
     return {g, g, g};
 }
 
+/// What greys and colours mean, from the line at `top` on, in as many lines as the width asks for; entries follow the
+/// grey bar. Returns how much lower the last line is than the first.
+int draw_legend(Image& image, int top, int dot, const std::vector<Swatch>& entries)
+{
+    const int left = 6 * dot, bar = 40 * dot;
+    int x = left, y = top;
+    const auto entry = [&](int mark, const std::string& text) {
+        const int width = mark + 4 * dot + text_width(text, dot);
+        if (x > left && x + width > image.width) {
+            x = left;
+            y += 11 * dot;
+        }
+        draw_text(image, x + mark + 4 * dot, y, dot, text, k_ink);
+        const int at = x;
+        x += width + 12 * dot;
+        return at;
+    };
+    const int bar_left = entry(bar, "surface below superquadric, % of R_max: black 0, white as given");
+    for (int i = 0; i < bar; ++i)
+        fill(image, {bar_left + i, y, 1, 7 * dot}, grey(static_cast<float>(i) / static_cast<float>(bar)));
+    for (const Swatch& s : entries) {
+        const int at = entry(8 * dot, s.text);
+        fill(image, {at, y, 8 * dot, 7 * dot}, s.colour);
+    }
+    return y - top;
+}
+
 }  // namespace
 
 Image map_picture(const Subject& subject, int width, int height)
@@ -135,12 +165,17 @@ Image map_picture(const Subject& subject, int width, int height)
     const bool central = static_cast<model::Projection>(model.header.projection) == model::Projection::Central;
     const int count = static_cast<int>(model.parts.size());
     Image image(width, height, srgb(0xffffff));
-    const int dot = std::max(1, text_dot(image) / 2), legend = 24 * dot, gap = 6 * dot;
+    const Rgb no_surface = srgb(0x3d5a80), cap = srgb(0xb5652b), line = srgb(0x9aa0a6);
+    std::vector<Swatch> entries{{no_surface, "no surface on this ray"}};
+    if (!central) entries.push_back({cap, "starts inside the solid"});
+    const int dot = std::max(1, text_dot(image) / 2), gap = 6 * dot;
+    const int legend = (6 + 11) * dot + draw_legend(image, height, dot, entries);
     // A cross leaves room for words in its corner; a grid has them above.
     const int wide = central ? k_columns : 2, high = central ? k_rows : 1, words_above = central ? 0 : 12 * dot;
     int columns = 1, side = 0;
     for (int c = 1; c <= count; ++c) {  // the arrangement with the largest maps
-        const int fits = std::min((width / c - gap) / wide, ((height - legend) / ((count + c - 1) / c) - gap - words_above) / high);
+        const int fits =
+            std::min((width / c - gap) / wide, ((height - legend) / ((count + c - 1) / c) - gap - words_above) / high);
         if (fits > side) {
             side = fits;
             columns = c;
@@ -148,7 +183,6 @@ Image map_picture(const Subject& subject, int width, int height)
     }
     if (side < 4) throw SubjectError("--size is too small for " + std::to_string(count) + " maps");
     const int rows = (count + columns - 1) / columns;
-    const Rgb no_surface = srgb(0x3d5a80), cap = srgb(0xb5652b), line = srgb(0x9aa0a6), ink = srgb(0x30343a);
 
     for (int part = 0; part < count; ++part) {
         const int left = part % columns * width / columns + gap / 2, top = part / columns * (height - legend) / rows + gap / 2;
@@ -171,27 +205,11 @@ Image map_picture(const Subject& subject, int width, int height)
         const int words = central ? std::clamp(2 * side / (14 * 6), 1, 2 * dot) : dot;
         const int words_left = central ? left + 2 * side + 4 * words : left;
         fill(image, {words_left, top, 8 * words, 7 * words}, part_colour(static_cast<std::size_t>(part)));
-        draw_text(image, words_left + 11 * words, top, words, central ? name : name + ": " + white, ink);
-        if (central) draw_text(image, words_left, top + 11 * words, words, white, ink);
+        draw_text(image, words_left + 11 * words, top, words, central ? name : name + ": " + white, k_ink);
+        if (central) draw_text(image, words_left, top + 11 * words, words, white, k_ink);
     }
 
-    const int y = height - legend + 8 * dot;
-    int x = gap;
-    for (int i = 0; i < 60 * dot; ++i) fill(image, {x + i, y, 1, 7 * dot}, grey(static_cast<float>(i) / static_cast<float>(60 * dot)));
-    x += 64 * dot;
-    const auto explain = [&](const std::string& text) {
-        draw_text(image, x, y, dot, text, ink);
-        x += text_width(text, dot) + 12 * dot;
-    };
-    explain("surface below the superquadric, from none to the white of each part (% of R_max)");
-    fill(image, {x, y, 8 * dot, 7 * dot}, no_surface);
-    x += 11 * dot;
-    explain("no surface on this ray");
-    if (!central) {
-        fill(image, {x, y, 8 * dot, 7 * dot}, cap);
-        x += 11 * dot;
-        explain("starts inside the solid");
-    }
+    draw_legend(image, height - legend + 6 * dot, dot, entries);
     return image;
 }
 

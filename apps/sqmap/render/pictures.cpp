@@ -54,7 +54,8 @@ std::vector<Tick> round_ticks(double low, double high, double colour_low)
     if (!(high > low)) return {{static_cast<float>(colour_low), shortened(low)}};
     const double step = round_step((high - low) / 5);
     for (double i = std::ceil(low / step); i * step <= high; ++i)
-        ticks.push_back({static_cast<float>(colour_low + (1 - colour_low) * (i * step - low) / (high - low)), shortened(i * step)});
+        ticks.push_back(
+            {static_cast<float>(colour_low + (1 - colour_low) * (i * step - low) / (high - low)), shortened(i * step)});
     return ticks;
 }
 
@@ -74,7 +75,8 @@ ErrorSample depth_error(const Subject& subject, const mesh::Solid& solid, Vec3d 
         const query::Contact contact = query::query_point(subject.model->view(), p, query::Layer::Three);
         if (!contact.contact) return {ErrorSample::Kind::Missed, 0};
         return {ErrorSample::Kind::Known,
-                100 * std::abs(static_cast<double>(contact.depth) - solid.closest_boundary(cast<double>(p)).distance) / subject.r_max};
+                100 * std::abs(static_cast<double>(contact.depth) - solid.closest_boundary(cast<double>(p)).distance) /
+                    subject.r_max};
     }
     return {};
 }
@@ -113,8 +115,11 @@ Image protrusion_picture(const Subject& subject, const View& view)
     const std::vector<double> p = decompose::decompose_with_diagnostics(subject.mesh).protrusion;
     const auto [low, high] = std::minmax_element(p.begin(), p.end());
     Layer layer{.mesh = subject.mesh};
-    for (const double v : p) layer.colours.push_back(sequential_colour(static_cast<float>((v - *low) / std::max(*high - *low, 1e-300))));
-    return with_scale(std::move(layer), view, {.title = {"protrusion", "over its mean"}, .colour = sequential_colour, .ticks = round_ticks(*low, *high, 0)});
+    for (const double v : p)
+        layer.colours.push_back(sequential_colour(static_cast<float>((v - *low) / std::max(*high - *low, 1e-300))));
+    return with_scale(
+        std::move(layer), view,
+        {.title = {"protrusion", "over its mean"}, .colour = sequential_colour, .ticks = round_ticks(*low, *high, 0)});
 }
 
 Image curvature_picture(const Subject& subject, const View& view)
@@ -126,7 +131,9 @@ Image curvature_picture(const Subject& subject, const View& view)
     std::nth_element(size.begin(), cut, size.end());
     const double end = round_step(std::max(*cut, 1e-12));
     // Square roots spread the small values, among which are the saddles that cuts follow.
-    const auto spread = [&](double v) { return static_cast<float>(std::copysign(std::sqrt(std::min(std::abs(v) / end, 1.0)), v)); };
+    const auto spread = [&](double v) {
+        return static_cast<float>(std::copysign(std::sqrt(std::min(std::abs(v) / end, 1.0)), v));
+    };
     Layer layer{.mesh = subject.mesh};
     for (const double v : k) layer.colours.push_back(diverging_colour(spread(v * subject.r_max * subject.r_max)));
     Scale scale{.title = {"Gaussian", "curvature", "x R_max^2"}, .colour = diverging_colour, .low = -1, .ticks = {}};
@@ -156,7 +163,8 @@ Image error_picture(const Subject& subject, const View& view)
             const ErrorSample e =
                 is_solid ? depth_error(subject, solid, p, normal) : projection_error(subject, subject.part_of_triangle[t], p);
             if (e.kind == ErrorSample::Kind::Known)
-                layer.colours.push_back(error_colour(static_cast<float>(std::log(std::max(e.percent, k_low) / k_low) / std::log(k_high / k_low))));
+                layer.colours.push_back(
+                    error_colour(static_cast<float>(std::log(std::max(e.percent, k_low) / k_low) / std::log(k_high / k_low))));
             else
                 layer.colours.push_back(e.kind == ErrorSample::Kind::Missed ? missed : unknown);
         }

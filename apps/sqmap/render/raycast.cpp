@@ -93,7 +93,11 @@ public:
         const mesh::Triangle& t = layers_[rh.hit.geomID].mesh.triangles[rh.hit.primID];
         const std::vector<float>& sky = sky_[rh.hit.geomID];
         const std::uint32_t detail = layers_[rh.hit.geomID].detail;
-        hit = {rh.hit.geomID, rh.hit.primID, rh.hit.primID * detail * detail + cell_at(detail, u, v), rh.ray.tfar, normalized(w * n[0] + u * n[1] + v * n[2]),
+        hit = {rh.hit.geomID,
+               rh.hit.primID,
+               rh.hit.primID * detail * detail + cell_at(detail, u, v),
+               rh.ray.tfar,
+               normalized(w * n[0] + u * n[1] + v * n[2]),
                static_cast<float>(w * sky[t[0]] + u * sky[t[1]] + v * sky[t[2]])};
         return true;
     }
@@ -319,7 +323,8 @@ Image render(const std::vector<Layer>& layers, const View& view)
                 const double facing = -dot(ground.normal, direction) / norm(direction);
                 const Vec3d normal = facing < 0 ? -ground.normal : ground.normal;
                 const Vec3d point = camera.eye + static_cast<double>(ground.depth) * direction;
-                const Vec3d lamp = key + lamp_offset(x % view.samples + y % view.samples * view.samples, view.samples * view.samples, camera);
+                const Vec3d lamp =
+                    key + lamp_offset(x % view.samples + y % view.samples * view.samples, view.samples * view.samples, camera);
                 const bool in_light = !view.shadows || scene.lit(point + 1e-3 * ground.depth * normal, lamp);
                 behind = shade(layer.colours[ground.colour], ground, normal, camera, key, in_light);
                 seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = {
@@ -330,13 +335,15 @@ Image render(const std::vector<Layer>& layers, const View& view)
             float through = 1, from = 0;
             Scene::Hit hit;
             constexpr int k_most_layers = 48;
-            for (int depth = 0; depth < k_most_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit); ++depth) {
+            for (int depth = 0; depth < k_most_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit);
+                 ++depth) {
                 from = hit.depth * (1 + 1e-5f);
                 const double facing = -dot(hit.normal, direction) / norm(direction);
                 if (facing <= 0) continue;  // back of a translucent surface: nothing to add
                 // More opaque towards its rim, as thin glass is: the shape reads without hiding what is inside.
                 const auto alpha = static_cast<float>(0.34 + 0.6 * std::pow(1 - facing, 2.0));
-                colour = colour + (through * alpha) * shade(layers[hit.layer].colours[hit.colour], hit, hit.normal, camera, key, true);
+                colour =
+                    colour + (through * alpha) * shade(layers[hit.layer].colours[hit.colour], hit, hit.normal, camera, key, true);
                 through *= 1 - alpha;
             }
             colour = colour + through * behind;

@@ -23,14 +23,15 @@ struct Layer {
 [[nodiscard]] std::array<double, 3> cell_centre(std::uint32_t detail, std::uint32_t cell);
 
 struct View {
-    double azimuth = 35;    ///< degrees about the up axis; 0 looks at the front (from +z where up is y, +x where it is z, +y where it is x)
+    double azimuth =
+        35;  ///< degrees about the up axis; 0 looks at the front (from +z where up is y, +x where it is z, +y where it is x)
     double elevation = 15;  ///< degrees above the horizon
     Vec3d up{0, 1, 0};      ///< the mesh's upward axis: one of +-x, +-y, +-z
     int width = 900;
     int height = 700;
-    int margin = 0;   ///< pixels along the right edge that the subject keeps free
+    int margin = 0;       ///< pixels along the right edge that the subject keeps free
     bool shadows = true;  ///< cast by the key light; off where colours carry numbers
-    int samples = 3;  ///< rays a pixel along each side
+    int samples = 3;      ///< rays a pixel along each side
 };
 
 /// Azimuth from which the mesh looks broadest, turned by 25 degrees so that a side view does not hide its far half.

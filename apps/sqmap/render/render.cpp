@@ -3,6 +3,7 @@
 #include "load_mesh.h"
 #include "pictures.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -67,14 +68,19 @@ Image pictures(const Arguments& a)
     std::vector<std::string> kinds = a.what;
     if (kinds.empty()) kinds.push_back(is_model ? "parts" : "mesh");
     for (const std::string& what : kinds)
-        if (!is_model && (what == "error" || what == "map")) throw CLI::ValidationError("--what", what + " needs a model (.sqmap)");
+        if (!is_model && (what == "error" || what == "map"))
+            throw CLI::ValidationError("--what", what + " needs a model (.sqmap)");
     if (!is_model && !a.mesh.empty()) throw CLI::ValidationError("mesh", "a second mesh goes with a model (.sqmap) only");
     std::optional<mesh::Mesh> mesh;
     if (!is_model)
         mesh = loaded(a.input, a.load);
     else if (!a.mesh.empty())
         mesh = loaded(a.mesh, a.load);
-    const Subject subject = is_model ? subject_of_model(io::MappedModel(a.input), mesh ? &*mesh : nullptr) : subject_of_mesh(*mesh);
+    const bool needs_parts =
+        std::any_of(kinds.begin(), kinds.end(), [](const auto& kind) { return kind == "parts" || kind == "superquadrics"; });
+    const Subject subject = is_model      ? subject_of_model(io::MappedModel(a.input), mesh ? &*mesh : nullptr)
+                            : needs_parts ? subject_of_mesh(*mesh)
+                                          : bare_subject(*mesh);
 
     View view = a.view;
     if (a.size.empty() && kinds == std::vector<std::string>{"map"}) set_size(view, "1600x1200");
@@ -93,20 +99,25 @@ void add_render(CLI::App& app, int& exit_code)
     command->add_option("input", arguments->input, "Model (.sqmap) or mesh")->required()->check(CLI::ExistingFile);
     command->add_option("mesh", arguments->mesh, "Mesh to draw in place of the model's own triangles")->check(CLI::ExistingFile);
     command
-        ->add_option("--what", arguments->what,
-                     "mesh, parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); several "
-                     "stand side by side; default: parts of a model, the plain mesh otherwise")
+        ->add_option(
+            "--what", arguments->what,
+            "mesh, parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); several "
+            "stand side by side; default: parts of a model, the plain mesh otherwise")
         ->delimiter(',')
         ->check(CLI::IsMember({"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"}))
         ->type_name("KIND");
     command->add_option("-o,--output", arguments->output, "PNG file to write")->required();
-    command->add_option("--azimuth", arguments->azimuth, "Degrees about the up axis, 0 the front; default: off the broadest side");
-    command->add_option("--elevation", arguments->view.elevation, "Degrees above the horizon")->check(CLI::Range(-90, 90))->capture_default_str();
+    command->add_option("--azimuth", arguments->azimuth,
+                        "Degrees about the up axis, 0 the front; default: off the broadest side");
+    command->add_option("--elevation", arguments->view.elevation, "Degrees above the horizon")
+        ->check(CLI::Range(-90, 90))
+        ->capture_default_str();
     command->add_option("--up", arguments->up, "The mesh's upward axis: x, y, z, -x, -y or -z")
         ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}))
         ->type_name("AXIS")
         ->capture_default_str();
-    command->add_option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")->type_name("WIDTHxHEIGHT");
+    command->add_option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")
+        ->type_name("WIDTHxHEIGHT");
     add_load_options(*command, arguments->load);
     command->footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
     command->callback([arguments, &exit_code] {

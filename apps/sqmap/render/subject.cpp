@@ -54,18 +54,24 @@ std::vector<std::uint32_t> nearest_parts(const Subject& subject, const Subject& 
         const Vec3d below = centroid - 0.002 * subject.r_max * normalized(cross(v[b] - v[a], v[c] - v[a]));
         const query::Contact contact = query::query_point(view, cast<float>(below), query::Layer::Three);
         parts.push_back(contact.contact && contact.part >= 0 ? static_cast<std::uint32_t>(contact.part)
-                                                              : innermost(subject.superquadrics, centroid));
+                                                             : innermost(subject.superquadrics, centroid));
     }
     return parts;
 }
 
 }  // namespace
 
-Subject subject_of_mesh(const mesh::Mesh& mesh)
+Subject bare_subject(const mesh::Mesh& mesh)
 {
     Subject subject;
     subject.mesh = mesh::normalized(mesh, mesh::normalization_of(mesh));
     subject.r_max = mesh::largest_vertex_distance(subject.mesh);
+    return subject;
+}
+
+Subject subject_of_mesh(const mesh::Mesh& mesh)
+{
+    Subject subject = bare_subject(mesh);
     const decompose::Partition partition = decompose::decompose(subject.mesh);
     subject.part_of_triangle = partition.part_of_triangle;
     std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);

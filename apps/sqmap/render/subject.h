@@ -27,6 +27,9 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// A mesh without parts. mesh: validated, mesh units.
+[[nodiscard]] Subject bare_subject(const mesh::Mesh& mesh);
+
 /// A mesh's own decomposition (section 3) and the superquadrics that bound its parts, before baking refines either.
 /// mesh: validated, mesh units.
 [[nodiscard]] Subject subject_of_mesh(const mesh::Mesh& mesh);

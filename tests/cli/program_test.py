@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""The program end to end: shapes, bake, info, query, and what it says when something is wrong.
+
+usage: program_test.py PROGRAM
+"""
+import csv
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = os.path.abspath(sys.argv.pop(1))
+HEADER = ["contact", "part", "depth", "nx", "ny", "nz", "px", "py", "pz"]
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120)
+
+
+class Program(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        os.chdir(cls.folder.name)
+        assert run("shapes", "sphere", "-o", "sphere.obj").returncode == 0
+        baked = run("bake", "sphere.obj", "-o", "sphere.sqmap", "--report", "report.json")
+        assert baked.returncode == 0, baked.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        os.chdir("/")
+        cls.folder.cleanup()
+
+    def query(self, rows, *options, model="sphere.sqmap", header="x,y,z\n"):
+        with open("points.csv", "w") as out:
+            out.write(header + "".join(",".join(repr(v) if isinstance(v, float) else str(v) for v in row) + "\n" for row in rows))
+        if os.path.exists("answers.csv"):
+            os.remove("answers.csv")
+        return run("query", model, "points.csv", "-o", "answers.csv", *options)
+
+    def answers(self):
+        with open("answers.csv", newline="") as text:
+            return list(csv.reader(text))
+
+    def test_version(self):
+        result = run("--version")
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stdout, r"^sqmap \d+\.\d+\.\d+")
+
+    def test_wrong_usage_is_64(self):
+        for arguments in ([], ["fly"], ["bake"], ["bake", "sphere.obj"], ["bake", "absent.obj", "-o", "a.sqmap"],
+                          ["bake", "sphere.obj", "-o", "a.sqmap", "--max-parts", "0"],
+                          ["bake", "sphere.obj", "-o", "a.sqmap", "--target-error", "-1"],
+                          ["bake", "sphere.obj", "-o", "a.sqmap", "--projection", "oblique"],
+                          ["query", "sphere.sqmap", "sphere.obj", "-o", "a.csv", "--layer", "4"]):
+            result = run(*arguments)
+            self.assertEqual(result.returncode, 64, arguments)
+            self.assertNotEqual(result.stderr, "", arguments)
+        self.assertFalse(os.path.exists("a.sqmap"))
+
+    def test_a_row_for_every_row_in_the_same_order(self):
+        # On a line through the sphere: the depth tells which point a row answers.
+        rows = [(0.001 * i, 0.0, 0.0) for i in range(0, 1500, 7)]
+        for layer in ("1", "2", "3", "exact", "auto"):
+            self.assertEqual(self.query(rows, "--layer", layer).returncode, 0, layer)
+            answers = self.answers()
+            self.assertEqual(answers[0], HEADER)
+            self.assertEqual(len(answers), len(rows) + 1)
+            for (x, _, _), row in zip(rows, answers[1:]):
+                self.assertEqual(len(row), 9)
+                if abs(x - 1) < 0.15:
+                    continue  # the mesh lies within the sphere, layer 1 around it
+                self.assertEqual(row[0], "1" if x < 1 else "0", (layer, x))
+                if row[0] == "1":
+                    self.assertAlmostEqual(float(row[2]), 1 - x, delta=0.1 if layer == "1" else 0.01)
+                    self.assertAlmostEqual(math.hypot(*map(float, row[3:6])), 1, delta=1e-5)
+                    if x > 0.05:
+                        self.assertGreater(float(row[3]), 0.95, "the normal points outward")
+                        self.assertAlmostEqual(float(row[6]), 1, delta=0.15)
+                else:
+                    self.assertEqual(row[1:], ["-1"] + [""] * 7, "a free row is empty")
+
+    def test_nine_digits(self):
+        self.assertEqual(self.query([(0.31, 0.17, 0.23)], "--layer", "exact").returncode, 0)
+        digits = [len(re.sub(r"^0+", "", re.sub(r"[-.]|e.*", "", v))) for v in self.answers()[1][2:]]
+        self.assertLessEqual(max(digits), 9)
+        self.assertGreaterEqual(max(digits), 8)
+
+    def test_certain_is_a_last_column(self):
+        rows = [(0.0, 0.0, 0.0), (0.9, 0.0, 0.1), (5.0, 5.0, 5.0)]
+        self.assertEqual(self.query(rows, "--layer", "exact", "--certain").returncode, 0)
+        answers = self.answers()
+        self.assertEqual(answers[0], HEADER + ["certain"])
+        self.assertEqual([row[9] for row in answers[1:]], ["1", "1", "1"])
+        self.assertEqual([row[0] for row in answers[1:]], ["1", "1", "0"])
+
+    def test_no_rows_give_the_header_alone(self):
+        self.assertEqual(self.query([]).returncode, 0)
+        self.assertEqual(self.answers(), [HEADER])
+
+    def test_far_and_odd_numbers_are_free(self):
+        self.assertEqual(self.query([("1e300", 0, 0), ("nan", 0, 0), (0, "inf", 0), ("1e-300", 0, 0)]).returncode, 0)
+        self.assertEqual([row[0] for row in self.answers()[1:]], ["0", "0", "0", "1"])
+
+    def test_bad_points_name_the_line(self):
+        for bad, line in (("1,2\n", 3), ("1,2,3,4\n", 3), ("a,b,c\n", 3), ("\n0,0,0\n", 3), ("1;2;3\n", 3)):
+            with open("bad.csv", "w") as out:
+                out.write("x,y,z\n0,0,0\n" + bad)
+            result = run("query", "sphere.sqmap", "bad.csv", "-o", "bad_out.csv")
+            self.assertEqual(result.returncode, 2, bad)
+            self.assertIn(f"bad.csv:{line}:", result.stderr)
+            self.assertFalse(os.path.exists("bad_out.csv"))
+        self.assertEqual(self.query([(0, 0, 0)], header="a,b,c\n").returncode, 2)
+        self.assertEqual(self.query([], header="").returncode, 2)
+
+    def test_windows_line_ends_are_read(self):
+        with open("crlf.csv", "w", newline="") as out:
+            out.write("x,y,z\r\n0,0,0\r\n9, 9, 9\r\n")
+        self.assertEqual(run("query", "sphere.sqmap", "crlf.csv", "-o", "answers.csv").returncode, 0)
+        self.assertEqual([row[0] for row in self.answers()[1:]], ["1", "0"])
+
+    def test_what_is_no_model_is_refused(self):
+        with open("sphere.sqmap", "rb") as good:
+            data = good.read()
+        for name, content in (("half", data[: len(data) // 2]), ("more", data + b"x"), ("flip", data[:-100] + bytes([data[-100] ^ 1]) + data[-99:]),
+                              ("text", b"x,y,z\n"), ("empty", b"")):
+            with open(name + ".sqmap", "wb") as out:
+                out.write(content)
+            self.assertEqual(run("info", name + ".sqmap").returncode, 2, name)
+            self.assertEqual(self.query([(0, 0, 0)], model=name + ".sqmap").returncode, 2, name)
+            self.assertFalse(os.path.exists("answers.csv"))
+
+    def test_a_refused_mesh_leaves_no_file(self):
+        with open("open.obj", "w") as out:
+            out.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n")
+        with open("broken.obj", "w") as out:
+            out.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
+        for name in ("open.obj", "broken.obj"):
+            before = set(os.listdir())
+            result = run("bake", name, "-o", "refused.sqmap")
+            self.assertEqual(result.returncode, 2)
+            self.assertRegex(result.stderr, r"E_[A-Z]+")
+            self.assertEqual(set(os.listdir()), before)
+
+    def test_an_unwritable_place_is_said_so(self):
+        result = run("bake", "sphere.obj", "-o", "no/such/folder/a.sqmap")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("no/such/folder", result.stderr)
+        self.assertEqual(self.query([(0, 0, 0)], "-o", "no/such/a.csv").returncode in (2, 64), True)
+
+    def test_info_json(self):
+        result = run("info", "sphere.sqmap", "--json")
+        self.assertEqual(result.returncode, 0)
+        info = json.loads(result.stdout)
+        self.assertEqual(info["bytes"]["total"], os.path.getsize("sphere.sqmap"))
+        self.assertEqual(info["source"], "sphere.obj")
+        self.assertTrue(info["solid"])
+        self.assertAlmostEqual(info["r_max"], 2, delta=0.01)
+        self.assertEqual(len(info["parts"]), 1)
+        for part in info["parts"]:
+            for name in ("a1", "a2", "a3", "eps1", "eps2", "phi", "theta", "chi", "tx", "ty", "tz", "Kx", "Ky", "k", "alpha"):
+                self.assertIsInstance(part[name], (int, float), name)
+            self.assertTrue(part["certificate"]["bounding"])
+            self.assertLessEqual(part["certificate"]["largest_f"], 1)
+            self.assertGreaterEqual(part["mesh_units"]["a"][0], 0.98)
+        self.assertIn("measured", info)
+
+    def test_the_report_of_a_bake(self):
+        with open("report.json") as text:
+            report = json.load(text)
+        self.assertEqual(len(report["parts"]), 1)
+        self.assertIn("cpu_seconds", report)
+
+    def test_the_same_mesh_gives_the_same_bytes(self):
+        self.assertEqual(run("bake", "sphere.obj", "-o", "again.sqmap", "--threads", "1").returncode, 0)
+        with open("sphere.sqmap", "rb") as first, open("again.sqmap", "rb") as second:
+            self.assertEqual(first.read(), second.read())
+
+    def test_without_the_exact_layer(self):
+        self.assertEqual(run("bake", "sphere.obj", "-o", "lean.sqmap", "--no-exact").returncode, 0)
+        self.assertLess(os.path.getsize("lean.sqmap"), os.path.getsize("sphere.sqmap"))
+        self.assertEqual(self.query([(0.0, 0.0, 0.0)], "--layer", "3", model="lean.sqmap").returncode, 0)
+        refused = self.query([(0.0, 0.0, 0.0)], "--layer", "exact", model="lean.sqmap")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--no-exact", refused.stderr)
+
+    def test_eval_measures_the_mesh_it_was_baked_from(self):
+        result = run("eval", "sphere.sqmap", "sphere.obj", "--points", "2000", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        exact = json.loads(result.stdout)["layer"]["exact"]
+        self.assertIsInstance(exact, dict)
+        run("shapes", "torus", "-o", "torus.obj")
+        self.assertEqual(run("eval", "sphere.sqmap", "torus.obj").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

@@ -1,0 +1,119 @@
+// The exact layer, and the oracle that everything else is measured with, against CGAL: side by exact predicates,
+// distance by its own tree.
+#include "sqmap/mesh/solid.h"
+#include "sqmap/query/query.h"
+#include "support/baked_shapes.h"
+
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/Surface_mesh.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using Primitive = CGAL::AABB_face_graph_triangle_primitive<SurfaceMesh>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+
+class Oracle {
+public:
+    explicit Oracle(const mesh::Mesh& mesh) : mesh_(converted(mesh)), tree_(faces(mesh_).first, faces(mesh_).second, mesh_), side_(tree_)
+    {
+        tree_.accelerate_distance_queries();
+    }
+    bool inside(Vec3d p) const { return side_({p.x, p.y, p.z}) == CGAL::ON_BOUNDED_SIDE; }
+    double distance(Vec3d p) const { return std::sqrt(tree_.squared_distance({p.x, p.y, p.z})); }
+
+private:
+    static SurfaceMesh converted(const mesh::Mesh& mesh)
+    {
+        SurfaceMesh out;
+        for (const Vec3d& v : mesh.vertices) out.add_vertex({v.x, v.y, v.z});
+        using Index = SurfaceMesh::Vertex_index;
+        for (const mesh::Triangle& t : mesh.triangles)
+            if (out.add_face(Index(t[0]), Index(t[1]), Index(t[2])) == SurfaceMesh::null_face()) throw std::logic_error("not manifold");
+        return out;
+    }
+
+    SurfaceMesh mesh_;
+    Tree tree_;
+    CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel> side_;
+};
+
+std::vector<Vec3f> points_about(const mesh::Mesh& mesh, double r_max, std::size_t count)
+{
+    test::Random random(9);
+    std::vector<Vec3f> points;
+    Vec3d lo = mesh.vertices.front(), hi = lo;
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], v[k]);
+            hi[k] = std::max(hi[k], v[k]);
+        }
+    while (points.size() < count) {
+        const mesh::Triangle& t = mesh.triangles[random.below(mesh.triangles.size())];
+        const Vec3d c = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3.0;
+        const double reach = random.between(0, 1);
+        points.push_back(cast<float>(c + 0.04 * r_max * reach * reach * random.direction()));
+        if (points.size() % 4 == 3) points.push_back(cast<float>(random.in_box(lo, hi)));
+    }
+    return points;
+}
+
+void compare(const std::string& name, const mesh::Mesh& input)
+{
+    const test::Baked b = test::baked(input);
+    const model::ModelView view = b.view();
+    const double r_max = view.header.r_max;
+    const Oracle oracle(b.mesh);
+    const mesh::Solid solid(b.mesh);
+    std::vector<double> depth_error;
+    std::size_t wrong = 0, solid_wrong = 0, judged = 0;
+    for (const Vec3f& p : points_about(b.mesh, r_max, 4000)) {
+        const Vec3d q = cast<double>(p);
+        const double distance = oracle.distance(q);
+        EXPECT_NEAR(solid.closest_boundary(q).distance, distance, 1e-9 * r_max) << name;
+        if (distance <= 1e-5 * r_max) continue;
+        const bool inside = oracle.inside(q);
+        const query::Contact c = query::query_point(view, p, query::Layer::Exact);
+        ++judged;
+        wrong += c.contact != inside ? 1u : 0u;
+        solid_wrong += solid.inside(q) != inside ? 1u : 0u;
+        if (c.contact && inside) depth_error.push_back(std::abs(static_cast<double>(c.depth) - distance) / r_max);
+    }
+    EXPECT_EQ(wrong, 0u) << name << ": exact verdicts wrong of " << judged;
+    EXPECT_EQ(solid_wrong, 0u) << name << ": winding numbers wrong of " << judged;
+    ASSERT_GT(depth_error.size(), 500u) << name;
+    std::sort(depth_error.begin(), depth_error.end());
+    EXPECT_LE(depth_error[depth_error.size() / 2], 1e-5) << name << ": median depth error";
+    EXPECT_LE(depth_error[depth_error.size() * 95 / 100], 5e-4) << name << ": p95 of the depth error";
+}
+
+TEST(AgainstCgal, TheExactLayerOnGeneratedShapes)
+{
+    for (const test::Shape& shape : test::small_shapes()) compare(shape.name, shape.mesh);
+}
+
+class SharedMesh : public testing::TestWithParam<const char*> {};
+
+TEST_P(SharedMesh, ExactLayer)
+{
+    const auto mesh = test::shared_mesh(std::string(GetParam()) + ".obj");
+    if (!mesh) GTEST_SKIP() << "no " << GetParam() << ".obj in " << SQMAP_SHARED_DIR << "/meshes";
+    compare(GetParam(), *mesh);
+}
+
+INSTANTIATE_TEST_SUITE_P(AgainstCgal, SharedMesh, testing::Values("horse_5946", "knot_6400", "fandisk_8000"),
+                         [](const auto& mesh) { return std::string(mesh.param); });
+
+}  // namespace
+}  // namespace sqmap

@@ -1,0 +1,186 @@
+#include "sqmap/bake/bake.h"
+
+#include "query/central_map.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/solid.h"
+#include "sqmap/query/query.h"
+#include "support/baked_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sqmap::bake {
+namespace {
+
+std::vector<test::Shape> shapes_and_shared()
+{
+    std::vector<test::Shape> out = test::small_shapes();
+    if (auto mesh = test::shared_mesh("camel_4512.obj")) out.push_back({"camel", *mesh});
+    return out;
+}
+
+std::vector<std::byte> bytes_of(const mesh::Mesh& mesh, const BakeOptions& options = {}) { return io::serialize(bake(mesh, true, options).model); }
+
+bool held(const model::ModelView& view, Vec3d p)
+{
+    return std::any_of(view.parts.begin(), view.parts.end(),
+                       [&](const model::Part& part) { return shape::implicit(model::superquadric_of(part), cast<float>(p)) <= 1.f; });
+}
+
+TEST(Bake, EveryPointOfTheSolidLiesInASuperquadric)
+{
+    test::Random random(1);
+    for (const test::Shape& shape : shapes_and_shared()) {
+        const test::Baked b = test::baked(shape.mesh);
+        const model::ModelView view = b.view();
+        const mesh::Solid solid(b.mesh);
+        const double r = view.header.sphere[3];
+        int inside = 0;
+        for (int i = 0; i < 6000; ++i) {
+            const Vec3d p = cast<double>(cast<float>(cast<double>(model::vec3(view.header.sphere)) + r * random.in_box({-1, -1, -1}, {1, 1, 1})));
+            if (!solid.inside(p)) continue;
+            ++inside;
+            ASSERT_TRUE(held(view, p)) << shape.name << " at " << p.x << ' ' << p.y << ' ' << p.z;
+        }
+        EXPECT_GT(inside, 50) << shape.name;
+    }
+}
+
+TEST(Bake, EveryTriangleLiesInItsPartsSuperquadric)
+{
+    for (const test::Shape& shape : shapes_and_shared()) {
+        const test::Baked b = test::baked(shape.mesh);
+        const model::ModelView view = b.view();
+        for (std::size_t t = 0; t < b.mesh.triangles.size(); ++t) {
+            const model::Part& part = view.parts[view.triangle_part[t] & model::k_part_mask];
+            EXPECT_LE(part.largest_f, 1.f);
+            const shape::Superquadricf sq = model::superquadric_of(part);
+            const Vec3d a = b.mesh.vertices[b.mesh.triangles[t][0]], u = b.mesh.vertices[b.mesh.triangles[t][1]] - a,
+                        v = b.mesh.vertices[b.mesh.triangles[t][2]] - a;
+            for (int i = 0; i <= 4; ++i)
+                for (int j = 0; i + j <= 4; ++j)
+                    ASSERT_LE(shape::implicit(sq, cast<float>(a + 0.25 * i * u + 0.25 * j * v)), 1.f) << shape.name << " triangle " << t;
+        }
+    }
+}
+
+/// For every crossing of a ray from the chart's centre: the map must hold it in its band, and the pyramid in its block.
+TEST(Bake, NoCrossingEscapesTheCertifiedBands)
+{
+    test::Random random(2);
+    for (const test::Shape& shape : shapes_and_shared()) {
+        const test::Baked b = test::baked(shape.mesh);
+        const model::ModelView view = b.view();
+        const mesh::Bvh bvh(b.mesh);
+        std::vector<mesh::Bvh::Crossing> crossings;
+        std::size_t checked = 0;
+        for (std::size_t index = 0; index < view.parts.size(); ++index) {
+            const model::Part& part = view.parts[index];
+            const query::CentralMap map(view, part);
+            const Vec3d centre = cast<double>(model::vec3(part.chart_centre));
+            for (int i = 0; i < 1500; ++i) {
+                const Vec3d d = random.direction();
+                if (!bvh.ray_crossings(centre, d, crossings)) continue;
+                for (const mesh::Bvh::Crossing& c : crossings) {
+                    const Vec3f x = map.to_chart_frame(cast<float>(centre + c.t * d));
+                    if (!map.in_domain(x)) continue;
+                    ++checked;
+                    const query::ChartPoint q = query::to_chart(x);
+                    const query::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+                    ASSERT_GT(leaf.sheets + (leaf.kind == model::CellKind::Layered ? 1 : 0), 0) << shape.name << ": a surface in a uniform cell";
+                    float lo, hi;
+                    query::leaf_band(leaf, lo, hi);
+                    const float hair = 2e-6f * q.w;  // of the point itself, rounded to float
+                    ASSERT_GE(q.w, lo - hair) << shape.name;
+                    ASSERT_LE(q.w, hi + hair) << shape.name;
+                    if ((view.triangle_part[c.triangle] & model::k_part_mask) != index) continue;  // blocks hold the own surface
+                    const model::Block block = map.block(q.face, map.column_of(q.s) / model::k_block, map.column_of(q.t) / model::k_block);
+                    ASSERT_GE(q.w, map.decode(block.lo) - hair) << shape.name;
+                    ASSERT_LE(q.w, map.decode(block.hi) + hair) << shape.name;
+                }
+            }
+        }
+        EXPECT_GT(checked, 1000u) << shape.name;
+    }
+}
+
+TEST(Bake, TwiceAndOnAnyNumberOfThreadsGivesTheSameBytes)
+{
+    for (const mesh::Mesh& mesh : {test::small_torus(), test::small_hand()}) {
+        BakeOptions one, two;
+        one.threads = 1;
+        two.threads = 2;
+        const std::vector<std::byte> first = bytes_of(mesh, one);
+        EXPECT_EQ(first, bytes_of(mesh, one));
+        EXPECT_EQ(first, bytes_of(mesh, two));
+    }
+}
+
+TEST(Bake, OrderOfFacesAndVerticesDoesNotMatter)
+{
+    const mesh::Mesh mesh = mesh::canonicalized(test::small_hand());
+    test::Random random(4);
+    std::vector<std::uint32_t> place(mesh.vertices.size());
+    std::iota(place.begin(), place.end(), 0u);
+    for (std::size_t i = place.size(); i > 1; --i) std::swap(place[i - 1], place[random.below(i)]);
+    mesh::Mesh shuffled;
+    shuffled.vertices.resize(mesh.vertices.size());
+    for (std::size_t v = 0; v < place.size(); ++v) shuffled.vertices[place[v]] = mesh.vertices[v];
+    for (const mesh::Triangle& t : mesh.triangles) {
+        const std::size_t turn = random.below(3);
+        shuffled.triangles.push_back({place[t[turn]], place[t[(turn + 1) % 3]], place[t[(turn + 2) % 3]]});
+    }
+    for (std::size_t i = shuffled.triangles.size(); i > 1; --i) std::swap(shuffled.triangles[i - 1], shuffled.triangles[random.below(i)]);
+    EXPECT_EQ(bytes_of(mesh), bytes_of(mesh::canonicalized(shuffled)));
+}
+
+TEST(Bake, APowerOfTwoInScaleGivesTheSameParts)
+{
+    for (const mesh::Mesh& mesh : {test::small_torus()}) {
+        const BakeResult plain = bake(mesh, true, {});
+        for (const double scale : {0x1p-20, 0x1p10}) {
+            const BakeResult scaled = bake(test::mapped(mesh, scale, {}), true, {});
+            EXPECT_EQ(plain.report.partition.part_of_triangle, scaled.report.partition.part_of_triangle) << scale;
+            EXPECT_EQ(plain.model.samples, scaled.model.samples) << scale;
+            EXPECT_EQ(scaled.model.header.unit, scale * plain.model.header.unit);
+        }
+    }
+}
+
+TEST(Bake, OptionsOutOfRangeAreRefused)
+{
+    const mesh::Mesh mesh = test::small_sphere();
+    for (const double target : {0.0, -1.0, std::nan("")}) {
+        BakeOptions options;
+        options.target_error = target;
+        EXPECT_THROW((void)bake(mesh, true, options), mesh::InvalidInput) << target;
+    }
+    for (const std::uint32_t parts : {0u, 1001u, 0xffffffffu}) {
+        BakeOptions options;
+        options.max_parts = parts;
+        EXPECT_THROW((void)bake(mesh, true, options), mesh::InvalidInput) << parts;
+    }
+}
+
+TEST(Bake, WithoutTheExactLayerIsSmallerAndSaysSo)
+{
+    const mesh::Mesh mesh = test::small_torus();
+    BakeOptions options;
+    options.exact = false;
+    const BakeResult full = bake(mesh, true, {}), lean = bake(mesh, true, options);
+    EXPECT_LT(io::serialize(lean.model).size(), 3 * io::serialize(full.model).size() / 4);
+    EXPECT_FALSE(model::has_exact(lean.model.view()));
+    const Vec3f p = model::vec3(lean.model.parts[0].chart_centre);
+    EXPECT_EQ(query::query_point(full.model.view(), p, query::Layer::Exact).status, query::k_ok);
+    const query::Contact c = query::query_point(lean.model.view(), p, query::Layer::Exact);
+    EXPECT_EQ(c.status, query::k_no_exact);
+    EXPECT_TRUE(c.contact);
+    EXPECT_EQ(c.depth, query::query_point(lean.model.view(), p, query::Layer::Three).depth);
+}
+
+}  // namespace
+}  // namespace sqmap::bake

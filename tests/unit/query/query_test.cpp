@@ -1,0 +1,223 @@
+#include "sqmap/query/query.h"
+
+#include "query/central_map.h"
+#include "sqmap/mesh/solid.h"
+#include "support/baked_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::query {
+namespace {
+
+TEST(Chart, ToChartAndFaceDirectionAreInverse)
+{
+    test::Random random(1);
+    for (int i = 0; i < 5000; ++i) {
+        const Vec3f x = cast<float>(random.between(0.01, 3) * random.direction());
+        const ChartPoint q = to_chart(x);
+        EXPECT_LE(std::abs(q.s), 1.f);
+        EXPECT_LE(std::abs(q.t), 1.f);
+        const Vec3f back = (1.f / q.w) * face_direction(q.face, q.s, q.t);
+        EXPECT_LE(norm(back - x), 1e-6f * norm(x));
+    }
+    // The chart's own axes, diagonals and centre.
+    for (int face = 0; face < model::k_faces; ++face)
+        for (const float s : {-1.f, -0.5f, 0.f, 0.5f, 1.f}) {
+            const ChartPoint q = to_chart(2.f * face_direction(face, s, 0.f));
+            EXPECT_EQ(q.w, 0.5f);
+            EXPECT_EQ((1.f / q.w) * face_direction(q.face, q.s, q.t), 2.f * face_direction(face, s, 0.f));
+        }
+    EXPECT_TRUE(std::isfinite(to_chart({}).w));
+}
+
+TEST(Chart, DeviationCodesGrow)
+{
+    for (std::uint32_t code = 0; code + 1 < 256; ++code) EXPECT_LT(deviation_of_code(code, 1e-4f), deviation_of_code(code + 1, 1e-4f));
+}
+
+TEST(Chart, APlaneIsReadBackWithoutError)
+{
+    // n . x = 1 on a face is w = sign n_m + n_u s + n_v t: the bilinear form of its corners is the plane itself.
+    test::Random random(2);
+    for (int i = 0; i < 500; ++i) {
+        const int face = i % 6, m = face_axis(face);
+        Vec3d n = random.in_box({-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3});
+        n[m] = static_cast<double>(face_sign(face)) * random.between(0.8, 2);
+        const auto w = [&](float s, float t) { return static_cast<float>(dot(n, cast<double>(face_direction(face, s, t)))); };
+        const float s0 = -0.5f, t0 = 0.25f, size = 0.25f;
+        const float corner[4] = {w(s0, t0), w(s0 + size, t0), w(s0, t0 + size), w(s0 + size, t0 + size)};
+        const float u = static_cast<float>(random.between(0, 1)), v = static_cast<float>(random.between(0, 1));
+        const SheetValue value = bilinear_value(corner, u, v, size);
+        EXPECT_NEAR(value.w, w(s0 + u * size, t0 + v * size), 1e-6);
+        EXPECT_NEAR(value.ws, n[(m + 1) % 3], 5e-6);
+        EXPECT_NEAR(value.wt, n[(m + 2) % 3], 5e-6);
+    }
+}
+
+/// Pseudo-random points and the awkward ones: vertices, edge midpoints, face centres, a hair beside them, centres, axes.
+std::vector<Vec3f> points_about(const test::Baked& b, std::uint64_t seed)
+{
+    test::Random random(seed);
+    std::vector<Vec3f> points;
+    const auto view = b.view();
+    const double r = view.header.sphere[3];
+    for (int i = 0; i < 1500; ++i) points.push_back(cast<float>(r * random.in_box({-1, -1, -1}, {1, 1, 1})));
+    for (int i = 0; i < 1500; ++i) {
+        const mesh::Triangle& t = b.mesh.triangles[random.below(b.mesh.triangles.size())];
+        const Vec3d a = b.mesh.vertices[t[0]], c = b.mesh.vertices[t[1]], d = b.mesh.vertices[t[2]];
+        const Vec3d base = i % 4 == 0 ? a : i % 4 == 1 ? 0.5 * (a + c) : (a + c + d) / 3.0;
+        const double step = i % 3 == 0 ? 0.0 : i % 3 == 1 ? 1e-4 * r : 0.03 * r;
+        points.push_back(cast<float>(base + step * random.direction()));
+    }
+    for (const model::Part& part : view.parts) {
+        const Vec3f c = model::vec3(part.chart_centre);
+        points.push_back(c);
+        for (int k = 0; k < 3; ++k)
+            for (int i = -10; i <= 10; ++i) points.push_back(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k));
+    }
+    return points;
+}
+
+TEST(Query, LayersKeepTheirPromisesOnEveryShape)
+{
+    for (const test::Shape& shape : test::small_shapes()) {
+        const test::Baked b = test::baked(shape.mesh);
+        const model::ModelView view = b.view();
+        const mesh::Solid solid(b.mesh);
+        const double r_max = view.header.r_max, rounding = 1e-5 * r_max;
+        std::vector<double> depth_error;
+        int certain_by_map = 0, total = 0;
+        for (const Vec3f& p : points_about(b, 3)) {
+            const Vec3d q = cast<double>(p);
+            const double distance = solid.closest_boundary(q).distance;
+            if (distance < rounding) continue;  // no verdict is promised on the surface
+            ++total;
+            const bool inside = solid.inside(q);
+            const Contact one = query_point(view, p, Layer::One), two = query_point(view, p, Layer::Two), three = query_point(view, p, Layer::Three),
+                          exact = query_point(view, p, Layer::Exact);
+            const auto where = [&] { return testing::Message() << shape.name << " at " << p.x << ' ' << p.y << ' ' << p.z << ", " << distance / r_max << " of R_max off"; };
+            ASSERT_EQ(exact.contact, inside) << where();
+            EXPECT_TRUE(exact.certain) << where();
+            EXPECT_TRUE(one.contact || !inside) << where();
+            for (const Contact& c : {one, two, three})
+                if (c.certain) {
+                    ++certain_by_map;
+                    ASSERT_EQ(c.contact, inside) << where();
+                }
+            EXPECT_EQ(two.certain, three.certain) << where();
+            for (const Contact& c : {one, two, three, exact}) {
+                EXPECT_EQ(c.status, k_ok);
+                if (!c.contact) {
+                    EXPECT_EQ(c.part, -1);
+                    EXPECT_EQ(c.depth, 0.f);
+                    EXPECT_EQ(c.normal, Vec3f{});
+                    continue;
+                }
+                ASSERT_GE(c.part, 0);
+                ASSERT_LT(static_cast<std::size_t>(c.part), view.parts.size());
+                EXPECT_NEAR(norm(c.normal), 1.f, 1e-4f) << where();
+                EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << where();
+            }
+            if (inside) {
+                depth_error.push_back(std::abs(static_cast<double>(exact.depth) - distance) / r_max);
+                EXPECT_LT(solid.bvh().closest_point(cast<double>(exact.point)).distance, 1e-5 * r_max) << where();
+                if (distance > 1e-3 * r_max) {
+                    EXPECT_GT(dot(exact.normal, normalized(exact.point - p)), 0.99f) << where();
+                }
+            }
+        }
+        ASSERT_GT(depth_error.size(), 200u) << shape.name;
+        std::sort(depth_error.begin(), depth_error.end());
+        EXPECT_LE(depth_error[depth_error.size() / 2], 1e-5) << shape.name;
+        EXPECT_LE(depth_error[depth_error.size() * 95 / 100], 5e-4) << shape.name;
+        EXPECT_GT(certain_by_map, total) << shape.name << ": the bounds should decide most points";
+    }
+}
+
+TEST(Query, PointsThatAreNotFiniteOrFarAreFree)
+{
+    const test::Baked b = test::baked(test::small_torus());
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto}) {
+        for (const Vec3f p : {Vec3f{nan, 0, 0}, Vec3f{0, inf, 0}, Vec3f{0, 0, -inf}, Vec3f{nan, nan, nan}}) {
+            const Contact c = query_point(b.view(), p, layer);
+            EXPECT_FALSE(c.contact);
+            EXPECT_EQ(c.status, k_not_finite);
+            EXPECT_FALSE(c.certain);
+        }
+        for (const Vec3f p : {Vec3f{1e30f, 0, 0}, Vec3f{3e38f, 3e38f, -3e38f}, Vec3f{5, 5, 5}, Vec3f{0, -1e10f, 0}}) {
+            const Contact c = query_point(b.view(), p, layer);
+            EXPECT_FALSE(c.contact);
+            EXPECT_TRUE(c.certain);
+            EXPECT_EQ(c.point, p);
+        }
+    }
+}
+
+TEST(Query, LayerOneKnowsTheDepthOfACentre)
+{
+    // A sphere's superquadric is about the sphere: its centre is one radius deep, whatever rounding makes of it.
+    const test::Baked b = test::baked(mesh::sphere(1, 3));
+    const model::Part& part = b.view().parts[0];
+    for (const float step : {0.f, 1e-9f, 1e-7f, 1e-5f}) {
+        const Contact c = query_point(b.view(), model::vec3(part.translation) + Vec3f{step, 0, 0}, Layer::One);
+        ASSERT_TRUE(c.contact);
+        EXPECT_NEAR(c.depth, part.a[0], 0.1f * part.a[0]) << step;
+    }
+}
+
+TEST(Query, ABatchAnswersAsItsPointsDo)
+{
+    const test::Baked b = test::baked(test::small_hand());
+    const std::vector<Vec3f> points = points_about(b, 5);
+    std::vector<Contact> contacts(points.size());
+    for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto}) {
+        const std::size_t count = query_points(b.view(), points, layer, contacts);
+        std::size_t expected = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Contact c = query_point(b.view(), points[i], layer);
+            ASSERT_EQ(c.contact, contacts[i].contact);
+            ASSERT_EQ(c.depth, contacts[i].depth);
+            ASSERT_EQ(c.point, contacts[i].point);
+            ASSERT_EQ(c.certain, contacts[i].certain);
+            expected += c.contact ? 1u : 0u;
+        }
+        EXPECT_EQ(count, expected);
+    }
+    EXPECT_EQ(query_points(b.view(), std::span(points).first(3), Layer::Exact, std::span<Contact>{}), 0u);
+}
+
+TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
+{
+    const mesh::Mesh shape = mesh::ellipsoid({1.6, 1.0, 0.5}, 3);
+    struct Place {
+        double scale;
+        Vec3d shift;
+    };
+    test::Random random(6);
+    for (const Place& place : {Place{1e6, {1e8, -1e8, 1e8}}, Place{1e-9, {}}, Place{1, {0, 0, 1000}}}) {
+        const mesh::Mesh moved = test::mapped(shape, place.scale, place.shift);
+        const test::Baked b = test::baked(mesh::canonicalized(moved));
+        const model::ModelView view = b.view();
+        const mesh::Solid solid(moved);  // in the mesh's own units
+        const double r_max = view.header.r_max * view.header.unit;
+        const Vec3d origin{view.header.origin[0], view.header.origin[1], view.header.origin[2]};
+        for (int i = 0; i < 1500; ++i) {
+            const Vec3d p = place.shift + place.scale * random.in_box({-1.7, -1.1, -0.6}, {1.7, 1.1, 0.6});
+            const mesh::ClosestPoint nearest = solid.closest_boundary(p);
+            if (nearest.distance < 1e-5 * r_max) continue;
+            const Contact c = query_point(view, cast<float>((p - origin) / view.header.unit), Layer::Exact);
+            ASSERT_EQ(c.contact, solid.inside(p)) << place.scale;
+            if (c.contact) {
+                EXPECT_NEAR(static_cast<double>(c.depth) * view.header.unit, nearest.distance, 2e-5 * r_max) << place.scale;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace sqmap::query
