@@ -26,7 +26,8 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 class Oracle {
 public:
-    explicit Oracle(const mesh::Mesh& mesh) : mesh_(converted(mesh)), tree_(faces(mesh_).first, faces(mesh_).second, mesh_), side_(tree_)
+    explicit Oracle(const mesh::Mesh& mesh)
+        : mesh_(converted(mesh)), tree_(faces(mesh_).first, faces(mesh_).second, mesh_), side_(tree_)
     {
         tree_.accelerate_distance_queries();
     }
@@ -40,7 +41,8 @@ private:
         for (const Vec3d& v : mesh.vertices) out.add_vertex({v.x, v.y, v.z});
         using Index = SurfaceMesh::Vertex_index;
         for (const mesh::Triangle& t : mesh.triangles)
-            if (out.add_face(Index(t[0]), Index(t[1]), Index(t[2])) == SurfaceMesh::null_face()) throw std::logic_error("not manifold");
+            if (out.add_face(Index(t[0]), Index(t[1]), Index(t[2])) == SurfaceMesh::null_face())
+                throw std::logic_error("not manifold");
         return out;
     }
 

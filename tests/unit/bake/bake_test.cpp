@@ -23,12 +23,16 @@ std::vector<test::Shape> shapes_and_shared()
     return out;
 }
 
-std::vector<std::byte> bytes_of(const mesh::Mesh& mesh, const BakeOptions& options = {}) { return io::serialize(bake(mesh, true, options).model); }
+std::vector<std::byte> bytes_of(const mesh::Mesh& mesh, const BakeOptions& options = {})
+{
+    return io::serialize(bake(mesh, true, options).model);
+}
 
 bool held(const model::ModelView& view, Vec3d p)
 {
-    return std::any_of(view.parts.begin(), view.parts.end(),
-                       [&](const model::Part& part) { return shape::implicit(model::superquadric_of(part), cast<float>(p)) <= 1.f; });
+    return std::any_of(view.parts.begin(), view.parts.end(), [&](const model::Part& part) {
+        return shape::implicit(model::superquadric_of(part), cast<float>(p)) <= 1.f;
+    });
 }
 
 TEST(Bake, EveryPointOfTheSolidLiesInASuperquadric)
@@ -41,7 +45,8 @@ TEST(Bake, EveryPointOfTheSolidLiesInASuperquadric)
         const double r = view.header.sphere[3];
         int inside = 0;
         for (int i = 0; i < 6000; ++i) {
-            const Vec3d p = cast<double>(cast<float>(cast<double>(model::vec3(view.header.sphere)) + r * random.in_box({-1, -1, -1}, {1, 1, 1})));
+            const Vec3d p = cast<double>(
+                cast<float>(cast<double>(model::vec3(view.header.sphere)) + r * random.in_box({-1, -1, -1}, {1, 1, 1})));
             if (!solid.inside(p)) continue;
             ++inside;
             ASSERT_TRUE(held(view, p)) << shape.name << " at " << p.x << ' ' << p.y << ' ' << p.z;
@@ -63,7 +68,8 @@ TEST(Bake, EveryTriangleLiesInItsPartsSuperquadric)
                         v = b.mesh.vertices[b.mesh.triangles[t][2]] - a;
             for (int i = 0; i <= 4; ++i)
                 for (int j = 0; i + j <= 4; ++j)
-                    ASSERT_LE(shape::implicit(sq, cast<float>(a + 0.25 * i * u + 0.25 * j * v)), 1.f) << shape.name << " triangle " << t;
+                    ASSERT_LE(shape::implicit(sq, cast<float>(a + 0.25 * i * u + 0.25 * j * v)), 1.f)
+                        << shape.name << " triangle " << t;
         }
     }
 }
@@ -91,14 +97,16 @@ TEST(Bake, NoCrossingEscapesTheCertifiedBands)
                     ++checked;
                     const query::ChartPoint q = query::to_chart(x);
                     const query::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
-                    ASSERT_GT(leaf.sheets + (leaf.kind == model::CellKind::Layered ? 1 : 0), 0) << shape.name << ": a surface in a uniform cell";
+                    ASSERT_GT(leaf.sheets + (leaf.kind == model::CellKind::Layered ? 1 : 0), 0)
+                        << shape.name << ": a surface in a uniform cell";
                     float lo, hi;
                     query::leaf_band(leaf, lo, hi);
                     const float hair = 2e-6f * q.w;  // of the point itself, rounded to float
                     ASSERT_GE(q.w, lo - hair) << shape.name;
                     ASSERT_LE(q.w, hi + hair) << shape.name;
                     if ((view.triangle_part[c.triangle] & model::k_part_mask) != index) continue;  // blocks hold the own surface
-                    const model::Block block = map.block(q.face, map.column_of(q.s) / model::k_block, map.column_of(q.t) / model::k_block);
+                    const model::Block block =
+                        map.block(q.face, map.column_of(q.s) / model::k_block, map.column_of(q.t) / model::k_block);
                     ASSERT_GE(q.w, map.decode(block.lo) - hair) << shape.name;
                     ASSERT_LE(q.w, map.decode(block.hi) + hair) << shape.name;
                 }
@@ -134,7 +142,8 @@ TEST(Bake, OrderOfFacesAndVerticesDoesNotMatter)
         const std::size_t turn = random.below(3);
         shuffled.triangles.push_back({place[t[turn]], place[t[(turn + 1) % 3]], place[t[(turn + 2) % 3]]});
     }
-    for (std::size_t i = shuffled.triangles.size(); i > 1; --i) std::swap(shuffled.triangles[i - 1], shuffled.triangles[random.below(i)]);
+    for (std::size_t i = shuffled.triangles.size(); i > 1; --i)
+        std::swap(shuffled.triangles[i - 1], shuffled.triangles[random.below(i)]);
     EXPECT_EQ(bytes_of(mesh), bytes_of(mesh::canonicalized(shuffled)));
 }
 

@@ -51,13 +51,14 @@ decompose::Partition random_partition(const mesh::Mesh& mesh, std::uint32_t part
     return p;
 }
 
-std::vector<CapTriangle> closed_part(const mesh::Mesh& mesh, const decompose::Partition& p, const std::vector<std::vector<CapTriangle>>& caps,
-                                     std::uint32_t part)
+std::vector<CapTriangle> closed_part(const mesh::Mesh& mesh, const decompose::Partition& p,
+                                     const std::vector<std::vector<CapTriangle>>& caps, std::uint32_t part)
 {
     std::vector<CapTriangle> all = caps[part];
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         if (p.part_of_triangle[t] == part)
-            all.push_back({mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]], mesh.vertices[mesh.triangles[t][2]]});
+            all.push_back(
+                {mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]], mesh.vertices[mesh.triangles[t][2]]});
     return all;
 }
 
@@ -82,7 +83,8 @@ std::vector<Case> cases()
 {
     std::vector<Case> out;
     for (test::Shape& shape : test::small_shapes())
-        for (const std::uint32_t parts : {2u, 3u, 7u}) out.push_back({shape, random_partition(shape.mesh, parts, 31 * parts + out.size())});
+        for (const std::uint32_t parts : {2u, 3u, 7u})
+            out.push_back({shape, random_partition(shape.mesh, parts, 31 * parts + out.size())});
     return out;
 }
 

@@ -36,7 +36,8 @@ TEST(Chart, ToChartAndFaceDirectionAreInverse)
 
 TEST(Chart, DeviationCodesGrow)
 {
-    for (std::uint32_t code = 0; code + 1 < 256; ++code) EXPECT_LT(deviation_of_code(code, 1e-4f), deviation_of_code(code + 1, 1e-4f));
+    for (std::uint32_t code = 0; code + 1 < 256; ++code)
+        EXPECT_LT(deviation_of_code(code, 1e-4f), deviation_of_code(code + 1, 1e-4f));
 }
 
 TEST(Chart, APlaneIsReadBackWithoutError)
@@ -77,7 +78,8 @@ std::vector<Vec3f> points_about(const test::Baked& b, std::uint64_t seed)
         const Vec3f c = model::vec3(part.chart_centre);
         points.push_back(c);
         for (int k = 0; k < 3; ++k)
-            for (int i = -10; i <= 10; ++i) points.push_back(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k));
+            for (int i = -10; i <= 10; ++i)
+                points.push_back(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k));
     }
     return points;
 }
@@ -97,9 +99,12 @@ TEST(Query, LayersKeepTheirPromisesOnEveryShape)
             if (distance < rounding) continue;  // no verdict is promised on the surface
             ++total;
             const bool inside = solid.inside(q);
-            const Contact one = query_point(view, p, Layer::One), two = query_point(view, p, Layer::Two), three = query_point(view, p, Layer::Three),
-                          exact = query_point(view, p, Layer::Exact);
-            const auto where = [&] { return testing::Message() << shape.name << " at " << p.x << ' ' << p.y << ' ' << p.z << ", " << distance / r_max << " of R_max off"; };
+            const Contact one = query_point(view, p, Layer::One), two = query_point(view, p, Layer::Two),
+                          three = query_point(view, p, Layer::Three), exact = query_point(view, p, Layer::Exact);
+            const auto where = [&] {
+                return testing::Message() << shape.name << " at " << p.x << ' ' << p.y << ' ' << p.z << ", " << distance / r_max
+                                          << " of R_max off";
+            };
             ASSERT_EQ(exact.contact, inside) << where();
             EXPECT_TRUE(exact.certain) << where();
             EXPECT_TRUE(one.contact || !inside) << where();
