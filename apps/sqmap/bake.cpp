@@ -4,13 +4,14 @@
 #include "load_mesh.h"
 #include "reports.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
+#include <span>
 
 namespace sqmap::app {
 namespace {
@@ -104,7 +105,7 @@ void add_bake(CLI::App& app, int& exit_code)
     command->add_option("--minimum-part", d.minimum_part_area, "Least part")->group(k_decomposition)->capture_default_str();
     command->add_flag("--no-taper", options->no_taper, "Do not try tapering")->group("Superquadrics (section 2)");
     command->add_flag("--no-bend", options->no_bend, "Do not try bending")->group("Superquadrics (section 2)");
-    command->footer("Exit code: 0 written, 2 mesh refused or target not reachable, 64 wrong usage, 70 internal error.");
+    command->footer("Exit code: 0 written (it says so where the target error was not reached), 2 mesh refused or model not written, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         const LoadedMesh loaded = load_mesh(options->mesh, options->load);
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
@@ -130,12 +131,12 @@ void add_bake(CLI::App& app, int& exit_code)
         baked.model.made_by = "sqmap " SQMAP_VERSION;
         baked.model.source = std::filesystem::path(options->mesh).filename().string();
         try {
-            io::write_model(baked.model, options->model);
+            // The report first: where it cannot be written, no model is left behind either.
             if (!options->report.empty()) {
-                std::ofstream out(options->report);
-                out << report_json(baked).dump(2) << '\n';
-                if (!out) throw io::ModelFileError("cannot write " + options->report);
+                const std::string text = report_json(baked).dump(2) + '\n';
+                io::replace_file(options->report, std::as_bytes(std::span(text)));
             }
+            io::write_model(baked.model, options->model);
         } catch (const io::ModelFileError& e) {
             std::fprintf(stderr, "%s\n", e.what());
             exit_code = 2;
@@ -148,7 +149,7 @@ void add_bake(CLI::App& app, int& exit_code)
                     static_cast<double>(bytes) / 1000, seconds);
         print_measured(baked.model.measured);
         if (!baked.report.target_met)
-            std::printf("  target error of %g %% not reached: raise --max-parts, or accept %.3f %%\n", options->bake.target_error,
+            std::printf("  target error of %g %% not reached: the best model found has %.3f %%\n", options->bake.target_error,
                         baked.model.measured.depth_p99);
         exit_code = 0;
     });

@@ -2,11 +2,13 @@
 
 #include "commands.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
 
 #include <charconv>
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -63,7 +65,7 @@ std::vector<Vec3d> read_points(const std::string& path)
 void add_query(CLI::App& app, int& exit_code)
 {
     struct Options {
-        std::string model, points, output, layer = "auto";
+        std::string model, points, output, layer = "3";
         bool certain = false, offset = false, smoothing = false;
     };
     const auto options = std::make_shared<Options>();
@@ -71,7 +73,7 @@ void add_query(CLI::App& app, int& exit_code)
     command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
     command->add_option("points", options->points, "CSV with the header x,y,z; mesh units")->required()->check(CLI::ExistingFile);
     command->add_option("-o,--output", options->output, "CSV to write, a row for each row of points")->required();
-    command->add_option("--layer", options->layer, "1 superquadrics, 2 base map, 3 refined map, exact, or auto")
+    command->add_option("--layer", options->layer, "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
         ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
         ->capture_default_str();
     command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
@@ -95,10 +97,12 @@ void add_query(CLI::App& app, int& exit_code)
             if (layer == query::Layer::Exact && !model::has_exact(m))
                 throw BadPoints(options->model + " was baked without the exact layer: bake it without --no-exact");
             const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
-            const std::string temporary = options->output + ".part";
-            std::FILE* out = std::fopen(temporary.c_str(), "w");
-            if (out == nullptr) throw BadPoints("cannot write " + options->output);
-            std::fprintf(out, "contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
+            std::string text;
+            char row[256];
+            const auto print = [&](const char* format, auto... values) {
+                text.append(row, static_cast<std::size_t>(std::snprintf(row, sizeof row, format, values...)));
+            };
+            print("contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
             for (const Vec3d& p : points) {
                 // To model space in double: coordinates may be far from zero.
                 const query::Contact c =
@@ -106,20 +110,16 @@ void add_query(CLI::App& app, int& exit_code)
                                        {.layer = layer, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-                    std::fprintf(out, "1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part,
+                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part,
                                  static_cast<double>(c.depth) * m.header.unit, static_cast<double>(c.normal.x),
                                  static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x, s.y, s.z);
                 } else {
-                    std::fprintf(out, "0,-1,,,,,,,");
+                    text += "0,-1,,,,,,,";
                 }
-                if (options->certain) std::fprintf(out, ",%d", c.certain ? 1 : 0);
-                std::fputc('\n', out);
+                if (options->certain) print(",%d", c.certain ? 1 : 0);
+                text += '\n';
             }
-            const bool failed = std::ferror(out) != 0;
-            if (std::fclose(out) != 0 || failed || std::rename(temporary.c_str(), options->output.c_str()) != 0) {
-                std::remove(temporary.c_str());
-                throw BadPoints("cannot write " + options->output + ": nothing was left behind");
-            }
+            io::replace_file(options->output, std::as_bytes(std::span(text)));
             exit_code = 0;
         } catch (const BadPoints& e) {
             std::fprintf(stderr, "%s\n", e.what());

@@ -16,6 +16,8 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <numeric>
+#include <tuple>
 
 namespace sqmap::bake {
 
@@ -155,6 +157,31 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
+/// The mesh in a frame of its own: vertices turned and sorted there, every triangle at its old place but starting at its
+/// least vertex. What is computed from it depends on the mesh's frame through rounding only.
+mesh::Mesh canonical_view(const mesh::Mesh& mesh, const Mat3d& frame)
+{
+    std::vector<std::uint32_t> order(mesh.vertices.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::vector<Vec3d> turned;
+    for (const Vec3d& v : mesh.vertices) turned.push_back(frame * v);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t l, std::uint32_t r) {
+        return std::tuple(turned[l].x, turned[l].y, turned[l].z, l) < std::tuple(turned[r].x, turned[r].y, turned[r].z, r);
+    });
+    mesh::Mesh view;
+    std::vector<std::uint32_t> rank(order.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) {
+        rank[order[i]] = i;
+        view.vertices.push_back(turned[order[i]]);
+    }
+    for (const mesh::Triangle& t : mesh.triangles) {
+        mesh::Triangle r{rank[t[0]], rank[t[1]], rank[t[2]]};
+        std::rotate(r.begin(), std::min_element(r.begin(), r.end()), r.end());
+        view.triangles.push_back(r);
+    }
+    return view;
+}
+
 std::uint16_t surface_flag(mesh::Boundary boundary)
 {
     switch (boundary) {
@@ -179,7 +206,9 @@ CentralOptions central_options(double target_error)
     return central;
 }
 
-constexpr int k_refinements = 4;
+// Tighter targets start here too: cells that are finer than the surface asks for crowd out those that it does.
+constexpr double k_first_target = 0.5;
+constexpr int k_refinements = 6;
 
 /// The paper's own maps, packed into the model's arrays.
 void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts, const CentralOptions& central, double r_max,
@@ -320,11 +349,15 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
     std::vector<std::uint16_t> flags(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < flags.size(); ++t) flags[t] = surface_flag(solid.boundary()[t]);
-    const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
+    const Mat3d frame = mesh::principal_frame(mesh);
+    const mesh::Mesh canonical = canonical_view(mesh, frame);
+    const SurfaceContext context{mesh, solid.bvh(), flags, mesh::largest_vertex_distance(mesh), canonical, frame};
     lap("prepare");
 
     progress("decompose", 0);
-    decompose::Partition partition = decompose::decompose(mesh, options.decompose);
+    decompose::DecomposeOptions cuts = options.decompose;
+    cuts.maximum_parts = std::min(cuts.maximum_parts, options.max_parts);
+    decompose::Partition partition = decompose::decompose(mesh, cuts);
     lap("decompose");
 
     progress("fit", 0);
@@ -333,7 +366,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     lap("fit");
 
     progress("map", 0);
-    CentralOptions central = central_options(options.target_error);
+    CentralOptions central = central_options(std::max(options.target_error, k_first_target));
     central.exact = options.exact;
     result.model = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
     lap("map");
@@ -342,12 +375,13 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     model::Measured measured = measure(result.model, solid);
     for (int attempt = 0; attempt < k_refinements && measured.depth_p99 > options.target_error; ++attempt) {
         progress("refine", static_cast<double>(attempt) / k_refinements);
-        central.finest *= 0.6;
-        central.tolerance *= 0.6;
-        central.silhouette *= 0.6;
+        central.finest *= 0.7;
+        central.tolerance *= 0.7;
+        central.foreign_tolerance *= 0.7;
+        central.silhouette *= 0.7;
         model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
         const model::Measured better = measure(finer, solid);
-        if (better.depth_p99 > 0.97 * measured.depth_p99) break;
+        if (better.depth_p99 >= measured.depth_p99) break;  // cells can get no finer: keep the better model
         result.model = std::move(finer);
         measured = better;
     }

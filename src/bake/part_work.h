@@ -12,6 +12,7 @@ namespace sqmap::bake {
 
 struct PartWork {
     std::vector<std::uint32_t> triangles;
+    std::vector<std::uint32_t> ordered;  ///< the same, by place in the canonical frame: no sample depends on the file's frame
     std::vector<CapTriangle> caps;
     fit::FitReport fit;
     double area = 0;

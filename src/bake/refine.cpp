@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace sqmap::bake {
@@ -30,9 +31,9 @@ double hidden_share(const SurfaceContext& context, const PartWork& part)
     const int start = context.bvh.winding_number(centre);
     double hidden = 0, seen = 0;
     std::vector<mesh::Bvh::Crossing> crossings;
-    const std::size_t stride = std::max<std::size_t>(1, part.triangles.size() / 200);
-    for (std::size_t i = 0; i < part.triangles.size(); i += stride) {
-        const std::uint32_t t = part.triangles[i];
+    const std::size_t stride = std::max<std::size_t>(1, part.ordered.size() / 200);
+    for (std::size_t i = 0; i < part.ordered.size(); i += stride) {
+        const std::uint32_t t = part.ordered[i];
         const Vec3d to = mesh::triangle_centroid(context.mesh, t) - centre;
         if (!context.bvh.ray_crossings(centre, to, crossings)) continue;
         // Visible if the first change of verdict on the ray is at the triangle itself.
@@ -51,13 +52,59 @@ double hidden_share(const SurfaceContext& context, const PartWork& part)
     return hidden + seen > 0 ? hidden / (hidden + seen) : 0;
 }
 
+/// The fit, made in the canonical frame so that turning the mesh changes it by rounding only, and certified in the
+/// model's: turned back, rounded to float, and enlarged by what that costs.
+fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, const BakeOptions& options)
+{
+    std::vector<CapTriangle> turned = part.caps;
+    for (CapTriangle& t : turned)
+        for (Vec3d& p : t) p = context.frame * p;
+    const auto key = [](const CapTriangle& t) {
+        const Vec3d c = t[0] + t[1] + t[2];
+        return std::tuple(c.x, c.y, c.z);
+    };
+    std::stable_sort(turned.begin(), turned.end(), [&](const CapTriangle& l, const CapTriangle& r) { return key(l) < key(r); });
+    fit::FitReport report = fit::fit_bounding(context.canonical, part.ordered, turned, options.fit);
+
+    std::vector<CapTriangle> all = part.caps;
+    for (const std::uint32_t t : part.triangles) {
+        const mesh::Triangle& tri = context.mesh.triangles[t];
+        all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
+    }
+    const auto narrow = [](double v) { return static_cast<double>(static_cast<float>(v)); };
+    const shape::Superquadricd fitted = report.superquadric;
+    for (double slack = 0; slack < 0.1; slack = slack > 0 ? 2 * slack : 1e-6) {
+        shape::Superquadricd sq = fitted;
+        const Mat3d rotation = fitted.rotation * context.frame;
+        const Vec3d translation = transpose_mul(context.frame, fitted.translation);
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) sq.rotation.row[i][k] = narrow(rotation.row[i][k]);
+            sq.translation[i] = narrow(translation[i]);
+            sq.a[i] = narrow(fitted.a[i] * (1 + slack));
+        }
+        sq.bend = narrow(fitted.bend / (1 + slack));
+        const fit::Certificate certificate = fit::certify(sq, all);
+        if (certificate.largest_f > 1 - fit::float_margin(sq)) continue;
+        report.superquadric = sq;
+        report.certificate = certificate;
+        report.certificate.bounding = true;
+        report.volume = fit::volume(sq);
+        return report;
+    }
+    // Turning cost more than a tenth: fit in the model's own frame instead.
+    return fit::fit_bounding(context.mesh, part.triangles, part.caps, options.fit);
+}
+
 void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
 {
     part.area = 0;
     for (const std::uint32_t t : part.triangles) part.area += mesh::triangle_area(context.mesh, t);
+    part.ordered = part.triangles;
+    std::sort(part.ordered.begin(), part.ordered.end(),
+              [&](std::uint32_t l, std::uint32_t r) { return context.canonical.triangles[l] < context.canonical.triangles[r]; });
     part.solid_volume = enclosed_volume(context.mesh, part);
-    part.fit = fit::fit_bounding(context.mesh, part.triangles, part.caps, options.fit);
-    part.centre = choose_centre(context, part.fit.superquadric, part.triangles);
+    part.fit = fit_part(context, part, options);
+    part.centre = choose_centre(context, part.fit.superquadric, part.ordered);
     part.q2_share = hidden_share(context, part);
 }
 

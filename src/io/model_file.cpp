@@ -1,5 +1,7 @@
 #include "sqmap/io/model_file.h"
 
+#include "sqmap/io/replace_file.h"
+
 #include "sqmap_generated.h"
 
 #include <fcntl.h>
@@ -92,32 +94,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     return s;
 }
 
-void write_model(const model::ModelData& data, const std::filesystem::path& path)
-{
-    const std::vector<std::byte> bytes = serialize(data);
-    std::string pattern = path.string() + ".XXXXXX";
-    const int fd = ::mkstemp(pattern.data());
-    if (fd < 0)
-        throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) +
-                             "; choose another folder with -o");
-    ::fchmod(fd, 0644);
-    std::size_t written = 0;
-    int error = 0;
-    while (written < bytes.size() && error == 0) {
-        const ssize_t n = ::write(fd, bytes.data() + written, bytes.size() - written);
-        if (n > 0)
-            written += static_cast<std::size_t>(n);
-        else if (errno != EINTR)
-            error = n < 0 ? errno : ENOSPC;
-    }
-    if (error == 0 && ::fsync(fd) != 0) error = errno;
-    ::close(fd);
-    if (error == 0 && ::rename(pattern.c_str(), path.c_str()) != 0) error = errno;
-    if (error != 0) {
-        ::unlink(pattern.c_str());
-        throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error) + "; nothing was left behind");
-    }
-}
+void write_model(const model::ModelData& data, const std::filesystem::path& path) { replace_file(path, serialize(data)); }
 
 MappedModel::MappedModel(const std::filesystem::path& path)
 {

@@ -1,5 +1,7 @@
 #include "sqmap/mesh/mesh.h"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -59,6 +61,31 @@ Mesh normalized(const Mesh& mesh, const Normalization& n)
     Mesh out = mesh;
     for (Vec3d& v : out.vertices) v = (v - n.origin) / n.unit;
     return out;
+}
+
+Mat3d principal_frame(const Mesh& mesh)
+{
+    // Each triangle by its centroid: enough to tell directions apart.
+    const Vec3d origin = normalization_of(mesh).origin;
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+    const auto each = [&](auto&& visit) {
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            const Vec3d c = triangle_centroid(mesh, t) - origin;
+            visit(triangle_area(mesh, t), Eigen::Vector3d(c.x, c.y, c.z));
+        }
+    };
+    each([&](double area, const Eigen::Vector3d& c) { second += area * c * c.transpose(); });
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second);
+    Eigen::Vector3d axes[3] = {solver.eigenvectors().col(2), solver.eigenvectors().col(1), Eigen::Vector3d::Zero()};
+    for (int k = 0; k < 2; ++k) {
+        double third = 0;
+        each([&](double area, const Eigen::Vector3d& c) { third += area * std::pow(c.dot(axes[k]), 3); });
+        if (third < 0) axes[k] = -axes[k];
+    }
+    axes[2] = axes[0].cross(axes[1]);
+    Mat3d frame;
+    for (int k = 0; k < 3; ++k) frame.row[k] = {axes[k].x(), axes[k].y(), axes[k].z()};
+    return frame;
 }
 
 double triangle_area(const Mesh& mesh, std::uint32_t triangle)

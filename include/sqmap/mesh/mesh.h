@@ -36,6 +36,11 @@ struct Normalization {
 [[nodiscard]] double triangle_area(const Mesh& mesh, std::uint32_t triangle);
 [[nodiscard]] Vec3d triangle_centroid(const Mesh& mesh, std::uint32_t triangle);
 
+/// Rows: the principal axes of the surface, largest second moment about the area centroid first, turned so that the
+/// third moment along the first two is positive and the frame is right-handed. Turns with the mesh, up to the mesh's own
+/// symmetries.
+[[nodiscard]] Mat3d principal_frame(const Mesh& mesh);
+
 /// Largest distance between two vertices (R_max of eq. 35), exact; near linear by way of extreme points.
 [[nodiscard]] double largest_vertex_distance(const Mesh& mesh);
 
