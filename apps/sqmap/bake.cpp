@@ -105,7 +105,9 @@ void add_bake(CLI::App& app, int& exit_code)
     command->add_option("--minimum-part", d.minimum_part_area, "Least part")->group(k_decomposition)->capture_default_str();
     command->add_flag("--no-taper", options->no_taper, "Do not try tapering")->group("Superquadrics (section 2)");
     command->add_flag("--no-bend", options->no_bend, "Do not try bending")->group("Superquadrics (section 2)");
-    command->footer("Exit code: 0 written (it says so where the target error was not reached), 2 mesh refused or model not written, 64 wrong usage, 70 internal error.");
+    command->footer(
+        "Exit code: 0 written (it says so where the target error was not reached), 2 mesh refused or model not written, 64 wrong "
+        "usage, 70 internal error.");
     command->callback([options, &exit_code] {
         const LoadedMesh loaded = load_mesh(options->mesh, options->load);
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())

@@ -91,7 +91,8 @@ void add_info(CLI::App& app, int& exit_code)
                 out["projection"] = central ? "central" : "normal";
                 out["solid"] = m.header.solid != 0;
                 // Every part's certificate covers the caps that close it, and closed parts tile the solid.
-                const bool contained = std::all_of(m.parts.begin(), m.parts.end(), [](const model::Part& p) { return p.largest_f <= 1.f; });
+                const bool contained =
+                    std::all_of(m.parts.begin(), m.parts.end(), [](const model::Part& p) { return p.largest_f <= 1.f; });
                 out["certified"] = {{"triangles_contained", contained}, {"solid_covered", contained && m.header.solid != 0}};
                 out["self_intersecting"] = m.header.self_intersecting != 0;
                 out["origin"] = {m.header.origin[0], m.header.origin[1], m.header.origin[2]};

@@ -73,7 +73,9 @@ void add_query(CLI::App& app, int& exit_code)
     command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
     command->add_option("points", options->points, "CSV with the header x,y,z; mesh units")->required()->check(CLI::ExistingFile);
     command->add_option("-o,--output", options->output, "CSV to write, a row for each row of points")->required();
-    command->add_option("--layer", options->layer, "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
+    command
+        ->add_option("--layer", options->layer,
+                     "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
         ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
         ->capture_default_str();
     command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
@@ -110,9 +112,9 @@ void add_query(CLI::App& app, int& exit_code)
                                        {.layer = layer, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part,
-                                 static_cast<double>(c.depth) * m.header.unit, static_cast<double>(c.normal.x),
-                                 static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x, s.y, s.z);
+                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,
+                          static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x,
+                          s.y, s.z);
                 } else {
                     text += "0,-1,,,,,,,";
                 }

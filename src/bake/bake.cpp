@@ -336,7 +336,8 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     const auto progress = [&](const char* stage, double done) {
         if (options.progress) options.progress(stage, done);
     };
-    if (!(options.max_looseness >= 1)) throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
+    if (!(options.max_looseness >= 1))
+        throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
     if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
     BakeResult result;

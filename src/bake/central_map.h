@@ -17,8 +17,8 @@ struct SurfaceContext {
     const mesh::Bvh& bvh;
     std::span<const std::uint16_t> flags;  ///< #triangles: model::SurfaceFlag bits
     double r_max;
-    const mesh::Mesh& canonical;          ///< mesh in its own principal frame, triangle by triangle: what fits look at
-    Mat3d frame;                          ///< turns model space into the canonical frame
+    const mesh::Mesh& canonical;  ///< mesh in its own principal frame, triangle by triangle: what fits look at
+    Mat3d frame;                  ///< turns model space into the canonical frame
 };
 
 struct CentralOptions {

@@ -73,7 +73,7 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
     }
     const auto narrow = [](double v) { return static_cast<double>(static_cast<float>(v)); };
     const shape::Superquadricd fitted = report.superquadric;
-    for (double slack = 0; slack < 0.1; slack = slack > 0 ? 2 * slack : 1e-6) {
+    for (double slack = 0; slack<0.1; slack = slack> 0 ? 2 * slack : 1e-6) {
         shape::Superquadricd sq = fitted;
         const Mat3d rotation = fitted.rotation * context.frame;
         const Vec3d translation = transpose_mul(context.frame, fitted.translation);

@@ -19,9 +19,12 @@ int write_all(int fd, std::span<const std::byte> bytes)
 {
     while (!bytes.empty()) {
         const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-        if (n > 0) bytes = bytes.subspan(static_cast<std::size_t>(n));
-        else if (n == 0) return ENOSPC;
-        else if (errno != EINTR) return errno;
+        if (n > 0)
+            bytes = bytes.subspan(static_cast<std::size_t>(n));
+        else if (n == 0)
+            return ENOSPC;
+        else if (errno != EINTR)
+            return errno;
     }
     return 0;
 }
@@ -31,7 +34,8 @@ int write_all(int fd, std::span<const std::byte> bytes)
 void replace_file(const std::filesystem::path& path, std::span<const std::byte> bytes)
 {
     std::error_code ignored;
-    const std::filesystem::path target = std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
+    const std::filesystem::path target =
+        std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
     struct stat info {};
     if (::stat(target.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
         const int fd = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
@@ -42,7 +46,9 @@ void replace_file(const std::filesystem::path& path, std::span<const std::byte> 
     }
     std::string pattern = target.string() + ".XXXXXX";
     const int fd = ::mkstemp(pattern.data());
-    if (fd < 0) throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) + "; choose another folder with -o");
+    if (fd < 0)
+        throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) +
+                             "; choose another folder with -o");
     ::fchmod(fd, 0644);
     int error = write_all(fd, bytes);
     if (error == 0 && ::fsync(fd) != 0) error = errno;
