@@ -1,7 +1,7 @@
 #include "locator.h"
 
 #include "parallel.h"
-#include "query/central_map.h"
+#include "query/approach.h"
 
 #include <algorithm>
 #include <array>
@@ -18,6 +18,20 @@ using model::PlaceKind;
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
 constexpr double k_cells_along = 48;
+
+// Seeds of a cell at most, and by how much of R_max a sample may miss its nearest surface before it gets one of its own.
+constexpr std::size_t k_most_seeds = 6;
+constexpr double k_seed_tolerance = 0.0005;
+
+/// Where a cell is sampled, in cells from its centre: its corners, the middles of its sides and edges.
+std::vector<Vec3d> sample_offsets()
+{
+    std::vector<Vec3d> offsets;
+    for (int i = -1; i <= 1; ++i)
+        for (int j = -1; j <= 1; ++j)
+            for (int k = -1; k <= 1; ++k) offsets.push_back(0.45 * Vec3d{double(i), double(j), double(k)});
+    return offsets;
+}
 
 struct Grid {
     Vec3d origin;
@@ -135,9 +149,34 @@ private:
         }
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
         const std::uint32_t owner = part_of_triangle_[nearest.triangle];
-        place.seeds = {seed_at(owner, nearest.point)};
+        choose_seeds(place, centre, nearest);
         if (crossed) list_parts(place, centre, owner);
         return place;
+    }
+
+    /// Enough seeds that every sample of the cell that lies in the solid finds its nearest surface from one of them.
+    void choose_seeds(Place& place, Vec3d centre, const mesh::ClosestPoint& nearest) const
+    {
+        place.seeds = {seed_at(nearest)};
+        const double tolerance = k_seed_tolerance * view_.header.r_max;
+        for (const Vec3d& offset : sample_offsets()) {
+            const Vec3d p = centre + grid_.cell * offset;
+            const mesh::ClosestPoint truth = solid_.closest_boundary(p);
+            if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
+            double found = INFINITY;
+            for (const std::uint32_t seed : place.seeds) found = std::min(found, reach_from(seed, p));
+            if (found <= truth.distance + tolerance || place.seeds.size() >= k_most_seeds) continue;
+            const std::uint32_t seed = seed_at(truth);
+            if (reach_from(seed, p) < found - tolerance) place.seeds.push_back(seed);
+        }
+    }
+
+    /// Distance that the runtime finds from a seed.
+    double reach_from(std::uint32_t seed, Vec3d p) const
+    {
+        const model::Part& part = view_.parts[model::seed_part(seed)];
+        const query::CentralMap map(view_, part);
+        return std::sqrt(query::approach(map, part, map.to_chart_frame(cast<float>(p)), model::seed_cell(seed)).distance_sq);
     }
 
     /// The parts that answer in a cell, best first: one that holds the whole cell suffices.
@@ -176,10 +215,11 @@ private:
         return leaf.kind == model::CellKind::Layered ? (leaf.bilinear ? 1 : 0) : 2;
     }
 
-    std::uint32_t seed_at(std::uint32_t part, Vec3d surface_point) const
+    std::uint32_t seed_at(const mesh::ClosestPoint& surface) const
     {
+        const std::uint32_t part = part_of_triangle_[surface.triangle];
         const query::CentralMap map(view_, view_.parts[part]);
-        const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(surface_point)));
+        const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(surface.point)));
         const int cell = (q.face * map.base() + map.column_of(q.t)) * map.base() + map.column_of(q.s);
         return part | static_cast<std::uint32_t>(cell) << 8;
     }

@@ -550,7 +550,6 @@ private:
             Sheet sheet = part.value(leaf, q.s, q.t);
             const I kind = kind_of(leaf.cell);
             M valid = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
-            valid = hn::AndNot(equal(hn::And(leaf.cell, set_int(model::k_foreign)), set_int(model::k_foreign)), valid);
             M exits = part.centre_inside() ? valid : none();
             const M layered = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
             if (any(layered)) pick_layer(data, q, reach, layered, sheet, valid, exits);
@@ -609,7 +608,6 @@ private:
         hn::Store(q.face, di, face);
         each_lane(layered, [&](std::size_t i) {
             const Leaf leaf = map.leaf_at(face[i], s[i], t[i]);
-            if (leaf.foreign) return;
             float least = INFINITY;
             for (int j = 0; j < leaf.sheets; ++j) {
                 const SheetValue v = sheet_value(leaf, j, s[i], t[i]);

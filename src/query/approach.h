@@ -1,0 +1,58 @@
+// From a cell of the chart to the nearest surface about it, one point at a time: what bake tries seeds with, and the reference
+// of the frame query's kernel.
+#pragma once
+
+#include "central_map.h"
+
+namespace sqmap::query {
+
+inline constexpr int k_approach_steps = 6;
+inline constexpr float k_approach_gain = 0.9998f;  ///< of the squared distance: a step that gains less is the last
+
+struct Approach {
+    float distance_sq = INFINITY;  ///< model units
+    Vec3f foot{};                  ///< chart frame
+};
+
+/// x: chart frame. The foot of x on the tangent plane over the cell's middle, looked up again there, while that comes nearer.
+inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x, std::uint32_t cell)
+{
+    const std::uint32_t base = part.base, row_index = cell / base;
+    ChartPoint q{static_cast<int>(row_index / base), -1.f + map.cell_size() * (static_cast<float>(cell % base) + 0.5f),
+                 -1.f + map.cell_size() * (static_cast<float>(row_index % base) + 0.5f), 0.f};
+    float expected = -1.f;  // along the face's axis
+    Approach best;
+    for (int step = 0; step < k_approach_steps; ++step) {
+        const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+        SheetValue value{0, 0, 0};
+        float least = INFINITY;
+        for (int j = 0; j < leaf.sheets; ++j) {
+            const SheetValue v = sheet_value(leaf, j, q.s, q.t);
+            if (!(v.w > 1e-6f)) continue;
+            const float miss = expected < 0.f ? v.w : std::abs(1.f / v.w - expected);
+            if (!(miss < least)) continue;
+            least = miss;
+            value = v;
+        }
+        if (!(value.w > 1e-6f)) break;
+        const int m = face_axis(q.face), u = (m + 1) % 3, v = (m + 2) % 3;
+        const Vec3f foot = (1.f / value.w) * face_direction(q.face, q.s, q.t);
+        const Vec3f d{part.a[0] * (foot.x - x.x), part.a[1] * (foot.y - x.y), part.a[2] * (foot.z - x.z)};
+        const float distance_sq = norm_sq(d);
+        const bool goes_on = distance_sq < k_approach_gain * best.distance_sq;
+        if (distance_sq < best.distance_sq) best = {distance_sq, foot};
+        if (!goes_on) break;
+        Vec3f n{};
+        n[m] = face_sign(q.face) * (value.w - value.ws * q.s - value.wt * q.t);
+        n[u] = value.ws;
+        n[v] = value.wt;
+        const Vec3f scaled = map.over_axes_sq(n);
+        const float length_sq = dot(n, scaled);
+        if (!(length_sq > 0.f)) break;
+        q = to_chart(x + ((1.f - dot(n, x)) / length_sq) * scaled);
+        expected = 1.f / q.w;
+    }
+    return best;
+}
+
+}  // namespace sqmap::query
