@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstdio>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -113,6 +115,7 @@ public:
         }
         data_.locator.cell = static_cast<float>(grid_.cell);
         pack();
+        fprintf(stderr,"unresolved %d\n",(int)unresolved_);
     }
 
 private:
@@ -157,7 +160,7 @@ private:
     /// Enough seeds that every sample of the cell that lies in the solid finds its nearest surface from one of them.
     void choose_seeds(Place& place, Vec3d centre, const mesh::ClosestPoint& nearest) const
     {
-        place.seeds = {seed_at(nearest)};
+        place.seeds = {seed_at(part_of_triangle_[nearest.triangle], nearest.point)};
         const double tolerance = k_seed_tolerance * view_.header.r_max;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + grid_.cell * offset;
@@ -166,8 +169,21 @@ private:
             double found = INFINITY;
             for (const std::uint32_t seed : place.seeds) found = std::min(found, reach_from(seed, p));
             if (found <= truth.distance + tolerance || place.seeds.size() >= k_most_seeds) continue;
-            const std::uint32_t seed = seed_at(truth);
-            if (reach_from(seed, p) < found - tolerance) place.seeds.push_back(seed);
+            // The owner's chart as a rule; another's where that one does not see the surface.
+            const std::uint32_t owner = part_of_triangle_[truth.triangle];
+            std::uint32_t best = seed_at(owner, truth.point);
+            double reached = reach_from(best, p);
+            for (std::uint32_t i = 0; i < view_.parts.size() && reached > truth.distance + tolerance; ++i) {
+                if (i == owner || !test_domain(view_.parts[i], truth.point, 0).holds) continue;
+                const std::uint32_t other = seed_at(i, truth.point);
+                const double d = reach_from(other, p);
+                if (d < reached) {
+                    reached = d;
+                    best = other;
+                }
+            }
+            if (reached < found - tolerance) place.seeds.push_back(best);
+            if (reached > truth.distance + tolerance) ++unresolved_;
         }
     }
 
@@ -215,12 +231,13 @@ private:
         return leaf.kind == model::CellKind::Layered ? (leaf.bilinear ? 1 : 0) : 2;
     }
 
-    std::uint32_t seed_at(const mesh::ClosestPoint& surface) const
+    std::uint32_t seed_at(std::uint32_t part, Vec3d surface_point) const
     {
-        const std::uint32_t part = part_of_triangle_[surface.triangle];
         const query::CentralMap map(view_, view_.parts[part]);
-        const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(surface.point)));
-        const int cell = (q.face * map.base() + map.column_of(q.t)) * map.base() + map.column_of(q.s);
+        const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(surface_point)));
+        const int n = static_cast<int>(model::k_seed_fine) * map.base();
+        const auto at = [&](float v) { return std::clamp(static_cast<int>((v + 1.f) * 0.5f * static_cast<float>(n)), 0, n - 1); };
+        const int cell = (q.face * n + at(q.t)) * n + at(q.s);
         return part | static_cast<std::uint32_t>(cell) << 8;
     }
 
@@ -273,6 +290,7 @@ private:
     model::ModelView view_;
     Grid grid_;
     std::vector<Brick> bricks_;
+    mutable std::atomic<int> unresolved_{0};
 };
 
 }  // namespace

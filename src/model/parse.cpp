@@ -180,7 +180,7 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends, and every seed is a cell of its part's chart.
     if (v.seeds.empty() || (v.seeds.back() & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t s : v.seeds)
-        if (seed_part(s) >= v.parts.size() || seed_cell(s) >= v.parts[seed_part(s)].cell_count) return ParseStatus::BadStructure;
+        if (seed_part(s) >= v.parts.size() || seed_cell(s) >= k_seed_fine * k_seed_fine * v.parts[seed_part(s)].cell_count) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 

@@ -14,13 +14,16 @@ struct Approach {
     Vec3f foot{};                  ///< chart frame
 };
 
-/// x: chart frame. The foot of x on the tangent plane over the cell's middle, looked up again there, while that comes nearer.
+/// x: chart frame. The foot of x on the tangent plane over the seed cell's middle, looked up again there, while that comes
+/// nearer.
 inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x, std::uint32_t cell)
 {
-    const std::uint32_t base = part.base, row_index = cell / base;
-    ChartPoint q{static_cast<int>(row_index / base), -1.f + map.cell_size() * (static_cast<float>(cell % base) + 0.5f),
-                 -1.f + map.cell_size() * (static_cast<float>(row_index % base) + 0.5f), 0.f};
-    float expected = -1.f;  // along the face's axis
+    const std::uint32_t n = model::k_seed_fine * part.base, row_index = cell / n;
+    const float size = 2.f / static_cast<float>(n);
+    ChartPoint q{static_cast<int>(row_index / n), -1.f + size * (static_cast<float>(cell % n) + 0.5f),
+                 -1.f + size * (static_cast<float>(row_index % n) + 0.5f), 0.f};
+    // Where the surface is expected, along the face's axis: of several over a cell the one nearest to the point.
+    float expected = face_sign(q.face) * x[face_axis(q.face)];
     Approach best;
     for (int step = 0; step < k_approach_steps; ++step) {
         const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
@@ -29,7 +32,7 @@ inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x
         for (int j = 0; j < leaf.sheets; ++j) {
             const SheetValue v = sheet_value(leaf, j, q.s, q.t);
             if (!(v.w > 1e-6f)) continue;
-            const float miss = expected < 0.f ? v.w : std::abs(1.f / v.w - expected);
+            const float miss = std::abs(1.f / v.w - expected);
             if (!(miss < least)) continue;
             least = miss;
             value = v;

@@ -534,7 +534,7 @@ private:
         const V3 axes{set(data.a[0]), set(data.a[1]), set(data.a[2])};
         const V3 over_sq{set(1.f / (data.a[0] * data.a[0])), set(1.f / (data.a[1] * data.a[1])), set(1.f / (data.a[2] * data.a[2]))};
         // The cell's middle.
-        const std::int32_t base = static_cast<std::int32_t>(data.base);
+        const std::int32_t base = static_cast<std::int32_t>(model::k_seed_fine * data.base);
         const F per_base = set(1.f / static_cast<float>(base));
         const I row_index = truncate(hn::Mul(hn::Add(to_float(cell), set(0.5f)), per_base));
         const I face = truncate(hn::Mul(hn::Add(to_float(row_index), set(0.5f)), per_base));
@@ -542,7 +542,12 @@ private:
         const F size = set(2.f / static_cast<float>(base));
         Chart q{face, mul_add(hn::Add(to_float(column), set(0.5f)), size, set(-1.f)), mul_add(hn::Add(to_float(row), set(0.5f)), size, set(-1.f)),
                 set(0.f)};
-        F reach = set(-1.f);  // distance along the major axis at which the surface is expected
+        // Where the surface is expected, along the face's axis: of several over a cell the one nearest to the point.
+        FacePoint seed_face;
+        seed_face.x_major = equal(hn::ShiftRight<1>(face), hn::Zero(di));
+        seed_face.y_major = equal(hn::ShiftRight<1>(face), set_int(1));
+        F reach = seed_face.permute(x).x;
+        reach = blend(equal(hn::And(face, set_int(1)), set_int(1)), hn::Neg(reach), reach);
         F found_sq = set(INFINITY);
         V3 found_offset{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, found_plane = found_offset;
         for (int step = 0; step < k_steps && any(active); ++step) {
@@ -612,8 +617,7 @@ private:
             for (int j = 0; j < leaf.sheets; ++j) {
                 const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
                 if (!(v.w > 1e-6f)) continue;
-                // With nothing to expect yet, the outermost.
-                const float miss = expected[i] < 0.f ? v.w : std::abs(1.f / v.w - expected[i]);
+                const float miss = std::abs(1.f / v.w - expected[i]);
                 if (!(miss < least)) continue;
                 least = miss;
                 w[i] = v.w;

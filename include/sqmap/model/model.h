@@ -150,8 +150,9 @@ constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKi
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
 constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
 constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
-/// Where the search for the nearest surface starts: a base cell of a part's chart. Several where the cell is near the
-/// medial axis: up to and with the one that has k_last_seed.
+/// Where the search for the nearest surface starts: a direction of a part's chart, as a cell of a grid k_seed_fine times
+/// finer than the base grid. Several where the place is near the medial axis: up to and with the one that has k_last_seed.
+inline constexpr std::uint32_t k_seed_fine = 4;
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
 constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
 constexpr std::uint32_t seed_cell(std::uint32_t seed) { return (seed & ~k_last_seed) >> 8; }
