@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <cstdio>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -115,7 +113,6 @@ public:
         }
         data_.locator.cell = static_cast<float>(grid_.cell);
         pack();
-        fprintf(stderr,"unresolved %d\n",(int)unresolved_);
     }
 
 private:
@@ -162,29 +159,56 @@ private:
     {
         place.seeds = {seed_at(part_of_triangle_[nearest.triangle], nearest.point)};
         const double tolerance = k_seed_tolerance * view_.header.r_max;
+        struct Sample {
+            Vec3d point;
+            double best;  ///< distance that some seed finds
+        };
+        std::vector<Sample> samples;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + grid_.cell * offset;
             const mesh::ClosestPoint truth = solid_.closest_boundary(p);
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
             for (const std::uint32_t seed : place.seeds) found = std::min(found, reach_from(seed, p));
-            if (found <= truth.distance + tolerance || place.seeds.size() >= k_most_seeds) continue;
-            // The owner's chart as a rule; another's where that one does not see the surface.
-            const std::uint32_t owner = part_of_triangle_[truth.triangle];
-            std::uint32_t best = seed_at(owner, truth.point);
-            double reached = reach_from(best, p);
-            for (std::uint32_t i = 0; i < view_.parts.size() && reached > truth.distance + tolerance; ++i) {
-                if (i == owner || !test_domain(view_.parts[i], truth.point, 0).holds) continue;
-                const std::uint32_t other = seed_at(i, truth.point);
-                const double d = reach_from(other, p);
-                if (d < reached) {
-                    reached = d;
-                    best = other;
+            if (found > truth.distance + tolerance && place.seeds.size() < k_most_seeds) {
+                const auto [seed, reached] = best_seed(p, truth, tolerance);
+                if (reached < found - tolerance) {
+                    place.seeds.push_back(seed);
+                    found = reached;
                 }
             }
-            if (reached < found - tolerance) place.seeds.push_back(best);
-            if (reached > truth.distance + tolerance) ++unresolved_;
+            samples.push_back({p, found});
         }
+        // After which distance a surface found from the first seeds may be bettered by the others.
+        std::vector<double> so_far(samples.size(), INFINITY);
+        for (std::size_t k = 0; k + 1 < place.seeds.size(); ++k) {
+            double reach = INFINITY;
+            for (std::size_t i = 0; i < samples.size(); ++i) {
+                so_far[i] = std::min(so_far[i], reach_from(place.seeds[k], samples[i].point));
+                if (so_far[i] > samples[i].best + tolerance) reach = std::min(reach, so_far[i]);
+            }
+            // Between samples it may come half a sample's spacing earlier.
+            const double half_cells = std::floor(2 * (reach / grid_.cell - 0.25));
+            place.seeds[k] |= static_cast<std::uint32_t>(std::clamp(half_cells, 0.0, 63.0)) << 25;
+        }
+    }
+
+    struct SeedReach {
+        std::uint32_t seed;
+        double distance;
+    };
+    /// The owner's chart as a rule; another's where that one does not see the surface.
+    SeedReach best_seed(Vec3d p, const mesh::ClosestPoint& truth, double tolerance) const
+    {
+        const std::uint32_t owner = part_of_triangle_[truth.triangle];
+        SeedReach best{seed_at(owner, truth.point), 0};
+        best.distance = reach_from(best.seed, p);
+        for (std::uint32_t i = 0; i < view_.parts.size() && best.distance > truth.distance + tolerance; ++i) {
+            if (i == owner || !test_domain(view_.parts[i], truth.point, 0).holds) continue;
+            const std::uint32_t other = seed_at(i, truth.point);
+            if (const double d = reach_from(other, p); d < best.distance) best = {other, d};
+        }
+        return best;
     }
 
     /// Distance that the runtime finds from a seed.
@@ -290,7 +314,6 @@ private:
     model::ModelView view_;
     Grid grid_;
     std::vector<Brick> bricks_;
-    mutable std::atomic<int> unresolved_{0};
 };
 
 }  // namespace
@@ -300,7 +323,7 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
 {
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
-        if (part.base == 0) return;
+        if (part.base == 0 || part.base > model::k_max_seed_base) return;
     LocatorBaker(solid, part_of_triangle, data).run(threads);
 }
 

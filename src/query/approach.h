@@ -7,7 +7,8 @@
 namespace sqmap::query {
 
 inline constexpr int k_approach_steps = 6;
-inline constexpr float k_approach_gain = 0.9998f;  ///< of the squared distance: a step that gains less is the last
+/// Squared distance over that to the tangent plane: the point is above the surface point found when they agree so well.
+inline constexpr float k_approach_near = 1.002f;
 
 struct Approach {
     float distance_sq = INFINITY;  ///< model units
@@ -42,17 +43,18 @@ inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x
         const Vec3f foot = (1.f / value.w) * face_direction(q.face, q.s, q.t);
         const Vec3f d{part.a[0] * (foot.x - x.x), part.a[1] * (foot.y - x.y), part.a[2] * (foot.z - x.z)};
         const float distance_sq = norm_sq(d);
-        const bool goes_on = distance_sq < k_approach_gain * best.distance_sq;
-        if (distance_sq < best.distance_sq) best = {distance_sq, foot};
-        if (!goes_on) break;
+        const bool nearer = distance_sq < best.distance_sq;
+        if (nearer) best = {distance_sq, foot};
+        if (!nearer) break;
         Vec3f n{};
         n[m] = face_sign(q.face) * (value.w - value.ws * q.s - value.wt * q.t);
         n[u] = value.ws;
         n[v] = value.wt;
         const Vec3f scaled = map.over_axes_sq(n);
         const float length_sq = dot(n, scaled);
-        if (!(length_sq > 0.f)) break;
-        q = to_chart(x + ((1.f - dot(n, x)) / length_sq) * scaled);
+        const float gap = 1.f - dot(n, x);  // to the tangent plane, times the root of length_sq
+        if (!(length_sq > 0.f) || distance_sq * length_sq <= k_approach_near * gap * gap) break;
+        q = to_chart(x + (gap / length_sq) * scaled);
         expected = 1.f / q.w;
     }
     return best;

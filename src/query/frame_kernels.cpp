@@ -2,7 +2,7 @@
 // for each instruction set by Highway (J. Wassenberg et al.); no fused multiply-add, so that all give the same bits.
 #include "frame_kernels.h"
 
-#include "central_map.h"
+#include "approach.h"
 #include "central_query.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -265,6 +265,24 @@ HWY_INLINE void each_lane(M mask, Do&& action)
         if (set_lanes[i] != 0) action(i);
 }
 
+/// Leaves out of their lanes, for what is done one by one.
+struct StoredLeaves {
+    HWY_ALIGN std::int32_t cell[k_lanes];
+    HWY_ALIGN float s0[k_lanes], t0[k_lanes], inverse_size[k_lanes];
+
+    explicit StoredLeaves(const Leaves& leaves)
+    {
+        hn::Store(leaves.cell, di, cell);
+        hn::Store(leaves.s0, df, s0);
+        hn::Store(leaves.t0, df, t0);
+        hn::Store(leaves.inverse_size, df, inverse_size);
+    }
+    Leaf leaf(const CentralMap& map, std::size_t i) const
+    {
+        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i]);
+    }
+};
+
 class FrameKernel {
 public:
     explicit FrameKernel(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
@@ -293,7 +311,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t k_queue = 256;
+    static constexpr std::size_t k_queue = 512;
     enum Flag : std::uint8_t { k_certain = 1, k_ask = 2, k_undecided = 4 };
 
     Vec3f transformed(float x, float y, float z) const
@@ -451,7 +469,7 @@ private:
         M sure = hn::Or(uniform, hn::And(single, hn::Gt(hn::Abs(margin), part.deviation(leaf.cell))));
         if (job_.layer == Layer::Two) in = base_verdict(part, q, held, sure, in);
         const M layered = hn::And(held, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
-        if (any(layered)) ask_layers(model_.parts[index], q, layered, in, sure);
+        if (any(layered)) ask_layers(model_.parts[index], q, leaf, layered, in, sure);
         inside = hn::Or(inside, hn::And(held, in));
         certain = hn::Or(certain, hn::And(held, sure));
         return held;
@@ -469,17 +487,17 @@ private:
     }
 
     /// Cells of several surfaces, a lane at a time.
-    void ask_layers(const Part& part, const Chart& q, M layered, M& in, M& sure) const
+    void ask_layers(const Part& part, const Chart& q, const Leaves& leaves, M layered, M& in, M& sure) const
     {
         const CentralMap map(model_, part);
         HWY_ALIGN float s[k_lanes], t[k_lanes], w[k_lanes];
-        HWY_ALIGN std::int32_t face[k_lanes], now_in[k_lanes] = {}, now_sure[k_lanes] = {};
+        HWY_ALIGN std::int32_t now_in[k_lanes] = {}, now_sure[k_lanes] = {};
+        const StoredLeaves stored(leaves);
         hn::Store(q.s, df, s);
         hn::Store(q.t, df, t);
         hn::Store(q.w, df, w);
-        hn::Store(q.face, di, face);
         each_lane(layered, [&](std::size_t i) {
-            const ChartVerdict v = classify(map.leaf_at(face[i], s[i], t[i]), s[i], t[i], w[i]);
+            const ChartVerdict v = classify(stored.leaf(map, i), s[i], t[i], w[i]);
             now_in[i] = v.inside ? -1 : 0;
             now_sure[i] = v.certain ? -1 : 0;
         });
@@ -487,49 +505,54 @@ private:
         sure = hn::Or(hn::AndNot(layered, sure), hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, now_sure))));
     }
 
-    /// Nearest surface found for each lane, the model's space.
-    struct Best {
-        F distance_sq;
-        V3 foot;    // offset from the point
-        V3 normal;  // of the surface, not of unit length
-        I part;
-    };
-
+    /// Finds the nearest surfaces of what is queued, seed by seed: a round takes one seed of each contact that needs one more,
+    /// part after part, so that lanes are full.
     void flush()
     {
         settle();
-        for (std::size_t first = 0; first < queued_; first += hn::Lanes(df)) {
-            const std::size_t count = std::min(queued_ - first, hn::Lanes(df));
-            M active = hn::FirstN(df, count);
-            const V3 p{hn::LoadU(df, queue_x_ + first), hn::LoadU(df, queue_y_ + first), hn::LoadU(df, queue_z_ + first)};
-            Best best{set(INFINITY), {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, set_int(-1)};
-            I at = blend(active, shift_right<14>(hn::LoadU(di, reinterpret_cast<const std::int32_t*>(queue_place_ + first))), hn::Zero(di));
-            while (any(active)) {
-                const I seed = gather_word(model_.seeds.data(), at);
-                const I part = hn::And(seed, set_int(0xff));
-                const I cell = hn::And(shift_right<8>(seed), set_int(0x7fffff));
-                M todo = active;
-                while (any(todo)) {
-                    const std::int32_t which = first_of(part, todo);
-                    const M these = hn::And(todo, equal(part, set_int(which)));
-                    todo = hn::AndNot(these, todo);
-                    approach(which, p, cell, these, best);
-                }
-                // Chains go on where the sign bit is clear.
-                active = hn::And(active, not_negative(seed));
-                at = hn::Add(at, blend(active, set_int(1), hn::Zero(di)));
-            }
-            write(first, count, p, best);
+        std::size_t open = queued_;
+        for (std::size_t i = 0; i < queued_; ++i) {
+            best_sq_[i] = INFINITY;
+            best_part_[i] = -1;
+            todo_[i] = static_cast<std::uint16_t>(i);
+            seed_at_[i] = model::place_seed(queue_place_[i]);
         }
+        while (open > 0) {
+            std::uint16_t first[257] = {};
+            for (std::size_t k = 0; k < open; ++k) ++first[model::seed_part(model_.seeds[seed_at_[todo_[k]]]) + 1];
+            for (std::size_t part = 0; part < model_.parts.size(); ++part) first[part + 1] = static_cast<std::uint16_t>(first[part + 1] + first[part]);
+            for (std::size_t k = 0; k < open; ++k) sorted_[first[model::seed_part(model_.seeds[seed_at_[todo_[k]]])]++] = todo_[k];
+            std::size_t next = 0;
+            for (std::size_t k = 0; k < open;) {
+                const std::uint32_t part = model::seed_part(model_.seeds[seed_at_[sorted_[k]]]);
+                const std::size_t end = first[part];
+                for (; k < end; k += hn::Lanes(df)) approach(part, k, std::min(hn::Lanes(df), end - k), next);
+                k = end;
+            }
+            open = next;
+        }
+        write();
         queued_ = 0;
     }
 
     /// From a seed cell to the nearest surface about it: the foot on the tangent plane, looked up again there, while that comes
     /// nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
-    void approach(std::int32_t index, const V3& p, I cell, M active, Best& best) const
+    void approach(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
     {
-        const Part& data = model_.parts[static_cast<std::size_t>(index)];
+        const Part& data = model_.parts[index];
         const PartLanes part(model_, data);
+        HWY_ALIGN float px[k_lanes], py[k_lanes], pz[k_lanes];
+        HWY_ALIGN std::int32_t cells[k_lanes];
+        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
+            const std::size_t k = sorted_[first + std::min(i, count - 1)];
+            px[i] = queue_x_[k];
+            py[i] = queue_y_[k];
+            pz[i] = queue_z_[k];
+            cells[i] = static_cast<std::int32_t>(model::seed_cell(model_.seeds[seed_at_[k]]));
+        }
+        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
+        const I cell = hn::Load(di, cells);
+        M active = hn::FirstN(df, count);
         const V3 x = part.to_frame(p);
         const V3 axes{set(data.a[0]), set(data.a[1]), set(data.a[2])};
         const V3 over_sq{set(1.f / (data.a[0] * data.a[0])), set(1.f / (data.a[1] * data.a[1])), set(1.f / (data.a[2] * data.a[2]))};
@@ -550,14 +573,14 @@ private:
         reach = blend(equal(hn::And(face, set_int(1)), set_int(1)), hn::Neg(reach), reach);
         F found_sq = set(INFINITY);
         V3 found_offset{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, found_plane = found_offset;
-        for (int step = 0; step < k_steps && any(active); ++step) {
+        for (int step = 0; step < k_approach_steps && any(active); ++step) {
             const Leaves leaf = part.leaves_at(q.face, q.s, q.t, active, job_.layer != Layer::Two);
             Sheet sheet = part.value(leaf, q.s, q.t);
             const I kind = kind_of(leaf.cell);
             M valid = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
             M exits = part.centre_inside() ? valid : none();
             const M layered = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
-            if (any(layered)) pick_layer(data, q, reach, layered, sheet, valid, exits);
+            if (any(layered)) pick_layer(data, q, leaf, reach, layered, sheet, valid, exits);
             valid = hn::And(valid, hn::Gt(sheet.w, set(1e-6f)));
             active = valid;
             if (!any(active)) break;
@@ -573,8 +596,7 @@ private:
             const V3 d{hn::Mul(a.x, hn::Sub(foot.x, y.x)), hn::Mul(a.y, hn::Sub(foot.y, y.y)), hn::Mul(a.z, hn::Sub(foot.z, y.z))};
             const F distance_sq = dot(d, d);
             const M nearer = hn::And(active, hn::Lt(distance_sq, found_sq));
-            // A step that gains next to nothing is the last.
-            active = hn::And(active, hn::Lt(distance_sq, hn::Mul(found_sq, set(k_gain))));
+            active = nearer;
             const V3 n{hn::Mul(sign, hn::Sub(hn::Sub(sheet.w, hn::Mul(sheet.ws, q.s)), hn::Mul(sheet.wt, q.t))), sheet.ws, sheet.wt};
             const V3 scaled{hn::Mul(inverse_sq.x, n.x), hn::Mul(inverse_sq.y, n.y), hn::Mul(inverse_sq.z, n.z)};
             found_sq = blend(nearer, distance_sq, found_sq);
@@ -585,34 +607,53 @@ private:
             found_plane = blend(nearer, blend(exits, normal, minus), found_plane);
             if (!any(active)) break;
             // The point's foot on the tangent plane, and where the chart sees that.
-            const F length_sq = dot(n, scaled);
+            const F length_sq = dot(n, scaled), gap = hn::Sub(set(1.f), dot(n, y));
             active = hn::And(active, hn::Gt(length_sq, set(0.f)));
-            const F along = hn::Div(hn::Sub(set(1.f), dot(n, y)), hn::Max(length_sq, set(1e-30f)));
+            active = hn::And(active, hn::Gt(hn::Mul(distance_sq, length_sq), hn::Mul(set(k_approach_near), hn::Mul(gap, gap))));
+            if (!any(active)) break;
+            const F along = hn::Div(gap, hn::Max(length_sq, set(1e-30f)));
             const V3 next{mul_add(along, scaled.x, y.x), mul_add(along, scaled.y, y.y), mul_add(along, scaled.z, y.z)};
             const FacePoint fp = face_point(f.unpermute(next));
             q = to_chart(fp);
             reach = hn::Abs(fp.major);
         }
-        const M better = hn::Lt(found_sq, best.distance_sq);
-        if (!any(better)) return;
-        best.distance_sq = blend(better, found_sq, best.distance_sq);
-        best.foot = blend(better, part.from_frame(found_offset), best.foot);
-        best.normal = blend(better, part.from_frame(found_plane), best.normal);
-        best.part = blend(better, set_int(index), best.part);
+        const V3 offset = part.from_frame(found_offset), normal = part.from_frame(found_plane);
+        HWY_ALIGN float distance_sq[k_lanes], values[6][k_lanes];
+        hn::Store(found_sq, df, distance_sq);
+        hn::Store(offset.x, df, values[0]);
+        hn::Store(offset.y, df, values[1]);
+        hn::Store(offset.z, df, values[2]);
+        hn::Store(normal.x, df, values[3]);
+        hn::Store(normal.y, df, values[4]);
+        hn::Store(normal.z, df, values[5]);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint16_t k = sorted_[first + i];
+            if (distance_sq[i] < best_sq_[k]) {
+                best_sq_[k] = distance_sq[i];
+                best_part_[k] = static_cast<std::int16_t>(index);
+                for (int v = 0; v < 6; ++v) best_[v][k] = values[v][i];
+            }
+            const std::uint32_t seed = model_.seeds[seed_at_[k]];
+            if ((seed & model::k_last_seed) != 0) continue;
+            const float reach_enough = 0.5f * locator_.cell * static_cast<float>(model::seed_reach(seed));
+            if (best_sq_[k] <= reach_enough * reach_enough) continue;
+            ++seed_at_[k];
+            todo_[next_open++] = k;
+        }
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
-    void pick_layer(const Part& data, const Chart& q, F reach, M layered, Sheet& sheet, M& valid, M& exits) const
+    void pick_layer(const Part& data, const Chart& q, const Leaves& leaves, F reach, M layered, Sheet& sheet, M& valid, M& exits) const
     {
         const CentralMap map(model_, data);
         HWY_ALIGN float s[k_lanes], t[k_lanes], expected[k_lanes], w[k_lanes] = {}, ws[k_lanes] = {}, wt[k_lanes] = {};
-        HWY_ALIGN std::int32_t face[k_lanes], is_valid[k_lanes] = {}, is_exit[k_lanes] = {};
+        HWY_ALIGN std::int32_t is_valid[k_lanes] = {}, is_exit[k_lanes] = {};
+        const StoredLeaves stored(leaves);
         hn::Store(q.s, df, s);
         hn::Store(q.t, df, t);
         hn::Store(reach, df, expected);
-        hn::Store(q.face, di, face);
         each_lane(layered, [&](std::size_t i) {
-            const Leaf leaf = map.leaf_at(face[i], s[i], t[i]);
+            const Leaf leaf = stored.leaf(map, i);
             float least = INFINITY;
             for (int j = 0; j < leaf.sheets; ++j) {
                 const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
@@ -654,43 +695,30 @@ private:
         queued_ = kept;
     }
 
-    void write(std::size_t first, std::size_t count, const V3& p, const Best& best)
+    void write()
     {
-        const F depth = hn::Sqrt(best.distance_sq);
-        const F length_sq = dot(best.normal, best.normal);
-        // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
-        const M away = hn::Gt(depth, set(1e-4f * model_.header.sphere[3]));
-        const F inverse = hn::Div(set(1.f), blend(away, depth, hn::Max(hn::Sqrt(length_sq), set(1e-30f))));
-        const V3 along = blend(away, best.foot, best.normal);
-        HWY_ALIGN float values[7][k_lanes];
-        HWY_ALIGN std::int32_t parts[k_lanes];
-        hn::Store(depth, df, values[0]);
-        hn::Store(hn::Mul(along.x, inverse), df, values[1]);
-        hn::Store(hn::Mul(along.y, inverse), df, values[2]);
-        hn::Store(hn::Mul(along.z, inverse), df, values[3]);
-        hn::Store(hn::Add(p.x, best.foot.x), df, values[4]);
-        hn::Store(hn::Add(p.y, best.foot.y), df, values[5]);
-        hn::Store(hn::Add(p.z, best.foot.z), df, values[6]);
-        hn::Store(best.part, di, parts);
-        for (std::size_t i = 0; i < count; ++i) {
+        const float on_surface_sq = 1e-8f * model_.header.sphere[3] * model_.header.sphere[3];
+        for (std::size_t i = 0; i < queued_; ++i) {
             const std::size_t slot = result_.contacts++;
             if (slot >= job_.out.size()) {
                 result_.status |= k_frame_full;
                 continue;
             }
             FrameContact& c = job_.out[slot];
-            c.index = queue_point_[first + i];
-            c.certain = (queue_flags_[first + i] & k_certain) != 0;
+            c.index = queue_point_[i];
+            c.certain = (queue_flags_[i] & k_certain) != 0;
             c.status = k_ok;
-            if (parts[i] >= 0) {
-                c.depth = values[0][i];
-                c.normal = {values[1][i], values[2][i], values[3][i]};
-                c.point = {values[4][i], values[5][i], values[6][i]};
-                c.part = static_cast<std::int16_t>(parts[i]);
+            if (best_part_[i] >= 0) {
+                const Vec3f offset{best_[0][i], best_[1][i], best_[2][i]};
+                c.depth = std::sqrt(best_sq_[i]);
+                // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
+                c.normal = best_sq_[i] > on_surface_sq ? offset / c.depth : normalized(Vec3f{best_[3][i], best_[4][i], best_[5][i]});
+                c.point = Vec3f{queue_x_[i], queue_y_[i], queue_z_[i]} + offset;
+                c.part = best_part_[i];
                 continue;
             }
             // No map knows a surface about the seed: the search over all of them does.
-            const Contact found = query_central(model_, {queue_x_[first + i], queue_y_[first + i], queue_z_[first + i]}, job_.layer);
+            const Contact found = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
             c.depth = found.depth;
             c.normal = found.normal;
             c.point = found.point;
@@ -698,9 +726,6 @@ private:
             ++result_.searched;
         }
     }
-
-    static constexpr int k_steps = 6;
-    static constexpr float k_gain = 0.9998f;
 
     const FrameJob& job_;
     const ModelView& model_;
@@ -713,6 +738,11 @@ private:
     std::uint32_t queue_point_[k_queue + Probe::k_cluster], queue_place_[k_queue + Probe::k_cluster];
     std::int16_t queue_part_[k_queue + Probe::k_cluster];
     std::uint8_t queue_flags_[k_queue + Probe::k_cluster];
+    // Nearest surface so far of what is queued: squared distance, offset from the point, surface normal (not of unit length).
+    float best_sq_[k_queue + Probe::k_cluster], best_[6][k_queue + Probe::k_cluster];
+    std::int16_t best_part_[k_queue + Probe::k_cluster];
+    std::uint32_t seed_at_[k_queue + Probe::k_cluster];
+    std::uint16_t todo_[k_queue + Probe::k_cluster], sorted_[k_queue + Probe::k_cluster];
 };
 
 }  // namespace

@@ -155,7 +155,10 @@ constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
 inline constexpr std::uint32_t k_seed_fine = 4;
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
 constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
-constexpr std::uint32_t seed_cell(std::uint32_t seed) { return (seed & ~k_last_seed) >> 8; }
+constexpr std::uint32_t seed_cell(std::uint32_t seed) { return (seed >> 8) & 0x1ffffu; }
+/// A surface found within this distance of the point, in half cells of the locator, makes the rest of the chain needless.
+constexpr std::uint32_t seed_reach(std::uint32_t seed) { return (seed >> 25) & 0x3fu; }
+inline constexpr std::uint32_t k_max_seed_base = 36;  ///< cells along a face whose seeds still fit
 
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
