@@ -52,6 +52,36 @@ double hidden_share(const SurfaceContext& context, const PartWork& part)
     return hidden + seen > 0 ? hidden / (hidden + seen) : 0;
 }
 
+/// Patch and caps of a part as one surface, for certificates.
+struct Held {
+    std::vector<Vec3d> points;
+    std::vector<mesh::Triangle> triangles;
+};
+
+Held held_by(const mesh::Mesh& mesh, std::span<const std::uint32_t> patch, std::span<const CapTriangle> caps)
+{
+    Held held;
+    for (const CapTriangle& t : caps) {
+        const auto first = static_cast<std::uint32_t>(held.points.size());
+        held.triangles.push_back({first, first + 1, first + 2});
+        held.points.insert(held.points.end(), t.begin(), t.end());
+    }
+    std::vector<std::uint32_t> vertices;
+    for (const std::uint32_t t : patch) vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    const auto first = static_cast<std::uint32_t>(held.points.size());
+    for (const std::uint32_t v : vertices) held.points.push_back(mesh.vertices[v]);
+    for (const std::uint32_t t : patch) {
+        mesh::Triangle& triangle = held.triangles.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k)
+            triangle[k] =
+                first + static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), mesh.triangles[t][k]) -
+                                                   vertices.begin());
+    }
+    return held;
+}
+
 /// The fit, made in the canonical frame so that turning the mesh changes it by rounding only, and certified in the
 /// model's: turned back, rounded to float, and enlarged by what that costs.
 fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, const BakeOptions& options)
@@ -66,11 +96,7 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
     std::stable_sort(turned.begin(), turned.end(), [&](const CapTriangle& l, const CapTriangle& r) { return key(l) < key(r); });
     fit::FitReport report = fit::fit_bounding(context.canonical, part.ordered, turned, options.fit);
 
-    std::vector<CapTriangle> all = part.caps;
-    for (const std::uint32_t t : part.triangles) {
-        const mesh::Triangle& tri = context.mesh.triangles[t];
-        all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
-    }
+    const Held held = held_by(context.mesh, part.triangles, part.caps);
     const auto narrow = [](double v) { return static_cast<double>(static_cast<float>(v)); };
     const shape::Superquadricd fitted = report.superquadric;
     for (double slack = 0; slack<0.1; slack = slack> 0 ? 2 * slack : 1e-6) {
@@ -83,7 +109,7 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
             sq.a[i] = narrow(fitted.a[i] * (1 + slack));
         }
         sq.bend = narrow(fitted.bend / (1 + slack));
-        const fit::Certificate certificate = fit::certify(sq, all);
+        const fit::Certificate certificate = fit::certify(sq, held.points, held.triangles);
         if (certificate.largest_f > 1 - fit::float_margin(sq)) continue;
         report.superquadric = sq;
         report.certificate = certificate;
@@ -131,17 +157,14 @@ std::vector<PartWork> update(const SurfaceContext& context, const decompose::Par
             if (o.triangles == triangles[i]) same.push_back(&o);
         std::stable_sort(same.begin(), same.end(),
                          [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
+        Held held;
         for (const PartWork* o : same) {
             if (o->caps == caps[i]) {
                 part = *o;
                 return;
             }
-            std::vector<CapTriangle> all = caps[i];
-            for (const std::uint32_t t : o->triangles) {
-                const mesh::Triangle& tri = context.mesh.triangles[t];
-                all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
-            }
-            const fit::Certificate certificate = fit::certify(o->fit.superquadric, all);
+            if (held.points.empty()) held = held_by(context.mesh, triangles[i], caps[i]);
+            const fit::Certificate certificate = fit::certify(o->fit.superquadric, held.points, held.triangles);
             if (certificate.largest_f > 1 - fit::float_margin(o->fit.superquadric)) continue;
             part = *o;
             part.caps = std::move(caps[i]);

@@ -11,6 +11,8 @@
 //  derivatives over the triangle's box, in closed form below. e falls with the square of the size: few subdivisions.
 #include "sqmap/fit/fit.h"
 
+#include "power_free.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -128,21 +130,33 @@ void bound(const shape::Superquadricd& sq, const std::array<Vec3d, 3>& q, int de
 
 }  // namespace
 
-Certificate certify(const shape::Superquadricd& sq, std::span<const std::array<Vec3d, 3>> triangles)
+Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> points, std::span<const mesh::Triangle> triangles)
 {
     Range range;
-    std::vector<std::array<Vec3d, 3>> local(triangles.begin(), triangles.end());
-    for (auto& triangle : local) {
-        for (Vec3d& v : triangle) {
-            v = to_local(sq, v);
-            const double f = norm_of(sq, undeform(sq, v));
-            range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : k_infinity);
-        }
+    const PowerFreeBound at_most(sq);
+    struct Corner {
+        Vec3d local;
+        double at_most;  ///< bounds f
+    };
+    std::vector<Corner> corners;
+    corners.reserve(points.size());
+    for (const Vec3d& p : points) {
+        const Vec3d q = to_local(sq, p), u = undeform(sq, q);
+        corners.push_back({q, at_most(u)});
+        if (corners.back().at_most < range.lower) continue;
+        const double f = norm_of(sq, u);
+        range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : k_infinity);
     }
     range.upper = range.lower;
     // All corners first: the greatest of them lets most triangles pass without subdivision.
-    if (sq.is_deformed())
-        for (const auto& triangle : local) bound(sq, triangle, 0, range);
+    if (sq.is_deformed()) {
+        for (const mesh::Triangle& t : triangles) {
+            const std::array<Vec3d, 3> q{corners[t[0]].local, corners[t[1]].local, corners[t[2]].local};
+            const double corner = std::max({corners[t[0]].at_most, corners[t[1]].at_most, corners[t[2]].at_most});
+            if (corner < range.upper && corner + at_most(interpolation_error(sq, q)) < range.upper) continue;
+            bound(sq, q, 0, range);
+        }
+    }
 
     // Bending far from its centre of curvature loses digits: an error of 1/bend roundings in r and z.
     const double lost = sq.is_bent() ? 4e-16 / sq.bend / std::min({sq.a.x, sq.a.y, sq.a.z}) : 0;
@@ -152,6 +166,18 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const std::array<V
     certificate.tolerance = certificate.largest_f - range.lower * range.lower;
     certificate.bounding = certificate.largest_f <= 1;
     return certificate;
+}
+
+Certificate certify(const shape::Superquadricd& sq, std::span<const std::array<Vec3d, 3>> triangles)
+{
+    std::vector<Vec3d> points;
+    std::vector<mesh::Triangle> faces;
+    for (const std::array<Vec3d, 3>& t : triangles) {
+        const auto first = static_cast<std::uint32_t>(points.size());
+        faces.push_back({first, first + 1, first + 2});
+        points.insert(points.end(), t.begin(), t.end());
+    }
+    return certify(sq, points, faces);
 }
 
 double float_margin(const shape::Superquadricd& sq)
