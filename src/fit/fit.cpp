@@ -7,6 +7,7 @@
 #include "sqmap/fit/fit.h"
 
 #include "chart.h"
+#include "least_squares.h"
 #include "power_free.h"
 #include "problems.h"
 
@@ -333,22 +334,24 @@ struct DataFit {
     bool converged = false;
 };
 
+bool all_finite(std::span<const double> values)
+{
+    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
 /// Eq. 3 from one start.
 template <int N>
 DataFit fit_data(const Part& part, const Superquadricd& start, std::span<const Sample> samples, const FitOptions& options,
                  int iterations, int& spent)
 {
     Chart chart = chart_of(part, options);
-    typename ceres::TinySolver<DataTerm<N>>::Parameters t;
+    std::array<double, N> t;
     encode<N>(start, chart, t.data());
     const DataTerm<N> term{chart, samples, options.residual};
-    ceres::TinySolver<DataTerm<N>> solver;
-    solver.options.max_num_iterations = iterations;
-    solver.options.function_tolerance = 1e-8;
-    const auto& summary = solver.Solve(term, &t);
-    spent += summary.iterations;
-    if (!t.allFinite() || !std::isfinite(summary.final_cost)) return {start};
-    return {decode<N>(chart, t.data()), summary.final_cost, summary.status != ceres::TinySolver<DataTerm<N>>::HIT_MAX_ITERATIONS};
+    const LeastSquaresReport done = minimise<N>(term, t.data(), {.max_iterations = iterations, .cost_change = 1e-8});
+    spent += done.iterations;
+    if (!all_finite(t) || !std::isfinite(done.cost)) return {start};
+    return {decode<N>(chart, t.data()), done.cost, done.settled};
 }
 
 /// Adds the point of each run of candidates that lies farthest outside, if any does by more than a little.
@@ -380,23 +383,20 @@ Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& op
 {
     if (!shrink_wrap(start, N == k_plain ? part.extreme : part.extreme_inner)) return {};
     Chart chart = chart_of(part, options);
-    typename ceres::TinySolver<VolumeTerm<N>>::Parameters t;
+    std::array<double, N> t;
     encode<N>(start, chart, t.data());
     // Extreme points bound a convex shape; into one that is not, others may reach: those join as they are found.
     std::vector<Vec3d> points = N == k_plain ? part.extreme : part.extreme_inner;
     VolumeTerm<N> term(chart, points, options.max_overhang);
-    ceres::TinySolver<VolumeTerm<N>> solver;
-    solver.options.max_num_iterations = 8;
-    solver.options.function_tolerance = 1e-7;
-    solver.options.initial_trust_region_radius = 3;
+    const LeastSquaresOptions steps{.max_iterations = 8, .cost_change = 1e-7, .trust_region = 3};
     std::vector<double> g(points.size() + 3);
     std::array<std::size_t, 3> extreme;
     Candidate best;
     for (int round = 0; round < rounds; ++round) {
         term.log_volume_0 = log_volume(decode<N>(chart, t.data()));
         std::copy_n(t.data(), N, term.t0.begin());
-        spent += solver.Solve(term, &t).iterations;
-        if (!t.allFinite()) break;
+        spent += minimise<N>(term, t.data(), steps).iterations;
+        if (!all_finite(t)) break;
         const Superquadricd sq = decode<N>(chart, t.data());
         term.constraints(sq, g.data(), extreme);
         for (std::size_t i = 0; i < g.size(); ++i) term.lambda[i] = std::max(0.0, term.lambda[i] + term.mu * g[i]);
