@@ -102,30 +102,35 @@ struct Range {
     double lower = 0, upper = 0;
 };
 
-void bound(const shape::Superquadricd& sq, const std::array<Vec3d, 3>& q, int depth, Range& range)
+void bound(const shape::Superquadricd& sq, const PowerFreeBound& at_most, const std::array<Vec3d, 3>& q, int depth, Range& range)
 {
+    Vec3d u[3];
     double corner = 0;
-    for (const Vec3d& v : q) {
-        const double f = norm_of(sq, undeform(sq, v));
+    for (int i = 0; i < 3; ++i) {
+        u[i] = undeform(sq, q[i]);
+        double f = at_most(u[i]);
+        if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, u[i]));
         corner = f >= corner ? f : (f < corner ? corner : k_infinity);  // a NaN counts as outside
     }
-    range.lower = std::max(range.lower, corner);
     if (!(corner < k_infinity)) {
-        range.upper = k_infinity;
+        range.lower = range.upper = k_infinity;
         return;
     }
     const Vec3d e = interpolation_error(sq, q);
-    const double upper = e.x < k_infinity && e.y < k_infinity && e.z < k_infinity ? corner + norm_of(sq, e) : k_infinity;
+    const bool finite = e.x < k_infinity && e.y < k_infinity && e.z < k_infinity;
+    if (finite && corner + at_most(e) < range.upper) return;
+    corner = std::max({norm_of(sq, u[0]), norm_of(sq, u[1]), norm_of(sq, u[2])});
+    const double upper = finite ? corner + norm_of(sq, e) : k_infinity;
     if (upper <= range.upper) return;
     if (upper <= range.lower + k_accuracy || depth == k_max_depth || !(range.upper < k_infinity)) {
         range.upper = upper;
         return;
     }
     const Vec3d m01 = 0.5 * (q[0] + q[1]), m12 = 0.5 * (q[1] + q[2]), m20 = 0.5 * (q[2] + q[0]);
-    bound(sq, {m01, m12, m20}, depth + 1, range);
-    bound(sq, {q[0], m01, m20}, depth + 1, range);
-    bound(sq, {m01, q[1], m12}, depth + 1, range);
-    bound(sq, {m20, m12, q[2]}, depth + 1, range);
+    bound(sq, at_most, {m01, m12, m20}, depth + 1, range);
+    bound(sq, at_most, {q[0], m01, m20}, depth + 1, range);
+    bound(sq, at_most, {m01, q[1], m12}, depth + 1, range);
+    bound(sq, at_most, {m20, m12, q[2]}, depth + 1, range);
 }
 
 }  // namespace
@@ -154,7 +159,7 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> point
             const std::array<Vec3d, 3> q{corners[t[0]].local, corners[t[1]].local, corners[t[2]].local};
             const double corner = std::max({corners[t[0]].at_most, corners[t[1]].at_most, corners[t[2]].at_most});
             if (corner < range.upper && corner + at_most(interpolation_error(sq, q)) < range.upper) continue;
-            bound(sq, q, 0, range);
+            bound(sq, at_most, q, 0, range);
         }
     }
 
