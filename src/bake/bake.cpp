@@ -65,25 +65,6 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
 }
 
-/// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
-CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartDomain& domain,
-                              const CentralOptions& options)
-{
-    CentralMapData best;
-    std::size_t best_bytes = 0;
-    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, domain, part.triangles, base, options);
-        const std::size_t bytes = map.map_bytes() + map.exact_bytes();
-        if (best.base != 0 && bytes > best_bytes) {
-            if (bytes > best_bytes + best_bytes / 4) break;
-            continue;
-        }
-        best_bytes = bytes;
-        best = std::move(map);
-    }
-    return best;
-}
-
 template <class T>
 std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
 {
@@ -268,9 +249,14 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
         // Beside normal maps the central map carries the exact layer.
         if (is_normal && !options.exact)
             part.map = {};
-        else
+        else {
+            // A base that was beaten before is not tried again: tolerances only get finer.
+            CentralOptions finer = central;
+            finer.least_base = part.map.base;
             part.map =
-                bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+                bake_central_map(context, part.fit.superquadric, part.centre,
+                                 chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), part.triangles, finer);
+        }
     });
     for (const PartWork& part : parts) {
         data.parts.push_back(make_part(mesh, part, data));

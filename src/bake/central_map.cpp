@@ -111,13 +111,12 @@ std::uint16_t code_of_deviation(double e, double w_step)
 class Baker {
 public:
     Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain,
-          std::span<const std::uint32_t> own_triangles, std::uint32_t base, const CentralOptions& options)
-        : context_(context), sq_(sq), options_(options), base_(base)
+          std::span<const std::uint32_t> own_triangles, const CentralOptions& options)
+        : context_(context), sq_(sq), options_(options)
     {
         own_.assign(context.mesh.triangles.size(), 0);
         for (const std::uint32_t t : own_triangles) own_[t] = 1;
         out_.centre = centre;
-        out_.base = base;
         centre_ = cast<double>(centre);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
@@ -128,11 +127,27 @@ public:
         out_.centre_winding = context.bvh.winding_number(centre_);
     }
 
+    /// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
     CentralMapData run()
     {
         project();
         choose_range();
-        bake_faces();
+        const CentralMapData blank = out_;
+        CentralMapData best;
+        std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
+        for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
+            if (base < options_.least_base) continue;
+            out_ = blank;
+            out_.base = base_ = base;
+            local_index_.clear();
+            if (!bake_faces(best_bytes + best_bytes / 4)) break;
+            if (const std::size_t bytes = out_.map_bytes() + out_.exact_bytes(); bytes <= best_bytes) {
+                best_bytes = bytes;
+                best = std::move(out_);
+            }
+        }
+        out_ = std::move(best);
+        base_ = out_.base;
         bake_offsets();
         bake_smoothing();
         return std::move(out_);
@@ -653,7 +668,8 @@ private:
         return static_cast<std::uint16_t>(local_index_[triangle]);
     }
 
-    void bake_faces()
+    /// False: given up, since it takes more than so many bytes.
+    bool bake_faces(std::size_t most_bytes)
     {
         const auto n = static_cast<int>(base_);
         const double size = 2.0 / n;
@@ -702,9 +718,11 @@ private:
                     }
                 }
                 if (options_.exact) push_start();
+                if (out_.map_bytes() + out_.exact_bytes() > most_bytes) return false;
             }
             out_.blocks.insert(out_.blocks.end(), pyramid.begin(), pyramid.end());
         }
+        return out_.map_bytes() + out_.exact_bytes() <= most_bytes;
     }
 
     /// w of a base sample, or 0 where its ray meets no surface.
@@ -841,7 +859,7 @@ private:
     const SurfaceContext& context_;
     shape::Superquadricd sq_;
     CentralOptions options_;
-    std::uint32_t base_;
+    std::uint32_t base_ = 0;
     CentralMapData out_;
     Vec3d centre_;
     Mat3d rows_;
@@ -942,10 +960,10 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
 }
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles, std::uint32_t base,
+                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
                                 const CentralOptions& options)
 {
-    return Baker(context, superquadric, centre, domain, own_triangles, base, options).run();
+    return Baker(context, superquadric, centre, domain, own_triangles, options).run();
 }
 
 }  // namespace sqmap::bake

@@ -173,9 +173,10 @@ private:
             double best;  ///< distance that some seed finds
         };
         std::vector<Sample> samples;
+        mesh::ClosestPoint truth = nearest;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + grid_.cell * offset;
-            const mesh::ClosestPoint truth = solid_.closest_boundary(p);
+            truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
             for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
+#include <thread>
 
 namespace sqmap::bake {
 namespace {
@@ -123,13 +125,33 @@ TEST(Bake, NoCrossingEscapesTheCertifiedBands)
 TEST(Bake, TwiceAndOnAnyNumberOfThreadsGivesTheSameBytes)
 {
     for (const mesh::Mesh& mesh : {test::small_torus(), test::small_hand()}) {
-        BakeOptions one, two;
-        one.threads = 1;
-        two.threads = 2;
-        const std::vector<std::byte> first = bytes_of(mesh, one);
-        EXPECT_EQ(first, bytes_of(mesh, one));
-        EXPECT_EQ(first, bytes_of(mesh, two));
+        BakeOptions options;
+        options.threads = 1;
+        const std::vector<std::byte> first = bytes_of(mesh, options);
+        for (const unsigned threads : {1u, 2u, 3u, 7u}) {
+            options.threads = threads;
+            EXPECT_EQ(first, bytes_of(mesh, options)) << threads << " threads";
+        }
     }
+}
+
+TEST(Bake, ProgressComesFromTheCallingThreadAndGoesThroughTheStages)
+{
+    BakeOptions options;
+    options.threads = 3;
+    const std::thread::id caller = std::this_thread::get_id();
+    std::vector<std::string> stages;
+    options.progress = [&](const char* stage, double done) {
+        EXPECT_EQ(std::this_thread::get_id(), caller);
+        EXPECT_GE(done, 0);
+        EXPECT_LE(done, 1);
+        if (stages.empty() || stages.back() != stage) stages.emplace_back(stage);
+    };
+    (void)bake(test::small_torus(), true, options);
+    ASSERT_GE(stages.size(), 4u);
+    EXPECT_EQ(stages[0], "decompose");
+    EXPECT_EQ(stages[1], "fit");
+    EXPECT_EQ(stages[2], "map");
 }
 
 TEST(Bake, OrderOfFacesAndVerticesDoesNotMatter)
