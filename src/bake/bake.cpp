@@ -202,13 +202,24 @@ CentralOptions central_options(double target_error)
     central.tolerance = 0.0016 * target_error;
     central.foreign_tolerance = 0.003 * target_error;
     central.finest = 0.014 * target_error;
-    central.silhouette = 0.0145 * target_error;
+    central.silhouette = 0.0155 * target_error;
+    central.division = 0.002 * target_error;
     return central;
 }
 
 // Tighter targets start here too: cells that are finer than the surface asks for crowd out those that it does.
 constexpr double k_first_target = 0.5;
 constexpr int k_refinements = 6;
+// Eq. 35's mean is held to this share of the target too, where that is not less than the figure promised at the default.
+constexpr double k_eq35_share = 0.1, k_eq35_least = 0.05;
+
+/// By which factor a model misses its targets; up to 1 it meets them.
+double shortfall(const model::Measured& m, const BakeOptions& options)
+{
+    const double depth = m.depth_p99 / options.target_error;
+    if (options.projection == model::Projection::Normal) return depth;  // what a first hit hides, no resolution shows
+    return std::max(depth, m.eq35_mean / std::max(k_eq35_share * options.target_error, k_eq35_least));
+}
 
 /// The paper's own maps, packed into the model's arrays.
 void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts, const CentralOptions& central, double r_max,
@@ -377,15 +388,16 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     // The target is met by measuring: finer cells where the first guess falls short.
     progress("measure", 0);
     model::Measured measured = measure(result.model, solid);
-    for (int attempt = 0; attempt < k_refinements && measured.depth_p99 > options.target_error; ++attempt) {
+    for (int attempt = 0; attempt < k_refinements && shortfall(measured, options) > 1; ++attempt) {
         progress("refine", static_cast<double>(attempt) / k_refinements);
         central.finest *= 0.7;
         central.tolerance *= 0.7;
         central.foreign_tolerance *= 0.7;
         central.silhouette *= 0.7;
+        central.division *= 0.7;
         model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
         const model::Measured better = measure(finer, solid);
-        if (better.depth_p99 >= measured.depth_p99) break;  // cells can get no finer: keep the better model
+        if (shortfall(better, options) >= shortfall(measured, options)) break;  // cells can get no finer: keep the better model
         result.model = std::move(finer);
         measured = better;
     }

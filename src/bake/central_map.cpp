@@ -18,7 +18,7 @@ using model::CellKind;
 constexpr double k_border = 4e-6;  // of a face: more than float rounding moves a point between cells
 constexpr int k_max_corners = 40;  // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
 constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corner samples of their own
-constexpr double k_division_gain = 0.6;  // a mixed cell is divided where that leaves at most this share of its misfit
+constexpr double k_division_share = 0.6;  // a mixed cell is divided where that leaves at most this share of its misfit
 
 struct Stw {
     double s, t, w;
@@ -717,7 +717,8 @@ private:
             }
             changes[change_count++] = ((least + most) / 2) & 255u;
         }
-        double least = k_division_gain * undivided;
+        const double worthwhile = options_.division * context_.r_max * k_count / std::max({sq_.a.x, sq_.a.y, sq_.a.z});
+        double least = std::min(k_division_share * undivided, undivided - worthwhile);
         for (std::size_t i = 0; i < change_count; ++i)
             for (std::size_t j = 0; j < change_count; ++j) {
                 if (i == j) continue;
