@@ -15,9 +15,9 @@ namespace {
 
 using model::CellKind;
 
-constexpr double k_border = 4e-6;  // of a face: more than float rounding moves a point between cells
-constexpr int k_max_corners = 40;  // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
-constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corner samples of their own
+constexpr double k_border = 4e-6;         // of a face: more than float rounding moves a point between cells
+constexpr int k_max_corners = 40;         // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
+constexpr int k_max_bilinear = 3;         // surfaces over one cell that are worth corner samples of their own
 constexpr double k_division_share = 0.6;  // a mixed cell is divided where that leaves at most this share of its misfit
 
 struct Stw {
@@ -540,9 +540,10 @@ private:
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
             throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
         }
-        const std::uint32_t second = division.valid ? model::k_divided | static_cast<std::uint32_t>(division.second.count) << 5 : 0u;
-        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(first.count) | second |
-                                                       (foreign ? model::k_foreign : 0u)));
+        const std::uint32_t second =
+            division.valid ? model::k_divided | static_cast<std::uint32_t>(division.second.count) << 5 : 0u;
+        out_.pool.push_back(
+            static_cast<std::uint16_t>(static_cast<std::uint32_t>(first.count) | second | (foreign ? model::k_foreign : 0u)));
         out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
         out_.pool.push_back(encode_up(hi * (1 + 3e-6)));
         if (division.valid) out_.pool.push_back(static_cast<std::uint16_t>(division.from << 8 | division.to));
@@ -711,7 +712,8 @@ private:
             while (most - least > 2) {
                 const std::uint32_t middle = (least + most) / 2;
                 const model::BorderPoint p = model::border_point(middle);
-                const CellRay ray = cast_in_band(face, s0 + size * static_cast<double>(p.u), t0 + size * static_cast<double>(p.v), lo, polys);
+                const CellRay ray =
+                    cast_in_band(face, s0 + size * static_cast<double>(p.u), t0 + size * static_cast<double>(p.v), lo, polys);
                 const bool here = misfit(best.second, ray, whole) < misfit(first, ray, whole);
                 (here == before ? least : most) = middle;
             }
