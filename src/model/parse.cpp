@@ -55,9 +55,9 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
     }
     if (!within(offset, 1, part.pool_count)) return false;
     const std::uint32_t sheets = pool[offset] & 7u;
-    const bool bilinear = (pool[offset] & 8u) != 0;
-    if (sheets > k_max_sheets) return false;
-    return within(offset, 1 + (bilinear ? 5 * sheets : 2 + 3 * sheets), part.pool_count);
+    if ((pool[offset] & 8u) != 0) return within(offset, 1 + 5 * sheets, part.pool_count);
+    if ((pool[offset] & k_divided) == 0) return within(offset, 3 + 3 * sheets, part.pool_count);
+    return within(offset, 4 + 3 * (sheets + ((pool[offset] >> 5) & 7u)), part.pool_count);
 }
 
 /// Checks an exact list refs[first, last): references in range, splits nested at most k_max_split_depth deep.

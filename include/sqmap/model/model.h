@@ -89,6 +89,30 @@ constexpr std::uint32_t cell_payload(std::uint16_t cell) { return cell & 0x3fffu
 /// Set in a Single cell's payload or a layered record's header where no surface over the cell is the part's own: good
 /// for verdicts, while depth and normal are the business of the part that owns the surface.
 inline constexpr std::uint32_t k_foreign = 0x100;
+/// Set in the header of a mixed (layered, not bilinear) record: a silhouette divides the cell. The word after the band
+/// holds the codes of two points on the cell's border; left of the way from the first to the second (low byte) the first
+/// planes hold, right of it the second ones, counted by header bits 5 to 7.
+inline constexpr std::uint32_t k_divided = 0x10;
+
+/// A place on the border of a cell: 64 steps a side, from the corner of least s and t towards greater s and around.
+struct BorderPoint {
+    float u, v;  ///< in the cell, from 0 to 1
+};
+constexpr BorderPoint border_point(std::uint32_t code)
+{
+    const float f = static_cast<float>(code & 63u) / 64.f;
+    switch ((code >> 6) & 3u) {
+        case 0:
+            return {f, 0.f};
+        case 1:
+            return {1.f, f};
+        case 2:
+            return {1.f - f, 1.f};
+        default:
+            return {0.f, 1.f - f};
+    }
+}
+
 inline constexpr std::uint32_t k_split_samples = 5;
 inline constexpr std::uint32_t k_split_size = k_split_samples + 4;
 
