@@ -1,4 +1,4 @@
-// Bullet's GImpact: a mesh against a mesh through the collision world's pair test, contact points counted.
+// Bullet's GImpact: a mesh against a mesh by the algorithm that a world would keep for the pair, every contact point taken.
 #include "method.h"
 
 #include <btBulletCollisionCommon.h>
@@ -6,6 +6,7 @@
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <bit>
+#include <utility>
 
 namespace sqmap::bench {
 namespace {
@@ -45,25 +46,24 @@ private:
     btCollisionObject object_;
 };
 
-/// Takes the contact points as they come.
-struct Collector final : btCollisionWorld::ContactResultCallback {
+/// Takes the contact points as they come; a world would keep at most four of them.
+struct Collector final : btManifoldResult {
+    using btManifoldResult::btManifoldResult;
     struct Point {
         int object_triangle, probe_triangle;
         btScalar distance;
     };
     std::vector<Point> points;
 
-    btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int index0,
-                             const btCollisionObjectWrapper*, int, int index1) override
+    void addContactPoint(const btVector3&, const btVector3&, btScalar distance) override
     {
-        points.push_back({index0, index1, point.getDistance()});
-        return 0;
+        points.push_back({m_index0, m_index1, distance});
     }
 };
 
 class Bullet final : public Method {
 public:
-    explicit Bullet(const Setting& setting) : dispatcher_(&configuration_), world_(&dispatcher_, &broadphase_, &configuration_)
+    explicit Bullet(const Setting& setting) : dispatcher_(&configuration_)
     {
         btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
         const double start = process_seconds();
@@ -72,7 +72,16 @@ public:
         probe_ = std::make_unique<GImpactMesh>(setting.probe);
         bytes = object_->bytes();
         probe_bytes = probe_->bytes();
+        const btCollisionObjectWrapper object = wrap(*object_), probe = wrap(*probe_);
+        algorithm_ = dispatcher_.findAlgorithm(&object, &probe, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     }
+    ~Bullet() override
+    {
+        algorithm_->~btCollisionAlgorithm();
+        dispatcher_.freeCollisionAlgorithm(algorithm_);
+    }
+    Bullet(const Bullet&) = delete;
+    Bullet& operator=(const Bullet&) = delete;
 
     void run(const Pose& pose) override
     {
@@ -81,29 +90,39 @@ public:
         const btMatrix3x3 rotation(s(r[0].x), s(r[0].y), s(r[0].z), s(r[1].x), s(r[1].y), s(r[1].z), s(r[2].x), s(r[2].y), s(r[2].z));
         const btVector3 translation(s(pose.translation.x), s(pose.translation.y), s(pose.translation.z));
         probe_->object().setWorldTransform(btTransform(rotation, translation));
-        collector_.points.clear();
-        world_.contactPairTest(&object_->object(), &probe_->object(), collector_);
+        const btCollisionObjectWrapper object = wrap(*object_), probe = wrap(*probe_);
+        Collector collector(&object, &probe);
+        collector.points = std::move(points_);
+        collector.points.clear();
+        algorithm_->processCollision(&object, &probe, info_, &collector);
+        points_ = std::move(collector.points);
     }
 
     void read(FrameAnswer& out) const override
     {
         Hash hash;
-        for (const Collector::Point& p : collector_.points) {
+        for (const Collector::Point& p : points_) {
             hash.add(static_cast<std::uint64_t>(static_cast<std::uint32_t>(p.object_triangle)) << 32 |
                      static_cast<std::uint32_t>(p.probe_triangle));
             hash.add(std::bit_cast<std::uint64_t>(static_cast<double>(p.distance)));
         }
-        out.pairs = collector_.points.size();
+        out.pairs = points_.size();
         out.pairs_hash = hash.value();
     }
 
 private:
+    static btCollisionObjectWrapper wrap(GImpactMesh& mesh)
+    {
+        btCollisionObject& object = mesh.object();
+        return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
+    }
+
     btDefaultCollisionConfiguration configuration_;
     btCollisionDispatcher dispatcher_;
-    btDbvtBroadphase broadphase_;
-    btCollisionWorld world_;
+    btDispatcherInfo info_;
     std::unique_ptr<GImpactMesh> object_, probe_;
-    Collector collector_;
+    btCollisionAlgorithm* algorithm_ = nullptr;
+    std::vector<Collector::Point> points_;
 };
 
 }  // namespace

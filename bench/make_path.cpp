@@ -39,7 +39,7 @@ double least_distance(const Setting& setting, const DistanceGrid& grid, const Po
 
 std::vector<Pose> sliding_path(const Setting& setting, const PathOptions& options)
 {
-    const DistanceGrid grid = distance_grid(setting, 128);
+    const DistanceGrid grid = distance_grid(setting, options.field_samples);
     std::vector<Pose> path;
     double reach = 0;  // from the centre, of the frame before
     for (std::uint32_t f = 0; f < options.frames; ++f) {
