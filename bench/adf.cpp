@@ -12,7 +12,7 @@
 namespace sqmap::bench {
 namespace {
 
-constexpr double k_tolerance = 2e-4;      // of the object's diagonal
+constexpr double k_tolerance = 1e-3;      // of the object's diagonal
 constexpr std::uint32_t k_max_depth = 9;  // 512 cells along the root's side
 constexpr std::uint32_t k_leaf = 0x80000000u;
 
@@ -62,7 +62,10 @@ public:
 private:
     using Corners = std::array<float, 8>;  ///< x fastest
 
-    static Vec3d corner(int c) { return {static_cast<double>(c & 1), static_cast<double>(c >> 1 & 1), static_cast<double>(c >> 2)}; }
+    static Vec3d corner(int c)
+    {
+        return {static_cast<double>(c & 1), static_cast<double>(c >> 1 & 1), static_cast<double>(c >> 2)};
+    }
 
     static double trilinear(const std::array<double, 8>& v, Vec3d f)
     {
@@ -101,7 +104,8 @@ private:
         for (int child = 0; child < 8; ++child) {
             std::array<double, 8> of_child;
             for (int c = 0; c < 8; ++c)
-                of_child[c] = exact[(child & 1) + (c & 1) + 3 * ((child >> 1 & 1) + (c >> 1 & 1)) + 9 * ((child >> 2) + (c >> 2))];
+                of_child[c] =
+                    exact[(child & 1) + (c & 1) + 3 * ((child >> 1 & 1) + (c >> 1 & 1)) + 9 * ((child >> 2) + (c >> 2))];
             build(first + static_cast<std::uint32_t>(child), lo + 0.5 * side * corner(child), 0.5 * side, of_child, depth + 1);
         }
     }
@@ -135,9 +139,6 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Method> make_adf(const Setting& setting, int)
-{
-    return std::make_unique<Adf>(setting);
-}
+std::unique_ptr<Method> make_adf(const Setting& setting, int) { return std::make_unique<Adf>(setting); }
 
 }  // namespace sqmap::bench

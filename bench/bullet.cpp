@@ -1,9 +1,9 @@
 // Bullet's GImpact: a mesh against a mesh by the algorithm that a world would keep for the pair, every contact point taken.
 #include "method.h"
 
-#include <btBulletCollisionCommon.h>
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <btBulletCollisionCommon.h>
 
 #include <bit>
 #include <utility>
@@ -20,9 +20,9 @@ public:
             for (int k = 0; k < 3; ++k) points_.push_back(static_cast<btScalar>(v[k]));
         for (const mesh::Triangle& t : mesh.triangles)
             for (const std::uint32_t v : t) indices_.push_back(static_cast<int>(v));
-        array_ = std::make_unique<btTriangleIndexVertexArray>(static_cast<int>(indices_.size() / 3), indices_.data(),
-                                                              static_cast<int>(3 * sizeof(int)), static_cast<int>(points_.size() / 3),
-                                                              points_.data(), static_cast<int>(3 * sizeof(btScalar)));
+        array_ = std::make_unique<btTriangleIndexVertexArray>(
+            static_cast<int>(indices_.size() / 3), indices_.data(), static_cast<int>(3 * sizeof(int)),
+            static_cast<int>(points_.size() / 3), points_.data(), static_cast<int>(3 * sizeof(btScalar)));
         shape_ = std::make_unique<btGImpactMeshShape>(array_.get());
         shape_->setMargin(0);
         shape_->updateBound();
@@ -34,8 +34,7 @@ public:
         std::size_t nodes = 0;
         for (int i = 0; i < shape_->getMeshPartCount(); ++i)
             nodes += static_cast<std::size_t>(shape_->getMeshPart(i)->getBoxSet()->getNodeCount());
-        return points_.size() * sizeof points_[0] + indices_.size() * sizeof indices_[0] +
-               nodes * sizeof(BT_QUANTIZED_BVH_NODE);
+        return points_.size() * sizeof points_[0] + indices_.size() * sizeof indices_[0] + nodes * sizeof(BT_QUANTIZED_BVH_NODE);
     }
 
 private:
@@ -87,7 +86,8 @@ public:
     {
         const auto& r = pose.rotation.row;
         const auto s = [](double v) { return static_cast<btScalar>(v); };
-        const btMatrix3x3 rotation(s(r[0].x), s(r[0].y), s(r[0].z), s(r[1].x), s(r[1].y), s(r[1].z), s(r[2].x), s(r[2].y), s(r[2].z));
+        const btMatrix3x3 rotation(s(r[0].x), s(r[0].y), s(r[0].z), s(r[1].x), s(r[1].y), s(r[1].z), s(r[2].x), s(r[2].y),
+                                   s(r[2].z));
         const btVector3 translation(s(pose.translation.x), s(pose.translation.y), s(pose.translation.z));
         probe_->object().setWorldTransform(btTransform(rotation, translation));
         const btCollisionObjectWrapper object = wrap(*object_), probe = wrap(*probe_);
@@ -127,9 +127,6 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Method> make_bullet(const Setting& setting, int)
-{
-    return std::make_unique<Bullet>(setting);
-}
+std::unique_ptr<Method> make_bullet(const Setting& setting, int) { return std::make_unique<Bullet>(setting); }
 
 }  // namespace sqmap::bench

@@ -24,8 +24,9 @@ void order_by_halving(std::span<const Vec3d> points, std::span<std::uint32_t> or
         }
     const Vec3d side = hi - lo;
     const int axis = side.x >= side.y && side.x >= side.z ? 0 : (side.y >= side.z ? 1 : 2);
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return std::pair(points[a][axis], a) < std::pair(points[b][axis], b); });
+    std::nth_element(
+        order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+        [&](std::uint32_t a, std::uint32_t b) { return std::pair(points[a][axis], a) < std::pair(points[b][axis], b); });
     order_by_halving(points, order.first(half));
     order_by_halving(points, order.subspan(half));
 }

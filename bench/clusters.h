@@ -17,7 +17,8 @@ struct ClusteredProbe {
 
     [[nodiscard]] ProbeView view() const
     {
-        return {groups.data(), clusters.data(), vertices.data(), static_cast<std::uint32_t>(groups.size()), last_lanes, last_block};
+        return {groups.data(), clusters.data(), vertices.data(), static_cast<std::uint32_t>(groups.size()),
+                last_lanes,    last_block};
     }
     [[nodiscard]] std::size_t bytes() const
     {

@@ -148,8 +148,8 @@ inline std::uint32_t run(const FieldView& field, const ProbeView& probe, const C
                 std::uint32_t inside = mask_of((distance < 0.0f) & (p.x == q.x) & (p.y == q.y) & (p.z == q.z));
                 if (c == probe.last_block) inside &= (1u << probe.last_lanes) - 1;
 #if defined(__AVX512F__)
-                _mm512_storeu_si512(room.vertex + count, _mm512_maskz_compress_epi32(static_cast<__mmask16>(inside),
-                                                                                     _mm512_load_si512(block.vertex)));
+                _mm512_storeu_si512(room.vertex + count,
+                                    _mm512_maskz_compress_epi32(static_cast<__mmask16>(inside), _mm512_load_si512(block.vertex)));
                 _mm512_storeu_ps(room.depth + count, _mm512_maskz_compress_ps(static_cast<__mmask16>(inside), (__m512)-distance));
                 count += static_cast<std::uint32_t>(__builtin_popcount(inside));
 #else

@@ -81,8 +81,8 @@ public:
         rtcSetDeviceMemoryMonitorFunction(device_, count_memory, &embree_bytes_);
         scene_ = rtcNewScene(device_);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* v = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f),
-                                                              vertices_.size()));
+        auto* v = static_cast<Vec3f*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), vertices_.size()));
         std::copy(vertices_.begin(), vertices_.end(), v);
         auto* t = static_cast<mesh::Triangle*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                                        sizeof(mesh::Triangle), triangles_.size()));
@@ -160,9 +160,6 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Method> make_embree(const Setting& setting, int)
-{
-    return std::make_unique<Embree>(setting);
-}
+std::unique_ptr<Method> make_embree(const Setting& setting, int) { return std::make_unique<Embree>(setting); }
 
 }  // namespace sqmap::bench

@@ -124,8 +124,9 @@ std::vector<Record> race(const Setting& setting, std::span<const Pose> path, std
                 lane.contacts += answer.vertices.size() + answer.pairs;
                 if (!contestants[c].entry->pairs) lane.judge.add(path[f], truth[f], answer.vertices);
             } else if (hash != hash_of(answer)) {
-                throw BenchError(contestants[c].entry->name + ": frame " + std::to_string(f + 1) + " is answered differently in pass " +
-                                 std::to_string(pass + 1) + "\n  cure: none at the user's end; please report it");
+                throw BenchError(contestants[c].entry->name + ": frame " + std::to_string(f + 1) +
+                                 " is answered differently in pass " + std::to_string(pass + 1) +
+                                 "\n  cure: none at the user's end; please report it");
             }
         }
     };

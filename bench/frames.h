@@ -23,8 +23,8 @@ struct Accuracy {
     double missed_pct = 0;  ///< share of the exactly inside probe vertices, all frames together
     double false_pct = 0;   ///< share of the exactly outside ones
     double depth_error_mean_pct = 0, depth_error_max_pct = 0;  ///< over the exactly inside ones; a missed one has depth 0
-    double missed_depth_max_pct = 0;    ///< greatest exact depth of a missed vertex
-    double false_distance_max_pct = 0;  ///< greatest exact distance from the surface of a false one
+    double missed_depth_max_pct = 0;                           ///< greatest exact depth of a missed vertex
+    double false_distance_max_pct = 0;                         ///< greatest exact distance from the surface of a false one
 };
 
 struct Record {
@@ -33,7 +33,7 @@ struct Record {
     double p999_us = 0;             ///< over all samples
     std::size_t bytes = 0, probe_bytes = 0;
     double build_s = 0;
-    double contacts = 0;  ///< a frame, in the mean: vertices, or pairs
+    double contacts = 0;               ///< a frame, in the mean: vertices, or pairs
     std::optional<Accuracy> accuracy;  ///< none where the method reports pairs
     std::uint64_t hash = 0;            ///< of the answers, frame by frame; depths in steps of 1e-5
     std::uint32_t frames = 0;

@@ -71,8 +71,8 @@ void run_frames(const FramesOptions& options)
                                                  .probe_vertices = setting->probe.vertices.size()});
     io::replace_file(options.json, std::as_bytes(std::span(text)));
     if (options.quiet) return;
-    std::printf("%-14s %9s %9s %9s %11s %9s %9s %9s %9s\n", "method", "p50 us", "p99 us", "p99.9 us", "bytes", "contacts", "missed %",
-                "false %", "depth %");
+    std::printf("%-14s %9s %9s %9s %11s %9s %9s %9s %9s\n", "method", "p50 us", "p99 us", "p99.9 us", "bytes", "contacts",
+                "missed %", "false %", "depth %");
     for (const Record& r : records) {
         std::printf("%-14s %9.2f %9.2f %9.2f %11zu %9.1f", r.method.c_str(), r.p50_us, r.p99_us, r.p999_us, r.bytes, r.contacts);
         if (r.accuracy)
@@ -88,17 +88,20 @@ void add_frames(CLI::App& app)
     command->add_option("--object", options->files.object, "Mesh of the object: closed")->required();
     command->add_option("--probe", options->files.probe, "Mesh of the probe")->required();
     command->add_option("--path", options->path, "CSV: poses of the probe in the object's frame")->required();
-    command->add_option("--methods", options->methods, "Comma-separated names; default: all that are compiled in")->delimiter(',');
+    command->add_option("--methods", options->methods, "Comma-separated names; default: all that are compiled in")
+        ->delimiter(',');
     command->add_option("--passes", options->race.passes, "Times that every frame is run")
         ->check(CLI::Range(20u, 100000u))
         ->capture_default_str();
-    command->add_option("--slow-frames", options->race.slow_frames, "Most frames for fcl_kdop_all and embree_exact, evenly spread")
+    command
+        ->add_option("--slow-frames", options->race.slow_frames, "Most frames for fcl_kdop_all and embree_exact, evenly spread")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("--block", options->race.block, "Frames a turn; 1: caches as the other methods left them")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")->capture_default_str();
+    command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
+        ->capture_default_str();
     command->add_option("--json", options->json, "File to write")->required();
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->callback([options] { run_frames(*options); });
@@ -121,12 +124,14 @@ void add_path(CLI::App& app)
         ->required()
         ->check(CLI::IsMember({"light", "deep", "near"}));
     command->add_option("--frames", options->frames, "Poses")->check(CLI::Range(1u, 1000000u))->capture_default_str();
-    command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")->capture_default_str();
+    command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
+        ->capture_default_str();
     command->add_option("-o,--output", options->output, "CSV to write")->required();
     command->callback([options] {
         const std::unique_ptr<Setting> setting = load_setting(options->files);
         setting->cache = options->cache;
-        const std::string text = path_text(sliding_path(*setting, {.depth = k_depths.at(options->kind), .frames = options->frames}));
+        const std::string text =
+            path_text(sliding_path(*setting, {.depth = k_depths.at(options->kind), .frames = options->frames}));
         io::replace_file(options->output, std::as_bytes(std::span(text)));
     });
 }

@@ -43,10 +43,10 @@ public:
 struct MethodEntry {
     std::string name;
     std::string package{};  ///< Debian package that it needs, empty where it is always there
-    bool pairs = false;   ///< reports triangle pairs, no verdict a vertex
-    bool slow = false;    ///< run on some frames only (RunOptions::slow_frames)
+    bool pairs = false;     ///< reports triangle pairs, no verdict a vertex
+    bool slow = false;      ///< run on some frames only (RunOptions::slow_frames)
     std::unique_ptr<Method> (*make)(const Setting&, int) = nullptr;  ///< null: not compiled in
-    int argument = 0;                                                 ///< of make
+    int argument = 0;                                                ///< of make
 };
 
 /// All methods in the order of reports.

@@ -69,9 +69,6 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Method> make_openvdb(const Setting& setting, int voxels)
-{
-    return std::make_unique<OpenVdb>(setting, voxels);
-}
+std::unique_ptr<Method> make_openvdb(const Setting& setting, int voxels) { return std::make_unique<OpenVdb>(setting, voxels); }
 
 }  // namespace sqmap::bench

@@ -44,7 +44,9 @@ std::string json_text(std::span<const Record> records, const RunFacts& facts)
 {
     ordered_json out = ordered_json::array();
     for (const Record& r : records) {
-        const auto judged = [&](double Accuracy::*value) { return r.accuracy ? ordered_json((*r.accuracy).*value) : ordered_json(); };
+        const auto judged = [&](double Accuracy::*value) {
+            return r.accuracy ? ordered_json((*r.accuracy).*value) : ordered_json();
+        };
         char hash[17];
         std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(r.hash));
         out.push_back({{"method", r.method},
@@ -91,13 +93,14 @@ std::string tables(std::span<const std::filesystem::path> files)
                                            {"depth_error_max_pct", "max %", "%.2g", 1}};
     static const std::vector<std::string> k_rivals{"fcl_obb_all", "dense64_simd", "dense128_simd", "dense256_simd"};
 
-    using Figures = std::map<std::string, std::vector<double>>;    // a field or a rival's name: a value a file
+    using Figures = std::map<std::string, std::vector<double>>;     // a field or a rival's name: a value a file
     std::map<std::string, std::map<std::string, Figures>> by_kind;  // kind, method
     std::vector<std::string> order;
     for (const std::filesystem::path& file : files) {
         try {
             std::ifstream in(file);
-            if (!in) throw BenchError(file.string() + ": cannot be opened\n  cure: name files that sqmap_bench frames has written");
+            if (!in)
+                throw BenchError(file.string() + ": cannot be opened\n  cure: name files that sqmap_bench frames has written");
             const ordered_json records = ordered_json::parse(in);
             std::map<std::string, double> p50;
             for (const ordered_json& r : records) p50[r.at("method")] = r.at("p50_us");
@@ -116,9 +119,12 @@ std::string tables(std::span<const std::filesystem::path> files)
     }
     std::string text;
     for (const auto& [kind, methods] : by_kind) {
-        const std::size_t runs = std::max_element(methods.begin(), methods.end(), [](const auto& a, const auto& b) {
-                                     return a.second.at("p50_us").size() < b.second.at("p50_us").size();
-                                 })->second.at("p50_us").size();
+        const std::size_t runs = std::max_element(methods.begin(), methods.end(),
+                                                  [](const auto& a, const auto& b) {
+                                                      return a.second.at("p50_us").size() < b.second.at("p50_us").size();
+                                                  })
+                                     ->second.at("p50_us")
+                                     .size();
         text += "### " + kind + ": medians over " + std::to_string(runs) + (runs == 1 ? " path" : " paths") + "\n\n| method |";
         std::string rule = "|---|";
         for (const Column& c : k_columns) {

@@ -27,13 +27,15 @@ Setting::Setting(mesh::Mesh object_mesh, mesh::Mesh probe_mesh, std::vector<std:
       probe(placed(std::move(probe_mesh), k_probe_diagonal)),
       solid(object, crossed),
       r_max(mesh::largest_vertex_distance(object))
-{}
+{
+}
 
 std::unique_ptr<Setting> load_setting(const Files& files)
 {
     const auto load = [](const std::filesystem::path& path, bool surface) {
         const auto refuse = [&](const auto& why) {
-            throw BenchError(path.string() + ": " + why.code + " at " + why.element + ": " + why.message + "\n  cure: " + why.cure);
+            throw BenchError(path.string() + ": " + why.code + " at " + why.element + ": " + why.message +
+                             "\n  cure: " + why.cure);
         };
         const io::ReadResult read = io::read_mesh_file(path);
         if (read.error) refuse(*read.error);

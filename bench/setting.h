@@ -25,10 +25,10 @@ public:
     Setting(const Setting&) = delete;
     Setting& operator=(const Setting&) = delete;
 
-    const mesh::Mesh object;  ///< diagonal 1
-    const mesh::Mesh probe;   ///< diagonal 0.4
-    const mesh::Solid solid;  ///< exact oracle of the object
-    const double r_max;       ///< largest distance between two vertices of the object
+    const mesh::Mesh object;      ///< diagonal 1
+    const mesh::Mesh probe;       ///< diagonal 0.4
+    const mesh::Solid solid;      ///< exact oracle of the object
+    const double r_max;           ///< largest distance between two vertices of the object
     std::filesystem::path cache;  ///< folder for fields that take long to make; empty: none is kept
     unsigned threads = 0;         ///< for building; 0: one a core
 };

@@ -39,10 +39,7 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
 class Sqmap final : public Method {
 public:
     Sqmap(const Setting& setting, query::Layer layer)
-        : baked_(baked_model(setting)),
-          layer_(layer),
-          points_(setting.probe.vertices.size()),
-          contacts_(points_.size())
+        : baked_(baked_model(setting)), layer_(layer), points_(setting.probe.vertices.size()), contacts_(points_.size())
     {
         const model::Header& header = baked_->view.header;
         for (const Vec3d& v : setting.probe.vertices) vertices_.push_back(cast<float>(v / header.unit));

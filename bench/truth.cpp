@@ -28,8 +28,8 @@ std::vector<std::vector<TrueContact>> true_contacts(const Setting& setting, std:
                 if (last.distance < 0) frames[f].push_back({i, -last.distance});
             }
     };
-    const std::size_t thread_count =
-        std::min<std::size_t>(path.size(), setting.threads != 0 ? setting.threads : std::max(1u, std::thread::hardware_concurrency()));
+    const std::size_t thread_count = std::min<std::size_t>(
+        path.size(), setting.threads != 0 ? setting.threads : std::max(1u, std::thread::hardware_concurrency()));
     std::vector<std::thread> threads;
     for (std::size_t t = 0; t < thread_count; ++t)
         threads.emplace_back(run, path.size() * t / thread_count, path.size() * (t + 1) / thread_count);

@@ -31,7 +31,8 @@ TEST(Clusters, HoldEveryVertexOnceAndItsSpheresHoldIt)
                 ASSERT_LT(v, count);
                 ++seen[v];
                 const auto distance = [&](const SphereBlock& block, std::size_t lane) {
-                    return norm(points[v] - Vec3d{block.x[lane], block.y[lane], block.z[lane]}) - static_cast<double>(block.radius[lane]);
+                    return norm(points[v] - Vec3d{block.x[lane], block.y[lane], block.z[lane]}) -
+                           static_cast<double>(block.radius[lane]);
                 };
                 EXPECT_LE(distance(probe.clusters[c / k_lanes], c % k_lanes), 0) << "cluster " << c << " of " << count;
                 const std::size_t g = c / k_lanes;

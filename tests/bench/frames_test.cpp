@@ -45,7 +45,8 @@ TEST(Frames, MethodsAnswerAsWellAsTheyCan)
 {
     const auto setting = test::egg_on_ring();
     const std::vector<Pose> path = test::short_path(*setting, 0.03);
-    const auto records = raced(*setting, path, {"dense64", "dense64_simd", "adf", "embree_exact", "sqmap_layer3", "sqmap_exact"}, {});
+    const auto records =
+        raced(*setting, path, {"dense64", "dense64_simd", "adf", "embree_exact", "sqmap_layer3", "sqmap_exact"}, {});
     // A trilinear function through exact values is nowhere further off than from a corner to the middle of a cell.
     const DistanceGrid grid = distance_grid(*setting, 64);
     const double half_cell = 0.5 * norm(grid.spacing) * 100 / setting->r_max;
@@ -56,7 +57,8 @@ TEST(Frames, MethodsAnswerAsWellAsTheyCan)
         EXPECT_LE(a.false_distance_max_pct, half_cell) << name;
         EXPECT_GT(a.depth_error_mean_pct, 0) << name;
     }
-    EXPECT_NEAR(records.at("dense64").accuracy->depth_error_mean_pct, records.at("dense64_simd").accuracy->depth_error_mean_pct, 1e-3);
+    EXPECT_NEAR(records.at("dense64").accuracy->depth_error_mean_pct, records.at("dense64_simd").accuracy->depth_error_mean_pct,
+                1e-3);
     EXPECT_NEAR(records.at("adf").accuracy->depth_error_mean_pct, 0, 0.1);
     for (const char* name : {"embree_exact", "sqmap_exact"}) {
         const Accuracy& a = records.at(name).accuracy.value();
@@ -156,11 +158,12 @@ TEST(Report, HasEveryFieldAndNullWhereAMethodReportsPairs)
 {
     Record pairs{.method = "fcl_obb_all", .p50_us = 3, .accuracy = {}};
     Record judged{.method = "dense64_simd", .p50_us = 2, .bytes = 7, .accuracy = Accuracy{.missed_pct = 1.5}, .hash = 0xabc};
-    const auto json = nlohmann::json::parse(json_text(std::vector{pairs, judged}, {.object = "a.obj", .probe = "b.obj", .path = "a.b.deep.csv"}));
+    const auto json = nlohmann::json::parse(
+        json_text(std::vector{pairs, judged}, {.object = "a.obj", .probe = "b.obj", .path = "a.b.deep.csv"}));
     ASSERT_EQ(json.size(), 2u);
     for (const auto& r : json)
-        for (const char* field : {"method", "p50_us", "p99_us", "p999_us", "bytes", "build_s", "contacts", "missed_pct", "false_pct",
-                                  "depth_error_mean_pct", "depth_error_max_pct", "hash", "frames"})
+        for (const char* field : {"method", "p50_us", "p99_us", "p999_us", "bytes", "build_s", "contacts", "missed_pct",
+                                  "false_pct", "depth_error_mean_pct", "depth_error_max_pct", "hash", "frames"})
             EXPECT_TRUE(r.contains(field)) << field;
     for (const char* field : {"missed_pct", "false_pct", "depth_error_mean_pct", "depth_error_max_pct"}) {
         EXPECT_TRUE(json[0][field].is_null()) << field;

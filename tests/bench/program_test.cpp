@@ -54,11 +54,13 @@ protected:
 
 TEST_F(BenchProgram, MakesAPathRacesOnItAndTabulates)
 {
-    ASSERT_EQ(run("path --object ring.obj --probe egg.obj --kind deep --frames 20 -o ring.egg.deep.csv --cache cache"), 0) << text("err.txt");
+    ASSERT_EQ(run("path --object ring.obj --probe egg.obj --kind deep --frames 20 -o ring.egg.deep.csv --cache cache"), 0)
+        << text("err.txt");
     EXPECT_EQ(read_path(folder_ / "ring.egg.deep.csv").size(), 20u);
-    ASSERT_EQ(run("frames --object ring.obj --probe egg.obj --path ring.egg.deep.csv --methods dense64_simd,dense64 --cache cache "
-                  "--json out.json"),
-              0)
+    ASSERT_EQ(
+        run("frames --object ring.obj --probe egg.obj --path ring.egg.deep.csv --methods dense64_simd,dense64 --cache cache "
+            "--json out.json"),
+        0)
         << text("err.txt");
     const auto json = nlohmann::json::parse(text("out.json"));
     ASSERT_EQ(json.size(), 2u);
