@@ -105,6 +105,7 @@ void add_info(CLI::App& app, int& exit_code)
                                 {"superquadrics", bytes.superquadrics},
                                 {"map", bytes.map},
                                 {"normal_map", bytes.normal_map},
+                                {"locator", bytes.locator},
                                 {"exact_lists", bytes.exact},
                                 {"exact_mesh", bytes.mesh},
                                 {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};

@@ -2,6 +2,7 @@
 #include "sqmap/bake/bake.h"
 
 #include "central_map.h"
+#include "locator.h"
 #include "parallel.h"
 #include "part_work.h"
 #include "refine.h"
@@ -389,6 +390,8 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         result.model = std::move(finer);
         measured = better;
     }
+    if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.threads, result.model);
+    lap("locate");
     measured.q2_share = 0;
     for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;
     double area = 0;

@@ -16,6 +16,7 @@ static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
               alignof(VertexCorrection) == alignof(fb::VertexCorrection));
 static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
 static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
+static_assert(sizeof(Locator) == sizeof(fb::Locator) && alignof(Locator) == alignof(fb::Locator));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
 
 constexpr std::uint32_t k_max_base = 256;
@@ -157,6 +158,32 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
 
+ParseStatus check_locator(const ModelView& v)
+{
+    const Locator& l = v.locator;
+    if (v.bricks.empty())
+        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() ? ParseStatus::Ok
+                                                                                               : ParseStatus::BadStructure;
+    if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
+    for (const std::uint32_t n : l.bricks)
+        if (n == 0 || n > 256) return ParseStatus::BadStructure;
+    if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
+    for (const std::uint32_t b : v.bricks)
+        if ((b & k_free_brick) == 0 && !within(b, k_brick * k_brick * k_brick, v.places.size())) return ParseStatus::BadStructure;
+    for (const std::uint32_t p : v.places)
+        if (place_kind(p) != PlaceKind::Free && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
+            return ParseStatus::BadStructure;
+    for (const std::uint32_t list : v.part_lists)
+        for (std::uint32_t k = 0; k < k_list_length; ++k)
+            if (const std::uint32_t part = (list >> (8 * k)) & 0xffu; part != k_no_part && part >= v.parts.size())
+                return ParseStatus::BadStructure;
+    // Every chain ends, and every seed is a cell of its part's chart.
+    if (v.seeds.empty() || (v.seeds.back() & k_last_seed) == 0) return ParseStatus::BadStructure;
+    for (const std::uint32_t s : v.seeds)
+        if (seed_part(s) >= v.parts.size() || seed_cell(s) >= k_seed_fine * k_seed_fine * v.parts[seed_part(s)].cell_count) return ParseStatus::BadStructure;
+    return ParseStatus::Ok;
+}
+
 template <class T>
 void hash_bytes(std::uint64_t& hash, std::span<const T> values)
 {
@@ -271,6 +298,11 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, n.corrections);
     hash_bytes(hash, n.gaps);
     hash_bytes(hash, n.seeds);
+    hash_bytes(hash, std::span<const Locator>(&view.locator, 1));
+    hash_bytes(hash, view.bricks);
+    hash_bytes(hash, view.places);
+    hash_bytes(hash, view.part_lists);
+    hash_bytes(hash, view.seeds);
     return hash;
 }
 
@@ -316,6 +348,12 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
                     span_of<MapGap>(n->gaps()),
                     span_of<FootSeed>(n->seeds())};
 
+    if (model->locator() != nullptr) std::memcpy(&v.locator, model->locator(), sizeof(Locator));
+    v.bricks = span_of<std::uint32_t>(model->bricks());
+    v.places = span_of<std::uint32_t>(model->places());
+    v.part_lists = span_of<std::uint32_t>(model->part_lists());
+    v.seeds = span_of<std::uint32_t>(model->seeds());
+
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
         if (!std::isfinite(value)) return ParseStatus::BadValue;
@@ -342,6 +380,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         return ParseStatus::BadStructure;
     for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
         if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;
     view = v;
     return ParseStatus::Ok;
 }

@@ -27,6 +27,7 @@ struct SectionBytes {
     std::size_t total = 0, superquadrics = 0;
     std::size_t map = 0;         ///< central maps; in a model of the normal projection they serve the exact layer
     std::size_t normal_map = 0;  ///< the paper's own maps
+    std::size_t locator = 0;
     std::size_t exact = 0, mesh = 0;
 };
 [[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);

@@ -11,7 +11,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 1;
+inline constexpr std::uint32_t k_format_version = 2;
 inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
 inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
@@ -123,6 +123,43 @@ struct NormalPart {
     std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
 };
 
+/// A uniform grid over the object that says, for a place in space, which part's chart answers there and on which chart
+/// the nearest surface lies. Four by four by four cells are a brick; a brick that is free as a whole is not stored.
+/// Layout equals the FlatBuffers struct Locator.
+struct Locator {
+    float origin[3];          ///< lowest corner, model space
+    float cell;               ///< side of a cell, model units
+    std::uint32_t bricks[3];  ///< along x, y, z; 0: the model has no locator
+    std::uint32_t reserved;
+};
+inline constexpr int k_brick = 4;                       ///< cells along a brick's side
+inline constexpr std::uint32_t k_free_brick = 1u << 31;  ///< set in a brick that is free; the rest is its gap
+inline constexpr float k_gap_step = 1.f / 64;           ///< of a cell's side: unit of stored gaps
+inline constexpr std::uint32_t k_list_length = 4;       ///< parts in a list, one byte each; k_no_part ends a shorter one
+inline constexpr std::uint32_t k_no_part = 0xff;
+
+/// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
+/// from the cell's centre to the solid. Else 12 bits of index into part_lists and 18 bits of index into seeds.
+enum class PlaceKind : std::uint32_t {
+    Free = 0,    ///< no point of the cell is in the solid
+    Inside = 1,  ///< every point of it is
+    Mixed = 2,   ///< the first part of the list whose chart holds a point decides; held by none, it is free
+    Ask = 3,     ///< too many parts for a list: all are asked
+};
+constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKind>(place & 3u); }
+constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
+constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
+constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
+/// Where the search for the nearest surface starts: a direction of a part's chart, as a cell of a grid k_seed_fine times
+/// finer than the base grid. Several where the place is near the medial axis: up to and with the one that has k_last_seed.
+inline constexpr std::uint32_t k_seed_fine = 4;
+inline constexpr std::uint32_t k_last_seed = 1u << 31;
+constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
+constexpr std::uint32_t seed_cell(std::uint32_t seed) { return (seed >> 8) & 0x1ffffu; }
+/// A surface found within this distance of the point, in half cells of the locator, makes the rest of the chain needless.
+constexpr std::uint32_t seed_reach(std::uint32_t seed) { return (seed >> 25) & 0x3fu; }
+inline constexpr std::uint32_t k_max_seed_base = 36;  ///< cells along a face whose seeds still fit
+
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
     std::span<const NormalPart> parts;
@@ -155,8 +192,14 @@ struct ModelView {
     std::span<const std::uint32_t> triangles32;    ///< #triangles by 3, where it has more
     std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
     NormalArrays normal;
+    Locator locator{};
+    std::span<const std::uint32_t> bricks;      ///< first place of a brick, or k_free_brick and its gap; x fastest
+    std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
+    std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
+    std::span<const std::uint32_t> seeds;
 };
 
+[[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
 [[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
 /// Vertex k (0 to 2) of a triangle.
 [[nodiscard]] constexpr std::uint32_t triangle_vertex(const ModelView& view, std::uint32_t triangle, std::uint32_t k)

@@ -42,6 +42,9 @@ struct ModelData {
     std::vector<VertexCorrection> corrections;
     std::vector<MapGap> gaps;
     std::vector<FootSeed> seeds;
+    Locator locator{};
+    std::vector<std::uint32_t> bricks, places, part_lists, locator_seeds;
+
     Measured measured;
     std::string made_by, source, options;
 
@@ -65,7 +68,12 @@ struct ModelData {
                 triangles32,
                 triangle_part,
                 {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections,
-                 gaps, seeds}};
+                 gaps, seeds},
+                locator,
+                bricks,
+                places,
+                part_lists,
+                locator_seeds};
     }
 };
 

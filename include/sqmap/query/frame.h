@@ -1,0 +1,91 @@
+// A whole probe against a model, a frame at a time: which of its points are in contact, how deep, which way is out.
+#pragma once
+
+#include "sqmap/query/query.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::query {
+
+/// Where a body is: x in the parent frame = rotation x + translation; the parent's units.
+struct Pose {
+    Mat3d rotation{};
+    Vec3d translation{};
+};
+
+/// a after b: x -> a(b(x)).
+[[nodiscard]] Pose compose(const Pose& a, const Pose& b) noexcept;
+[[nodiscard]] Pose inverse(const Pose& pose) noexcept;
+
+/// Points prepared once, asked every frame: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
+/// a group of 16, each with a sphere, so that what is far costs nothing.
+struct FrameJob;
+
+class Probe {
+public:
+    static constexpr std::size_t k_cluster = 16;
+
+    /// points: finite, any order. Allocates; cost n log n.
+    explicit Probe(std::span<const Vec3d> points);
+
+    /// New places of the same points in the same order: spheres are refitted, nothing is allocated. Clusters were chosen for
+    /// the first places, so a probe that is turned inside out is slower, never wrong.
+    /// @pre points.size() == size()
+    void move(std::span<const Vec3d> points) noexcept;
+
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::size_t clusters() const { return radius_.size(); }
+
+private:
+    friend struct FrameJob;
+    void refit() noexcept;
+
+    std::size_t size_ = 0;
+    Vec3d origin_{};                            ///< stored places are relative to it, so that float suffices
+    std::vector<std::uint32_t> slot_of_point_;  ///< point -> place below
+    std::vector<float> x_, y_, z_;              ///< k_cluster a cluster; the last cluster repeats its last point
+    std::vector<std::uint32_t> point_;          ///< whose place it is
+    std::vector<float> centre_x_, centre_y_, centre_z_, radius_;  ///< of clusters
+    std::vector<float> group_x_, group_y_, group_z_, group_radius_;
+    float sphere_[4] = {};
+};
+
+/// One contact of a frame, the model's space.
+struct FrameContact {
+    Vec3f point{};            ///< nearest surface point
+    Vec3f normal{};           ///< unit, outward
+    float depth = 0;          ///< >= 0
+    std::uint32_t index = 0;  ///< of the probe's point
+    std::int16_t part = -1;   ///< that owns the surface point
+    bool certain = false;     ///< the verdict is proven
+    std::uint8_t status = k_ok;
+};
+
+enum FrameStatus : std::uint8_t {
+    k_frame_ok = 0,
+    k_frame_full = 1,        ///< more contacts than the span holds: the rest is counted, not written
+    k_frame_not_finite = 2,  ///< the pose is NaN or infinite: no contacts
+    k_frame_no_exact = 4,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
+};
+
+struct FrameOptions {
+    Layer layer = Layer::Three;  ///< Auto is answered by Three
+    bool first_only = false;     ///< stop at the first contact: a yes or no
+};
+
+struct FrameResult {
+    std::size_t contacts = 0;        ///< found; at most the span's size are written
+    std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
+    std::uint32_t searched = 0;      ///< contacts whose depth took a search over the maps
+};
+
+/// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in the order of the
+/// probe's clusters. Total, noexcept, no allocation. The answers are the same bits on every instruction set.
+/// @pre model came from model::parse.
+FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
+                        std::span<FrameContact> contacts) noexcept;
+
+}  // namespace sqmap::query

@@ -1,0 +1,44 @@
+#include "sqmap/query/frame.h"
+
+#include "frame_job.h"
+#include "frame_kernels.h"
+
+#include <cmath>
+
+namespace sqmap::query {
+
+FrameJob::FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, const FrameOptions& o,
+                   std::span<FrameContact> contacts) noexcept
+    : model(m), x(p.x_.data()), y(p.y_.data()), z(p.z_.data()), point(p.point_.data()), centre_x(p.centre_x_.data()),
+      centre_y(p.centre_y_.data()), centre_z(p.centre_z_.data()), radius(p.radius_.data()), group_x(p.group_x_.data()),
+      group_y(p.group_y_.data()), group_z(p.group_z_.data()), group_radius(p.group_radius_.data()), clusters(p.radius_.size()),
+      groups(p.group_radius_.size()), points(p.size_), layer(o.layer == Layer::Auto ? Layer::Three : o.layer),
+      exact(o.layer == Layer::Exact && model::has_exact(m)), first_only(o.first_only), out(contacts)
+{
+    for (int k = 0; k < 4; ++k) sphere[k] = p.sphere_[k];
+    // In double up to here: a mesh may lie far from its origin.
+    const double unit = m.header.unit;
+    const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+    const Vec3d shift = (pose.rotation * p.origin_ + pose.translation - origin) / unit;
+    finite = true;
+    double largest = 0;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) rotation[3 * i + j] = static_cast<float>(pose.rotation.row[i][j] / unit);
+        largest = std::max(largest, norm(pose.rotation.row[i]));
+        translation[i] = static_cast<float>(shift[i]);
+        finite = finite && std::isfinite(translation[i]) && std::isfinite(norm(pose.rotation.row[i]));
+    }
+    scale = static_cast<float>(largest / unit * (1 + 1e-5));
+}
+
+FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
+                        std::span<FrameContact> contacts) noexcept
+{
+    const FrameJob job(model, probe, pose, options, contacts);
+    if (!job.finite) return {0, k_frame_not_finite, 0};
+    FrameResult result = run_frame(job);
+    if (options.layer == Layer::Exact && !job.exact) result.status |= k_frame_no_exact;
+    return result;
+}
+
+}  // namespace sqmap::query
