@@ -301,6 +301,7 @@ public:
 
 private:
     static constexpr std::size_t k_queue = 512;
+    static constexpr int k_first_steps = 2;
     enum Flag : std::uint8_t { k_certain = 1, k_inside = 2, k_free = 4 };
 
     Vec3f transformed(float x, float y, float z) const
@@ -311,7 +312,7 @@ private:
     }
 
     /// True where no point of a sphere (of the probe) is in the solid, by the locator's gap about its centre.
-    bool is_far(float x, float y, float z, float radius) const
+    HWY_NOINLINE bool is_far(float x, float y, float z, float radius) const
     {
         const Vec3f c = transformed(x, y, z);
         const float reach = radius * job_.scale;
@@ -349,7 +350,7 @@ private:
     }
 
     /// Asks one batch of points from a slot on, and queues those that are inside or have to be asked again.
-    void ask(std::size_t slot)
+    HWY_NOINLINE void ask(std::size_t slot)
     {
         const F px = hn::LoadU(df, job_.x + slot), py = hn::LoadU(df, job_.y + slot), pz = hn::LoadU(df, job_.z + slot);
         const V3 local{px, py, pz};
@@ -420,7 +421,7 @@ private:
         return none();
     }
 
-    void enqueue(std::size_t slot, const V3& p, I place, M rest, M known_inside, M certain)
+    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, I place, M rest, M known_inside, M certain)
     {
         HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
         HWY_ALIGN std::int32_t places[k_lanes], sure[k_lanes], in[k_lanes];
@@ -443,7 +444,7 @@ private:
 
     /// The nearest surface from the place's first seed, for the lanes where that settles it: contacts among them are written.
     /// inside: lanes known to be. Returns the settled lanes.
-    M from_first_seed(std::size_t slot, const V3& p, I place, M active, M inside)
+    HWY_NOINLINE M from_first_seed(std::size_t slot, const V3& p, I place, M active, M inside)
     {
         const I seed = first_seed(p, place, active);
         const I part = hn::And(seed, set_int(0xff));
@@ -453,7 +454,7 @@ private:
             const std::int32_t which = first_of(part, todo);
             const M these = hn::And(todo, equal(part, set_int(which)));
             todo = hn::AndNot(these, todo);
-            const Found found = approach(static_cast<std::size_t>(which), p, seed, these);
+            const Found found = approach(static_cast<std::size_t>(which), p, seed, these, k_first_steps);
             const M near = hn::And(these, found.near);
             settled = hn::Or(settled, near);
             inside = hn::Or(inside, hn::And(near, found.inside));
@@ -501,7 +502,7 @@ private:
     }
 
     /// One part's verdict on the lanes of a mask that its chart holds; returns those.
-    M decide(std::size_t index, const V3& p, M active, M& inside, M& certain) const
+    HWY_NOINLINE M decide(std::size_t index, const V3& p, M active, M& inside, M& certain) const
     {
         const PartLanes part(model_, model_.parts[index]);
         const V3 x = part.to_frame(p);
@@ -558,7 +559,7 @@ private:
 
     /// Finds the nearest surfaces of what is queued, seed by seed: a round takes one seed of each contact that needs one more,
     /// part after part, so that lanes are full.
-    void flush()
+    HWY_NOINLINE void flush()
     {
         settle();
         std::size_t open = queued_;
@@ -652,7 +653,7 @@ private:
 
     /// From a seed to the nearest surface about it: the foot on its plane, the surface over there, the foot on the tangent plane,
     /// while that comes nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
-    HWY_NOINLINE Found approach(std::size_t index, const V3& p, I seed, M active) const
+    HWY_NOINLINE Found approach(std::size_t index, const V3& p, I seed, M active, int steps) const
     {
         const Part& data = model_.parts[index];
         const PartLanes part(model_, data);
@@ -666,7 +667,7 @@ private:
         const F touching_sq = set(1e-9f * model_.header.sphere[3] * model_.header.sphere[3]);
         F found_sq = set(INFINITY);
         V3 found_offset{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, found_plane = found_offset;
-        for (int step = 0; step < k_approach_steps && any(active); ++step) {
+        for (int step = 0; step < steps && any(active); ++step) {
             const Leaves leaf = part.leaves_at(q.face, q.s, q.t, active, job_.layer != Layer::Two);
             Sheet sheet = part.value(leaf, q.s, q.t);
             const I kind = kind_of(leaf.cell);
@@ -717,7 +718,7 @@ private:
     }
 
     /// The same for a run of the queue with seeds of one part; those whose chain goes on join the next round.
-    void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
+    HWY_NOINLINE void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
     {
         HWY_ALIGN float px[k_lanes], py[k_lanes], pz[k_lanes];
         HWY_ALIGN std::int32_t seeds[k_lanes];
@@ -729,7 +730,7 @@ private:
             seeds[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[k]]);
         }
         const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
-        const Found found = approach(index, p, hn::Load(di, seeds), hn::FirstN(df, count));
+        const Found found = approach(index, p, hn::Load(di, seeds), hn::FirstN(df, count), k_approach_steps);
         HWY_ALIGN float distance_sq[k_lanes], values[6][k_lanes];
         hn::Store(found.distance_sq, df, distance_sq);
         hn::Store(found.offset.x, df, values[0]);
@@ -753,7 +754,7 @@ private:
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
-    void pick_layer(const Part& data, const Chart& q, const Leaves& leaves, F reach, M layered, Sheet& sheet, M& valid, M& exits) const
+    HWY_NOINLINE void pick_layer(const Part& data, const Chart& q, const Leaves& leaves, F reach, M layered, Sheet& sheet, M& valid, M& exits) const
     {
         const CentralMap map(model_, data);
         HWY_ALIGN float s[k_lanes], t[k_lanes], expected[k_lanes], w[k_lanes] = {}, ws[k_lanes] = {}, wt[k_lanes] = {};
@@ -784,7 +785,7 @@ private:
     }
 
     /// Decides what the lanes left open, and drops what turns out free.
-    void settle()
+    HWY_NOINLINE void settle()
     {
         if (job_.layer == Layer::Three)
             for (std::size_t first = 0; first < queued_; first += hn::Lanes(df)) {
@@ -821,7 +822,7 @@ private:
         queued_ = kept;
     }
 
-    void write()
+    HWY_NOINLINE void write()
     {
         const float on_surface_sq = 1e-8f * model_.header.sphere[3] * model_.header.sphere[3];
         for (std::size_t i = 0; i < queued_; ++i) {
