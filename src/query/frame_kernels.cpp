@@ -147,7 +147,15 @@ public:
         return {row_dot(part_.chart_rows, d), row_dot(part_.chart_rows + 3, d), row_dot(part_.chart_rows + 6, d)};
     }
 
-    /// A direction or offset of the frame, times the axes, in model space.
+    /// Metric coordinates about the centre, along the axes.
+    HWY_INLINE V3 to_metric(const V3& p) const
+    {
+        const V3 d{hn::Sub(p.x, set(part_.chart_centre[0])), hn::Sub(p.y, set(part_.chart_centre[1])),
+                   hn::Sub(p.z, set(part_.chart_centre[2]))};
+        return {row_dot(part_.rotation, d), row_dot(part_.rotation + 3, d), row_dot(part_.rotation + 6, d)};
+    }
+
+    /// A metric offset of the frame, in model space.
     HWY_INLINE V3 from_frame(const V3& v) const
     {
         const float* r = part_.rotation;
@@ -300,9 +308,9 @@ public:
     }
 
 private:
-    static constexpr std::size_t k_queue = 512;
+    static constexpr std::size_t k_queue = 1024;
     static constexpr int k_first_steps = 2;
-    enum Flag : std::uint8_t { k_certain = 1, k_inside = 2, k_free = 4 };
+    enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4 };
 
     Vec3f transformed(float x, float y, float z) const
     {
@@ -384,25 +392,22 @@ private:
         if (!any(occupied)) return;
 
         const M inside = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
-        const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
         if (job_.layer == Layer::Three) {
-            // The nearest surface tells the side as well, where it is found at once.
-            const M found = from_first_seed(slot, p, place, hn::Or(inside, mixed), inside);
-            const M rest = hn::AndNot(found, occupied);
-            if (any(rest)) enqueue(slot, p, place, rest, inside, none());
+            // The nearest surface tells the side as well.
+            enqueue(slot, p, place, occupied, inside, inside);
             return;
         }
+        const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
         M in = inside, certain = inside;
         M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
-        if (any(mixed)) undecided = hn::Or(undecided, verdicts(p, place, mixed, in, certain));
+        if (any(mixed)) verdicts(p, place, mixed, in, certain);
         if (job_.exact) undecided = hn::Or(undecided, hn::AndNot(certain, mixed));
         const M rest = hn::Or(in, undecided);
         if (any(rest)) enqueue(slot, p, place, rest, hn::AndNot(undecided, in), certain);
     }
 
-    /// The verdict of the first part of each place's list that holds the point. Returns the lanes that none holds: free by the
-    /// cover.
-    M verdicts(const V3& p, I place, M mixed, M& inside, M& certain) const
+    /// The verdict of the first part of each place's list that holds the point; held by none, it is free by the cover.
+    void verdicts(const V3& p, I place, M mixed, M& inside, M& certain) const
     {
         const I list_index = hn::And(shift_right<2>(place), set_int(0xfff));
         I list = gather_word(model_.part_lists.data(), blend(mixed, list_index, hn::Zero(di)));
@@ -418,80 +423,25 @@ private:
                 open = hn::AndNot(decide(static_cast<std::size_t>(which), p, these, inside, certain), open);
             }
         }
-        return none();
     }
 
-    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, I place, M rest, M known_inside, M certain)
+    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, I place, M which, M known_inside, M certain)
     {
-        HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
-        HWY_ALIGN std::int32_t places[k_lanes], sure[k_lanes], in[k_lanes];
-        hn::Store(p.x, df, x);
-        hn::Store(p.y, df, y);
-        hn::Store(p.z, df, z);
-        hn::Store(place, di, places);
-        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
-        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, known_inside)), di, in);
-        each_lane(rest, [&](std::size_t i) {
-            queue_x_[queued_] = x[i];
-            queue_y_[queued_] = y[i];
-            queue_z_[queued_] = z[i];
-            queue_point_[queued_] = job_.point[slot + i];
-            queue_place_[queued_] = static_cast<std::uint32_t>(places[i]);
-            queue_flags_[queued_] = static_cast<std::uint8_t>((sure[i] != 0 ? k_certain : 0) | (in[i] != 0 ? k_inside : 0));
-            ++queued_;
-        });
-    }
-
-    /// The nearest surface from the place's first seed, for the lanes where that settles it: contacts among them are written.
-    /// inside: lanes known to be. Returns the settled lanes.
-    HWY_NOINLINE M from_first_seed(std::size_t slot, const V3& p, I place, M active, M inside)
-    {
-        const I seed = first_seed(p, place, active);
-        const I part = hn::And(seed, set_int(0xff));
-        M settled = none();
-        Found all{hn::Zero(df), {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, none(), none()};
-        for (M todo = active; any(todo);) {
-            const std::int32_t which = first_of(part, todo);
-            const M these = hn::And(todo, equal(part, set_int(which)));
-            todo = hn::AndNot(these, todo);
-            const Found found = approach(static_cast<std::size_t>(which), p, seed, these, k_first_steps);
-            const M near = hn::And(these, found.near);
-            settled = hn::Or(settled, near);
-            inside = hn::Or(inside, hn::And(near, found.inside));
-            all.distance_sq = blend(near, found.distance_sq, all.distance_sq);
-            all.offset = blend(near, found.offset, all.offset);
-            all.normal = blend(near, found.normal, all.normal);
-        }
-        const F depth = hn::Sqrt(all.distance_sq);
-        const M single = hn::Not(not_negative(seed));
-        if (any(hn::AndNot(single, settled))) {
-            // A chain: settled only within the first seed's reach.
-            const F reach = hn::Mul(to_float(first_reach(place, active, p)), set(model::k_seed_reach_step * locator_.cell));
-            settled = hn::And(settled, hn::Or(single, hn::Le(depth, reach)));
-        }
-        const M contact = hn::And(settled, inside);
-        if (!any(contact)) return settled;
-        const F inverse = hn::Div(set(1.f), hn::Max(hn::Sqrt(dot(all.normal, all.normal)), set(1e-30f)));
-        HWY_ALIGN float v[7][k_lanes];
-        HWY_ALIGN std::int32_t parts[k_lanes];
-        hn::Store(hn::Add(p.x, all.offset.x), df, v[0]);
-        hn::Store(hn::Add(p.y, all.offset.y), df, v[1]);
-        hn::Store(hn::Add(p.z, all.offset.z), df, v[2]);
-        hn::Store(hn::Mul(all.normal.x, inverse), df, v[3]);
-        hn::Store(hn::Mul(all.normal.y, inverse), df, v[4]);
-        hn::Store(hn::Mul(all.normal.z, inverse), df, v[5]);
-        hn::Store(depth, df, v[6]);
-        hn::Store(part, di, parts);
-        each_lane(contact, [&](std::size_t i) {
-            const std::size_t at = result_.contacts++;
-            if (at >= job_.out.size()) {
-                result_.status |= k_frame_full;
-                return;
-            }
-            job_.out[at] = {{v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], job_.point[slot + i],
-                            static_cast<std::int16_t>(parts[i]), false, k_ok};
-        });
-        return settled;
+        const FirstSeed first = first_seed(p, place, which);
+        const I flags = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, known_inside), set_int(k_inside)),
+                               hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)));
+        const I point = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
+        const std::size_t n = queued_;
+        hn::CompressBlendedStore(p.x, which, df, queue_x_ + n);
+        hn::CompressBlendedStore(p.y, which, df, queue_y_ + n);
+        hn::CompressBlendedStore(p.z, which, df, queue_z_ + n);
+        hn::CompressBlendedStore(first.reach, which, df, queue_reach_ + n);
+        const auto which_int = hn::RebindMask(di, which);
+        hn::CompressBlendedStore(place, which_int, di, reinterpret_cast<std::int32_t*>(queue_place_ + n));
+        hn::CompressBlendedStore(point, which_int, di, reinterpret_cast<std::int32_t*>(queue_point_ + n));
+        hn::CompressBlendedStore(first.seed, which_int, di, queue_seed_ + n);
+        hn::CompressBlendedStore(first.head, which_int, di, queue_chain_ + n);
+        queued_ += hn::CompressBlendedStore(flags, which_int, di, queue_flags_ + n);
     }
 
     static std::int32_t first_of(I values, M mask)
@@ -557,44 +507,74 @@ private:
         sure = hn::Or(hn::AndNot(layered, sure), hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, now_sure))));
     }
 
-    /// Finds the nearest surfaces of what is queued, seed by seed: a round takes one seed of each contact that needs one more,
-    /// part after part, so that lanes are full.
+    /// Answers what is queued, part after part so that lanes are full: first each point by its first seed, which settles most,
+    /// then the rest by its verdict and, round by round, by every seed of its chain.
     HWY_NOINLINE void flush()
     {
-        settle();
-        std::size_t open = queued_;
-        for (std::size_t i = 0; i < queued_; ++i) {
-            best_sq_[i] = INFINITY;
+        std::size_t open = 0;
+        for (std::size_t i = 0; i < queued_; ++i) todo_[i] = static_cast<std::uint16_t>(i);
+        if (job_.layer == Layer::Three)
+            open = round(queued_, true);
+        else
+            open = queued_;
+        open = settle(open);
+        for (std::size_t k = 0; k < open; ++k) {
+            const std::size_t i = todo_[k];
+            best_[6][i] = INFINITY;
             best_part_[i] = -1;
-            todo_[i] = static_cast<std::uint16_t>(i);
             seed_at_[i] = model::place_seed(queue_place_[i]);
+            queue_seed_[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[i]]);
+            kept_[k] = todo_[k];
         }
-        while (open > 0) {
-            std::uint16_t first[257] = {};
-            for (std::size_t k = 0; k < open; ++k) ++first[model::seed_part(model_.seeds[seed_at_[todo_[k]]]) + 1];
-            for (std::size_t part = 0; part < model_.parts.size(); ++part) first[part + 1] = static_cast<std::uint16_t>(first[part + 1] + first[part]);
-            for (std::size_t k = 0; k < open; ++k) sorted_[first[model::seed_part(model_.seeds[seed_at_[todo_[k]]])]++] = todo_[k];
-            std::size_t next = 0;
-            for (std::size_t k = 0; k < open;) {
-                const std::uint32_t part = model::seed_part(model_.seeds[seed_at_[sorted_[k]]]);
-                const std::size_t end = first[part];
-                for (; k < end; k += hn::Lanes(df)) approach_queued(part, k, std::min(hn::Lanes(df), end - k), next);
-                k = end;
+        const std::size_t kept = open;
+        while (open > 0) open = round(open, false);
+        for (std::size_t k = 0; k < kept; ++k) {
+            const std::size_t i = kept_[k];
+            if (best_part_[i] >= 0) {
+                write(i, static_cast<std::uint32_t>(best_part_[i]), {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]},
+                      best_[6][i]);
+                continue;
             }
-            open = next;
+            // No map knows a surface about the seeds: the search over all of them does.
+            const Contact found = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
+            write(i, static_cast<std::uint32_t>(found.part), found.point, found.normal, found.depth);
+            ++result_.searched;
         }
-        write();
         queued_ = 0;
     }
 
-    /// The seed that a lane starts from: the only one, or of a chain the one that its octant of the place names.
-    HWY_INLINE I first_seed(const V3& p, I place, M active) const
+    /// One seed for each of todo_[0, open), part after part. Returns how many need another.
+    std::size_t round(std::size_t open, bool first_round)
+    {
+        std::uint16_t first[257] = {};
+        for (std::size_t k = 0; k < open; ++k) ++first[(queue_seed_[todo_[k]] & 0xff) + 1];
+        for (std::size_t part = 0; part < model_.parts.size(); ++part) first[part + 1] = static_cast<std::uint16_t>(first[part + 1] + first[part]);
+        for (std::size_t k = 0; k < open; ++k) sorted_[first[queue_seed_[todo_[k]] & 0xff]++] = todo_[k];
+        std::size_t next = 0;
+        for (std::size_t k = 0; k < open;) {
+            const std::uint32_t part = static_cast<std::uint32_t>(queue_seed_[sorted_[k]]) & 0xffu;
+            const std::size_t end = first[part];
+            for (; k < end; k += hn::Lanes(df)) approach_queued(part, k, std::min(hn::Lanes(df), end - k), first_round, next);
+            k = end;
+        }
+        return next;
+    }
+
+    /// Where a lane starts: at the only seed, or of a chain at the one that its octant of the place names.
+    struct FirstSeed {
+        I seed, head;  // head: first of the chain, its sign bit set where it is the only one
+        F reach;       // a surface found within is the nearest
+    };
+    HWY_INLINE FirstSeed first_seed(const V3& p, I place, M active) const
     {
         const I at = blend(active, shift_right<14>(place), hn::Zero(di));
         const I seed = gather_word(model_.seeds.data(), at);
         const M chain = hn::And(active, not_negative(seed));
-        if (!any(chain)) return seed;
-        return blend(chain, gather_word(model_.seeds.data(), hn::Add(at, octant_choice(p, at, chain))), seed);
+        if (!any(chain)) return {seed, seed, hn::Zero(df)};
+        const I which = hn::Add(at, octant_choice(p, at, chain));
+        const I reach = hn::And(hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(model_.seed_reaches.data()), which), set_int(0xff));
+        return {blend(chain, gather_word(model_.seeds.data(), which), seed), seed,
+                hn::Mul(to_float(reach), set(model::k_seed_reach_step * locator_.cell))};
     }
 
     /// Which seed of a chain the octant of a point names: three bits an octant in the word before the chain.
@@ -609,16 +589,11 @@ private:
         return blend(chain, hn::And(hn::Shr(choices, octant), set_int(7)), hn::Zero(di));
     }
 
-    HWY_INLINE I first_reach(I place, M active, const V3& p) const
-    {
-        const I at = blend(active, shift_right<14>(place), hn::Zero(di));
-        const M chain = hn::And(active, not_negative(gather_word(model_.seeds.data(), at)));
-        const I which = hn::Add(at, octant_choice(p, at, chain));
-        return hn::And(hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(model_.seed_reaches.data()), which), set_int(0xff));
-    }
-
     /// The points' feet on the planes of seeds, about the centres of the places that the points lie in.
-    HWY_INLINE V3 foot_on_seed(const V3& p, I seed) const
+    struct SeedFoot {
+        V3 foot, origin;  // origin: the foot of the place's centre
+    };
+    HWY_INLINE SeedFoot foot_on_seed(const V3& p, I seed) const
     {
         constexpr int bits = model::k_seed_normal_bits;
         const I mask = set_int((1 << bits) - 1);
@@ -639,7 +614,9 @@ private:
                                  set(model::k_seed_distance_step * locator_.cell));
         // (length - n.d / |n|) n / |n|
         const F along = hn::Sub(hn::Mul(length, hn::Sqrt(inverse_sq)), hn::Mul(dot(n, d), inverse_sq));
-        return {mul_add(along, n.x, p.x), mul_add(along, n.y, p.y), mul_add(along, n.z, p.z)};
+        const F to_origin = hn::Mul(length, hn::Sqrt(inverse_sq));
+        return {{mul_add(along, n.x, p.x), mul_add(along, n.y, p.y), mul_add(along, n.z, p.z)},
+                {mul_add(to_origin, n.x, hn::Sub(p.x, d.x)), mul_add(to_origin, n.y, hn::Sub(p.y, d.y)), mul_add(to_origin, n.z, hn::Sub(p.z, d.z))}};
     }
 
     /// Nearest surface about a seed, the model's space.
@@ -657,17 +634,20 @@ private:
     {
         const Part& data = model_.parts[index];
         const PartLanes part(model_, data);
-        const V3 x = part.to_frame(p);
+        // Metric coordinates in the part's frame, and what divides them into the chart's.
+        const V3 z = part.to_metric(p);
         const V3 axes{set(data.a[0]), set(data.a[1]), set(data.a[2])};
-        const V3 over_sq{set(1.f / (data.a[0] * data.a[0])), set(1.f / (data.a[1] * data.a[1])), set(1.f / (data.a[2] * data.a[2]))};
-        const FacePoint start = face_point(part.to_frame(foot_on_seed(p, seed)));
-        Chart q = to_chart(start);
-        F reach = hn::Abs(start.major);  // along the face's axis: of several surfaces the one nearest to there
-        M all_near = none(), all_inside = none();
+        const V3 inverse{set(1.f / data.a[0]), set(1.f / data.a[1]), set(1.f / data.a[2])};
+        const SeedFoot start = foot_on_seed(p, seed);
+        FacePoint f = face_point(times(part.to_metric(start.foot), inverse));
+        Chart q = to_chart(f);
+        F reach = hn::Abs(f.major);  // along the face's axis: of several surfaces the one nearest to there
+        M all_near = none(), all_inside = none(), kept_exits = none();
         const F touching_sq = set(1e-9f * model_.header.sphere[3] * model_.header.sphere[3]);
-        F found_sq = set(INFINITY);
-        V3 found_offset{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, found_plane = found_offset;
-        for (int step = 0; step < steps && any(active); ++step) {
+        F found_sq = set(INFINITY), kept_along = hn::Zero(df);
+        V3 kept_n{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, kept_d = kept_n;
+        I kept_face = q.face;
+        for (int step = 0; step < steps; ++step) {
             const Leaves leaf = part.leaves_at(q.face, q.s, q.t, active, job_.layer != Layer::Two);
             Sheet sheet = part.value(leaf, q.s, q.t);
             const I kind = kind_of(leaf.cell);
@@ -676,81 +656,131 @@ private:
             const M layered = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
             if (any(layered)) pick_layer(data, q, leaf, reach, layered, sheet, valid, exits);
             valid = hn::And(valid, hn::Gt(sheet.w, set(1e-6f)));
+            if (step == 0 && any(hn::AndNot(valid, active))) {
+                // Nothing over the point's foot: over the foot of the place's centre there is.
+                const M lost = hn::AndNot(valid, active);
+                const FacePoint again = face_point(times(part.to_metric(start.origin), inverse));
+                const Chart there = to_chart(again);
+                const F there_reach = hn::Abs(again.major);
+                const Leaves second = part.leaves_at(there.face, there.s, there.t, lost, job_.layer != Layer::Two);
+                Sheet other = part.value(second, there.s, there.t);
+                const I other_kind = kind_of(second.cell);
+                M found = hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
+                M other_exits = part.centre_inside() ? found : none();
+                const M layers = hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
+                if (any(layers)) pick_layer(data, there, second, there_reach, layers, other, found, other_exits);
+                found = hn::And(found, hn::Gt(other.w, set(1e-6f)));
+                sheet = {blend(found, other.w, sheet.w), blend(found, other.ws, sheet.ws), blend(found, other.wt, sheet.wt)};
+                q = {blend(found, there.face, q.face), blend(found, there.s, q.s), blend(found, there.t, q.t), q.w};
+                exits = hn::Or(exits, hn::And(found, other_exits));
+                valid = hn::Or(valid, found);
+            }
             active = valid;
             if (!any(active)) break;
             // Coordinates by face; the surface point there.
             const I axis = hn::ShiftRight<1>(q.face);
-            FacePoint f;
             f.x_major = equal(axis, hn::Zero(di));
             f.y_major = equal(axis, set_int(1));
-            const V3 y = f.permute(x), a = f.permute(axes), inverse_sq = f.permute(over_sq);
-            const F sign = blend(equal(hn::And(q.face, set_int(1)), set_int(1)), set(-1.f), set(1.f));
-            const F rho = hn::Div(set(1.f), sheet.w);
-            const V3 foot{hn::Mul(sign, rho), hn::Mul(q.s, rho), hn::Mul(q.t, rho)};
-            const V3 d{hn::Mul(a.x, hn::Sub(foot.x, y.x)), hn::Mul(a.y, hn::Sub(foot.y, y.y)), hn::Mul(a.z, hn::Sub(foot.z, y.z))};
+            const V3 y = f.permute(z), a = f.permute(axes), over = f.permute(inverse);
+            const F one = set(1.f), sign = hn::CopySign(one, hn::BitCast(df, hn::ShiftLeft<31>(q.face)));
+            const F rho = hn::Div(one, sheet.w);
+            const V3 d{hn::Sub(hn::Mul(a.x, hn::Mul(sign, rho)), y.x), hn::Sub(hn::Mul(a.y, hn::Mul(q.s, rho)), y.y),
+                       hn::Sub(hn::Mul(a.z, hn::Mul(q.t, rho)), y.z)};
             const F distance_sq = dot(d, d);
             const M nearer = hn::And(active, hn::Lt(distance_sq, found_sq));
-            const V3 n{hn::Mul(sign, hn::Sub(hn::Sub(sheet.w, hn::Mul(sheet.ws, q.s)), hn::Mul(sheet.wt, q.t))), sheet.ws, sheet.wt};
-            const V3 scaled{hn::Mul(inverse_sq.x, n.x), hn::Mul(inverse_sq.y, n.y), hn::Mul(inverse_sq.z, n.z)};
-            const F length_sq = dot(n, scaled), gap = hn::Sub(set(1.f), dot(n, y));
-            const M regular = hn::Gt(length_sq, set(0.f));
-            const F along = hn::Div(gap, hn::Max(length_sq, set(1e-30f)));
-            const F plane_sq = hn::Mul(gap, along);
+            const V3 n{hn::Mul(over.x, hn::Mul(sign, hn::Sub(hn::Sub(sheet.w, hn::Mul(sheet.ws, q.s)), hn::Mul(sheet.wt, q.t)))),
+                       hn::Mul(over.y, sheet.ws), hn::Mul(over.z, sheet.wt)};
+            const F length_sq = hn::Max(dot(n, n), set(1e-30f)), gap = hn::Sub(one, dot(n, y));
+            const F along = hn::Div(gap, length_sq), plane_sq = hn::Mul(gap, along);
             // So near above the surface point that the tangent plane's foot is as good.
-            const M above = hn::And(hn::And(nearer, regular), hn::Le(distance_sq, mul_add(set(k_approach_near), plane_sq, touching_sq)));
+            const M above = hn::And(nearer, hn::Le(distance_sq, mul_add(set(k_approach_near), plane_sq, touching_sq)));
             all_near = hn::Or(all_near, above);
-            const M below = hn::Gt(gap, hn::Zero(df));
-            all_inside = hn::Or(all_inside, hn::And(above, hn::Or(hn::And(exits, below), hn::AndNot(hn::Or(exits, below), above))));
-            const V3 in_plane{hn::Mul(hn::Mul(along, scaled.x), a.x), hn::Mul(hn::Mul(along, scaled.y), a.y), hn::Mul(hn::Mul(along, scaled.z), a.z)};
             found_sq = blend(above, plane_sq, blend(nearer, distance_sq, found_sq));
-            found_offset = blend(nearer, f.unpermute(blend(above, in_plane, d)), found_offset);
-            const V3 normal{hn::Mul(scaled.x, a.x), hn::Mul(scaled.y, a.y), hn::Mul(scaled.z, a.z)};
-            const V3 minus{hn::Neg(normal.x), hn::Neg(normal.y), hn::Neg(normal.z)};
-            found_plane = blend(nearer, f.unpermute(blend(exits, normal, minus)), found_plane);
-            active = hn::AndNot(above, hn::And(nearer, regular));
-            if (!any(active)) break;
-            const V3 next{mul_add(along, scaled.x, y.x), mul_add(along, scaled.y, y.y), mul_add(along, scaled.z, y.z)};
-            const FacePoint fp = face_point(f.unpermute(next));
-            q = to_chart(fp);
-            reach = hn::Abs(fp.major);
+            kept_n = blend(nearer, n, kept_n);
+            kept_d = blend(nearer, d, kept_d);
+            kept_along = blend(nearer, along, kept_along);
+            kept_face = blend(nearer, q.face, kept_face);
+            kept_exits = hn::Or(hn::AndNot(nearer, kept_exits), hn::And(nearer, exits));
+            active = hn::AndNot(above, nearer);
+            if (step + 1 >= steps || !any(active)) break;
+            const V3 next{mul_add(along, n.x, y.x), mul_add(along, n.y, y.y), mul_add(along, n.z, y.z)};
+            f = face_point(f.unpermute({hn::Mul(over.x, next.x), hn::Mul(over.y, next.y), hn::Mul(over.z, next.z)}));
+            q = to_chart(f);
+            reach = hn::Abs(f.major);
         }
-        return {found_sq, part.from_frame(found_offset), part.from_frame(found_plane), all_near, all_inside};
+        const M below = hn::Gt(kept_along, hn::Zero(df));
+        all_inside = hn::And(all_near, hn::Or(hn::And(kept_exits, below), hn::Not(hn::Or(kept_exits, below))));
+        f.x_major = equal(hn::ShiftRight<1>(kept_face), hn::Zero(di));
+        f.y_major = equal(hn::ShiftRight<1>(kept_face), set_int(1));
+        const V3 in_plane{hn::Mul(kept_along, kept_n.x), hn::Mul(kept_along, kept_n.y), hn::Mul(kept_along, kept_n.z)};
+        const V3 minus{hn::Neg(kept_n.x), hn::Neg(kept_n.y), hn::Neg(kept_n.z)};
+        return {found_sq, part.from_frame(f.unpermute(blend(all_near, in_plane, kept_d))), part.from_frame(f.unpermute(blend(kept_exits, kept_n, minus))),
+                all_near, all_inside};
     }
 
-    /// The same for a run of the queue with seeds of one part; those whose chain goes on join the next round.
-    HWY_NOINLINE void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
+    HWY_INLINE static V3 times(const V3& a, const V3& b) { return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)}; }
+
+    /// A round's seeds of one part: the nearest surfaces of sorted_[first, first + count). Lanes that are not settled go to todo_.
+    void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, bool first_round, std::size_t& next_open)
     {
-        HWY_ALIGN float px[k_lanes], py[k_lanes], pz[k_lanes];
-        HWY_ALIGN std::int32_t seeds[k_lanes];
-        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
-            const std::size_t k = sorted_[first + std::min(i, count - 1)];
-            px[i] = queue_x_[k];
-            py[i] = queue_y_[k];
-            pz[i] = queue_z_[k];
-            seeds[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[k]]);
-        }
-        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
-        const Found found = approach(index, p, hn::Load(di, seeds), hn::FirstN(df, count), k_approach_steps);
-        HWY_ALIGN float distance_sq[k_lanes], values[6][k_lanes];
-        hn::Store(found.distance_sq, df, distance_sq);
-        hn::Store(found.offset.x, df, values[0]);
-        hn::Store(found.offset.y, df, values[1]);
-        hn::Store(found.offset.z, df, values[2]);
-        hn::Store(found.normal.x, df, values[3]);
-        hn::Store(found.normal.y, df, values[4]);
-        hn::Store(found.normal.z, df, values[5]);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::uint16_t k = sorted_[first + i];
-            if (distance_sq[i] < best_sq_[k]) {
-                best_sq_[k] = distance_sq[i];
-                best_part_[k] = static_cast<std::int16_t>(index);
-                for (int v = 0; v < 6; ++v) best_[v][k] = values[v][i];
+        HWY_ALIGN std::int32_t order[k_lanes];
+        for (std::size_t i = 0; i < hn::Lanes(df); ++i) order[i] = sorted_[first + std::min(i, count - 1)];
+        const I at = hn::Load(di, order);
+        const V3 p{hn::GatherIndex(df, queue_x_, at), hn::GatherIndex(df, queue_y_, at), hn::GatherIndex(df, queue_z_, at)};
+        const I seed = hn::GatherIndex(di, queue_seed_, at);
+        const M active = hn::FirstN(df, count);
+        const Found found = approach(index, p, seed, active, first_round ? k_first_steps : k_approach_steps);
+        const F depth = hn::Sqrt(found.distance_sq);
+        const M away = hn::AndNot(found.near, hn::Gt(depth, set(1e-4f * model_.header.sphere[3])));
+        const F inverse = hn::Div(set(1.f), hn::Max(blend(away, depth, hn::Sqrt(dot(found.normal, found.normal))), set(1e-30f)));
+        const V3 along = blend(away, found.offset, found.normal);
+        HWY_ALIGN float v[7][k_lanes];
+        hn::Store(hn::Add(p.x, found.offset.x), df, v[0]);
+        hn::Store(hn::Add(p.y, found.offset.y), df, v[1]);
+        hn::Store(hn::Add(p.z, found.offset.z), df, v[2]);
+        hn::Store(hn::Mul(along.x, inverse), df, v[3]);
+        hn::Store(hn::Mul(along.y, inverse), df, v[4]);
+        hn::Store(hn::Mul(along.z, inverse), df, v[5]);
+        hn::Store(depth, df, v[6]);
+        if (first_round) {
+            const M single = hn::Not(not_negative(hn::GatherIndex(di, queue_chain_, at)));
+            const F enough = hn::GatherIndex(df, queue_reach_, at);
+            const M settled = hn::And(hn::And(active, found.near), hn::Or(single, hn::Le(depth, enough)));
+            HWY_ALIGN std::int32_t in[k_lanes], done[k_lanes];
+            hn::Store(hn::VecFromMask(di, hn::RebindMask(di, found.inside)), di, in);
+            hn::Store(hn::VecFromMask(di, hn::RebindMask(di, settled)), di, done);
+            for (std::size_t i = 0; i < count; ++i) {
+                const std::size_t k = static_cast<std::size_t>(order[i]);
+                if (done[i] == 0)
+                    todo_[next_open++] = static_cast<std::uint16_t>(k);
+                else if (in[i] != 0 || (queue_flags_[k] & k_inside) != 0)
+                    write(k, index, {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i]);
             }
-            const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model_.seed_reaches[seed_at_[k]]));
-            if ((model_.seeds[seed_at_[k]] & model::k_last_seed) != 0 || distance_sq[i] <= enough * enough) continue;
-            ++seed_at_[k];
-            todo_[next_open++] = k;
+            return;
         }
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t k = static_cast<std::size_t>(order[i]);
+            if (v[6][i] < best_[6][k]) {
+                best_part_[k] = static_cast<std::int16_t>(index);
+                for (int j = 0; j < 7; ++j) best_[j][k] = v[j][i];
+            }
+            const std::uint32_t here = seed_at_[k];
+            const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model_.seed_reaches[here]));
+            if ((model_.seeds[here] & model::k_last_seed) != 0 || v[6][i] <= enough) continue;
+            seed_at_[k] = here + 1;
+            queue_seed_[k] = static_cast<std::int32_t>(model_.seeds[here + 1]);
+            todo_[next_open++] = static_cast<std::uint16_t>(k);
+        }
+    }
+
+    void write(std::size_t k, std::uint32_t part, Vec3f point, Vec3f normal, float depth)
+    {
+        const std::size_t at = result_.contacts++;
+        if (at >= job_.out.size()) {
+            result_.status |= k_frame_full;
+            return;
+        }
+        job_.out[at] = {point, normal, depth, queue_point_[k], static_cast<std::int16_t>(part), (queue_flags_[k] & k_certain) != 0, k_ok};
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
@@ -784,15 +814,18 @@ private:
         exits = hn::Or(hn::AndNot(layered, exits), hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, is_exit))));
     }
 
-    /// Decides what the lanes left open, and drops what turns out free.
-    HWY_NOINLINE void settle()
+    /// Decides todo_[0, open) and drops what is free; returns how many are left.
+    HWY_NOINLINE std::size_t settle(std::size_t open)
     {
         if (job_.layer == Layer::Three)
-            for (std::size_t first = 0; first < queued_; first += hn::Lanes(df)) {
-                const M here = hn::FirstN(df, std::min(queued_ - first, hn::Lanes(df)));
-                const V3 p{hn::LoadU(df, queue_x_ + first), hn::LoadU(df, queue_y_ + first), hn::LoadU(df, queue_z_ + first)};
-                const I place = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(queue_place_ + first));
-                const M mixed = hn::And(here, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
+            for (std::size_t first = 0; first < open; first += hn::Lanes(df)) {
+                const std::size_t count = std::min(open - first, hn::Lanes(df));
+                HWY_ALIGN std::int32_t order[k_lanes];
+                for (std::size_t i = 0; i < hn::Lanes(df); ++i) order[i] = todo_[first + std::min(i, count - 1)];
+                const I at = hn::Load(di, order);
+                const V3 p{hn::GatherIndex(df, queue_x_, at), hn::GatherIndex(df, queue_y_, at), hn::GatherIndex(df, queue_z_, at)};
+                const I place = gather_word(queue_place_, at);
+                const M mixed = hn::And(hn::FirstN(df, count), equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
                 if (!any(mixed)) continue;
                 M inside = none(), certain = none();
                 verdicts(p, place, mixed, inside, certain);
@@ -800,58 +833,22 @@ private:
                 hn::Store(hn::VecFromMask(di, hn::RebindMask(di, inside)), di, in);
                 hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
                 each_lane(mixed, [&](std::size_t i) {
-                    queue_flags_[first + i] = static_cast<std::uint8_t>((in[i] != 0 ? k_inside : k_free) | (sure[i] != 0 ? k_certain : 0));
+                    queue_flags_[order[i]] = (in[i] != 0 ? k_inside : k_free) | (sure[i] != 0 ? k_certain : 0);
                 });
             }
         std::size_t kept = 0;
-        for (std::size_t i = 0; i < queued_; ++i) {
-            std::uint8_t flags = queue_flags_[i];
+        for (std::size_t k = 0; k < open; ++k) {
+            const std::uint16_t i = todo_[k];
+            std::int32_t& flags = queue_flags_[i];
             if ((flags & k_free) != 0) continue;
             if ((flags & k_inside) == 0) {
                 const Contact c = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
                 if (!c.contact) continue;
                 flags = c.certain ? k_certain : 0;
             }
-            queue_x_[kept] = queue_x_[i];
-            queue_y_[kept] = queue_y_[i];
-            queue_z_[kept] = queue_z_[i];
-            queue_point_[kept] = queue_point_[i];
-            queue_place_[kept] = queue_place_[i];
-            queue_flags_[kept++] = flags;
+            todo_[kept++] = i;
         }
-        queued_ = kept;
-    }
-
-    HWY_NOINLINE void write()
-    {
-        const float on_surface_sq = 1e-8f * model_.header.sphere[3] * model_.header.sphere[3];
-        for (std::size_t i = 0; i < queued_; ++i) {
-            const std::size_t slot = result_.contacts++;
-            if (slot >= job_.out.size()) {
-                result_.status |= k_frame_full;
-                continue;
-            }
-            FrameContact& c = job_.out[slot];
-            c.index = queue_point_[i];
-            c.certain = (queue_flags_[i] & k_certain) != 0;
-            c.status = k_ok;
-            if (best_part_[i] >= 0) {
-                const Vec3f offset{best_[0][i], best_[1][i], best_[2][i]};
-                c.depth = std::sqrt(best_sq_[i]);
-                // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
-                c.normal = best_sq_[i] > on_surface_sq ? offset / c.depth : normalized(Vec3f{best_[3][i], best_[4][i], best_[5][i]});
-                c.point = Vec3f{queue_x_[i], queue_y_[i], queue_z_[i]} + offset;
-                c.part = best_part_[i];
-                continue;
-            }
-            // No map knows a surface about the seed: the search over all of them does.
-            const Contact found = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
-            c.depth = found.depth;
-            c.normal = found.normal;
-            c.point = found.point;
-            c.part = static_cast<std::int16_t>(found.part);
-            ++result_.searched;
-        }
+        return kept;
     }
 
     const FrameJob& job_;
@@ -861,14 +858,16 @@ private:
     float cells_[3];
     FrameResult result_;
     std::size_t queued_ = 0;
-    float queue_x_[k_queue + Probe::k_cluster], queue_y_[k_queue + Probe::k_cluster], queue_z_[k_queue + Probe::k_cluster];
-    std::uint32_t queue_point_[k_queue + Probe::k_cluster], queue_place_[k_queue + Probe::k_cluster];
-    std::uint8_t queue_flags_[k_queue + Probe::k_cluster];
-    // Nearest surface so far of what is queued: squared distance, offset from the point, surface normal (not of unit length).
-    float best_sq_[k_queue + Probe::k_cluster], best_[6][k_queue + Probe::k_cluster];
-    std::int16_t best_part_[k_queue + Probe::k_cluster];
-    std::uint32_t seed_at_[k_queue + Probe::k_cluster];
-    std::uint16_t todo_[k_queue + Probe::k_cluster], sorted_[k_queue + Probe::k_cluster];
+    // What is queued: a point, its place, its first seed, that chain's head, the reach of the first seed.
+    static constexpr std::size_t k_room = k_queue + 2 * Probe::k_cluster;
+    float queue_x_[k_room], queue_y_[k_room], queue_z_[k_room], queue_reach_[k_room];
+    std::uint32_t queue_point_[k_room], queue_place_[k_room];
+    std::int32_t queue_seed_[k_room], queue_chain_[k_room], queue_flags_[k_room];
+    // What its chain has found so far: point, normal, depth.
+    float best_[7][k_room];
+    std::int16_t best_part_[k_room];
+    std::uint32_t seed_at_[k_room];
+    std::uint16_t todo_[k_room], sorted_[k_room], kept_[k_room];
 };
 
 }  // namespace
