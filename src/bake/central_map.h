@@ -26,6 +26,7 @@ struct CentralOptions {
     double foreign_tolerance = 0.003;  ///< the same where no surface is the part's own: only verdicts are read there
     double finest = 0.0055;            ///< cells below this share of R_max are not split for their deviation
     double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
+    double division = 0.001;           ///< a cell with a silhouette is divided where its rays gain this share of R_max on average
     int max_depth = model::k_max_split_depth;
     std::uint32_t least_base = 0;   ///< the base grid is at least this fine
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split

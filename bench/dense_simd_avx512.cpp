@@ -1,0 +1,10 @@
+#include "dense_simd_kernel.inl"
+
+namespace sqmap::bench {
+
+std::uint32_t dense_kernel_avx512(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactRoom& room)
+{
+    return run(field, probe, pose, room);
+}
+
+}  // namespace sqmap::bench

@@ -1,0 +1,14 @@
+// What the bench throws at a user.
+#pragma once
+
+#include <stdexcept>
+
+namespace sqmap::bench {
+
+/// Bad input or a place that cannot be written: what() says where, what was found and what to do.
+class BenchError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+}  // namespace sqmap::bench

@@ -1,0 +1,176 @@
+// sqmap_bench: the project's method beside its peers, in one process, on the same frames.
+#include "error.h"
+#include "frames.h"
+#include "make_path.h"
+#include "report.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
+#include "sqmap/mesh/error.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <memory>
+
+namespace sqmap::bench {
+namespace {
+
+struct FramesOptions {
+    Files files;
+    std::filesystem::path path, json, cache = "build/bench/cache";
+    std::vector<std::string> methods;
+    RaceOptions race;
+    bool quiet = false;
+};
+
+const MethodEntry& entry_of(const std::string& name)
+{
+    std::string known;
+    for (const MethodEntry& entry : method_entries()) {
+        if (entry.name == name) return entry;
+        known += (known.empty() ? "" : ", ") + entry.name;
+    }
+    throw BenchError("--methods " + name + ": no such method\n  cure: any of " + known);
+}
+
+void run_frames(const FramesOptions& options)
+{
+    std::vector<const MethodEntry*> entries;
+    for (const std::string& name : options.methods) {
+        entries.push_back(&entry_of(name));
+        if (entries.back()->make == nullptr)
+            throw BenchError("--methods " + name + ": not compiled in\n  cure: install " + entries.back()->package +
+                             ", configure and build again (./dev bench does all of it)");
+    }
+    if (options.methods.empty())
+        for (const MethodEntry& entry : method_entries()) {
+            if (entry.make != nullptr)
+                entries.push_back(&entry);
+            else
+                std::fprintf(stderr, "%s: left out, not compiled in (needs %s)\n", entry.name.c_str(), entry.package.c_str());
+        }
+    const std::vector<Pose> path = read_path(options.path);
+    const std::unique_ptr<Setting> setting = load_setting(options.files);
+    setting->cache = options.cache;
+    const std::vector<std::vector<TrueContact>> truth = true_contacts(*setting, path);
+    std::vector<std::unique_ptr<Method>> methods;
+    std::vector<Contestant> contestants;
+    for (const MethodEntry* entry : entries) {
+        methods.push_back(entry->make(*setting, entry->argument));
+        contestants.push_back({entry, methods.back().get()});
+        if (!options.quiet) std::fprintf(stderr, "%s: built, %zu bytes\n", entry->name.c_str(), methods.back()->bytes);
+    }
+    const std::vector<Record> records = race(*setting, path, truth, contestants, options.race);
+    const std::string text = json_text(records, {.object = options.files.object.filename().string(),
+                                                 .probe = options.files.probe.filename().string(),
+                                                 .path = options.path.filename().string(),
+                                                 .passes = options.race.passes,
+                                                 .object_triangles = setting->object.triangles.size(),
+                                                 .probe_vertices = setting->probe.vertices.size()});
+    io::replace_file(options.json, std::as_bytes(std::span(text)));
+    if (options.quiet) return;
+    std::printf("%-14s %9s %9s %9s %11s %9s %9s %9s %9s\n", "method", "p50 us", "p99 us", "p99.9 us", "bytes", "contacts",
+                "missed %", "false %", "depth %");
+    for (const Record& r : records) {
+        std::printf("%-14s %9.2f %9.2f %9.2f %11zu %9.1f", r.method.c_str(), r.p50_us, r.p99_us, r.p999_us, r.bytes, r.contacts);
+        if (r.accuracy)
+            std::printf(" %9.4f %9.4f %9.5f", r.accuracy->missed_pct, r.accuracy->false_pct, r.accuracy->depth_error_mean_pct);
+        std::printf("\n");
+    }
+}
+
+void add_frames(CLI::App& app)
+{
+    const auto options = std::make_shared<FramesOptions>();
+    CLI::App* command = app.add_subcommand("frames", "Run methods on a path, in turns, and write one record a method");
+    command->add_option("--object", options->files.object, "Mesh of the object: closed")->required();
+    command->add_option("--probe", options->files.probe, "Mesh of the probe")->required();
+    command->add_option("--path", options->path, "CSV: poses of the probe in the object's frame")->required();
+    command->add_option("--methods", options->methods, "Comma-separated names; default: all that are compiled in")
+        ->delimiter(',');
+    command->add_option("--passes", options->race.passes, "Times that every frame is run")
+        ->check(CLI::Range(20u, 100000u))
+        ->capture_default_str();
+    command
+        ->add_option("--slow-frames", options->race.slow_frames, "Most frames for fcl_kdop_all and embree_exact, evenly spread")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--block", options->race.block, "Frames a turn; 1: caches as the other methods left them")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
+        ->capture_default_str();
+    command->add_option("--json", options->json, "File to write")->required();
+    command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+    command->callback([options] { run_frames(*options); });
+}
+
+void add_path(CLI::App& app)
+{
+    struct Options {
+        Files files;
+        std::filesystem::path output, cache = "build/bench/cache";
+        std::string kind;
+        std::uint32_t frames = 1000;
+    };
+    static const std::map<std::string, double> k_depths{{"light", 0.01}, {"deep", 0.03}, {"near", -0.01}};
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("path", "Make a path on which the probe slides over the object");
+    command->add_option("--object", options->files.object, "Mesh of the object: closed")->required();
+    command->add_option("--probe", options->files.probe, "Mesh of the probe")->required();
+    command->add_option("--kind", options->kind, "light: 1 % of the object's diagonal deep, deep: 3 %, near: a gap of 1 %")
+        ->required()
+        ->check(CLI::IsMember({"light", "deep", "near"}));
+    command->add_option("--frames", options->frames, "Poses")->check(CLI::Range(1u, 1000000u))->capture_default_str();
+    command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
+        ->capture_default_str();
+    command->add_option("-o,--output", options->output, "CSV to write")->required();
+    command->callback([options] {
+        const std::unique_ptr<Setting> setting = load_setting(options->files);
+        setting->cache = options->cache;
+        const std::string text =
+            path_text(sliding_path(*setting, {.depth = k_depths.at(options->kind), .frames = options->frames}));
+        io::replace_file(options->output, std::as_bytes(std::span(text)));
+    });
+}
+
+void add_table(CLI::App& app)
+{
+    const auto files = std::make_shared<std::vector<std::filesystem::path>>();
+    CLI::App* command = app.add_subcommand("table", "Print Markdown tables of the files that frames has written");
+    command->add_option("files", *files, "JSON files")->required();
+    command->callback([files] { std::fputs(tables(*files).c_str(), stdout); });
+}
+
+}  // namespace
+}  // namespace sqmap::bench
+
+int main(int argc, char** argv)
+{
+    CLI::App app{"sqmap_bench: sqmap beside its peers, in one process, on the same frames"};
+    app.require_subcommand(1);
+    app.footer("Exit code: 0 done, 2 bad input or nothing written, 64 wrong usage, 70 internal error.");
+    sqmap::bench::add_frames(app);
+    sqmap::bench::add_path(app);
+    sqmap::bench::add_table(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : 64;
+    } catch (const sqmap::bench::BenchError& e) {
+        std::fprintf(stderr, "sqmap_bench: %s\n", e.what());
+        return 2;
+    } catch (const sqmap::io::ModelFileError& e) {
+        std::fprintf(stderr, "sqmap_bench: %s\n", e.what());
+        return 2;
+    } catch (const sqmap::mesh::Error& e) {
+        std::fprintf(stderr, "sqmap_bench: %s\n", e.what());
+        return 2;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "sqmap_bench: internal error: %s\n", e.what());
+        return 70;
+    }
+    return 0;
+}

@@ -1,0 +1,51 @@
+#include "setting.h"
+
+#include "error.h"
+#include "sqmap/io/read.h"
+#include "sqmap/mesh/gate.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sqmap::bench {
+
+mesh::Mesh placed(mesh::Mesh mesh, double diagonal)
+{
+    Vec3d lo = mesh.vertices.front(), hi = lo;
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], v[k]);
+            hi[k] = std::max(hi[k], v[k]);
+        }
+    const double scale = diagonal / norm(hi - lo);
+    for (Vec3d& v : mesh.vertices) v = scale * (v - 0.5 * (lo + hi));
+    return mesh;
+}
+
+Setting::Setting(mesh::Mesh object_mesh, mesh::Mesh probe_mesh, std::vector<std::uint8_t> crossed)
+    : object(placed(std::move(object_mesh), k_object_diagonal)),
+      probe(placed(std::move(probe_mesh), k_probe_diagonal)),
+      solid(object, crossed),
+      r_max(mesh::largest_vertex_distance(object))
+{
+}
+
+std::unique_ptr<Setting> load_setting(const Files& files)
+{
+    const auto load = [](const std::filesystem::path& path, bool surface) {
+        const auto refuse = [&](const auto& why) {
+            throw BenchError(path.string() + ": " + why.code + " at " + why.element + ": " + why.message +
+                             "\n  cure: " + why.cure);
+        };
+        const io::ReadResult read = io::read_mesh_file(path);
+        if (read.error) refuse(*read.error);
+        mesh::GateResult gate =
+            mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices}, {.accept_surface = surface});
+        if (gate.verdict == mesh::Verdict::Refused) refuse(gate.diagnosis);
+        return gate;
+    };
+    mesh::GateResult object = load(files.object, false);
+    return std::make_unique<Setting>(std::move(object.mesh), load(files.probe, true).mesh, std::move(object.crossed));
+}
+
+}  // namespace sqmap::bench

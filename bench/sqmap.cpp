@@ -1,0 +1,83 @@
+// The project's own method, a layer a name: bake with default options, then ask for every posed vertex.
+#include "method.h"
+#include "sqmap/bake/bake.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/query/query.h"
+
+#include <array>
+#include <map>
+#include <memory>
+#include <utility>
+
+namespace sqmap::bench {
+namespace {
+
+struct Baked {
+    model::ModelData data;
+    model::ModelView view;
+    io::SectionBytes sections;
+    double build_s;
+};
+
+/// Baked once a setting, however many layers ask.
+std::shared_ptr<const Baked> baked_model(const Setting& setting)
+{
+    static std::map<const Setting*, std::weak_ptr<const Baked>> made;
+    if (auto known = made[&setting].lock()) return known;
+    const double start = process_seconds();
+    auto baked = std::make_shared<Baked>();
+    bake::BakeOptions options;
+    options.threads = setting.threads;
+    baked->data = bake::bake(setting.object, true, options).model;
+    baked->build_s = process_seconds() - start;
+    baked->view = baked->data.view();
+    baked->sections = io::section_bytes(baked->view, io::serialize(baked->data).size());
+    made[&setting] = baked;
+    return baked;
+}
+
+class Sqmap final : public Method {
+public:
+    Sqmap(const Setting& setting, query::Layer layer)
+        : baked_(baked_model(setting)), layer_(layer), points_(setting.probe.vertices.size()), contacts_(points_.size())
+    {
+        const model::Header& header = baked_->view.header;
+        for (const Vec3d& v : setting.probe.vertices) vertices_.push_back(cast<float>(v / header.unit));
+        bytes = baked_->sections.total;
+        if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
+        build_s = baked_->build_s;
+    }
+
+    void run(const Pose& pose) override
+    {
+        const model::ModelView& view = baked_->view;
+        Mat3f rotation;
+        for (int i = 0; i < 3; ++i) rotation.row[i] = cast<float>(pose.rotation.row[i]);
+        const Vec3f translation = model::to_model_space(view.header, pose.translation);
+        for (std::size_t i = 0; i < points_.size(); ++i) points_[i] = rotation * vertices_[i] + translation;
+        query::query_points(view, points_, layer_, contacts_);
+    }
+
+    void read(FrameAnswer& out) const override
+    {
+        const auto unit = static_cast<float>(baked_->view.header.unit);
+        for (std::uint32_t i = 0; i < contacts_.size(); ++i)
+            if (contacts_[i].contact) out.vertices.push_back({i, unit * contacts_[i].depth});
+    }
+
+private:
+    std::shared_ptr<const Baked> baked_;
+    query::Layer layer_;
+    std::vector<Vec3f> vertices_, points_;
+    std::vector<query::Contact> contacts_;
+};
+
+}  // namespace
+
+std::unique_ptr<Method> make_sqmap(const Setting& setting, int layer)
+{
+    constexpr std::array k_layers{query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact};
+    return std::make_unique<Sqmap>(setting, k_layers[static_cast<std::size_t>(layer - 1)]);
+}
+
+}  // namespace sqmap::bench
