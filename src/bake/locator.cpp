@@ -173,18 +173,20 @@ private:
             double best;  ///< distance that some seed finds
         };
         std::vector<Sample> samples;
-        mesh::ClosestPoint truth = nearest;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + grid_.cell * offset;
-            truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
             for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));
-            if (found > truth.distance + tolerance && place.seeds.size() < k_most_seeds) {
-                const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
-                if (reached < found - tolerance) {
-                    place.seeds.push_back({seed, 255});
-                    found = reached;
+            if (const double bar = found - tolerance; bar > 0 && place.seeds.size() < k_most_seeds) {
+                // Most often nothing is nearer, and within so little that is soon known.
+                const mesh::ClosestPoint truth = solid_.closest_boundary(p, bar);
+                if (truth.distance < bar) {
+                    const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
+                    if (reached < bar) {
+                        place.seeds.push_back({seed, 255});
+                        found = reached;
+                    }
                 }
             }
             samples.push_back({p, found});
