@@ -134,8 +134,8 @@ public:
         : part_(part),
           samples_(view.samples.data() + part.first_sample),
           cells_(view.cells.data() + part.first_cell),
-          specials_(view.specials.data() + part.first_special),
-          pool_(view.pool.data() + part.first_pool),
+          splits_(view.splits.data() + model::k_split_size * static_cast<std::size_t>(part.first_split)),
+          split_shift_(static_cast<std::int32_t>(splits_ - samples_)),
           base_(static_cast<std::int32_t>(part.base))
     {
     }
@@ -180,20 +180,35 @@ public:
         Leaves leaf;
         leaf.cell = low(gather_pair(cells_, index));
         const I sample = hn::Add(hn::Mul(hn::Add(hn::Mul(face, set_int(base_ + 1)), row), set_int(base_ + 1)), column);
-        const I bottom = gather_pair(samples_, sample), top = gather_pair(samples_, hn::Add(sample, set_int(base_ + 1)));
+        // The corners' place, in values from the base samples on: their own array's, or the last split's.
+        I corner = sample, stride = set_int(base_ + 1);
+        leaf.s0 = mul_add(size0, to_float(column), set(-1.f));
+        leaf.t0 = mul_add(size0, to_float(row), set(-1.f));
+        leaf.inverse_size = set(0.5f * static_cast<float>(base_));
+        if (refined) {
+            F size = size0;
+            const I split_kind = set_int(static_cast<std::int32_t>(CellKind::Split));
+            for (M split = hn::And(active, equal(kind_of(leaf.cell), split_kind)); any(split);
+                 split = hn::And(split, equal(kind_of(leaf.cell), split_kind))) {
+                size = hn::Mul(size, set(0.5f));
+                const F s1 = hn::Add(leaf.s0, size), t1 = hn::Add(leaf.t0, size);
+                const M right = hn::And(split, hn::Ge(s, s1)), up = hn::And(split, hn::Ge(t, t1));
+                leaf.s0 = blend(right, s1, leaf.s0);
+                leaf.t0 = blend(up, t1, leaf.t0);
+                leaf.inverse_size = blend(split, hn::Add(leaf.inverse_size, leaf.inverse_size), leaf.inverse_size);
+                const I record = hn::Mul(blend(split, hn::And(leaf.cell, set_int(0x3fff)), hn::Zero(di)), set_int(model::k_split_size));
+                const I x = blend(right, set_int(1), hn::Zero(di)), y = blend(up, set_int(1), hn::Zero(di));
+                const I cell = hn::Add(hn::Add(record, set_int(model::k_split_cells)), hn::Add(x, hn::Add(y, y)));
+                leaf.cell = blend(split, low(gather_pair(splits_, cell)), leaf.cell);
+                corner = blend(split, hn::Add(hn::Add(record, set_int(split_shift_)), hn::Add(x, hn::Add(y, hn::Add(y, y)))), corner);
+                stride = blend(split, set_int(3), stride);
+            }
+        }
+        const I bottom = gather_pair(samples_, corner), top = gather_pair(samples_, hn::Add(corner, stride));
         leaf.c00 = low(bottom);
         leaf.c10 = high(bottom);
         leaf.c01 = low(top);
         leaf.c11 = high(top);
-        leaf.s0 = mul_add(size0, to_float(column), set(-1.f));
-        leaf.t0 = mul_add(size0, to_float(row), set(-1.f));
-        leaf.inverse_size = set(0.5f * static_cast<float>(base_));
-        if (!refined) return leaf;
-        F size = size0;
-        const I split_kind = set_int(static_cast<std::int32_t>(CellKind::Split));
-        for (M split = hn::And(active, equal(kind_of(leaf.cell), split_kind)); any(split);
-             split = hn::And(split, equal(kind_of(leaf.cell), split_kind)))
-            descend(split, s, t, size, leaf);
         return leaf;
     }
 
@@ -221,38 +236,11 @@ public:
     const Part& part() const { return part_; }
 
 private:
-    HWY_INLINE void descend(M split, F s, F t, F& size, Leaves& leaf) const
-    {
-        const I payload = hn::And(leaf.cell, set_int(0x3fff));
-        const I at = gather_word(specials_, blend(split, payload, hn::Zero(di)));
-        const I record = blend(split, at, hn::Zero(di));
-        const I p0 = gather_pair(pool_, record), p2 = gather_pair(pool_, hn::Add(record, set_int(2))),
-                p4 = gather_pair(pool_, hn::Add(record, set_int(4)));
-        const I bottom = low(p0), left = high(p0), middle = low(p2), right = high(p2), top = low(p4);
-        size = blend(split, hn::Mul(size, set(0.5f)), size);
-        const F s1 = hn::Add(leaf.s0, size), t1 = hn::Add(leaf.t0, size);
-        const M to_right = hn::And(split, hn::Ge(s, s1)), to_top = hn::And(split, hn::Ge(t, t1));
-        const I c00 = blend(to_top, blend(to_right, middle, left), blend(to_right, bottom, leaf.c00));
-        const I c10 = blend(to_top, blend(to_right, right, middle), blend(to_right, leaf.c10, bottom));
-        const I c01 = blend(to_top, blend(to_right, top, leaf.c01), blend(to_right, middle, left));
-        const I c11 = blend(to_top, blend(to_right, leaf.c11, top), blend(to_right, right, middle));
-        const I quadrant = hn::Add(blend(to_right, set_int(1), hn::Zero(di)), blend(to_top, set_int(2), hn::Zero(di)));
-        const I child = low(gather_pair(pool_, hn::Add(hn::Add(record, set_int(model::k_split_samples)), quadrant)));
-        leaf.c00 = blend(split, c00, leaf.c00);
-        leaf.c10 = blend(split, c10, leaf.c10);
-        leaf.c01 = blend(split, c01, leaf.c01);
-        leaf.c11 = blend(split, c11, leaf.c11);
-        leaf.cell = blend(split, child, leaf.cell);
-        leaf.s0 = blend(to_right, s1, leaf.s0);
-        leaf.t0 = blend(to_top, t1, leaf.t0);
-        leaf.inverse_size = blend(split, hn::Add(leaf.inverse_size, leaf.inverse_size), leaf.inverse_size);
-    }
-
     const Part& part_;
     const std::uint16_t* samples_;
     const std::uint16_t* cells_;
-    const std::uint32_t* specials_;
-    const std::uint16_t* pool_;
+    const std::uint16_t* splits_;
+    std::int32_t split_shift_;  // from the samples to the splits, in values: both lie in one blob
     std::int32_t base_;
 };
 
@@ -278,9 +266,9 @@ struct StoredLeaves {
         hn::Store(leaves.t0, df, t0);
         hn::Store(leaves.inverse_size, df, inverse_size);
     }
-    Leaf leaf(const CentralMap& map, std::size_t i) const
+    Leaf leaf(const CentralMap& map, std::size_t i, float s, float t) const
     {
-        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i]);
+        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i], s, t);
     }
 };
 
@@ -498,7 +486,7 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(q.w, df, w);
         each_lane(layered, [&](std::size_t i) {
-            const ChartVerdict v = classify(stored.leaf(map, i), s[i], t[i], w[i]);
+            const ChartVerdict v = classify(stored.leaf(map, i, s[i], t[i]), s[i], t[i], w[i]);
             now_in[i] = v.inside ? -1 : 0;
             now_sure[i] = v.certain ? -1 : 0;
         });
@@ -703,7 +691,7 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(reach, df, expected);
         each_lane(layered, [&](std::size_t i) {
-            const Leaf leaf = stored.leaf(map, i);
+            const Leaf leaf = stored.leaf(map, i, s[i], t[i]);
             float least = INFINITY;
             for (int j = 0; j < leaf.sheets; ++j) {
                 const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
