@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <compare>
 #include <cmath>
+#include <compare>
 #include <cstdlib>
 #include <map>
 #include <vector>
@@ -19,10 +19,9 @@ using model::PlaceKind;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
-const double k_cells_along = getenv("CELLS")?atof(getenv("CELLS")):48;
+const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 48;
 
-// Seeds of a cell at most, and by how much of R_max a sample may miss its nearest surface before it gets one of its own.
-constexpr std::size_t k_most_seeds = 6;
+// By how much of R_max a sample may miss its nearest surface before it gets one of its own.
 constexpr double k_seed_tolerance = 0.0005;
 
 /// Where a cell is sampled, in cells from its centre: its corners, the middles of its sides and edges.
@@ -75,6 +74,7 @@ struct Place {
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<Seed> seeds;
+    std::uint32_t choices = 0;  ///< which seed comes first in each octant, three bits each
 };
 
 /// How a part's domain lies to a box about c with half side h, in the chart frame.
@@ -143,7 +143,8 @@ private:
             return;
         }
         for (int i = 0; i < k_places; ++i)
-            brick.places[static_cast<std::size_t>(i)] = bake_place(grid_.centre(n * bx + i % n, n * by + i / n % n, n * bz + i / (n * n)));
+            brick.places[static_cast<std::size_t>(i)] =
+                bake_place(grid_.centre(n * bx + i % n, n * by + i / n % n, n * bz + i / (n * n)));
     }
 
     Place bake_place(Vec3d centre) const
@@ -178,7 +179,7 @@ private:
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
             for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));
-            if (const double bar = found - tolerance; bar > 0 && place.seeds.size() < k_most_seeds) {
+            if (const double bar = found - tolerance; bar > 0 && place.seeds.size() < model::k_most_seeds) {
                 // Most often nothing is nearer, and within so little that is soon known.
                 const mesh::ClosestPoint truth = solid_.closest_boundary(p, bar);
                 if (truth.distance < bar) {
@@ -192,11 +193,32 @@ private:
             samples.push_back({p, found});
         }
         if (place.seeds.size() == 1) return;
+        for (std::uint32_t octant = 0; octant < 8; ++octant) {
+            std::size_t best = 0;
+            double least = INFINITY;
+            for (std::size_t k = 0; k < place.seeds.size(); ++k) {
+                double sum = 0;
+                for (const Sample& sample : samples) {
+                    const Vec3d d = sample.point - centre;
+                    const double slack = -1e-9;
+                    const bool here = (d.x > slack || (octant & 1) == 0) && (d.x < -slack || (octant & 1) != 0) &&
+                                      (d.y > slack || (octant & 2) == 0) && (d.y < -slack || (octant & 2) != 0) &&
+                                      (d.z > slack || (octant & 4) == 0) && (d.z < -slack || (octant & 4) != 0);
+                    if (here) sum += std::min(reach_from(centre, place.seeds[k].code, sample.point), 100.0) - sample.best;
+                }
+                if (sum < least) {
+                    least = sum;
+                    best = k;
+                }
+            }
+            place.choices |= static_cast<std::uint32_t>(best) << 3 * octant;
+        }
         // From which distance on a surface found from a seed may be bettered by another.
         for (Seed& seed : place.seeds) {
             double reach = INFINITY;
             for (const Sample& sample : samples)
-                if (const double d = reach_from(centre, seed.code, sample.point); d > sample.best + tolerance) reach = std::min(reach, d);
+                if (const double d = reach_from(centre, seed.code, sample.point); d > sample.best + tolerance)
+                    reach = std::min(reach, d);
             // Between samples it may come half a sample's spacing earlier.
             const double steps = std::floor((reach / grid_.cell - 0.25) / model::k_seed_reach_step);
             seed.reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
@@ -241,7 +263,9 @@ private:
         const Vec3d n = length > 0 ? d / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) : Vec3d{0, 0, 1};
         const double fold_x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
         const double fold_y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
-        const auto code = [](double v) { return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1)); };
+        const auto code = [](double v) {
+            return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1));
+        };
         return part | code(fold_x) << 8 | code(fold_y) << (8 + model::k_seed_normal_bits) |
                static_cast<std::uint32_t>(std::min<double>(steps, model::k_max_seed_distance)) << 22;
     }
@@ -292,7 +316,7 @@ private:
     void pack()
     {
         std::map<std::uint32_t, std::uint32_t> lists;
-        std::map<std::vector<Seed>, std::uint32_t> chains;
+        std::map<std::pair<std::uint32_t, std::vector<Seed>>, std::uint32_t> chains;
         for (const Brick& brick : bricks_) {
             if (brick.free) {
                 data_.bricks.push_back(model::k_free_brick | gap_code(brick.gap));
@@ -306,17 +330,26 @@ private:
                 }
                 PlaceKind kind = place.kind;
                 std::uint32_t list = 0;
-                for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
+                for (std::uint32_t k = 0; k < model::k_list_length; ++k)
+                    list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
                 auto [at, is_new] = lists.try_emplace(list, static_cast<std::uint32_t>(lists.size()));
-                if (is_new && at->second > 0xfff) lists.erase(at);
-                else if (is_new) data_.part_lists.push_back(list);
+                if (is_new && at->second > 0xfff)
+                    lists.erase(at);
+                else if (is_new)
+                    data_.part_lists.push_back(list);
                 std::uint32_t list_index = 0;
                 if (const auto found = lists.find(list); found != lists.end())
                     list_index = found->second;
                 else
                     kind = PlaceKind::Ask;
-                const auto [chain, new_chain] = chains.try_emplace(place.seeds, static_cast<std::uint32_t>(data_.locator_seeds.size()));
+                const auto [chain, new_chain] =
+                    chains.try_emplace({place.choices, place.seeds}, static_cast<std::uint32_t>(data_.locator_seeds.size()) +
+                                                                         (place.seeds.size() > 1 ? 1u : 0u));
                 if (new_chain) {
+                    if (place.seeds.size() > 1) {
+                        data_.locator_seeds.push_back(place.choices);
+                        data_.seed_reaches.push_back(0);
+                    }
                     for (const Seed& seed : place.seeds) {
                         data_.locator_seeds.push_back(seed.code);
                         data_.seed_reaches.push_back(seed.reach);

@@ -160,6 +160,21 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
 
+/// Seeds of existing parts up to the last; where there are several, choices among them in the word before.
+bool valid_chain(const ModelView& v, std::uint32_t first)
+{
+    std::uint32_t count = 1;
+    while ((v.seeds[first + count - 1] & k_last_seed) == 0 && count <= k_most_seeds) ++count;
+    if (count > k_most_seeds) return false;
+    for (std::uint32_t k = 0; k < count; ++k)
+        if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
+    if (count == 1) return true;
+    if (first == 0) return false;
+    for (std::uint32_t octant = 0; octant < 8; ++octant)
+        if (seed_choice(v.seeds[first - 1], octant) >= count) return false;
+    return true;
+}
+
 ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
@@ -182,8 +197,8 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (v.seed_reaches.size() != v.seeds.size()) return ParseStatus::BadStructure;
     if (v.seeds.empty() || (v.seeds.back() & k_last_seed) == 0) return ParseStatus::BadStructure;
-    for (const std::uint32_t s : v.seeds)
-        if (seed_part(s) >= v.parts.size()) return ParseStatus::BadStructure;
+    for (const std::uint32_t p : v.places)
+        if (place_kind(p) != PlaceKind::Free && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 

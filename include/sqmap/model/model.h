@@ -184,6 +184,9 @@ inline constexpr int k_seed_normal_bits = 7;
 inline constexpr std::uint32_t k_max_seed_distance = 0x1ff;
 inline constexpr float k_seed_distance_step = 1.f / 16;  ///< of a place's side
 inline constexpr float k_seed_reach_step = 1.f / 8;      ///< of a place's side: unit of seed_reaches
+inline constexpr std::uint32_t k_most_seeds = 6;
+/// The word before a chain of several: which of them comes first in an octant of the place (1 upper x, 2 upper y, 4 upper z).
+constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
 constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
 constexpr std::uint32_t seed_distance(std::uint32_t seed) { return (seed >> 22) & k_max_seed_distance; }
 
