@@ -193,18 +193,21 @@ private:
             samples.push_back({p, found});
         }
         if (place.seeds.size() == 1) return;
+        std::vector<std::vector<double>> reached(place.seeds.size());  // by each seed, at each sample
+        for (std::size_t k = 0; k < place.seeds.size(); ++k)
+            for (const Sample& sample : samples) reached[k].push_back(reach_from(centre, place.seeds[k].code, sample.point));
         for (std::uint32_t octant = 0; octant < 8; ++octant) {
             std::size_t best = 0;
             double least = INFINITY;
             for (std::size_t k = 0; k < place.seeds.size(); ++k) {
                 double sum = 0;
-                for (const Sample& sample : samples) {
-                    const Vec3d d = sample.point - centre;
+                for (std::size_t i = 0; i < samples.size(); ++i) {
+                    const Vec3d d = samples[i].point - centre;
                     const double slack = -1e-9;
                     const bool here = (d.x > slack || (octant & 1) == 0) && (d.x < -slack || (octant & 1) != 0) &&
                                       (d.y > slack || (octant & 2) == 0) && (d.y < -slack || (octant & 2) != 0) &&
                                       (d.z > slack || (octant & 4) == 0) && (d.z < -slack || (octant & 4) != 0);
-                    if (here) sum += std::min(reach_from(centre, place.seeds[k].code, sample.point), 100.0) - sample.best;
+                    if (here) sum += std::min(reached[k][i], 100.0) - samples[i].best;
                 }
                 if (sum < least) {
                     least = sum;
@@ -214,14 +217,13 @@ private:
             place.choices |= static_cast<std::uint32_t>(best) << 3 * octant;
         }
         // From which distance on a surface found from a seed may be bettered by another.
-        for (Seed& seed : place.seeds) {
+        for (std::size_t k = 0; k < place.seeds.size(); ++k) {
             double reach = INFINITY;
-            for (const Sample& sample : samples)
-                if (const double d = reach_from(centre, seed.code, sample.point); d > sample.best + tolerance)
-                    reach = std::min(reach, d);
+            for (std::size_t i = 0; i < samples.size(); ++i)
+                if (reached[k][i] > samples[i].best + tolerance) reach = std::min(reach, reached[k][i]);
             // Between samples it may come half a sample's spacing earlier.
             const double steps = std::floor((reach / grid_.cell - 0.25) / model::k_seed_reach_step);
-            seed.reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
+            place.seeds[k].reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
         }
     }
 
