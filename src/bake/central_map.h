@@ -66,7 +66,8 @@ struct CentralMapData {
     std::size_t map_bytes() const
     {
         constexpr std::size_t k_beside = 2;  // an offset and a smoothing term for each sample
-        return (2 + k_beside) * samples.size() + 2 * (cells.size() + splits.size() + pool.size()) + 4 * (blocks.size() + specials.size());
+        return (2 + k_beside) * samples.size() + 2 * (cells.size() + splits.size() + pool.size()) +
+               4 * (blocks.size() + specials.size());
     }
     std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };

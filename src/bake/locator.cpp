@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <compare>
 #include <cmath>
+#include <compare>
 #include <cstdlib>
 #include <map>
 #include <vector>
@@ -19,7 +19,7 @@ using model::PlaceKind;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
-const double k_cells_along = getenv("CELLS")?atof(getenv("CELLS")):48;
+const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 48;
 
 // By how much of R_max a sample may miss its nearest surface before it gets one of its own.
 constexpr double k_seed_tolerance = 0.0005;
@@ -143,7 +143,8 @@ private:
             return;
         }
         for (int i = 0; i < k_places; ++i)
-            brick.places[static_cast<std::size_t>(i)] = bake_place(grid_.centre(n * bx + i % n, n * by + i / n % n, n * bz + i / (n * n)));
+            brick.places[static_cast<std::size_t>(i)] =
+                bake_place(grid_.centre(n * bx + i % n, n * by + i / n % n, n * bz + i / (n * n)));
     }
 
     Place bake_place(Vec3d centre) const
@@ -173,34 +174,40 @@ private:
             double best;  ///< distance that some seed finds
         };
         std::vector<Sample> samples;
-        mesh::ClosestPoint truth = nearest;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + grid_.cell * offset;
-            truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
             for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));
-            if (found > truth.distance + tolerance && place.seeds.size() < model::k_most_seeds) {
-                const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
-                if (reached < found - tolerance) {
-                    place.seeds.push_back({seed, 255});
-                    found = reached;
+            if (const double bar = found - tolerance; bar > 0 && place.seeds.size() < model::k_most_seeds) {
+                // Most often nothing is nearer, and within so little that is soon known.
+                const mesh::ClosestPoint truth = solid_.closest_boundary(p, bar);
+                if (truth.distance < bar) {
+                    const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
+                    if (reached < bar) {
+                        place.seeds.push_back({seed, 255});
+                        found = reached;
+                    }
                 }
             }
             samples.push_back({p, found});
         }
         if (place.seeds.size() == 1) return;
+        std::vector<std::vector<double>> reached(place.seeds.size());  // by each seed, at each sample
+        for (std::size_t k = 0; k < place.seeds.size(); ++k)
+            for (const Sample& sample : samples) reached[k].push_back(reach_from(centre, place.seeds[k].code, sample.point));
         for (std::uint32_t octant = 0; octant < 8; ++octant) {
             std::size_t best = 0;
             double least = INFINITY;
             for (std::size_t k = 0; k < place.seeds.size(); ++k) {
                 double sum = 0;
-                for (const Sample& sample : samples) {
-                    const Vec3d d = sample.point - centre;
+                for (std::size_t i = 0; i < samples.size(); ++i) {
+                    const Vec3d d = samples[i].point - centre;
                     const double slack = -1e-9;
-                    const bool here = (d.x > slack || (octant & 1) == 0) && (d.x < -slack || (octant & 1) != 0) && (d.y > slack || (octant & 2) == 0) &&
-                                      (d.y < -slack || (octant & 2) != 0) && (d.z > slack || (octant & 4) == 0) && (d.z < -slack || (octant & 4) != 0);
-                    if (here) sum += std::min(reach_from(centre, place.seeds[k].code, sample.point), 100.0) - sample.best;
+                    const bool here = (d.x > slack || (octant & 1) == 0) && (d.x < -slack || (octant & 1) != 0) &&
+                                      (d.y > slack || (octant & 2) == 0) && (d.y < -slack || (octant & 2) != 0) &&
+                                      (d.z > slack || (octant & 4) == 0) && (d.z < -slack || (octant & 4) != 0);
+                    if (here) sum += std::min(reached[k][i], 100.0) - samples[i].best;
                 }
                 if (sum < least) {
                     least = sum;
@@ -210,13 +217,13 @@ private:
             place.choices |= static_cast<std::uint32_t>(best) << 3 * octant;
         }
         // From which distance on a surface found from a seed may be bettered by another.
-        for (Seed& seed : place.seeds) {
+        for (std::size_t k = 0; k < place.seeds.size(); ++k) {
             double reach = INFINITY;
-            for (const Sample& sample : samples)
-                if (const double d = reach_from(centre, seed.code, sample.point); d > sample.best + tolerance) reach = std::min(reach, d);
+            for (std::size_t i = 0; i < samples.size(); ++i)
+                if (reached[k][i] > samples[i].best + tolerance) reach = std::min(reach, reached[k][i]);
             // Between samples it may come half a sample's spacing earlier.
             const double steps = std::floor((reach / grid_.cell - 0.25) / model::k_seed_reach_step);
-            seed.reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
+            place.seeds[k].reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
         }
     }
 
@@ -258,7 +265,9 @@ private:
         const Vec3d n = length > 0 ? d / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) : Vec3d{0, 0, 1};
         const double fold_x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
         const double fold_y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
-        const auto code = [](double v) { return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1)); };
+        const auto code = [](double v) {
+            return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1));
+        };
         return part | code(fold_x) << 8 | code(fold_y) << (8 + model::k_seed_normal_bits) |
                static_cast<std::uint32_t>(std::min<double>(steps, model::k_max_seed_distance)) << 22;
     }
@@ -323,16 +332,21 @@ private:
                 }
                 PlaceKind kind = place.kind;
                 std::uint32_t list = 0;
-                for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
+                for (std::uint32_t k = 0; k < model::k_list_length; ++k)
+                    list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
                 auto [at, is_new] = lists.try_emplace(list, static_cast<std::uint32_t>(lists.size()));
-                if (is_new && at->second > 0xfff) lists.erase(at);
-                else if (is_new) data_.part_lists.push_back(list);
+                if (is_new && at->second > 0xfff)
+                    lists.erase(at);
+                else if (is_new)
+                    data_.part_lists.push_back(list);
                 std::uint32_t list_index = 0;
                 if (const auto found = lists.find(list); found != lists.end())
                     list_index = found->second;
                 else
                     kind = PlaceKind::Ask;
-                const auto [chain, new_chain] = chains.try_emplace({place.choices, place.seeds}, static_cast<std::uint32_t>(data_.locator_seeds.size()) + (place.seeds.size() > 1 ? 1u : 0u));
+                const auto [chain, new_chain] =
+                    chains.try_emplace({place.choices, place.seeds}, static_cast<std::uint32_t>(data_.locator_seeds.size()) +
+                                                                         (place.seeds.size() > 1 ? 1u : 0u));
                 if (new_chain) {
                     if (place.seeds.size() > 1) {
                         data_.locator_seeds.push_back(place.choices);

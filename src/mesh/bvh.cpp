@@ -8,7 +8,7 @@
 namespace sqmap::mesh {
 
 namespace {
-constexpr std::uint32_t k_leaf_size = 4;
+constexpr std::uint32_t k_leaf_size = 2;
 }
 
 Vec3d closest_point_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c)
@@ -37,53 +37,58 @@ Bvh::Bvh(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size())
     std::iota(order_.begin(), order_.end(), 0u);
     std::vector<Vec3d> centroids(order_.size());
     for (std::uint32_t t = 0; t < order_.size(); ++t) centroids[t] = triangle_centroid(mesh, t);
-    nodes_.reserve(order_.size());
     build(0, static_cast<std::uint32_t>(order_.size()), centroids);
 }
 
-std::uint32_t Bvh::build(std::uint32_t first, std::uint32_t last, std::vector<Vec3d>& centroids)
+/// Puts the lesser half, along the longest side of their box, first; where the other begins.
+std::uint32_t Bvh::halve(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids)
 {
-    const auto index = static_cast<std::uint32_t>(nodes_.size());
-    Node node;
-    node.lo = node.hi = mesh_.vertices[mesh_.triangles[order_[first]][0]];
-    Vec3d clo = centroids[order_[first]], chi = clo;
-    for (std::uint32_t i = first; i < last; ++i) {
-        for (const std::uint32_t v : mesh_.triangles[order_[i]])
-            for (int k = 0; k < 3; ++k) {
-                node.lo[k] = std::min(node.lo[k], mesh_.vertices[v][k]);
-                node.hi[k] = std::max(node.hi[k], mesh_.vertices[v][k]);
-            }
+    Vec3d lo = centroids[order_[first]], hi = lo;
+    for (std::uint32_t i = first; i < last; ++i)
         for (int k = 0; k < 3; ++k) {
-            clo[k] = std::min(clo[k], centroids[order_[i]][k]);
-            chi[k] = std::max(chi[k], centroids[order_[i]][k]);
+            lo[k] = std::min(lo[k], centroids[order_[i]][k]);
+            hi[k] = std::max(hi[k], centroids[order_[i]][k]);
         }
-    }
-    nodes_.push_back(node);
-    if (last - first <= k_leaf_size) {
-        nodes_[index].first = first;
-        nodes_[index].count = last - first;
-        return index;
-    }
-    const Vec3d extent = chi - clo;
+    const Vec3d extent = hi - lo;
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
     const std::uint32_t middle = first + (last - first) / 2;
     std::nth_element(
         order_.begin() + first, order_.begin() + middle, order_.begin() + last,
         [&](std::uint32_t u, std::uint32_t v) { return std::pair(centroids[u][axis], u) < std::pair(centroids[v][axis], v); });
-    build(first, middle, centroids);
-    const std::uint32_t right = build(middle, last, centroids);
-    nodes_[index].first = right;
-    return index;
+    return middle;
 }
 
-double Bvh::box_distance_sq(const Node& node, Vec3d p)
+std::uint32_t Bvh::build(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids)
 {
-    double sum = 0;
-    for (int k = 0; k < 3; ++k) {
-        const double gap = std::max({node.lo[k] - p[k], 0.0, p[k] - node.hi[k]});
-        sum += gap * gap;
+    const auto index = static_cast<std::uint32_t>(nodes_.size());
+    nodes_.emplace_back();
+    std::uint32_t ends[k_width + 1] = {first, last, last, last, last};
+    if (last - first > k_leaf_size) {
+        const std::uint32_t middle = halve(first, last, centroids);
+        ends[2] = middle;
+        ends[1] = middle - first > k_leaf_size ? halve(first, middle, centroids) : middle;
+        ends[3] = last - middle > k_leaf_size ? halve(middle, last, centroids) : last;
     }
-    return sum;
+    for (int c = 0; c < k_width; ++c) {
+        constexpr double k_infinity = std::numeric_limits<double>::infinity();
+        Vec3d lo{k_infinity, k_infinity, k_infinity}, hi = -lo;
+        for (std::uint32_t i = ends[c]; i < ends[c + 1]; ++i)
+            for (const std::uint32_t v : mesh_.triangles[order_[i]])
+                for (int k = 0; k < 3; ++k) {
+                    lo[k] = std::min(lo[k], mesh_.vertices[v][k]);
+                    hi[k] = std::max(hi[k], mesh_.vertices[v][k]);
+                }
+        const std::uint32_t size = ends[c + 1] - ends[c];
+        const std::uint32_t child = size > k_leaf_size ? build(ends[c], ends[c + 1], centroids) : (size > 0 ? ends[c] : 0);
+        Node& node = nodes_[index];
+        for (int k = 0; k < 3; ++k) {
+            node.lo[k][c] = lo[k];
+            node.hi[k][c] = hi[k];
+        }
+        node.first[c] = child;
+        node.count[c] = size > k_leaf_size ? 0 : size;
+    }
+    return index;
 }
 
 ClosestPoint Bvh::closest_point(Vec3d p, double within) const
@@ -105,25 +110,9 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
 {
     out.clear();
     const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-    std::uint32_t stack[k_max_depth];
-    int depth = 0;
-    stack[depth++] = 0;
-    while (depth > 0) {
-        const std::uint32_t index = stack[--depth];
-        const Node& node = nodes_[index];
-        double t_in = 0, t_out = std::numeric_limits<double>::infinity();
-        for (int k = 0; k < 3; ++k) {
-            const double t0 = (node.lo[k] - p[k]) * inverse[k], t1 = (node.hi[k] - p[k]) * inverse[k];
-            t_in = std::max(t_in, std::min(t0, t1));
-            t_out = std::min(t_out, std::max(t0, t1));
-        }
-        if (t_in > t_out * (1 + 1e-12) + 1e-300) continue;
-        if (node.count == 0) {
-            stack[depth++] = node.first;
-            stack[depth++] = index + 1;
-            continue;
-        }
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+    // False where the ray grazes one of so many triangles.
+    const auto meet = [&](std::uint32_t first, std::uint32_t count) {
+        for (std::uint32_t i = first; i < first + count; ++i) {
             const Triangle& tri = mesh_.triangles[order_[i]];
             const Vec3d a = mesh_.vertices[tri[0]] - p, b = mesh_.vertices[tri[1]] - p, c = mesh_.vertices[tri[2]] - p;
             const double u = dot(direction, cross(b, c)), v = dot(direction, cross(c, a)), w = dot(direction, cross(a, b));
@@ -136,6 +125,32 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
                 continue;
             }
             if ((volume > 0) == (along > 0)) out.push_back({volume / along, along > 0 ? 1 : -1, order_[i]});
+        }
+        return true;
+    };
+    std::uint32_t stack[k_stack];
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+        const Node& node = nodes_[stack[--size]];
+        double t_in[k_width] = {}, t_out[k_width];
+        std::fill_n(t_out, k_width, std::numeric_limits<double>::infinity());
+        for (int k = 0; k < 3; ++k) {
+            const double from = p[k], over = inverse[k];
+            for (int i = 0; i < k_width; ++i) {
+                const double t0 = (node.lo[k][i] - from) * over, t1 = (node.hi[k][i] - from) * over;
+                const double near = t1 < t0 ? t1 : t0, far = t0 < t1 ? t1 : t0;  // 0 times infinity rules nothing out
+                t_in[i] = near > t_in[i] ? near : t_in[i];
+                t_out[i] = far < t_out[i] ? far : t_out[i];
+            }
+        }
+        for (int i = k_width; i-- > 0;) {
+            const bool is_empty = node.count[i] == 0 && node.first[i] == 0;
+            if (is_empty || t_in[i] > t_out[i] * (1 + 1e-12) + 1e-300) continue;
+            if (node.count[i] == 0)
+                stack[size++] = node.first[i];
+            else if (!meet(node.first[i], node.count[i]))
+                return false;
         }
     }
     std::sort(out.begin(), out.end(),

@@ -47,16 +47,18 @@ public:
     void visit_nearest(Vec3d p, double radius_sq, Visit&& visit) const;
 
 private:
+    static constexpr int k_width = 4;
+    static constexpr int k_stack = 64;  ///< three more entries a level, and four levels deep for each 256 triangles
+
+    /// Four boxes side by side, so that one pass tests them all; those not in use are empty.
     struct Node {
-        Vec3d lo, hi;
-        std::uint32_t first = 0;  ///< leaf: first entry of order_; inner: index of the right child (left is the next node)
-        std::uint32_t count = 0;  ///< triangles of a leaf, 0 for inner nodes
+        double lo[3][k_width], hi[3][k_width];
+        std::uint32_t first[k_width];  ///< leaf: first entry of order_; inner: index of the child
+        std::uint32_t count[k_width];  ///< triangles of a leaf, 0 for inner nodes
     };
 
-    static constexpr int k_max_depth = 40;  ///< halves of 2^32 triangles, and room
-
-    std::uint32_t build(std::uint32_t first, std::uint32_t last, std::vector<Vec3d>& centroids);
-    static double box_distance_sq(const Node& node, Vec3d p);
+    std::uint32_t build(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids);
+    std::uint32_t halve(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids);
 
     const Mesh& mesh_;
     std::vector<Node> nodes_;
@@ -68,23 +70,36 @@ void Bvh::visit_nearest(Vec3d p, double radius_sq, Visit&& visit) const
 {
     struct Entry {
         double distance_sq;
-        std::uint32_t node;
+        std::uint32_t first, count;
     };
-    Entry stack[k_max_depth];
+    Entry stack[k_stack];
     int size = 0;
-    stack[size++] = {box_distance_sq(nodes_[0], p), 0u};
+    stack[size++] = {0, 0, 0};
     while (size > 0) {
-        const auto [distance_sq, index] = stack[--size];
-        if (distance_sq > radius_sq) continue;
-        const Node& node = nodes_[index];
-        if (node.count > 0) {
-            for (std::uint32_t i = node.first; i < node.first + node.count; ++i) radius_sq = visit(order_[i], radius_sq);
+        const Entry at = stack[--size];
+        if (!(at.distance_sq < radius_sq)) continue;
+        if (at.count > 0) {
+            for (std::uint32_t i = at.first; i < at.first + at.count; ++i) radius_sq = visit(order_[i], radius_sq);
             continue;
         }
-        const double left = box_distance_sq(nodes_[index + 1], p), right = box_distance_sq(nodes_[node.first], p);
-        const Entry l{left, index + 1}, r{right, node.first};
-        stack[size++] = left < right ? r : l;
-        stack[size++] = left < right ? l : r;
+        const Node& node = nodes_[at.first];
+        double distance_sq[k_width] = {};
+        for (int k = 0; k < 3; ++k) {
+            const double v = p[k];
+            for (int i = 0; i < k_width; ++i) {
+                const double below = node.lo[k][i] - v, above = v - node.hi[k][i];
+                const double outside = below > above ? below : above, gap = outside > 0 ? outside : 0;
+                distance_sq[i] += gap * gap;
+            }
+        }
+        // Farthest first onto the stack.
+        const int bottom = size;
+        for (int i = 0; i < k_width; ++i) {
+            if (!(distance_sq[i] < radius_sq)) continue;
+            int place = size++;
+            for (; place > bottom && stack[place - 1].distance_sq < distance_sq[i]; --place) stack[place] = stack[place - 1];
+            stack[place] = {distance_sq[i], node.first[i], node.count[i]};
+        }
     }
 }
 
