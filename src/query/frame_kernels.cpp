@@ -278,9 +278,9 @@ struct StoredLeaves {
         hn::Store(leaves.t0, df, t0);
         hn::Store(leaves.inverse_size, df, inverse_size);
     }
-    Leaf leaf(const CentralMap& map, std::size_t i) const
+    Leaf leaf(const CentralMap& map, std::size_t i, float s, float t) const
     {
-        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i]);
+        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i], s, t);
     }
 };
 
@@ -498,7 +498,7 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(q.w, df, w);
         each_lane(layered, [&](std::size_t i) {
-            const ChartVerdict v = classify(stored.leaf(map, i), s[i], t[i], w[i]);
+            const ChartVerdict v = classify(stored.leaf(map, i, s[i], t[i]), s[i], t[i], w[i]);
             now_in[i] = v.inside ? -1 : 0;
             now_sure[i] = v.certain ? -1 : 0;
         });
@@ -703,7 +703,7 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(reach, df, expected);
         each_lane(layered, [&](std::size_t i) {
-            const Leaf leaf = stored.leaf(map, i);
+            const Leaf leaf = stored.leaf(map, i, s[i], t[i]);
             float least = INFINITY;
             for (int j = 0; j < leaf.sheets; ++j) {
                 const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
