@@ -218,7 +218,7 @@ struct PartVerdict {
     ChartVerdict verdict{};
 };
 
-PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer layer)
+PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer layer, std::uint32_t gate)
 {
     const Vec3f offset = p - model::vec3(part.sphere);
     if (norm_sq(offset) > part.sphere[3] * part.sphere[3]) return {};
@@ -232,7 +232,7 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
         result.verdict.margin *=
             std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
     if (layer == Layer::Auto)
-        layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
+        layer = part.base * part.base * model::k_faces < std::uint64_t{gate} * part.vertex_count ? Layer::Three : Layer::Two;
     if (layer == Layer::Two && !result.verdict.certain) {
         // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
         float corner[4];
@@ -247,12 +247,12 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
 }
 
 /// The best answer of all parts: a proof where one has it, else the part that is farthest from changing its mind.
-PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::int32_t& asked)
+PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::uint32_t gate, std::int32_t& asked)
 {
     PartVerdict best;
     best.verdict.margin = -1.f;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        const PartVerdict v = ask_part(model, model.parts[i], p, layer);
+        const PartVerdict v = ask_part(model, model.parts[i], p, layer, gate);
         if (!v.covers) continue;
         if (v.verdict.certain || v.verdict.margin > best.verdict.margin) {
             best = v;
@@ -340,7 +340,7 @@ void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Ne
 
 }  // namespace
 
-Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
+Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     Contact contact;
     contact.point = point;
@@ -349,7 +349,7 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
     if (layer == Layer::Exact && !has_exact) contact.status |= k_no_exact;
 
     std::int32_t asked = -1;
-    PartVerdict answer = ask_all(model, point, layer, asked);
+    PartVerdict answer = ask_all(model, point, layer, gate, asked);
     if (!answer.covers) return contact;  // the superquadrics cover the solid: certified at bake
     if (layer == Layer::Exact && has_exact && !answer.verdict.certain) {
         const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(asked)], point);

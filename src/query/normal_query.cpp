@@ -10,23 +10,14 @@
 
 namespace sqmap::query {
 
-namespace {
-
-ProjectionOptions options_of(Layer layer)
-{
-    ProjectionOptions options;
-    options.layer = layer;
-    return options;
-}
-
-}  // namespace
-
-Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bool offset) noexcept
+Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& asked) noexcept
 {
     Contact contact;
     contact.point = point;
-    ProjectionOptions options = options_of(layer);
-    options.use_offset = offset;
+    ProjectionOptions options;
+    options.layer = asked.layer;
+    options.layer3_gate = asked.layer3_gate;
+    options.use_offset = asked.offset;
     // The witness rule of combine(), one part at a time, so that no array of answers is needed.
     bool held = false, claimed = false, has_surface = false;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
@@ -77,7 +68,9 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bo
 
 bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept
 {
-    const PartAnswer answer = project(model::normal_map_of(model, part), point, options_of(layer));
+    ProjectionOptions options;
+    options.layer = layer;
+    const PartAnswer answer = project(model::normal_map_of(model, part), point, options);
     if (answer.verdict == Verdict::Outside || (answer.flags & (k_projection_cap | k_projection_miss)) != 0) return false;
     distance = answer.depth_along;
     return true;

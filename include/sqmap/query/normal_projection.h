@@ -22,6 +22,7 @@ struct ProjectionOptions {
     /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Auto is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
     Layer layer = Layer::Three;
+    std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L of the gate
     Projector projector = Projector::Newton;
     bool use_offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
     bool use_corrections = true;  ///< step 3 data in layer 3
