@@ -242,6 +242,7 @@ void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts
         p.first_gap_row = append(data.gap_rows, m.gap_rows);
         p.first_gap = append(data.gaps, m.gaps);
         p.first_offset = append(data.normal_offset, m.offset);
+        append(data.normal_smoothed, m.smoothed);
         p.first_seed = append(data.seeds, m.seeds);
         data.normal_parts.push_back(p);
     }

@@ -61,8 +61,9 @@ std::vector<std::byte> serialize(const model::ModelData& data)
         const auto corrections = structs(data.corrections, static_cast<const fb::VertexCorrection*>(nullptr));
         const auto gaps = structs(data.gaps, static_cast<const fb::MapGap*>(nullptr));
         const auto seeds = structs(data.seeds, static_cast<const fb::FootSeed*>(nullptr));
+        const auto smoothed = structs(data.normal_smoothed, static_cast<const fb::SmoothedSample*>(nullptr));
         normal_maps = fb::CreateNormalMaps(builder, normal_parts, distance, normal, cuts, offset, correction_rows, gap_rows,
-                                           corrections, gaps, seeds);
+                                           corrections, gaps, seeds, smoothed);
     }
     fb::Locator locator;
     std::memcpy(static_cast<void*>(&locator), &data.locator, sizeof(locator));
@@ -80,8 +81,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
                                  smoothing, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16,
-                                 triangles32, triangle_part, normal_maps, &locator, bricks, places, part_lists, seeds, seed_reaches,
-                                 measured, made_by, source, options));
+                                 triangles32, triangle_part, normal_maps, &locator, bricks, places, part_lists, seeds,
+                                 seed_reaches, measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -94,7 +95,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     const model::NormalArrays& n = v.normal;
     s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() +
                    n.offset.size_bytes() + n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() +
-                   n.gaps.size_bytes() + n.seeds.size_bytes();
+                   n.gaps.size_bytes() + n.seeds.size_bytes() + n.smoothed.size_bytes();
     s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
             v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes() +

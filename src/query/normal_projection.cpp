@@ -521,9 +521,32 @@ Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, st
 MapSample sample_map(const NormalMapView& map, SurfaceAnglesf angles, const ProjectionOptions& options) noexcept
 {
     MapSample sample = reads_base_grid(map, options) ? nearest_base_sample(map, angles)
-                                                           : interpolated_sample(map, angles, options.use_corrections);
+                                                     : interpolated_sample(map, angles, options.use_corrections);
     if (options.use_offset && (sample.flags & (k_projection_miss | k_projection_cap)) == 0)
         sample.distance = std::max(sample.distance - offset_at(map, angles), 0.0f);
+    return sample;
+}
+
+MapSample sample_smoothed(const NormalMapView& map, SurfaceAnglesf angles) noexcept
+{
+    MapSample sample = sample_map(map, angles, {});
+    if (map.smoothed.empty() || (sample.flags & (k_projection_miss | k_projection_cap | k_projection_silhouette)) != 0)
+        return sample;
+    const std::size_t rows = ((map.eta_count - 1) >> map.subdivisions) + 1, columns = map.omega_count >> map.subdivisions;
+    const CellPlace c = cell_of(angles, rows, columns);
+    const model::SmoothedSample corner[4] = {
+        map.smoothed[c.row * columns + c.column], map.smoothed[c.row * columns + c.next_column],
+        map.smoothed[(c.row + 1) * columns + c.column], map.smoothed[(c.row + 1) * columns + c.next_column]};
+    Vec3f normal[4];
+    float change[4];
+    for (int i = 0; i < 4; ++i) {
+        if (corner[i].change == model::k_not_smoothed) return sample;
+        change[i] = map.distance_scale * static_cast<float>(corner[i].change);
+        normal[i] = decode_normal(corner[i].normal);
+    }
+    sample.distance = std::max(sample.distance + bilinear(c, change[0], change[1], change[2], change[3]), 0.0f);
+    for (int k = 0; k < 3; ++k) sample.normal[k] = bilinear(c, normal[0][k], normal[1][k], normal[2][k], normal[3][k]);
+    sample.normal = normalized(sample.normal);
     return sample;
 }
 

@@ -10,6 +10,23 @@
 
 namespace sqmap::query {
 
+namespace {
+
+/// Depth and normal of the smoothed map at the point's own foot, as the tangent plane there has them.
+void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
+{
+    std::uint8_t flags = 0;
+    const shape::Foot<float> foot = find_foot(map, point, Projector::Newton, &flags);
+    if ((flags & k_projection_unproven) != 0) return;
+    const MapSample sample = sample_smoothed(map, shape::angles_of(foot.place));
+    if ((sample.flags & (k_projection_miss | k_projection_cap)) != 0 || !(norm_sq(sample.normal) > 0.5f)) return;
+    contact.depth = std::max(dot(foot.point - sample.distance * foot.normal - point, sample.normal), 0.f);
+    contact.normal = sample.normal;
+    contact.point = point + contact.depth * sample.normal;
+}
+
+}  // namespace
+
 Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& asked) noexcept
 {
     Contact contact;
@@ -45,6 +62,8 @@ Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOpti
         contact.point = point + contact.depth * answer.normal;
     }
     contact.contact = claimed;
+    if (claimed && has_surface && asked.smoothing)
+        smooth(model::normal_map_of(model, static_cast<std::size_t>(contact.part)), point, contact);
     if (claimed && !has_surface) {
         // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact
         // layer, knows the nearest surface.

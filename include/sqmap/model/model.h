@@ -156,10 +156,10 @@ struct Locator {
     std::uint32_t bricks[3];  ///< along x, y, z; 0: the model has no locator
     std::uint32_t reserved;
 };
-inline constexpr int k_brick = 4;                       ///< cells along a brick's side
+inline constexpr int k_brick = 4;                        ///< cells along a brick's side
 inline constexpr std::uint32_t k_free_brick = 1u << 31;  ///< set in a brick that is free; the rest is its gap
-inline constexpr float k_gap_step = 1.f / 64;           ///< of a cell's side: unit of stored gaps
-inline constexpr std::uint32_t k_list_length = 4;       ///< parts in a list, one byte each; k_no_part ends a shorter one
+inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
+inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
@@ -194,6 +194,7 @@ struct NormalArrays {
     std::span<const VertexCorrection> corrections;
     std::span<const MapGap> gaps;
     std::span<const FootSeed> seeds;
+    std::span<const SmoothedSample> smoothed;  ///< beside offset
 };
 
 /// Everything a query reads. Copyable; valid as long as the blob it was parsed from.

@@ -42,6 +42,7 @@ struct ModelData {
     std::vector<VertexCorrection> corrections;
     std::vector<MapGap> gaps;
     std::vector<FootSeed> seeds;
+    std::vector<SmoothedSample> normal_smoothed;
     Locator locator{};
     std::vector<std::uint32_t> bricks, places, part_lists, locator_seeds;
     std::vector<std::uint8_t> seed_reaches;
@@ -69,7 +70,7 @@ struct ModelData {
                 triangles32,
                 triangle_part,
                 {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections,
-                 gaps, seeds},
+                 gaps, seeds, normal_smoothed},
                 locator,
                 bricks,
                 places,

@@ -116,6 +116,10 @@ struct MapSample {
 [[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles,
                                    const ProjectionOptions& options) noexcept;
 
+/// The smoothed map (section 6) at given angles: layer 3 plus what smoothing adds, with the smoothed surface's normal; layer
+/// 3 as it is where the smoothed map has a hole.
+[[nodiscard]] MapSample sample_smoothed(const NormalMapView& map, shape::SurfaceAnglesf angles) noexcept;
+
 /// Unit vectors in 16 bits: octahedral, 8 + 8 bits, error below 1 degree.
 [[nodiscard]] std::uint16_t encode_normal(Vec3f unit) noexcept;
 [[nodiscard]] Vec3f decode_normal(std::uint16_t code) noexcept;

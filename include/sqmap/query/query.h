@@ -47,7 +47,7 @@ struct QueryOptions {
     Layer layer = Layer::Auto;
     std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L for Layer::Auto; 0: never Layer 3
     bool offset = false;     ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
-    bool smoothing = false;  ///< layers Two, Three and Auto of the central map: depth and normal of the smoothed map
+    bool smoothing = false;  ///< layers Two, Three and Auto: depth and normal of the smoothed map
 };
 
 /// One point. @pre model came from model::parse. Total, noexcept, no allocation.
