@@ -17,12 +17,6 @@ namespace sqmap::io {
 
 namespace fb = model::fb;
 
-namespace {
-
-std::string text(const flatbuffers::String* s) { return s == nullptr ? std::string() : s->str(); }
-
-}  // namespace
-
 std::vector<std::byte> serialize(const model::ModelData& data)
 {
     const model::ModelView view = data.view();
@@ -140,29 +134,5 @@ MappedModel::MappedModel(MappedModel&& other) noexcept : data_(other.data_), siz
 {
     other.data_ = nullptr;
 }
-
-model::Measured MappedModel::measured() const
-{
-    const fb::Measured* m = fb::GetModel(data_)->measured();
-    model::Measured out;
-    if (m == nullptr) return out;
-    out.points = m->points();
-    out.missed = m->missed();
-    out.false_contacts = m->false_contacts();
-    out.eq35_mean = m->eq35_mean();
-    out.eq35_p99 = m->eq35_p99();
-    out.eq35_max = m->eq35_max();
-    out.depth_median = m->depth_median();
-    out.depth_p95 = m->depth_p95();
-    out.depth_p99 = m->depth_p99();
-    out.depth_max = m->depth_max();
-    out.normal_median = m->normal_median();
-    out.q2_share = m->q2_share();
-    return out;
-}
-
-std::string MappedModel::made_by() const { return text(fb::GetModel(data_)->made_by()); }
-std::string MappedModel::source() const { return text(fb::GetModel(data_)->source()); }
-std::string MappedModel::options() const { return text(fb::GetModel(data_)->options()); }
 
 }  // namespace sqmap::io

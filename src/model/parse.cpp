@@ -309,6 +309,13 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.part_lists);
     hash_bytes(hash, view.seeds);
     hash_bytes(hash, view.seed_reaches);
+    const Measured& m = view.measured;
+    const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
+                              m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
+                              m.depth_p99,      m.depth_max,      m.normal_median,          m.q2_share};
+    hash_bytes(hash, std::span<const double>(figures));
+    for (const std::string_view text : {view.made_by, view.source, view.options})
+        hash_bytes(hash, std::span<const char>(text.data(), text.size()));
     return hash;
 }
 
@@ -361,6 +368,14 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
     v.seeds = span_of<std::uint32_t>(model->seeds());
     v.seed_reaches = span_of<std::uint8_t>(model->seed_reaches());
+
+    if (const fb::Measured* m = model->measured(); m != nullptr)
+        v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),
+                      m->depth_median(), m->depth_p95(), m->depth_p99(),      m->depth_max(), m->normal_median(), m->q2_share()};
+    const auto text = [](const flatbuffers::String* s) { return s == nullptr ? std::string_view() : s->string_view(); };
+    v.made_by = text(model->made_by());
+    v.source = text(model->source());
+    v.options = text(model->options());
 
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})

@@ -1,9 +1,9 @@
-// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map. C. Ericson,
-// Real-Time Collision Detection, 2005: closest points.
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map.
 #include "central_query.h"
 
 #include "central_map.h"
 #include "exact_layer.h"
+#include "sqmap/math/triangle.h"
 
 #include <cmath>
 
@@ -189,29 +189,6 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
     each_near_cell(map, part, x, best, offer_cell);
 }
 
-Vec3f closest_on_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c)
-{
-    // Ericson, Real-Time Collision Detection, 5.1.5.
-    const Vec3f ab = b - a, ac = c - a, ap = p - a;
-    const float d1 = dot(ab, ap), d2 = dot(ac, ap);
-    if (d1 <= 0.f && d2 <= 0.f) return a;
-    const Vec3f bp = p - b;
-    const float d3 = dot(ab, bp), d4 = dot(ac, bp);
-    if (d3 >= 0.f && d4 <= d3) return b;
-    const float vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.f && d1 >= 0.f && d3 <= 0.f) return a + (d1 / std::max(d1 - d3, 1e-30f)) * ab;
-    const Vec3f cp = p - c;
-    const float d5 = dot(ab, cp), d6 = dot(ac, cp);
-    if (d6 >= 0.f && d5 <= d6) return c;
-    const float vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.f && d2 >= 0.f && d6 <= 0.f) return a + (d2 / std::max(d2 - d6, 1e-30f)) * ac;
-    const float va = d3 * d6 - d5 * d4;
-    if (va <= 0.f && d4 - d3 >= 0.f && d5 - d6 >= 0.f) return b + ((d4 - d3) / std::max((d4 - d3) + (d5 - d6), 1e-30f)) * (c - b);
-    const float sum = va + vb + vc;
-    if (!(sum > 0.f)) return a;
-    return a + (vb / sum) * ab + (vc / sum) * ac;
-}
-
 /// What one part says of a point.
 struct PartVerdict {
     bool covers = false;  ///< the point lies in the part's chart
@@ -313,7 +290,7 @@ void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nea
         return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
     };
     const Vec3f a = corner(0), b = corner(1), c = corner(2);
-    const Vec3f point = closest_on_triangle(p, a, b, c);
+    const Vec3f point = closest_point_on_triangle(p, a, b, c);
     const float distance_sq = norm_sq(point - p);
     if (!(distance_sq < best.distance_sq)) return;
     const Vec3f normal = normalized(cross(b - a, c - a));

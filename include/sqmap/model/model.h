@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 namespace sqmap::model {
 
@@ -197,7 +198,17 @@ struct NormalArrays {
     std::span<const SmoothedSample> smoothed;  ///< beside offset
 };
 
-/// Everything a query reads. Copyable; valid as long as the blob it was parsed from.
+/// Figures measured on a finished model, lengths in percent of R_max (see bake/evaluate.h for what each means).
+struct Measured {
+    std::uint32_t points = 0;
+    std::uint32_t missed = 0, false_contacts = 0;  ///< layer 3, farther than 0.5 % of R_max from the surface
+    double eq35_mean = 0, eq35_p99 = 0, eq35_max = 0;
+    double depth_median = 0, depth_p95 = 0, depth_p99 = 0, depth_max = 0;
+    double normal_median = 0;  ///< degrees
+    double q2_share = 0;       ///< percent of the surface that its part's projection does not see first
+};
+
+/// Everything a query reads, and what a reader wants to know. Copyable; valid as long as the blob it was parsed from.
 struct ModelView {
     Header header{};
     std::span<const Part> parts;
@@ -224,6 +235,8 @@ struct ModelView {
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const std::uint32_t> seeds;
     std::span<const std::uint8_t> seed_reaches;  ///< a surface found from that seed within this is the nearest
+    Measured measured{};                         ///< by bake
+    std::string_view made_by, source, options;   ///< provenance
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }

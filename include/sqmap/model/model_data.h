@@ -8,16 +8,6 @@
 
 namespace sqmap::model {
 
-/// Figures measured on a finished model, lengths in percent of R_max (see eval.h for what each means).
-struct Measured {
-    std::uint32_t points = 0;
-    std::uint32_t missed = 0, false_contacts = 0;  ///< layer 3, farther than 0.5 % of R_max from the surface
-    double eq35_mean = 0, eq35_p99 = 0, eq35_max = 0;
-    double depth_median = 0, depth_p95 = 0, depth_p99 = 0, depth_max = 0;
-    double normal_median = 0;  ///< degrees
-    double q2_share = 0;       ///< percent of the surface that its part's projection does not see first
-};
-
 struct ModelData {
     Header header{};
     std::vector<Part> parts;
@@ -76,7 +66,11 @@ struct ModelData {
                 places,
                 part_lists,
                 locator_seeds,
-                seed_reaches};
+                seed_reaches,
+                measured,
+                made_by,
+                source,
+                options};
     }
 };
 
