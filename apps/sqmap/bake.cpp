@@ -72,6 +72,11 @@ void add_bake(CLI::App& app, int& exit_code)
                      "Layer-3 depth error to reach, 99th percentile, percent of R_max")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
+    command
+        ->add_option("--subdivisions", options->bake.subdivisions,
+                     "A_S of the normal projection: layer 3 halves the spacing of layer 2 this often")
+        ->check(CLI::Range(0, 5))
+        ->capture_default_str();
     command->add_option("--max-parts", options->bake.max_parts, "Most parts that refinement may make")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

@@ -86,8 +86,8 @@ void add_info(CLI::App& app, int& exit_code)
                 char hash[20];
                 std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
                 out["content_hash"] = hash;
-                out["made_by"] = file.made_by();
-                out["source"] = file.source();
+                out["made_by"] = m.made_by;
+                out["source"] = m.source;
                 out["projection"] = central ? "central" : "normal";
                 out["solid"] = m.header.solid != 0;
                 // Every part's certificate covers the caps that close it, and closed parts tile the solid.
@@ -109,20 +109,20 @@ void add_info(CLI::App& app, int& exit_code)
                                 {"exact_lists", bytes.exact},
                                 {"exact_mesh", bytes.mesh},
                                 {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
-                out["measured"] = measured_json(file.measured());
+                out["measured"] = measured_json(m.measured);
                 out["parts"] = ordered_json::array();
                 for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
                 std::printf("%s\n", out.dump(2).c_str());
             } else {
                 std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(),
-                            m.parts.size(), central ? "central" : "normal", m.header.triangle_count, file.made_by().c_str(),
-                            file.source().c_str());
+                            m.parts.size(), central ? "central" : "normal", m.header.triangle_count,
+                            std::string(m.made_by).c_str(), std::string(m.source).c_str());
                 std::printf("  %zu bytes: superquadrics %zu, %smap %zu, exact layer %zu + %zu\n", bytes.total,
                             bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map,
                             bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
                 std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n",
                             m.header.r_max * m.header.unit, 100 * m.header.quantisation / m.header.r_max);
-                print_measured(file.measured());
+                print_measured(m.measured);
                 std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
                 for (std::size_t i = 0; i < m.parts.size(); ++i) {
                     const model::Part& p = m.parts[i];

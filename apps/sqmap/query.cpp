@@ -66,6 +66,7 @@ void add_query(CLI::App& app, int& exit_code)
 {
     struct Options {
         std::string model, points, output, layer = "3";
+        std::uint32_t gate = query::k_layer3_gate;
         bool certain = false, offset = false, smoothing = false;
     };
     const auto options = std::make_shared<Options>();
@@ -77,6 +78,10 @@ void add_query(CLI::App& app, int& exit_code)
         ->add_option("--layer", options->layer,
                      "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
         ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
+        ->capture_default_str();
+    command
+        ->add_option("--gate", options->gate,
+                     "k_L: auto reads layer 3 for a part with fewer base samples than this times its vertices")
         ->capture_default_str();
     command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
     command->add_flag("--offset", options->offset,
@@ -109,7 +114,10 @@ void add_query(CLI::App& app, int& exit_code)
                 // To model space in double: coordinates may be far from zero.
                 const query::Contact c =
                     query::query_point(m, cast<float>((p - origin) / m.header.unit),
-                                       {.layer = layer, .offset = options->offset, .smoothing = options->smoothing});
+                                       {.layer = layer,
+                                        .layer3_gate = options->gate,
+                                        .offset = options->offset,
+                                        .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
                     print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,

@@ -214,6 +214,7 @@ void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         const shape::Superquadricd& sq = parts[i].fit.superquadric;
         NormalMapOptions normal;
+        normal.subdivisions = options.subdivisions;
         normal.target_error = 2.5 * central.tolerance * r_max / std::max({sq.a.x, sq.a.y, sq.a.z});
         maps[i] = bake_normal_map(rays, parts[i].triangles, sq, normal);
     });
@@ -243,6 +244,7 @@ void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts
         p.first_gap_row = append(data.gap_rows, m.gap_rows);
         p.first_gap = append(data.gaps, m.gaps);
         p.first_offset = append(data.normal_offset, m.offset);
+        append(data.normal_smoothed, m.smoothed);
         p.first_seed = append(data.seeds, m.seeds);
         data.normal_parts.push_back(p);
     }
@@ -343,6 +345,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     const auto progress = [&](const char* stage, double done) {
         if (options.progress) options.progress(stage, done);
     };
+    if (options.subdivisions < 0 || options.subdivisions > 5) throw mesh::InvalidInput("subdivisions must be from 0 to 5");
     if (!(options.max_looseness >= 1))
         throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");

@@ -1,5 +1,6 @@
 #include "sqmap/bake/evaluate.h"
 
+#include "sqmap/math/random.h"
 #include "sqmap/query/normal_projection.h"
 
 #include <algorithm>
@@ -9,24 +10,6 @@
 namespace sqmap::bake {
 
 namespace {
-
-/// SplitMix64: a small generator with the same numbers on every platform.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::uint64_t bits()
-    {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-        return z ^ (z >> 31);
-    }
-    double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
-    double between(double lo, double hi) { return lo + (hi - lo) * uniform(); }
-
-private:
-    std::uint64_t state_;
-};
 
 Distribution summarize(std::vector<double> values)
 {
@@ -141,7 +124,7 @@ AlongProjection compare_along_normal(const model::ModelView& model, std::uint32_
 
 std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const EvaluateOptions& options)
 {
-    Random random(options.seed);
+    SplitMix64 random(options.seed);
     std::vector<double> cumulative;
     double area = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) cumulative.push_back(area += mesh::triangle_area(mesh, t));

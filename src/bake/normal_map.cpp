@@ -248,6 +248,52 @@ std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride
     return out;
 }
 
+// The base grid convolved with a binomial kernel (section 6: force fields are smoothed by smoothing the map), and the
+// normals of what comes out, by eq. 26. Samples next to a jump, a cap or a miss, and the poles, stay as they are.
+void add_smoothing(const Caster& caster, const Grid& finest, double jump_slope, int radius, NormalMap& map)
+{
+    const int stride = 1 << map.subdivisions;
+    const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
+    const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
+    const auto index = [&](int i, int j) { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; };
+    std::vector<Vec3d> points(static_cast<std::size_t>(rows) * columns);
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) points[index(i, j)] = caster.at(finest.angles(i * stride, j * stride)).point;
+    std::vector<double> smooth(points.size(), -1.0);
+    for (int i = radius; i + radius < rows; ++i)
+        for (int j = 0; j < columns; ++j) {
+            const Surface& here = at(i, j);
+            bool whole = here.kind == Kind::Hit;
+            double sum = 0, weights = 0;
+            for (int di = -radius; di <= radius && whole; ++di)
+                for (int dj = -radius; dj <= radius && whole; ++dj) {
+                    const Surface& there = at(i + di, j + dj);
+                    const double weight = std::ldexp(1.0, -std::abs(di) - std::abs(dj));
+                    whole = there.kind == Kind::Hit && std::abs(there.distance - here.distance) <=
+                                                           jump_slope * norm(points[index(i, j)] - points[index(i + di, j + dj)]);
+                    sum += weight * there.distance;
+                    weights += weight;
+                }
+            if (whole) smooth[index(i, j)] = sum / weights;
+        }
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) {
+            model::SmoothedSample& out = map.smoothed.emplace_back(model::k_not_smoothed, std::uint16_t{0});
+            const double d = smooth[index(i, j)];
+            if (d < 0 || i == 0 || i == rows - 1) continue;
+            const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],
+                         last = smooth[index(i, j - 1)];
+            if (std::min({up, down, next, last}) < 0) continue;
+            const auto jet = shape::surface_jet(caster.sq, shape::place_at(caster.sq, finest.angles(i * stride, j * stride)));
+            const Vec3d n = normalized(
+                shape::mapped_normal(jet, d, (up - down) * (rows - 1) / (2 * k_pi), (next - last) * columns / (4 * k_pi)));
+            if (!(dot(n, face_normal(caster.rays.mesh(), at(i, j).triangle)) > 0)) continue;
+            const double steps = (d - at(i, j).distance) / static_cast<double>(map.distance_scale);
+            out.change = static_cast<std::int16_t>(std::lround(std::clamp(steps, -32767.0, 32767.0)));
+            out.normal = query::encode_normal(sqmap::cast<float>(n));
+        }
+}
+
 std::vector<std::uint32_t> vertices_of(const mesh::Mesh& m, std::span<const std::uint32_t> triangles)
 {
     std::vector<std::uint32_t> out;
@@ -472,6 +518,7 @@ NormalMapView NormalMap::view() const
     v.gap_rows = gap_rows;
     v.gaps = gaps;
     v.offset = offset;
+    v.smoothed = smoothed;
     v.seed_count = seed_count;
     v.seeds_mirrored = seeds_mirrored;
     v.seeds = seeds;
@@ -484,7 +531,8 @@ std::size_t NormalMap::stored_bytes() const
 {
     return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() +
            offset.size() + 4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + 4 * gap_rows.size() +
-           sizeof(model::MapGap) * gaps.size() + sizeof(FootSeed) * seeds.size();
+           sizeof(model::MapGap) * gaps.size() + sizeof(model::SmoothedSample) * smoothed.size() +
+           sizeof(FootSeed) * seeds.size();
 }
 
 NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
@@ -550,6 +598,8 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / 255 * (1 + 1e-6) : 1.0);
     for (const double d : delta)
         map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
+
+    add_smoothing(caster, grid, options.jump_slope, std::max(options.smoothing_radius, 0), map);
 
     map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());
     if (options.corrections) add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);

@@ -17,12 +17,6 @@ namespace sqmap::io {
 
 namespace fb = model::fb;
 
-namespace {
-
-std::string text(const flatbuffers::String* s) { return s == nullptr ? std::string() : s->str(); }
-
-}  // namespace
-
 std::vector<std::byte> serialize(const model::ModelData& data)
 {
     const model::ModelView view = data.view();
@@ -62,8 +56,9 @@ std::vector<std::byte> serialize(const model::ModelData& data)
         const auto corrections = structs(data.corrections, static_cast<const fb::VertexCorrection*>(nullptr));
         const auto gaps = structs(data.gaps, static_cast<const fb::MapGap*>(nullptr));
         const auto seeds = structs(data.seeds, static_cast<const fb::FootSeed*>(nullptr));
+        const auto smoothed = structs(data.normal_smoothed, static_cast<const fb::SmoothedSample*>(nullptr));
         normal_maps = fb::CreateNormalMaps(builder, normal_parts, distance, normal, cuts, offset, correction_rows, gap_rows,
-                                           corrections, gaps, seeds);
+                                           corrections, gaps, seeds, smoothed);
     }
     fb::Locator locator;
     std::memcpy(static_cast<void*>(&locator), &data.locator, sizeof(locator));
@@ -95,7 +90,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     const model::NormalArrays& n = v.normal;
     s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() +
                    n.offset.size_bytes() + n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() +
-                   n.gaps.size_bytes() + n.seeds.size_bytes();
+                   n.gaps.size_bytes() + n.seeds.size_bytes() + n.smoothed.size_bytes();
     s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
             v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes() +
@@ -140,29 +135,5 @@ MappedModel::MappedModel(MappedModel&& other) noexcept : data_(other.data_), siz
 {
     other.data_ = nullptr;
 }
-
-model::Measured MappedModel::measured() const
-{
-    const fb::Measured* m = fb::GetModel(data_)->measured();
-    model::Measured out;
-    if (m == nullptr) return out;
-    out.points = m->points();
-    out.missed = m->missed();
-    out.false_contacts = m->false_contacts();
-    out.eq35_mean = m->eq35_mean();
-    out.eq35_p99 = m->eq35_p99();
-    out.eq35_max = m->eq35_max();
-    out.depth_median = m->depth_median();
-    out.depth_p95 = m->depth_p95();
-    out.depth_p99 = m->depth_p99();
-    out.depth_max = m->depth_max();
-    out.normal_median = m->normal_median();
-    out.q2_share = m->q2_share();
-    return out;
-}
-
-std::string MappedModel::made_by() const { return text(fb::GetModel(data_)->made_by()); }
-std::string MappedModel::source() const { return text(fb::GetModel(data_)->source()); }
-std::string MappedModel::options() const { return text(fb::GetModel(data_)->options()); }
 
 }  // namespace sqmap::io

@@ -1,5 +1,7 @@
-// C. Ericson, Real-Time Collision Detection, 2005: closest points. Signed ray crossings: the degree of the surface.
+// Signed ray crossings: the degree of the surface.
 #include "sqmap/mesh/bvh.h"
+
+#include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,27 +11,6 @@ namespace sqmap::mesh {
 
 namespace {
 constexpr std::uint32_t k_leaf_size = 2;
-}
-
-Vec3d closest_point_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c)
-{
-    const Vec3d ab = b - a, ac = c - a, ap = p - a;
-    const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-    if (d1 <= 0 && d2 <= 0) return a;
-    const Vec3d bp = p - b;
-    const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-    if (d3 >= 0 && d4 <= d3) return b;
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + (d1 / (d1 - d3)) * ab;
-    const Vec3d cp = p - c;
-    const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-    if (d6 >= 0 && d5 <= d6) return c;
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + (d2 / (d2 - d6)) * ac;
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b);
-    const double sum = va + vb + vc;
-    return a + (vb / sum) * ab + (vc / sum) * ac;
 }
 
 Bvh::Bvh(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size())

@@ -1,5 +1,7 @@
 #include "sqmap/mesh/solid.h"
 
+#include "sqmap/math/triangle.h"
+
 #include <algorithm>
 #include <cmath>
 

@@ -70,7 +70,8 @@ bool is_consistent(const NormalMapView& map) noexcept
     const std::size_t n = map.seed_count;
     return is_shape(map.superquadric) && length(map.distance_scale) && length(map.offset_scale) && map.distance.size() == count &&
            map.normal.size() == count && map.cuts.size() == (count + 3) / 4 &&
-           (map.offset.empty() || map.offset.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
+           (map.offset.empty() || map.offset.size() == base_rows * base_columns) &&
+           (map.smoothed.empty() || map.smoothed.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
            map.seeds.size() == n * n * n && (map.rows.empty() || map.rows.size() == map.eta_count) &&
            (map.columns.empty() || map.columns.size() == map.omega_count) && map.rows.empty() == map.columns.empty() &&
            is_sparse_table(map.correction_rows, map.corrections, map.eta_count, map.omega_count) &&

@@ -155,7 +155,8 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
         within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
         within(p.first_correction, p.correction_count, a.corrections.size()) &&
         within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) && within(p.first_gap, p.gap_count, a.gaps.size()) &&
-        within(p.first_offset, p.offset_count, a.offset.size()) && within(p.first_seed, p.seed_count, a.seeds.size());
+        within(p.first_offset, p.offset_count, a.offset.size()) && within(p.first_offset, p.offset_count, a.smoothed.size()) &&
+        within(p.first_seed, p.seed_count, a.seeds.size());
     if (!inside) return ParseStatus::BadStructure;
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
@@ -179,8 +180,9 @@ ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
     if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() && v.seed_reaches.empty() ? ParseStatus::Ok
-                                                                                               : ParseStatus::BadStructure;
+        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() && v.seed_reaches.empty()
+                   ? ParseStatus::Ok
+                   : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
     for (const std::uint32_t n : l.bricks)
         if (n == 0 || n > 256) return ParseStatus::BadStructure;
@@ -279,6 +281,7 @@ NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
     map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
     map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
     map.offset = a.offset.subspan(p.first_offset, p.offset_count);
+    map.smoothed = a.smoothed.subspan(p.first_offset, p.offset_count);
     map.seed_count = p.seeds_along;
     map.seeds_mirrored = p.seeds_mirrored != 0;
     map.seeds = a.seeds.subspan(p.first_seed, p.seed_count);
@@ -317,12 +320,20 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, n.corrections);
     hash_bytes(hash, n.gaps);
     hash_bytes(hash, n.seeds);
+    hash_bytes(hash, n.smoothed);
     hash_bytes(hash, std::span<const Locator>(&view.locator, 1));
     hash_bytes(hash, view.bricks);
     hash_bytes(hash, view.places);
     hash_bytes(hash, view.part_lists);
     hash_bytes(hash, view.seeds);
     hash_bytes(hash, view.seed_reaches);
+    const Measured& m = view.measured;
+    const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
+                              m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
+                              m.depth_p99,      m.depth_max,      m.normal_median,          m.q2_share};
+    hash_bytes(hash, std::span<const double>(figures));
+    for (const std::string_view text : {view.made_by, view.source, view.options})
+        hash_bytes(hash, std::span<const char>(text.data(), text.size()));
     return hash;
 }
 
@@ -367,7 +378,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
                     span_of<std::uint32_t>(n->gap_rows()),
                     span_of<VertexCorrection>(n->corrections()),
                     span_of<MapGap>(n->gaps()),
-                    span_of<FootSeed>(n->seeds())};
+                    span_of<FootSeed>(n->seeds()),
+                    span_of<SmoothedSample>(n->smoothed())};
 
     if (model->locator() != nullptr) std::memcpy(&v.locator, model->locator(), sizeof(Locator));
     v.bricks = span_of<std::uint32_t>(model->bricks());
@@ -375,6 +387,14 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
     v.seeds = span_of<std::uint32_t>(model->seeds());
     v.seed_reaches = span_of<std::uint8_t>(model->seed_reaches());
+
+    if (const fb::Measured* m = model->measured(); m != nullptr)
+        v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),
+                      m->depth_median(), m->depth_p95(), m->depth_p99(),      m->depth_max(), m->normal_median(), m->q2_share()};
+    const auto text = [](const flatbuffers::String* s) { return s == nullptr ? std::string_view() : s->string_view(); };
+    v.made_by = text(model->made_by());
+    v.source = text(model->source());
+    v.options = text(model->options());
 
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})

@@ -278,7 +278,7 @@ public:
         return {v.w * part_.smoothing_step, v.ws * part_.smoothing_step, v.wt * part_.smoothing_step};
     }
 
-    /// A leaf that was found already; the corners of a Single one are left out.
+    /// A leaf that was found already, on the side of (s, t); the corners of a Single one are left out.
     Leaf leaf_of(std::uint16_t cell, float s0, float t0, float size, float s, float t) const
     {
         return side_at(leaf_frame(cell, s0, t0, size), s, t);

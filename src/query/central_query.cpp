@@ -1,9 +1,9 @@
-// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map. C. Ericson,
-// Real-Time Collision Detection, 2005: closest points.
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map.
 #include "central_query.h"
 
 #include "central_map.h"
 #include "exact_layer.h"
+#include "sqmap/math/triangle.h"
 
 #include <cmath>
 
@@ -189,36 +189,13 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
     each_near_cell(map, part, x, best, offer_cell);
 }
 
-Vec3f closest_on_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c)
-{
-    // Ericson, Real-Time Collision Detection, 5.1.5.
-    const Vec3f ab = b - a, ac = c - a, ap = p - a;
-    const float d1 = dot(ab, ap), d2 = dot(ac, ap);
-    if (d1 <= 0.f && d2 <= 0.f) return a;
-    const Vec3f bp = p - b;
-    const float d3 = dot(ab, bp), d4 = dot(ac, bp);
-    if (d3 >= 0.f && d4 <= d3) return b;
-    const float vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.f && d1 >= 0.f && d3 <= 0.f) return a + (d1 / std::max(d1 - d3, 1e-30f)) * ab;
-    const Vec3f cp = p - c;
-    const float d5 = dot(ab, cp), d6 = dot(ac, cp);
-    if (d6 >= 0.f && d5 <= d6) return c;
-    const float vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.f && d2 >= 0.f && d6 <= 0.f) return a + (d2 / std::max(d2 - d6, 1e-30f)) * ac;
-    const float va = d3 * d6 - d5 * d4;
-    if (va <= 0.f && d4 - d3 >= 0.f && d5 - d6 >= 0.f) return b + ((d4 - d3) / std::max((d4 - d3) + (d5 - d6), 1e-30f)) * (c - b);
-    const float sum = va + vb + vc;
-    if (!(sum > 0.f)) return a;
-    return a + (vb / sum) * ab + (vc / sum) * ac;
-}
-
 /// What one part says of a point.
 struct PartVerdict {
     bool covers = false;  ///< the point lies in the part's chart
     ChartVerdict verdict{};
 };
 
-PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer layer)
+PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer layer, std::uint32_t gate)
 {
     const Vec3f offset = p - model::vec3(part.sphere);
     if (norm_sq(offset) > part.sphere[3] * part.sphere[3]) return {};
@@ -232,7 +209,7 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
         result.verdict.margin *=
             std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
     if (layer == Layer::Auto)
-        layer = part.base * part.base * model::k_faces < k_layer3_gate * part.vertex_count ? Layer::Three : Layer::Two;
+        layer = part.base * part.base * model::k_faces < std::uint64_t{gate} * part.vertex_count ? Layer::Three : Layer::Two;
     if (layer == Layer::Two && !result.verdict.certain) {
         // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
         float corner[4];
@@ -247,12 +224,12 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
 }
 
 /// The best answer of all parts: a proof where one has it, else the part that is farthest from changing its mind.
-PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::int32_t& asked)
+PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::uint32_t gate, std::int32_t& asked)
 {
     PartVerdict best;
     best.verdict.margin = -1.f;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        const PartVerdict v = ask_part(model, model.parts[i], p, layer);
+        const PartVerdict v = ask_part(model, model.parts[i], p, layer, gate);
         if (!v.covers) continue;
         if (v.verdict.certain || v.verdict.margin > best.verdict.margin) {
             best = v;
@@ -313,7 +290,7 @@ void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nea
         return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
     };
     const Vec3f a = corner(0), b = corner(1), c = corner(2);
-    const Vec3f point = closest_on_triangle(p, a, b, c);
+    const Vec3f point = closest_point_on_triangle(p, a, b, c);
     const float distance_sq = norm_sq(point - p);
     if (!(distance_sq < best.distance_sq)) return;
     const Vec3f normal = normalized(cross(b - a, c - a));
@@ -340,7 +317,7 @@ void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Ne
 
 }  // namespace
 
-Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
+Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     Contact contact;
     contact.point = point;
@@ -349,7 +326,7 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer) noexcept
     if (layer == Layer::Exact && !has_exact) contact.status |= k_no_exact;
 
     std::int32_t asked = -1;
-    PartVerdict answer = ask_all(model, point, layer, asked);
+    PartVerdict answer = ask_all(model, point, layer, gate, asked);
     if (!answer.covers) return contact;  // the superquadrics cover the solid: certified at bake
     if (layer == Layer::Exact && has_exact && !answer.verdict.certain) {
         const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(asked)], point);

@@ -5,8 +5,9 @@
 
 namespace sqmap::query {
 
-/// Layers Two, Three, Exact and Auto for a finite point. @pre the model's parts have central maps.
-[[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
+/// Layers Two, Three, Exact and Auto for a finite point; gate: k_L of Auto. @pre the model's parts have central maps.
+[[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer,
+                                    std::uint32_t gate = k_layer3_gate) noexcept;
 
 /// Moves an answer out by the offset stored at the nearest surface point; a free point within it becomes a contact.
 void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept;

@@ -363,12 +363,12 @@ MapSample nearest_base_sample(const NormalMapView& map, SurfaceAnglesf angles)
 }
 
 // Step 4 of section 4.2: Layer 3 is worth its time while the base grid has fewer samples than k_L times the vertices.
-bool reads_base_grid(const NormalMapView& map, Layer layer)
+bool reads_base_grid(const NormalMapView& map, const ProjectionOptions& options)
 {
-    if (layer != Layer::Auto) return layer == Layer::Two;
+    if (options.layer != Layer::Auto) return options.layer == Layer::Two;
     const std::uint64_t base =
         std::uint64_t{((map.eta_count - 1) >> map.subdivisions) + 1} * (map.omega_count >> map.subdivisions);
-    return base >= std::uint64_t{k_layer3_gate} * map.vertex_count;
+    return base >= std::uint64_t{options.layer3_gate} * map.vertex_count;
 }
 
 float correction_at(const NormalMapView& map, const CellPlace& c)
@@ -520,10 +520,33 @@ Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, st
 
 MapSample sample_map(const NormalMapView& map, SurfaceAnglesf angles, const ProjectionOptions& options) noexcept
 {
-    MapSample sample = reads_base_grid(map, options.layer) ? nearest_base_sample(map, angles)
-                                                           : interpolated_sample(map, angles, options.use_corrections);
+    MapSample sample = reads_base_grid(map, options) ? nearest_base_sample(map, angles)
+                                                     : interpolated_sample(map, angles, options.use_corrections);
     if (options.use_offset && (sample.flags & (k_projection_miss | k_projection_cap)) == 0)
         sample.distance = std::max(sample.distance - offset_at(map, angles), 0.0f);
+    return sample;
+}
+
+MapSample sample_smoothed(const NormalMapView& map, SurfaceAnglesf angles) noexcept
+{
+    MapSample sample = sample_map(map, angles, {});
+    if (map.smoothed.empty() || (sample.flags & (k_projection_miss | k_projection_cap | k_projection_silhouette)) != 0)
+        return sample;
+    const std::size_t rows = ((map.eta_count - 1) >> map.subdivisions) + 1, columns = map.omega_count >> map.subdivisions;
+    const CellPlace c = cell_of(angles, rows, columns);
+    const model::SmoothedSample corner[4] = {
+        map.smoothed[c.row * columns + c.column], map.smoothed[c.row * columns + c.next_column],
+        map.smoothed[(c.row + 1) * columns + c.column], map.smoothed[(c.row + 1) * columns + c.next_column]};
+    Vec3f normal[4];
+    float change[4];
+    for (int i = 0; i < 4; ++i) {
+        if (corner[i].change == model::k_not_smoothed) return sample;
+        change[i] = map.distance_scale * static_cast<float>(corner[i].change);
+        normal[i] = decode_normal(corner[i].normal);
+    }
+    sample.distance = std::max(sample.distance + bilinear(c, change[0], change[1], change[2], change[3]), 0.0f);
+    for (int k = 0; k < 3; ++k) sample.normal[k] = bilinear(c, normal[0][k], normal[1][k], normal[2][k], normal[3][k]);
+    sample.normal = normalized(sample.normal);
     return sample;
 }
 
@@ -543,14 +566,14 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
         return answer;
     }
     const Foot<float> foot = options.projector == Projector::Pyramid
-                                 ? pyramid_foot(map, p, query, !reads_base_grid(map, options.layer), answer.flags)
+                                 ? pyramid_foot(map, p, query, !reads_base_grid(map, options), answer.flags)
                                  : newton_foot(map, p, query, answer.flags);
     answer.angles = shape::angles_of(foot.place);
     answer.foot = foot.point;
     answer.foot_normal = foot.normal;
     answer.foot_distance = norm(foot.point - p);
     MapSample sample = sample_map(map, answer.angles, options);
-    if (options.use_gaps && answer.foot_distance > sample.distance && !reads_base_grid(map, options.layer) &&
+    if (options.use_gaps && answer.foot_distance > sample.distance && !reads_base_grid(map, options) &&
         behind_first_surface(map, answer.angles, answer.foot_distance, sample.distance)) {
         sample.flags = k_projection_behind | (sample.distance < std::numeric_limits<float>::infinity() ? 0 : k_projection_miss);
         sample.normal = {};
@@ -563,7 +586,7 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
     answer.normal = surface && norm_sq(sample.normal) > 0.5f ? sample.normal : foot.normal;
     answer.depth_along = answer.foot_distance - sample.distance;
     answer.depth = surface ? dot(answer.surface - p, answer.normal) : answer.depth_along;
-    if (surface && answer.verdict == Verdict::Contact && norm_sq(sample.normal) > 0.5f && !reads_base_grid(map, options.layer))
+    if (surface && answer.verdict == Verdict::Contact && norm_sq(sample.normal) > 0.5f && !reads_base_grid(map, options))
         seek_nearest(map, p, options, answer);
     return answer;
 }

@@ -12,21 +12,29 @@ namespace sqmap::query {
 
 namespace {
 
-ProjectionOptions options_of(Layer layer)
+/// Depth and normal of the smoothed map at the point's own foot, as the tangent plane there has them.
+void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
 {
-    ProjectionOptions options;
-    options.layer = layer;
-    return options;
+    std::uint8_t flags = 0;
+    const shape::Foot<float> foot = find_foot(map, point, Projector::Newton, &flags);
+    if ((flags & k_projection_unproven) != 0) return;
+    const MapSample sample = sample_smoothed(map, shape::angles_of(foot.place));
+    if ((sample.flags & (k_projection_miss | k_projection_cap)) != 0 || !(norm_sq(sample.normal) > 0.5f)) return;
+    contact.depth = std::max(dot(foot.point - sample.distance * foot.normal - point, sample.normal), 0.f);
+    contact.normal = sample.normal;
+    contact.point = point + contact.depth * sample.normal;
 }
 
 }  // namespace
 
-Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bool offset) noexcept
+Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& asked) noexcept
 {
     Contact contact;
     contact.point = point;
-    ProjectionOptions options = options_of(layer);
-    options.use_offset = offset;
+    ProjectionOptions options;
+    options.layer = asked.layer;
+    options.layer3_gate = asked.layer3_gate;
+    options.use_offset = asked.offset;
     // The witness rule of combine(), one part at a time, so that no array of answers is needed.
     bool held = false, claimed = false, has_surface = false;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
@@ -54,6 +62,8 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bo
         contact.point = point + contact.depth * answer.normal;
     }
     contact.contact = claimed;
+    if (claimed && has_surface && asked.smoothing)
+        smooth(model::normal_map_of(model, static_cast<std::size_t>(contact.part)), point, contact);
     if (claimed && !has_surface) {
         // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact
         // layer, knows the nearest surface.
@@ -77,7 +87,9 @@ Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bo
 
 bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept
 {
-    const PartAnswer answer = project(model::normal_map_of(model, part), point, options_of(layer));
+    ProjectionOptions options;
+    options.layer = layer;
+    const PartAnswer answer = project(model::normal_map_of(model, part), point, options);
     if (answer.verdict == Verdict::Outside || (answer.flags & (k_projection_cap | k_projection_miss)) != 0) return false;
     distance = answer.depth_along;
     return true;

@@ -5,9 +5,8 @@
 
 namespace sqmap::query {
 
-/// Layers Two, Three and Auto for a finite point; offset subtracts delta of eq. 12 from the maps. @pre the model's parts have
-/// normal maps.
-[[nodiscard]] Contact query_normal(const model::ModelView& model, Vec3f point, Layer layer, bool offset) noexcept;
+/// Layers Two, Three and Auto for a finite point; Exact is answered by Three. @pre the model's parts have normal maps.
+[[nodiscard]] Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
 /// See distance_along_projection.
 [[nodiscard]] bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer,

@@ -76,11 +76,11 @@ Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
     const bool has_central = model.parts.front().base != 0;
     const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
     if (is_normal && !(layer == Layer::Exact && has_central && model::has_exact(model))) {
-        Contact answer = query_normal(model, point, layer == Layer::Exact ? Layer::Three : layer, options.offset);
+        Contact answer = query_normal(model, point, options);
         if (layer == Layer::Exact) answer.status |= k_no_exact;
         return answer;
     }
-    Contact answer = query_central(model, point, layer);
+    Contact answer = query_central(model, point, layer, options.layer3_gate);
     if (options.smoothing && layer != Layer::Exact) apply_smoothing(model, point, answer);
     if (options.offset) apply_offset(model, point, layer, answer);
     return answer;

@@ -523,6 +523,25 @@ protected:
     fs::path folder_;
 };
 
+TEST(ModelHash, CoversFiguresAndProvenance)
+{
+    const std::uint64_t hash = model::content_hash(torus_model().view());
+    model::ModelData other = torus_model();
+    other.measured.q2_share += 1e-9;
+    EXPECT_NE(model::content_hash(other.view()), hash);
+    other = torus_model();
+    other.measured.missed ^= 1;
+    EXPECT_NE(model::content_hash(other.view()), hash);
+    other = torus_model();
+    other.source += ' ';
+    EXPECT_NE(model::content_hash(other.view()), hash);
+    // A letter moved from one text to the next is a difference too.
+    other = torus_model();
+    other.made_by += other.source.front();
+    other.source.erase(0, 1);
+    EXPECT_NE(model::content_hash(other.view()), hash);
+}
+
 TEST_F(ModelFolder, AWrittenModelIsMappedBackWholeAndAlone)
 {
     const fs::path path = folder_ / "a.sqmap";
@@ -530,12 +549,12 @@ TEST_F(ModelFolder, AWrittenModelIsMappedBackWholeAndAlone)
     EXPECT_EQ(files(), 1u);
     EXPECT_EQ(read(path), serialize(torus_model()));
     MappedModel first(path);
-    EXPECT_EQ(first.made_by(), "test");
-    EXPECT_EQ(first.source(), "torus.obj");
-    EXPECT_EQ(first.options(), "none");
-    EXPECT_EQ(first.measured().points, torus_model().measured.points);
-    EXPECT_EQ(first.measured().depth_p99, torus_model().measured.depth_p99);
-    EXPECT_EQ(first.measured().eq35_mean, torus_model().measured.eq35_mean);
+    EXPECT_EQ(first.view().made_by, "test");
+    EXPECT_EQ(first.view().source, "torus.obj");
+    EXPECT_EQ(first.view().options, "none");
+    EXPECT_EQ(first.view().measured.points, torus_model().measured.points);
+    EXPECT_EQ(first.view().measured.depth_p99, torus_model().measured.depth_p99);
+    EXPECT_EQ(first.view().measured.eq35_mean, torus_model().measured.eq35_mean);
     EXPECT_EQ(model::content_hash(first.view()), model::content_hash(torus_model().view()));
     const MappedModel moved(std::move(first));
     interrogate(moved.view(), 2);

@@ -3,6 +3,7 @@
 
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/read.h"
+#include "sqmap/math/random.h"
 #include "sqmap/mesh/gate.h"
 #include "sqmap/mesh/shapes.h"
 
@@ -16,19 +17,11 @@
 
 namespace sqmap::test {
 
-/// SplitMix64: the same numbers on every platform.
-class Random {
+/// Places and directions.
+class Random : public SplitMix64 {
 public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::uint64_t bits()
-    {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-        return z ^ (z >> 31);
-    }
+    using SplitMix64::SplitMix64;
     std::uint32_t below(std::size_t n) { return static_cast<std::uint32_t>(bits() % n); }
-    double between(double lo, double hi) { return lo + (hi - lo) * static_cast<double>(bits() >> 11) * 0x1.0p-53; }
     Vec3d in_box(Vec3d lo, Vec3d hi) { return {between(lo.x, hi.x), between(lo.y, hi.y), between(lo.z, hi.z)}; }
     Vec3d direction()
     {
@@ -37,9 +30,6 @@ public:
             if (const double n = norm(d); n > 0.1 && n <= 1) return d / n;
         }
     }
-
-private:
-    std::uint64_t state_;
 };
 
 struct Shape {

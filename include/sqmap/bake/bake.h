@@ -20,12 +20,15 @@ struct BakeOptions {
     double max_looseness = 1.4;  ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;   ///< or while more than this share of its area is hidden from its projection
     double split_gain = 0.1;     ///< a split stays if it saves this share of the part's cost
+    /// A_S of section 4.2, 0 to 5, normal projection: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps with few
+    /// samples take less: the base grid keeps 5 rows at least.
+    int subdivisions = 1;
     bool exact = true;           ///< store the exact layer
     unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
     fit::FitOptions fit{};
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
-    std::function<void(const char* stage, double done)> progress;
+    std::function<void(const char* stage, double done)> progress{};
 };
 
 struct PartReport {

@@ -62,6 +62,7 @@ struct NormalMapOptions {
     int max_level = 7;                  ///< and at most
     int subdivisions = 1;               ///< A_S: the base grid of layer 2 is coarser by 2^A_S
     double offset_constant = 1.5;       ///< a_N of eq. 12
+    int smoothing_radius = 1;           ///< of the binomial kernel that smooths the map, in base samples; 0: none
     bool corrections = true;            ///< step 3
     bool gaps = true;                   ///< openings behind the first surface (beyond the paper)
     double correction_threshold = 0.1;  ///< vertices closer to the map than this share of target_error add nothing
@@ -92,6 +93,7 @@ struct NormalMap {
     std::vector<model::MapGap> gaps;
     std::vector<model::VertexCorrection> corrections;
     std::vector<model::FootSeed> seeds;
+    std::vector<model::SmoothedSample> smoothed;
     std::vector<shape::Arc<float>> rows, columns;
     NormalMapReport report;
 

@@ -48,11 +48,6 @@ public:
     [[nodiscard]] const model::ModelView& view() const { return view_; }
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(data_), size_}; }
-    /// Figures stored at bake, provenance, and the content hash.
-    [[nodiscard]] model::Measured measured() const;
-    [[nodiscard]] std::string made_by() const;
-    [[nodiscard]] std::string source() const;
-    [[nodiscard]] std::string options() const;
 
 private:
     void* data_ = nullptr;

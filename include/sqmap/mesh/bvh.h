@@ -17,9 +17,6 @@ struct ClosestPoint {
     double distance = std::numeric_limits<double>::infinity();
 };
 
-/// Closest point of one triangle to p (Ericson, Real-Time Collision Detection, 5.1.5).
-[[nodiscard]] Vec3d closest_point_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c);
-
 /// Bounding volume hierarchy over a mesh that must outlive it. Queries are const and thread-safe.
 class Bvh {
 public:

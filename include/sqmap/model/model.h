@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 namespace sqmap::model {
 
@@ -158,10 +159,10 @@ struct Locator {
     std::uint32_t bricks[3];  ///< along x, y, z; 0: the model has no locator
     std::uint32_t reserved;
 };
-inline constexpr int k_brick = 4;                       ///< cells along a brick's side
+inline constexpr int k_brick = 4;                        ///< cells along a brick's side
 inline constexpr std::uint32_t k_free_brick = 1u << 31;  ///< set in a brick that is free; the rest is its gap
-inline constexpr float k_gap_step = 1.f / 64;           ///< of a cell's side: unit of stored gaps
-inline constexpr std::uint32_t k_list_length = 4;       ///< parts in a list, one byte each; k_no_part ends a shorter one
+inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
+inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
@@ -199,9 +200,20 @@ struct NormalArrays {
     std::span<const VertexCorrection> corrections;
     std::span<const MapGap> gaps;
     std::span<const FootSeed> seeds;
+    std::span<const SmoothedSample> smoothed;  ///< beside offset
 };
 
-/// Everything a query reads. Copyable; valid as long as the blob it was parsed from.
+/// Figures measured on a finished model, lengths in percent of R_max (see bake/evaluate.h for what each means).
+struct Measured {
+    std::uint32_t points = 0;
+    std::uint32_t missed = 0, false_contacts = 0;  ///< layer 3, farther than 0.5 % of R_max from the surface
+    double eq35_mean = 0, eq35_p99 = 0, eq35_max = 0;
+    double depth_median = 0, depth_p95 = 0, depth_p99 = 0, depth_max = 0;
+    double normal_median = 0;  ///< degrees
+    double q2_share = 0;       ///< percent of the surface that its part's projection does not see first
+};
+
+/// Everything a query reads, and what a reader wants to know. Copyable; valid as long as the blob it was parsed from.
 struct ModelView {
     Header header{};
     std::span<const Part> parts;
@@ -229,6 +241,8 @@ struct ModelView {
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const std::uint32_t> seeds;
     std::span<const std::uint8_t> seed_reaches;  ///< a surface found from that seed within this is the nearest
+    Measured measured{};                         ///< by bake
+    std::string_view made_by, source, options;   ///< provenance
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }

@@ -8,16 +8,6 @@
 
 namespace sqmap::model {
 
-/// Figures measured on a finished model, lengths in percent of R_max (see eval.h for what each means).
-struct Measured {
-    std::uint32_t points = 0;
-    std::uint32_t missed = 0, false_contacts = 0;  ///< layer 3, farther than 0.5 % of R_max from the surface
-    double eq35_mean = 0, eq35_p99 = 0, eq35_max = 0;
-    double depth_median = 0, depth_p95 = 0, depth_p99 = 0, depth_max = 0;
-    double normal_median = 0;  ///< degrees
-    double q2_share = 0;       ///< percent of the surface that its part's projection does not see first
-};
-
 struct ModelData {
     Header header{};
     std::vector<Part> parts;
@@ -43,6 +33,7 @@ struct ModelData {
     std::vector<VertexCorrection> corrections;
     std::vector<MapGap> gaps;
     std::vector<FootSeed> seeds;
+    std::vector<SmoothedSample> normal_smoothed;
     Locator locator{};
     std::vector<std::uint32_t> bricks, places, part_lists, locator_seeds;
     std::vector<std::uint8_t> seed_reaches;
@@ -71,13 +62,17 @@ struct ModelData {
                 triangles32,
                 triangle_part,
                 {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections,
-                 gaps, seeds},
+                 gaps, seeds, normal_smoothed},
                 locator,
                 bricks,
                 places,
                 part_lists,
                 locator_seeds,
-                seed_reaches};
+                seed_reaches,
+                measured,
+                made_by,
+                source,
+                options};
     }
 };
 

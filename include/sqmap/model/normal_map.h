@@ -32,6 +32,15 @@ struct MapGap {
     friend constexpr bool operator==(const MapGap&, const MapGap&) = default;
 };
 
+/// The smoothed map at a base sample: what smoothing adds to the distance, times distance_scale, and the normal of the
+/// smoothed surface, octahedral. k_not_smoothed: beside a jump, a cap or a miss there is no one surface to smooth.
+struct SmoothedSample {
+    std::int16_t change;
+    std::uint16_t normal;
+    friend constexpr bool operator==(const SmoothedSample&, const SmoothedSample&) = default;
+};
+inline constexpr std::int16_t k_not_smoothed = -32768;
+
 /// A coarse table of starts for the foot search: equal-spaced angles in 1/256 of their ranges.
 struct FootSeed {
     std::uint8_t eta, omega;
@@ -57,10 +66,11 @@ struct NormalMapView {
     std::span<const VertexCorrection> corrections;
     std::span<const std::uint32_t> gap_rows;  ///< #eta_count + 1: samples of row i have gaps [rows[i], rows[i+1])
     std::span<const MapGap> gaps;
-    std::span<const std::uint8_t> offset;  ///< delta of eq. 12 on the base grid, rounded up
-    std::uint32_t seed_count = 0;          ///< seeds along each axis
-    bool seeds_mirrored = false;           ///< seeds cover the octant x, y, z >= 0 only
-    std::span<const FootSeed> seeds;       ///< #seed_count^3, z fastest, over the undeformed bounding box
+    std::span<const std::uint8_t> offset;      ///< delta of eq. 12 on the base grid, rounded up
+    std::span<const SmoothedSample> smoothed;  ///< base grid, for force; empty or as long as offset
+    std::uint32_t seed_count = 0;              ///< seeds along each axis
+    bool seeds_mirrored = false;               ///< seeds cover the octant x, y, z >= 0 only
+    std::span<const FootSeed> seeds;           ///< #seed_count^3, z fastest, over the undeformed bounding box
     /// #eta_count, #omega_count: powers of the grid's angles, as grid_arcs makes them. Both may be empty: they are then
     /// computed where they are needed, with the same results up to rounding, at some cost in time.
     std::span<const shape::Arc<float>> rows, columns;

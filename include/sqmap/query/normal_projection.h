@@ -22,6 +22,7 @@ struct ProjectionOptions {
     /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Auto is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
     Layer layer = Layer::Three;
+    std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L of the gate
     Projector projector = Projector::Newton;
     bool use_offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
     bool use_corrections = true;  ///< step 3 data in layer 3
@@ -114,6 +115,10 @@ struct MapSample {
 };
 [[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles,
                                    const ProjectionOptions& options) noexcept;
+
+/// The smoothed map (section 6) at given angles: layer 3 plus what smoothing adds, with the smoothed surface's normal; layer
+/// 3 as it is where the smoothed map has a hole.
+[[nodiscard]] MapSample sample_smoothed(const NormalMapView& map, shape::SurfaceAnglesf angles) noexcept;
 
 /// Unit vectors in 16 bits: octahedral, 8 + 8 bits, error below 1 degree.
 [[nodiscard]] std::uint16_t encode_normal(Vec3f unit) noexcept;

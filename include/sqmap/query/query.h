@@ -18,7 +18,8 @@ enum class Layer : std::uint8_t {
     Auto,   ///< the gate of section 4.2 step 4, a part at a time: Three where the base map is sparse, else Two
 };
 
-/// k_L of section 4.2: Layer 3 is worth its time while a part has fewer base samples than k_L times its vertices.
+/// k_L of section 4.2, its default: Layer 3 is worth its time while a part has fewer base samples than k_L times its
+/// vertices.
 inline constexpr std::uint32_t k_layer3_gate = 10;
 
 /// What happened besides the answer; bits of Contact::status.
@@ -44,8 +45,9 @@ struct Contact {
 /// How to ask. offset and smoothing are for probes made of triangles and for force; point queries leave them off.
 struct QueryOptions {
     Layer layer = Layer::Auto;
+    std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L for Layer::Auto; 0: never Layer 3
     bool offset = false;     ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
-    bool smoothing = false;  ///< layers Two, Three and Auto of the central map: depth and normal of the smoothed map
+    bool smoothing = false;  ///< layers Two, Three and Auto: depth and normal of the smoothed map
 };
 
 /// One point. @pre model came from model::parse. Total, noexcept, no allocation.

@@ -92,6 +92,76 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
     EXPECT_LE(map.report.quantization_error, 0.51 * double(map.distance_scale));
 }
 
+TEST(NormalMap, SmoothingLeavesASphereAsItIs)
+{
+    const mesh::Mesh ball = mesh::sphere(0.6, 6);
+    const MapRays rays(ball);
+    const Superquadricd sq;  // the unit sphere: every distance is 0.4
+    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
+    ASSERT_EQ(map.smoothed.size(), map.offset.size());
+    std::size_t smoothed = 0;
+    for (const model::SmoothedSample& s : map.smoothed)
+        if (s.change != model::k_not_smoothed) {
+            ++smoothed;
+            EXPECT_LT(std::abs(double(map.distance_scale) * s.change), 1e-3);
+        }
+    EXPECT_GT(smoothed, map.smoothed.size() / 2);
+    const shape::SurfaceAnglesf at{0.3f, 0.7f};
+    const query::MapSample sample = query::sample_smoothed(map.view(), at);
+    EXPECT_NEAR(sample.distance, 0.4f, 1e-3f);
+    EXPECT_GT(dot(sample.normal, shape::surface_point(map.superquadric, at).normal), 0.999f);
+}
+
+// The binomial mean by its definition, on a map that is far from flat.
+TEST(NormalMap, SmoothingIsTheBinomialMeanOfTheBaseGrid)
+{
+    const mesh::Mesh box = mesh::rounded_box({0.5, 0.4, 0.3}, 0.1, 3);
+    const MapRays rays(box);
+    const NormalMap map = bake_normal_map(rays, all_triangles(box), Superquadricd{});
+    const std::size_t stride = std::size_t{1} << map.subdivisions;
+    const std::size_t rows = (map.eta_count - 1) / stride + 1, columns = map.omega_count / stride;
+    const auto distance = [&](std::size_t i, std::size_t j) {
+        return double(map.distance_scale) * map.distance[i * stride * map.omega_count + j % columns * stride];
+    };
+    std::size_t checked = 0;
+    double largest = 0;
+    for (std::size_t i = 1; i + 1 < rows; ++i)
+        for (std::size_t j = 0; j < columns; ++j) {
+            const model::SmoothedSample s = map.smoothed[i * columns + j];
+            if (s.change == model::k_not_smoothed) continue;
+            double sum = 0;
+            constexpr double k_weight[] = {0.25, 0.5, 0.25};
+            for (std::size_t di = 0; di < 3; ++di)
+                for (std::size_t dj = 0; dj < 3; ++dj)
+                    sum += k_weight[di] * k_weight[dj] * distance(i + di - 1, j + columns + dj - 1);
+            EXPECT_NEAR(distance(i, j) + double(map.distance_scale) * s.change, sum, 2.0 * double(map.distance_scale));
+            largest = std::max(largest, std::abs(double(map.distance_scale) * s.change));
+            ++checked;
+        }
+    EXPECT_GT(checked, 100u);
+    EXPECT_GT(largest, 1e-3);
+}
+
+// Fig. 13: around a box, over its rounded edges, the normal turns by smaller steps on the smoothed map.
+TEST(NormalMap, SmoothingTurnsTheNormalBySmallerSteps)
+{
+    const mesh::Mesh box = mesh::rounded_box({0.5, 0.5, 0.5}, 0.01, 3);
+    const MapRays rays(box);
+    const NormalMap map = bake_normal_map(rays, all_triangles(box), Superquadricd{});
+    double steepest[2] = {0, 0};
+    Vec3f before[2];
+    for (int i = 0; i <= 2000; ++i) {
+        const shape::SurfaceAnglesf at{0.2f, static_cast<float>(2 * pi * i / 2000 - pi)};
+        const query::MapSample sample[2] = {query::sample_map(map.view(), at, {}), query::sample_smoothed(map.view(), at)};
+        for (int k = 0; k < 2; ++k) {
+            ASSERT_NEAR(norm(sample[k].normal), 1.f, 1e-3f);
+            if (i > 0) steepest[k] = std::max(steepest[k], static_cast<double>(norm(sample[k].normal - before[k])));
+            before[k] = sample[k].normal;
+        }
+    }
+    EXPECT_LT(steepest[1], 0.6 * steepest[0]);
+}
+
 TEST(NormalMap, QuantisationErrorIsWhatTheReportSays)
 {
     const mesh::Mesh ball = mesh::sphere(0.6, 4);

@@ -297,6 +297,12 @@ TEST(NormalProjection, GateReadsTheBaseGridWhereItIsDenseForItsVertices)
     EXPECT_EQ(distance(Layer::Auto), distance(Layer::Two));
     view.vertex_count = 1u << 20;
     EXPECT_EQ(distance(Layer::Auto), distance(Layer::Three));
+    const auto gated = [&](std::uint32_t gate) {
+        return project(view, {0.1f, 0.35f, 0.6f}, {.layer = Layer::Auto, .layer3_gate = gate}).map_distance;
+    };
+    EXPECT_EQ(gated(0), distance(Layer::Two));
+    view.vertex_count = 1;
+    EXPECT_EQ(gated(1u << 20), distance(Layer::Three));
 }
 
 PartAnswer answer(Verdict verdict, float depth, std::uint8_t flags = 0)

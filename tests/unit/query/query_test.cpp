@@ -196,6 +196,56 @@ TEST(Query, ABatchAnswersAsItsPointsDo)
     EXPECT_EQ(query_points(b.view(), std::span(points).first(3), Layer::Exact, std::span<Contact>{}), 0u);
 }
 
+TEST(Query, TheGateChoosesBetweenLayersTwoAndThree)
+{
+    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
+        const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
+        const model::ModelView view = b.view();
+        test::Random random(17);
+        int differ = 0;
+        for (int i = 0; i < 4000; ++i) {
+            const float r = view.header.sphere[3];
+            const Vec3f p = model::vec3(view.header.sphere) + cast<float>(random.in_box({-r, -r, -r}, {r, r, r}));
+            const Contact two = query_point(view, p, Layer::Two), three = query_point(view, p, Layer::Three);
+            const Contact never = query_point(view, p, {.layer = Layer::Auto, .layer3_gate = 0});
+            const Contact always = query_point(view, p, {.layer = Layer::Auto, .layer3_gate = 1000000});
+            EXPECT_EQ(never.contact, two.contact);
+            EXPECT_EQ(always.contact, three.contact);
+            EXPECT_EQ(always.depth, three.depth);
+            differ += two.contact != three.contact || two.depth != three.depth ? 1 : 0;
+        }
+        EXPECT_GT(differ, 0);
+    }
+}
+
+TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)
+{
+    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
+        const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
+        const model::ModelView view = b.view();
+        test::Random random(23);
+        int contacts = 0, changed = 0;
+        double moved = 0;
+        for (int i = 0; i < 12000; ++i) {
+            const float r = view.header.sphere[3];
+            const Vec3f p = model::vec3(view.header.sphere) + cast<float>(random.in_box({-r, -r, -r}, {r, r, r}));
+            const Contact plain = query_point(view, p, Layer::Three);
+            const Contact smooth = query_point(view, p, {.layer = Layer::Three, .smoothing = true});
+            ASSERT_EQ(smooth.contact, plain.contact);
+            EXPECT_FALSE(smooth.certain);
+            if (!plain.contact || (plain.status & k_no_surface) != 0) continue;
+            ++contacts;
+            EXPECT_GE(smooth.depth, 0.f);
+            EXPECT_NEAR(norm(smooth.normal), 1.f, 1e-4f);
+            changed += smooth.depth != plain.depth ? 1 : 0;
+            moved += std::abs(static_cast<double>(smooth.depth) - static_cast<double>(plain.depth));
+        }
+        ASSERT_GT(contacts, 100);
+        EXPECT_GT(changed, contacts / 4);
+        EXPECT_LT(moved / contacts, 0.01 * view.header.r_max);
+    }
+}
+
 TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
 {
     const mesh::Mesh shape = mesh::ellipsoid({1.6, 1.0, 0.5}, 3);

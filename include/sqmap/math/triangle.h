@@ -1,0 +1,37 @@
+// Triangles: the closest point.
+#pragma once
+
+#include "sqmap/math/vec.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace sqmap {
+
+/// Closest point of a triangle to p, by the region of its plane that p projects to (C. Ericson, Real-Time Collision
+/// Detection, 2005, 5.1.5). Total: a triangle without area gives a point of its edges.
+template <class Real>
+[[nodiscard]] constexpr Vec3<Real> closest_point_on_triangle(Vec3<Real> p, Vec3<Real> a, Vec3<Real> b, Vec3<Real> c) noexcept
+{
+    constexpr Real k_tiny = std::numeric_limits<Real>::min();
+    const Vec3<Real> ab = b - a, ac = c - a, ap = p - a;
+    const Real d1 = dot(ab, ap), d2 = dot(ac, ap);
+    if (d1 <= 0 && d2 <= 0) return a;
+    const Vec3<Real> bp = p - b;
+    const Real d3 = dot(ab, bp), d4 = dot(ac, bp);
+    if (d3 >= 0 && d4 <= d3) return b;
+    const Real vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + (d1 / std::max(d1 - d3, k_tiny)) * ab;
+    const Vec3<Real> cp = p - c;
+    const Real d5 = dot(ab, cp), d6 = dot(ac, cp);
+    if (d6 >= 0 && d5 <= d6) return c;
+    const Real vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + (d2 / std::max(d2 - d6, k_tiny)) * ac;
+    const Real va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + ((d4 - d3) / std::max((d4 - d3) + (d5 - d6), k_tiny)) * (c - b);
+    const Real sum = va + vb + vc;
+    if (!(sum > 0)) return a;
+    return a + (vb / sum) * ab + (vc / sum) * ac;
+}
+
+}  // namespace sqmap
