@@ -55,11 +55,11 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
             for (int i = 0; i < n; ++i)
                 values.push_back(static_cast<std::int16_t>(
                     std::lround((norm(Vec3d{lo.x + i * spacing.x, lo.y + j * spacing.y, lo.z + k * spacing.z}) - ball) / step)));
-    const FieldView field{values.data(),
-                          n,
+    const FieldView field{{values.data(), n},
+                          {values.data(), n},
+                          1,
                           static_cast<float>(step),
-                          {static_cast<float>(spacing.x), static_cast<float>(spacing.y), static_cast<float>(spacing.z)},
-                          1.1f};
+                          {static_cast<float>(spacing.x), static_cast<float>(spacing.y), static_cast<float>(spacing.z)}};
     const auto reference = [&](Vec3d p) {
         int cell[3];
         double f[3];
@@ -82,7 +82,10 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) kernels.push_back(dense_kernel_avx2);
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) kernels.push_back(dense_kernel_avx512);
 #endif
-    const ClusteredProbe probe = cluster(setting->probe.vertices);
+    ClusteredProbe probe = cluster(setting->probe.vertices);
+    for (std::vector<SphereBlock>* blocks : {&probe.groups, &probe.clusters})
+        for (SphereBlock& block : *blocks)
+            for (std::uint32_t i = 0; i < k_lanes; ++i) block.reach[i] = 1.1f * block.radius[i] + 1e-3f;
     std::vector<std::uint32_t> vertex(setting->probe.vertices.size() + k_lanes);
     std::vector<float> depth(vertex.size());
     std::size_t contacts = 0;
