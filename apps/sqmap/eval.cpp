@@ -25,7 +25,9 @@ void print(const char* layer, const bake::Evaluation& e)
     std::printf("  certain %u, of them wrong %u, contradicted by layers 2 or 3 %u; layer 1 missed %u\n", e.certain,
                 e.certain_wrong, e.contradictions, e.layer1_missed);
     print_distribution("eq. 35", e.eq35, "% of R_max");
-    std::printf("               left out %.2f %% (one side has no crossing on the ray)\n", e.eq35_left_out);
+    std::printf(
+        "               left out %.2f %% (no crossing of map and mesh both on the ray), %.2f %% because only one has one\n",
+        e.eq35_left_out, e.eq35_one_sided);
     print_distribution("depth", e.depth, "% of R_max");
     print_distribution("normal", e.normal, "degrees");
 }

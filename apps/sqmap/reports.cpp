@@ -40,6 +40,7 @@ ordered_json evaluation_json(const bake::Evaluation& e)
             {"layer1_missed", e.layer1_missed},
             {"eq35_percent", distribution_json(e.eq35)},
             {"eq35_left_out_percent", e.eq35_left_out},
+            {"eq35_one_sided_percent", e.eq35_one_sided},
             {"depth_percent", distribution_json(e.depth)},
             {"normal_degrees", distribution_json(e.normal)}};
 }

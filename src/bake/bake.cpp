@@ -65,25 +65,6 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
 }
 
-/// The cheapest chart resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
-CentralMapData bake_best_base(const SurfaceContext& context, const PartWork& part, const ChartDomain& domain,
-                              const CentralOptions& options)
-{
-    CentralMapData best;
-    std::size_t best_bytes = 0;
-    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-        CentralMapData map = bake_central_map(context, part.fit.superquadric, part.centre, domain, part.triangles, base, options);
-        const std::size_t bytes = map.map_bytes() + map.exact_bytes();
-        if (best.base != 0 && bytes > best_bytes) {
-            if (bytes > best_bytes + best_bytes / 4) break;
-            continue;
-        }
-        best_bytes = bytes;
-        best = std::move(map);
-    }
-    return best;
-}
-
 template <class T>
 std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
 {
@@ -203,13 +184,24 @@ CentralOptions central_options(double target_error)
     central.tolerance = 0.0016 * target_error;
     central.foreign_tolerance = 0.003 * target_error;
     central.finest = 0.014 * target_error;
-    central.silhouette = 0.0145 * target_error;
+    central.silhouette = 0.0155 * target_error;
+    central.division = 0.002 * target_error;
     return central;
 }
 
 // Tighter targets start here too: cells that are finer than the surface asks for crowd out those that it does.
 constexpr double k_first_target = 0.5;
 constexpr int k_refinements = 6;
+// Eq. 35's mean is held to this share of the target too, where that is not less than the figure promised at the default.
+constexpr double k_eq35_share = 0.1, k_eq35_least = 0.05;
+
+/// By which factor a model misses its targets; up to 1 it meets them.
+double shortfall(const model::Measured& m, const BakeOptions& options)
+{
+    const double depth = m.depth_p99 / options.target_error;
+    if (options.projection == model::Projection::Normal) return depth;  // what a first hit hides, no resolution shows
+    return std::max(depth, m.eq35_mean / std::max(k_eq35_share * options.target_error, k_eq35_least));
+}
 
 /// The paper's own maps, packed into the model's arrays.
 void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts, const CentralOptions& central, double r_max,
@@ -268,9 +260,14 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
         // Beside normal maps the central map carries the exact layer.
         if (is_normal && !options.exact)
             part.map = {};
-        else
+        else {
+            // A base that was beaten before is not tried again: tolerances only get finer.
+            CentralOptions finer = central;
+            finer.least_base = part.map.base;
             part.map =
-                bake_best_base(context, part, chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), central);
+                bake_central_map(context, part.fit.superquadric, part.centre,
+                                 chart_domain(part.fit.superquadric, part.centre, corners_of(mesh, part)), part.triangles, finer);
+        }
     });
     for (const PartWork& part : parts) {
         data.parts.push_back(make_part(mesh, part, data));
@@ -300,11 +297,10 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
     return data;
 }
 
-/// The figures stored in the model: a quick evaluation of layer 3.
-model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
+model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, std::uint32_t points)
 {
     EvaluateOptions options;
-    options.points = 4000;
+    options.points = points;
     const Evaluation e = evaluate(data.view(), solid, options);
     model::Measured m;
     m.points = e.points;
@@ -319,6 +315,14 @@ model::Measured measure(const model::ModelData& data, const mesh::Solid& solid)
     m.depth_max = e.depth.max;
     m.normal_median = e.normal.median;
     return m;
+}
+
+/// The figures stored in the model: a quick evaluation of layer 3, a longer one where a few rays with large errors may
+/// have made the mean of eq. 35.
+model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, const BakeOptions& options)
+{
+    const model::Measured quick = measure(data, solid, 4000);
+    return shortfall(quick, options) > 1 ? measure(data, solid, 20000) : quick;
 }
 
 }  // namespace
@@ -377,16 +381,17 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     lap("map");
     // The target is met by measuring: finer cells where the first guess falls short.
     progress("measure", 0);
-    model::Measured measured = measure(result.model, solid);
-    for (int attempt = 0; attempt < k_refinements && measured.depth_p99 > options.target_error; ++attempt) {
+    model::Measured measured = measure(result.model, solid, options);
+    for (int attempt = 0; attempt < k_refinements && shortfall(measured, options) > 1; ++attempt) {
         progress("refine", static_cast<double>(attempt) / k_refinements);
         central.finest *= 0.7;
         central.tolerance *= 0.7;
         central.foreign_tolerance *= 0.7;
         central.silhouette *= 0.7;
+        central.division *= 0.7;
         model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
-        const model::Measured better = measure(finer, solid);
-        if (better.depth_p99 >= measured.depth_p99) break;  // cells can get no finer: keep the better model
+        const model::Measured better = measure(finer, solid, options);
+        if (shortfall(better, options) >= shortfall(measured, options)) break;  // cells can get no finer: keep the better model
         result.model = std::move(finer);
         measured = better;
     }

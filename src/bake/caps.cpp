@@ -44,10 +44,19 @@ Cuts find_cuts(const mesh::Mesh& mesh, const decompose::Partition& partition)
         std::uint32_t lo, hi, triangle;
         bool forward;
     };
+    // An edge between two parts has both ends in more than one.
+    constexpr std::uint32_t k_none = 0xffffffffu, k_several = 0xfffffffeu;
+    std::vector<std::uint32_t> part_of_vertex(mesh.vertices.size(), k_none);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            const std::uint32_t part = partition.part_of_triangle[t];
+            part_of_vertex[v] = part_of_vertex[v] == k_none || part_of_vertex[v] == part ? part : k_several;
+        }
     std::vector<HalfEdge> halves;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
         for (std::size_t i = 0; i < 3; ++i) {
             const std::uint32_t a = mesh.triangles[t][i], b = mesh.triangles[t][(i + 1) % 3];
+            if (part_of_vertex[a] != k_several || part_of_vertex[b] != k_several) continue;
             halves.push_back({std::min(a, b), std::max(a, b), t, a < b});
         }
     std::sort(halves.begin(), halves.end(), [](const HalfEdge& l, const HalfEdge& r) {

@@ -15,9 +15,10 @@ namespace {
 
 using model::CellKind;
 
-constexpr double k_border = 4e-6;  // of a face: more than float rounding moves a point between cells
-constexpr int k_max_corners = 40;  // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
-constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corner samples of their own
+constexpr double k_border = 4e-6;         // of a face: more than float rounding moves a point between cells
+constexpr int k_max_corners = 40;         // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
+constexpr int k_max_bilinear = 3;         // surfaces over one cell that are worth corner samples of their own
+constexpr double k_division_share = 0.6;  // a mixed cell is divided where that leaves at most this share of its misfit
 
 struct Stw {
     double s, t, w;
@@ -52,6 +53,17 @@ struct Polygon {
     std::uint32_t triangle = 0;
     int count = 0;
     std::array<Stw, k_max_corners> corner;
+
+    Polygon() = default;
+    /// Of the corners, those in use: a polygon has five or so, and most of baking is copying them.
+    Polygon(const Polygon& other) { *this = other; }
+    Polygon& operator=(const Polygon& other)
+    {
+        triangle = other.triangle;
+        count = other.count;
+        std::copy_n(other.corner.begin(), other.count, corner.begin());
+        return *this;
+    }
 };
 
 /// Keeps the side where value(corner) >= 0.
@@ -111,13 +123,12 @@ std::uint16_t code_of_deviation(double e, double w_step)
 class Baker {
 public:
     Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain,
-          std::span<const std::uint32_t> own_triangles, std::uint32_t base, const CentralOptions& options)
-        : context_(context), sq_(sq), options_(options), base_(base)
+          std::span<const std::uint32_t> own_triangles, const CentralOptions& options)
+        : context_(context), sq_(sq), options_(options)
     {
         own_.assign(context.mesh.triangles.size(), 0);
         for (const std::uint32_t t : own_triangles) own_[t] = 1;
         out_.centre = centre;
-        out_.base = base;
         centre_ = cast<double>(centre);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
@@ -128,11 +139,27 @@ public:
         out_.centre_winding = context.bvh.winding_number(centre_);
     }
 
+    /// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
     CentralMapData run()
     {
         project();
         choose_range();
-        bake_faces();
+        const CentralMapData blank = out_;
+        CentralMapData best;
+        std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
+        for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
+            if (base < options_.least_base) continue;
+            out_ = blank;
+            out_.base = base_ = base;
+            local_index_.clear();
+            if (!bake_faces(best_bytes + best_bytes / 4)) break;
+            if (const std::size_t bytes = out_.map_bytes() + out_.exact_bytes(); bytes <= best_bytes) {
+                best_bytes = bytes;
+                best = std::move(out_);
+            }
+        }
+        out_ = std::move(best);
+        base_ = out_.base;
         bake_offsets();
         bake_smoothing();
         return std::move(out_);
@@ -507,33 +534,20 @@ private:
                 hi = std::max(hi, p.corner[static_cast<std::size_t>(i)].w);
             }
         }
-        // A middle ray whose point beyond the band lies in the chart's domain tells the verdict there.
+        // A middle ray whose point beyond the band lies in the chart's domain tells the verdict there. Where no ray
+        // reaches past the band, nothing can be asked there.
         static constexpr double k_rays[][2] = {{.5, .5},   {.25, .25}, {.75, .75}, {.25, .75}, {.75, .25},
                                                {.05, .05}, {.95, .95}, {.05, .95}, {.95, .05}};
-        RaySample chosen;
-        double cs = s0 + 0.5 * size, ct = t0 + 0.5 * size;
-        bool found = false;
-        for (const auto& ray : k_rays) {
-            const double s = s0 + ray[0] * size, t = t0 + ray[1] * size;
-            RaySample r = sample(face, s, t, polys);
-            if (!r.valid) continue;
-            int kept = 0;
-            while (kept < r.count && r.w[static_cast<std::size_t>(kept)] >= lo * (1 - 1e-9)) ++kept;
-            r.count = kept;
-            const bool reaches = beyond_is_in_domain(face, s, t, lo * (1 - 1e-6));
-            if (!chosen.valid || reaches) {
-                chosen = r;
-                cs = s;
-                ct = t;
-            }
-            if (reaches) {
-                found = true;
-                break;
-            }
+        CellRay chosen;
+        for (const auto& place : k_rays) {
+            const CellRay ray = cast_in_band(face, s0 + place[0] * size, t0 + place[1] * size, lo, polys);
+            if (!ray.sample.valid) continue;
+            const bool reaches = beyond_is_in_domain(face, ray.s, ray.t, lo * (1 - 1e-6));
+            if (!chosen.sample.valid || reaches) chosen = ray;
+            if (reaches) break;
         }
-        (void)found;  // where no ray reaches past the band, nothing can be asked there
-        int sheets = std::min(chosen.count, model::k_max_sheets);
-        if ((sheets & 1) != (chosen.count & 1)) --sheets;
+        const Planes first = planes_through(chosen, face, size, hi - lo, polys);
+        const Division division = divide(face, s0, t0, size, lo, hi, first, polys);
 
         const auto offset = static_cast<std::uint32_t>(out_.pool.size());
         std::uint16_t payload = 0;
@@ -541,30 +555,205 @@ private:
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
             throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
         }
-        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(sheets) | (foreign ? model::k_foreign : 0u)));
+        const std::uint32_t second =
+            division.valid ? model::k_divided | static_cast<std::uint32_t>(division.second.count) << 5 : 0u;
+        out_.pool.push_back(
+            static_cast<std::uint16_t>(static_cast<std::uint32_t>(first.count) | second | (foreign ? model::k_foreign : 0u)));
         out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
         out_.pool.push_back(encode_up(hi * (1 + 3e-6)));
-        for (int j = 0; j < sheets; ++j) {
-            double ws = 0, wt = 0;
-            plane_at(face, cs, ct, chosen.w[static_cast<std::size_t>(j)], polys, ws, wt);
-            // Stored at the middle of the cell; slopes that would cross another sheet or leave the band are flattened.
-            const double reach = 0.5 * size;
-            double limit = std::max(hi - lo, static_cast<double>(out_.w_step));
-            const auto gap = [&](int other) {
-                return 0.45 * std::abs(chosen.w[static_cast<std::size_t>(j)] - chosen.w[static_cast<std::size_t>(other)]);
-            };
-            if (j > 0) limit = std::min(limit, gap(j - 1));
-            if (j + 1 < chosen.count) limit = std::min(limit, gap(j + 1));
-            const double steep = (std::abs(ws) + std::abs(wt)) * reach;
-            const double flatten = steep > limit ? limit / steep : 1;
-            ws *= flatten;
-            wt *= flatten;
-            const double w = chosen.w[static_cast<std::size_t>(j)] + (s0 + reach - cs) * ws + (t0 + reach - ct) * wt;
-            out_.pool.push_back(encode(std::clamp(w, lo, hi)));
-            out_.pool.push_back(slope(ws * reach));
-            out_.pool.push_back(slope(wt * reach));
-        }
+        if (division.valid) out_.pool.push_back(static_cast<std::uint16_t>(division.from << 8 | division.to));
+        store_planes(first, s0, t0, size, lo, hi);
+        if (division.valid) store_planes(division.second, s0, t0, size, lo, hi);
         return make_cell(CellKind::Layered, payload);
+    }
+
+    /// A ray through a cell, with its crossings inside the cell's band.
+    struct CellRay {
+        double s = 0, t = 0;
+        RaySample sample;
+    };
+
+    CellRay cast_in_band(int face, double s, double t, double lo, const std::vector<Polygon>& polys) const
+    {
+        CellRay ray{s, t, sample(face, s, t, polys)};
+        int kept = 0;
+        while (kept < ray.sample.count && ray.sample.w[static_cast<std::size_t>(kept)] >= lo * (1 - 1e-9)) ++kept;
+        ray.sample.count = kept;
+        return ray;
+    }
+
+    /// Planes through a ray's crossings, each w at (s, t) and its slopes.
+    struct Planes {
+        int count = 0;
+        double s = 0, t = 0;
+        std::array<double, model::k_max_sheets> w{}, ws{}, wt{};
+
+        double at(int j, double to_s, double to_t) const
+        {
+            const auto i = static_cast<std::size_t>(j);
+            return w[i] + (to_s - s) * ws[i] + (to_t - t) * wt[i];
+        }
+    };
+
+    Planes planes_through(const CellRay& ray, int face, double size, double band, const std::vector<Polygon>& polys) const
+    {
+        Planes planes;
+        planes.s = ray.s;
+        planes.t = ray.t;
+        planes.count = std::min(ray.sample.count, model::k_max_sheets);
+        if ((planes.count & 1) != (ray.sample.count & 1)) --planes.count;
+        for (int j = 0; j < planes.count; ++j) {
+            const auto i = static_cast<std::size_t>(j);
+            const double w = ray.sample.w[i];
+            double ws = 0, wt = 0;
+            plane_at(face, ray.s, ray.t, w, polys, ws, wt);
+            // Slopes that would cross another sheet or leave the band are flattened.
+            double limit = std::max(band, static_cast<double>(out_.w_step));
+            if (j > 0) limit = std::min(limit, 0.45 * (ray.sample.w[i - 1] - w));
+            if (j + 1 < ray.sample.count) limit = std::min(limit, 0.45 * (w - ray.sample.w[i + 1]));
+            const double steep = (std::abs(ws) + std::abs(wt)) * 0.5 * size;
+            const double flatten = steep > limit ? limit / steep : 1;
+            planes.w[i] = w;
+            planes.ws[i] = ws * flatten;
+            planes.wt[i] = wt * flatten;
+        }
+        return planes;
+    }
+
+    /// Planes are stored at the middle of the cell.
+    void store_planes(const Planes& planes, double s0, double t0, double size, double lo, double hi)
+    {
+        const double reach = 0.5 * size;
+        for (int j = 0; j < planes.count; ++j) {
+            out_.pool.push_back(encode(std::clamp(planes.at(j, s0 + reach, t0 + reach), lo, hi)));
+            out_.pool.push_back(slope(planes.ws[static_cast<std::size_t>(j)] * reach));
+            out_.pool.push_back(slope(planes.wt[static_cast<std::size_t>(j)] * reach));
+        }
+    }
+
+    /// How far, as radii in the chart, planes are from what a ray meets: the way from every crossing to the nearest plane
+    /// and from every plane to the nearest crossing, whole: where there is none.
+    static double misfit(const Planes& planes, const CellRay& ray, double whole)
+    {
+        const RaySample& r = ray.sample;
+        double sum = 0;
+        for (int i = 0; i < r.count; ++i) {
+            double least = whole;
+            for (int j = 0; j < planes.count; ++j)
+                least = std::min(least, std::abs(1 / planes.at(j, ray.s, ray.t) - 1 / r.w[static_cast<std::size_t>(i)]));
+            sum += least;
+        }
+        for (int j = 0; j < planes.count; ++j) {
+            double least = whole;
+            for (int i = 0; i < r.count; ++i)
+                least = std::min(least, std::abs(1 / planes.at(j, ray.s, ray.t) - 1 / r.w[static_cast<std::size_t>(i)]));
+            sum += least;
+        }
+        return sum;
+    }
+
+    /// A line across a mixed cell, and the planes on the other side of it.
+    struct Division {
+        bool valid = false;
+        std::uint32_t from = 0, to = 0;  ///< codes of border points; the first planes hold left of the way between them
+        Planes second;
+    };
+
+    /// Looks for the silhouette that makes a cell mixed: a lattice of rays is told apart by whether the planes of the
+    /// first ray or those of the ray that they fit worst describe it better; the line goes through two places where the
+    /// answer changes along the border.
+    Division divide(int face, double s0, double t0, double size, double lo, double hi, const Planes& first,
+                    const std::vector<Polygon>& polys) const
+    {
+        constexpr int k_side = 4, k_count = (k_side + 1) * (k_side + 1), k_ring = 4 * k_side;
+        const double whole = 1 / lo - 1 / hi;
+        std::array<CellRay, k_count> rays;
+        std::array<double, k_count> with_first{}, with_second{};
+        double undivided = 0;
+        std::size_t worst = 0;
+        for (std::size_t i = 0; i < k_count; ++i) {
+            rays[i] = cast_in_band(face, s0 + size * static_cast<double>(i % (k_side + 1)) / k_side,
+                                   t0 + size * static_cast<double>(i / (k_side + 1)) / k_side, lo, polys);
+            if (!rays[i].sample.valid) continue;
+            with_first[i] = misfit(first, rays[i], whole);
+            undivided += with_first[i];
+            if (with_first[i] > with_first[worst]) worst = i;
+        }
+        Division best;
+        if (!(undivided > 0)) return best;
+        // Twice: the second time through the ray in the middle of those that the first attempt won.
+        std::array<bool, k_count> other{};
+        std::size_t through = worst;
+        for (int pass = 0; pass < 2; ++pass) {
+            best.second = planes_through(rays[through], face, size, hi - lo, polys);
+            double s = 0, t = 0, n = 0;
+            for (std::size_t i = 0; i < k_count; ++i) {
+                with_second[i] = rays[i].sample.valid ? misfit(best.second, rays[i], whole) : 0;
+                other[i] = with_second[i] < with_first[i];
+                if (!other[i]) continue;
+                s += rays[i].s;
+                t += rays[i].t;
+                n += 1;
+            }
+            double nearest = std::numeric_limits<double>::infinity();
+            for (std::size_t i = 0; i < k_count; ++i) {
+                const double d = std::hypot(rays[i].s - s / n, rays[i].t - t / n);
+                if (!other[i] || !(d < nearest)) continue;
+                nearest = d;
+                through = i;
+            }
+        }
+        const auto on_ring = [](int k) {
+            const int along = k % k_side;
+            constexpr int k_row = k_side + 1;
+            switch (k / k_side % 4) {
+                case 0:
+                    return static_cast<std::size_t>(along);
+                case 1:
+                    return static_cast<std::size_t>(k_side + along * k_row);
+                case 2:
+                    return static_cast<std::size_t>(k_side * k_row + k_side - along);
+                default:
+                    return static_cast<std::size_t>((k_side - along) * k_row);
+            }
+        };
+        std::array<std::uint32_t, k_ring> changes{};
+        std::size_t change_count = 0;
+        for (int k = 0; k < k_ring; ++k) {
+            const bool before = other[on_ring(k)];
+            if (before == other[on_ring((k + 1) % k_ring)]) continue;
+            constexpr std::uint32_t k_step = 256 / k_ring;
+            std::uint32_t least = static_cast<std::uint32_t>(k) * k_step, most = least + k_step;
+            while (most - least > 2) {
+                const std::uint32_t middle = (least + most) / 2;
+                const model::BorderPoint p = model::border_point(middle);
+                const CellRay ray =
+                    cast_in_band(face, s0 + size * static_cast<double>(p.u), t0 + size * static_cast<double>(p.v), lo, polys);
+                const bool here = misfit(best.second, ray, whole) < misfit(first, ray, whole);
+                (here == before ? least : most) = middle;
+            }
+            changes[change_count++] = ((least + most) / 2) & 255u;
+        }
+        const double worthwhile = options_.division * context_.r_max * k_count / std::max({sq_.a.x, sq_.a.y, sq_.a.z});
+        double least = std::min(k_division_share * undivided, undivided - worthwhile);
+        for (std::size_t i = 0; i < change_count; ++i)
+            for (std::size_t j = 0; j < change_count; ++j) {
+                if (i == j) continue;
+                const model::BorderPoint from = model::border_point(changes[i]), to = model::border_point(changes[j]);
+                double sum = 0;
+                for (std::size_t k = 0; k < k_count; ++k) {
+                    const double u = (rays[k].s - s0) / size, v = (rays[k].t - t0) / size;
+                    const auto du = static_cast<double>(to.u - from.u), dv = static_cast<double>(to.v - from.v);
+                    const bool left = du * (v - static_cast<double>(from.v)) - dv * (u - static_cast<double>(from.u)) >= 0;
+                    sum += left ? with_first[k] : with_second[k];
+                }
+                if (!(sum < least)) continue;
+                least = sum;
+                best.valid = true;
+                best.from = changes[i];
+                best.to = changes[j];
+            }
+        return best;
     }
 
     std::uint16_t slope(double rise) const
@@ -653,7 +842,8 @@ private:
         return static_cast<std::uint16_t>(local_index_[triangle]);
     }
 
-    void bake_faces()
+    /// False: given up, since it takes more than so many bytes.
+    bool bake_faces(std::size_t most_bytes)
     {
         const auto n = static_cast<int>(base_);
         const double size = 2.0 / n;
@@ -702,9 +892,11 @@ private:
                     }
                 }
                 if (options_.exact) push_start();
+                if (out_.map_bytes() + out_.exact_bytes() > most_bytes) return false;
             }
             out_.blocks.insert(out_.blocks.end(), pyramid.begin(), pyramid.end());
         }
+        return out_.map_bytes() + out_.exact_bytes() <= most_bytes;
     }
 
     /// w of a base sample, or 0 where its ray meets no surface.
@@ -841,7 +1033,7 @@ private:
     const SurfaceContext& context_;
     shape::Superquadricd sq_;
     CentralOptions options_;
-    std::uint32_t base_;
+    std::uint32_t base_ = 0;
     CentralMapData out_;
     Vec3d centre_;
     Mat3d rows_;
@@ -942,10 +1134,10 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
 }
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
-                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles, std::uint32_t base,
+                                const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
                                 const CentralOptions& options)
 {
-    return Baker(context, superquadric, centre, domain, own_triangles, base, options).run();
+    return Baker(context, superquadric, centre, domain, own_triangles, options).run();
 }
 
 }  // namespace sqmap::bake

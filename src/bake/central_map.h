@@ -26,7 +26,9 @@ struct CentralOptions {
     double foreign_tolerance = 0.003;  ///< the same where no surface is the part's own: only verdicts are read there
     double finest = 0.0055;            ///< cells below this share of R_max are not split for their deviation
     double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
+    double division = 0.001;           ///< a cell with a silhouette is divided where its rays gain this share of R_max on average
     int max_depth = model::k_max_split_depth;
+    std::uint32_t least_base = 0;   ///< the base grid is at least this fine
     std::uint32_t split_list = 14;  ///< exact lists longer than this are split
     double offset_constant = 1.5;   ///< a_N of eq. 12
     int smoothing_radius = 1;       ///< of the binomial kernel that smooths the map, in base samples
@@ -62,8 +64,8 @@ struct CentralMapData {
 
     std::size_t map_bytes() const
     {
-        return 2 * (samples.size() + cells.size() + pool.size()) + offsets.size() + smoothing.size() +
-               4 * (blocks.size() + specials.size());
+        constexpr std::size_t k_beside = 2;  // an offset and a smoothing term for each sample
+        return (2 + k_beside) * samples.size() + 2 * (cells.size() + pool.size()) + 4 * (blocks.size() + specials.size());
     }
     std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };
@@ -81,7 +83,6 @@ struct CentralMapData {
 /// solid that is its.
 [[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric,
                                               Vec3f centre, const ChartDomain& domain,
-                                              std::span<const std::uint32_t> own_triangles, std::uint32_t base,
-                                              const CentralOptions& options);
+                                              std::span<const std::uint32_t> own_triangles, const CentralOptions& options);
 
 }  // namespace sqmap::bake

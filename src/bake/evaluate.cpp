@@ -85,31 +85,56 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
     return found;
 }
 
-/// Eq. 35 for the paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal.
-bool error_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p, query::Layer layer,
-                        double& error)
+/// Eq. 35 at one point: whether map and mesh have a crossing on its ray, and how far apart, model units.
+struct AlongProjection {
+    bool map = false, mesh = false;
+    double error = 0;
+};
+
+/// Central: where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
+AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t index, const mesh::Solid& solid, Vec3f p,
+                                  query::Layer layer)
 {
+    const model::Part& part = model.parts[index];
+    const Vec3d q = cast<double>(p);
+    AlongProjection result;
+    double exact = 0;
+    result.mesh = exact_along_ray(solid, part, q, exact);
+    const Vec3d along = normalized(q - cast<double>(model::vec3(part.chart_centre)));
+    float mapped = 0;
+    result.map = query::distance_along_projection(model, index, result.mesh ? cast<float>(q + exact * along) : p, layer, mapped);
+    result.error = std::abs(static_cast<double>(mapped));
+    return result;
+}
+
+/// The paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal.
+AlongProjection compare_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p,
+                                     query::Layer layer)
+{
+    AlongProjection result;
     query::ProjectionOptions options;
-    options.layer = layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
+    options.layer = layer;
     const query::PartAnswer answer = query::project(model::normal_map_of(model, part), p, options);
     constexpr unsigned k_no_distance =
         query::k_projection_cap | query::k_projection_miss | query::k_projection_behind | query::k_projection_unproven;
-    if (answer.verdict == query::Verdict::Outside || (answer.flags & k_no_distance) != 0) return false;
+    if (answer.verdict == query::Verdict::Outside) return result;
+    result.map = (answer.flags & k_no_distance) == 0;
     // From a little outside, so that a surface that touches the superquadric is met.
     const double lift = 1e-5 * model.header.r_max;
     const Vec3d n = cast<double>(answer.foot_normal), origin = cast<double>(answer.foot) + lift * n;
     std::vector<mesh::Bvh::Crossing> crossings;
-    if (!solid.bvh().ray_crossings(origin, -n, crossings)) return false;
+    if (!solid.bvh().ray_crossings(origin, -n, crossings)) return result;
     int winding = solid.bvh().winding_number(origin);
     for (const mesh::Bvh::Crossing& c : crossings) {
         const int next = winding - c.sign;
         if ((next > 0) != (winding > 0)) {
-            error = std::abs(c.t - lift - static_cast<double>(answer.map_distance));
-            return next > 0;
+            result.error = std::abs(c.t - lift - static_cast<double>(answer.map_distance));
+            result.mesh = next > 0;
+            break;
         }
         winding = next;
     }
-    return false;
+    return result;
 }
 
 }  // namespace
@@ -185,7 +210,7 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
     Evaluation e;
     std::vector<double> eq35, depth, normal;
     std::vector<std::pair<double, Vec3d>> worst;
-    std::uint32_t in_some = 0, left_out = 0;
+    std::uint32_t in_some = 0, left_out = 0, one_sided = 0;
     for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
         const Vec3f p = cast<float>(exact_point);
         const Vec3d q = cast<double>(p);
@@ -225,31 +250,20 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
         for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
             if (!in_superquadric(model.parts[i], p) || !(is_normal || in_chart(model.parts[i], p))) continue;
             ++in_some;
-            if (is_normal) {
-                double error = 0;
-                if (error_along_normal(model, i, solid, p, options.layer, error))
-                    eq35.push_back(100 * error / r_max);
-                else
-                    ++left_out;
-                break;
-            }
-            double exact = 0;
-            float mapped = 0;
-            const bool has_exact = exact_along_ray(solid, model.parts[i], q, exact);
-            // Where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
-            const Vec3d along = normalized(q - cast<double>(model::vec3(model.parts[i].chart_centre)));
             const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
-            const bool has_map =
-                has_exact && query::distance_along_projection(model, i, cast<float>(q + exact * along), layer, mapped);
-            if (has_map)
-                eq35.push_back(100 * std::abs(static_cast<double>(mapped)) / r_max);
+            const AlongProjection along =
+                is_normal ? compare_along_normal(model, i, solid, p, layer) : compare_along_ray(model, i, solid, p, layer);
+            if (along.map && along.mesh)
+                eq35.push_back(100 * along.error / r_max);
             else
                 ++left_out;
+            one_sided += along.map != along.mesh ? 1u : 0u;
             break;
         }
     }
     e.eq35 = summarize(std::move(eq35));
     e.eq35_left_out = in_some > 0 ? 100.0 * left_out / in_some : 0;
+    e.eq35_one_sided = in_some > 0 ? 100.0 * one_sided / in_some : 0;
     e.depth = summarize(std::move(depth));
     e.normal = summarize(std::move(normal));
     std::sort(worst.begin(), worst.end(), [](const auto& l, const auto& r) { return l.first > r.first; });

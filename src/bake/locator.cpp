@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <vector>
 
@@ -17,7 +19,7 @@ using model::PlaceKind;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
-constexpr double k_cells_along = 48;
+const double k_cells_along = getenv("CELLS")?atof(getenv("CELLS")):48;
 
 // Seeds of a cell at most, and by how much of R_max a sample may miss its nearest surface before it gets one of its own.
 constexpr std::size_t k_most_seeds = 6;
@@ -61,12 +63,18 @@ Grid grid_about(const mesh::Mesh& mesh)
     return grid;
 }
 
+struct Seed {
+    std::uint32_t code;
+    std::uint8_t reach;
+    auto operator<=>(const Seed&) const = default;
+};
+
 /// What is known of a cell before it is packed.
 struct Place {
     PlaceKind kind = PlaceKind::Free;
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
-    std::vector<std::uint32_t> seeds;
+    std::vector<Seed> seeds;
 };
 
 /// How a part's domain lies to a box about c with half side h, in the chart frame.
@@ -102,16 +110,17 @@ public:
     void run(unsigned threads)
     {
         const int bx = grid_.n[0] / model::k_brick, by = grid_.n[1] / model::k_brick, bz = grid_.n[2] / model::k_brick;
-        bricks_.resize(static_cast<std::size_t>(bx * by * bz));
-        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
-            const int b = static_cast<int>(i);
-            bake_brick(bricks_[i], b % bx, b / bx % by, b / (bx * by));
-        });
         for (int k = 0; k < 3; ++k) {
             data_.locator.origin[k] = static_cast<float>(grid_.origin[k]);
             data_.locator.bricks[k] = static_cast<std::uint32_t>(grid_.n[k] / model::k_brick);
         }
         data_.locator.cell = static_cast<float>(grid_.cell);
+        view_ = data_.view();
+        bricks_.resize(static_cast<std::size_t>(bx * by * bz));
+        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+            const int b = static_cast<int>(i);
+            bake_brick(bricks_[i], b % bx, b / bx % by, b / (bx * by));
+        });
         pack();
     }
 
@@ -157,66 +166,82 @@ private:
     /// Enough seeds that every sample of the cell that lies in the solid finds its nearest surface from one of them.
     void choose_seeds(Place& place, Vec3d centre, const mesh::ClosestPoint& nearest) const
     {
-        place.seeds = {seed_at(part_of_triangle_[nearest.triangle], nearest.point)};
+        place.seeds = {{seed_at(centre, part_of_triangle_[nearest.triangle], nearest.point), 255}};
         const double tolerance = k_seed_tolerance * view_.header.r_max;
         struct Sample {
             Vec3d point;
             double best;  ///< distance that some seed finds
         };
         std::vector<Sample> samples;
+        mesh::ClosestPoint truth = nearest;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + grid_.cell * offset;
-            const mesh::ClosestPoint truth = solid_.closest_boundary(p);
+            truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
-            for (const std::uint32_t seed : place.seeds) found = std::min(found, reach_from(seed, p));
+            for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));
             if (found > truth.distance + tolerance && place.seeds.size() < k_most_seeds) {
-                const auto [seed, reached] = best_seed(p, truth, tolerance);
+                const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
                 if (reached < found - tolerance) {
-                    place.seeds.push_back(seed);
+                    place.seeds.push_back({seed, 255});
                     found = reached;
                 }
             }
             samples.push_back({p, found});
         }
-        // After which distance a surface found from the first seeds may be bettered by the others.
-        std::vector<double> so_far(samples.size(), INFINITY);
-        for (std::size_t k = 0; k + 1 < place.seeds.size(); ++k) {
+        if (place.seeds.size() == 1) return;
+        // From which distance on a surface found from a seed may be bettered by another.
+        for (Seed& seed : place.seeds) {
             double reach = INFINITY;
-            for (std::size_t i = 0; i < samples.size(); ++i) {
-                so_far[i] = std::min(so_far[i], reach_from(place.seeds[k], samples[i].point));
-                if (so_far[i] > samples[i].best + tolerance) reach = std::min(reach, so_far[i]);
-            }
+            for (const Sample& sample : samples)
+                if (const double d = reach_from(centre, seed.code, sample.point); d > sample.best + tolerance) reach = std::min(reach, d);
             // Between samples it may come half a sample's spacing earlier.
-            const double half_cells = std::floor(2 * (reach / grid_.cell - 0.25));
-            place.seeds[k] |= static_cast<std::uint32_t>(std::clamp(half_cells, 0.0, 63.0)) << 25;
+            const double steps = std::floor((reach / grid_.cell - 0.25) / model::k_seed_reach_step);
+            seed.reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
         }
     }
 
     struct SeedReach {
-        std::uint32_t seed;
+        std::uint32_t code;
         double distance;
     };
     /// The owner's chart as a rule; another's where that one does not see the surface.
-    SeedReach best_seed(Vec3d p, const mesh::ClosestPoint& truth, double tolerance) const
+    SeedReach best_seed(Vec3d centre, Vec3d p, const mesh::ClosestPoint& truth, double tolerance) const
     {
         const std::uint32_t owner = part_of_triangle_[truth.triangle];
-        SeedReach best{seed_at(owner, truth.point), 0};
-        best.distance = reach_from(best.seed, p);
+        SeedReach best{seed_at(centre, owner, truth.point), 0};
+        best.distance = reach_from(centre, best.code, p);
         for (std::uint32_t i = 0; i < view_.parts.size() && best.distance > truth.distance + tolerance; ++i) {
             if (i == owner || !test_domain(view_.parts[i], truth.point, 0).holds) continue;
-            const std::uint32_t other = seed_at(i, truth.point);
-            if (const double d = reach_from(other, p); d < best.distance) best = {other, d};
+            const std::uint32_t other = seed_at(centre, i, truth.point);
+            if (const double d = reach_from(centre, other, p); d < best.distance) best = {other, d};
         }
         return best;
     }
 
-    /// Distance that the runtime finds from a seed.
-    double reach_from(std::uint32_t seed, Vec3d p) const
+    /// Distance that the runtime finds from a seed of the place about centre.
+    double reach_from(Vec3d centre, std::uint32_t seed, Vec3d p) const
     {
         const model::Part& part = view_.parts[model::seed_part(seed)];
         const query::CentralMap map(view_, part);
-        return std::sqrt(query::approach(map, part, map.to_chart_frame(cast<float>(p)), model::seed_cell(seed)).distance_sq);
+        const Vec3f point = cast<float>(p), c = cast<float>(centre), n = query::seed_direction(seed);
+        const Vec3f start = point + (query::seed_length(view_.locator, seed) - dot(n, point - c)) * n;
+        return std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(start)).distance_sq);
+    }
+
+    /// A seed whose plane passes through a surface point, across the line to it.
+    std::uint32_t seed_at(Vec3d centre, std::uint32_t part, Vec3d surface_point) const
+    {
+        const Vec3d d = surface_point - centre;
+        const double length = norm(d);
+        const double steps = std::round(length / (model::k_seed_distance_step * grid_.cell));
+        constexpr int cells = 1 << model::k_seed_normal_bits;
+        const Vec3d n = length > 0 ? d / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) : Vec3d{0, 0, 1};
+        const double fold_x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
+        const double fold_y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
+        const auto code = [](double v) { return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1)); };
+        return part | code(fold_x) << 8 | code(fold_y) << (8 + model::k_seed_normal_bits) |
+               static_cast<std::uint32_t>(std::min<double>(steps, model::k_max_seed_distance)) << 22;
     }
 
     /// The parts that answer in a cell, best first: one that holds the whole cell suffices.
@@ -255,16 +280,6 @@ private:
         return leaf.kind == model::CellKind::Layered ? (leaf.bilinear ? 1 : 0) : 2;
     }
 
-    std::uint32_t seed_at(std::uint32_t part, Vec3d surface_point) const
-    {
-        const query::CentralMap map(view_, view_.parts[part]);
-        const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(surface_point)));
-        const int n = static_cast<int>(model::k_seed_fine) * map.base();
-        const auto at = [&](float v) { return std::clamp(static_cast<int>((v + 1.f) * 0.5f * static_cast<float>(n)), 0, n - 1); };
-        const int cell = (q.face * n + at(q.t)) * n + at(q.s);
-        return part | static_cast<std::uint32_t>(cell) << 8;
-    }
-
     std::uint32_t gap_code(double gap) const
     {
         // Rounded down, with room for the runtime's own rounding.
@@ -275,7 +290,7 @@ private:
     void pack()
     {
         std::map<std::uint32_t, std::uint32_t> lists;
-        std::map<std::vector<std::uint32_t>, std::uint32_t> chains;
+        std::map<std::vector<Seed>, std::uint32_t> chains;
         for (const Brick& brick : bricks_) {
             if (brick.free) {
                 data_.bricks.push_back(model::k_free_brick | gap_code(brick.gap));
@@ -300,7 +315,10 @@ private:
                     kind = PlaceKind::Ask;
                 const auto [chain, new_chain] = chains.try_emplace(place.seeds, static_cast<std::uint32_t>(data_.locator_seeds.size()));
                 if (new_chain) {
-                    for (const std::uint32_t seed : place.seeds) data_.locator_seeds.push_back(seed);
+                    for (const Seed& seed : place.seeds) {
+                        data_.locator_seeds.push_back(seed.code);
+                        data_.seed_reaches.push_back(seed.reach);
+                    }
                     data_.locator_seeds.back() |= model::k_last_seed;
                 }
                 data_.places.push_back(static_cast<std::uint32_t>(kind) | list_index << 2 | chain->second << 14);
@@ -323,7 +341,7 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
 {
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
-        if (part.base == 0 || part.base > model::k_max_seed_base) return;
+        if (part.base == 0) return;
     LocatorBaker(solid, part_of_triangle, data).run(threads);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -52,6 +53,36 @@ double hidden_share(const SurfaceContext& context, const PartWork& part)
     return hidden + seen > 0 ? hidden / (hidden + seen) : 0;
 }
 
+/// Patch and caps of a part as one surface, for certificates.
+struct Held {
+    std::vector<Vec3d> points;
+    std::vector<mesh::Triangle> triangles;
+};
+
+Held held_by(const mesh::Mesh& mesh, std::span<const std::uint32_t> patch, std::span<const CapTriangle> caps)
+{
+    Held held;
+    for (const CapTriangle& t : caps) {
+        const auto first = static_cast<std::uint32_t>(held.points.size());
+        held.triangles.push_back({first, first + 1, first + 2});
+        held.points.insert(held.points.end(), t.begin(), t.end());
+    }
+    std::vector<std::uint32_t> vertices;
+    for (const std::uint32_t t : patch) vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    const auto first = static_cast<std::uint32_t>(held.points.size());
+    for (const std::uint32_t v : vertices) held.points.push_back(mesh.vertices[v]);
+    for (const std::uint32_t t : patch) {
+        mesh::Triangle& triangle = held.triangles.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k)
+            triangle[k] =
+                first + static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), mesh.triangles[t][k]) -
+                                                   vertices.begin());
+    }
+    return held;
+}
+
 /// The fit, made in the canonical frame so that turning the mesh changes it by rounding only, and certified in the
 /// model's: turned back, rounded to float, and enlarged by what that costs.
 fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, const BakeOptions& options)
@@ -66,11 +97,7 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
     std::stable_sort(turned.begin(), turned.end(), [&](const CapTriangle& l, const CapTriangle& r) { return key(l) < key(r); });
     fit::FitReport report = fit::fit_bounding(context.canonical, part.ordered, turned, options.fit);
 
-    std::vector<CapTriangle> all = part.caps;
-    for (const std::uint32_t t : part.triangles) {
-        const mesh::Triangle& tri = context.mesh.triangles[t];
-        all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
-    }
+    const Held held = held_by(context.mesh, part.triangles, part.caps);
     const auto narrow = [](double v) { return static_cast<double>(static_cast<float>(v)); };
     const shape::Superquadricd fitted = report.superquadric;
     for (double slack = 0; slack<0.1; slack = slack> 0 ? 2 * slack : 1e-6) {
@@ -83,7 +110,7 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
             sq.a[i] = narrow(fitted.a[i] * (1 + slack));
         }
         sq.bend = narrow(fitted.bend / (1 + slack));
-        const fit::Certificate certificate = fit::certify(sq, all);
+        const fit::Certificate certificate = fit::certify(sq, held.points, held.triangles);
         if (certificate.largest_f > 1 - fit::float_margin(sq)) continue;
         report.superquadric = sq;
         report.certificate = certificate;
@@ -116,13 +143,16 @@ std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition&
 }
 
 /// Parts of a changed partition; what was fitted before is taken from history, what was not is added to it.
-std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
-                             const BakeOptions& options)
+/// hopeless(known parts): the change is not worth having, whatever the parts that are still to be fitted cost; asked
+/// after each fit. Nothing is returned then. Several threads fit ahead, but what is kept does not depend on it.
+template <class Hopeless>
+std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const decompose::Partition& partition,
+                                            std::vector<PartWork>& history, const BakeOptions& options, Hopeless&& hopeless)
 {
     std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
     std::vector<std::vector<CapTriangle>> caps = cap_parts(context.mesh, partition);
     std::vector<PartWork> parts(partition.part_count);
-    std::vector<std::uint8_t> fitted(parts.size(), 0);
+    std::vector<std::uint8_t> known(parts.size(), 0);
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
         // The same surface may have been fitted with other caps: the tightest that holds today's caps will do.
@@ -131,32 +161,54 @@ std::vector<PartWork> update(const SurfaceContext& context, const decompose::Par
             if (o.triangles == triangles[i]) same.push_back(&o);
         std::stable_sort(same.begin(), same.end(),
                          [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
+        Held held;
         for (const PartWork* o : same) {
             if (o->caps == caps[i]) {
                 part = *o;
+                known[i] = 1;
                 return;
             }
-            std::vector<CapTriangle> all = caps[i];
-            for (const std::uint32_t t : o->triangles) {
-                const mesh::Triangle& tri = context.mesh.triangles[t];
-                all.push_back({context.mesh.vertices[tri[0]], context.mesh.vertices[tri[1]], context.mesh.vertices[tri[2]]});
-            }
-            const fit::Certificate certificate = fit::certify(o->fit.superquadric, all);
+            if (held.points.empty()) held = held_by(context.mesh, triangles[i], caps[i]);
+            const fit::Certificate certificate = fit::certify(o->fit.superquadric, held.points, held.triangles);
             if (certificate.largest_f > 1 - fit::float_margin(o->fit.superquadric)) continue;
             part = *o;
             part.caps = std::move(caps[i]);
             part.fit.certificate = certificate;
             part.solid_volume = enclosed_volume(context.mesh, part);
+            known[i] = 1;
             return;
         }
-        fitted[i] = 1;
         part.triangles = std::move(triangles[i]);
         part.caps = std::move(caps[i]);
-        finish(context, part, options);
     });
+    std::vector<std::size_t> unknown;
     for (std::size_t i = 0; i < parts.size(); ++i)
-        if (fitted[i] != 0) history.push_back(parts[i]);
+        if (known[i] == 0) unknown.push_back(i);
+    const std::size_t ahead = std::max<std::size_t>(1, thread_count(options.threads));
+    const auto give_up = [&] {
+        std::vector<const PartWork*> finished;
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            if (known[i] != 0) finished.push_back(&parts[i]);
+        return hopeless(finished);
+    };
+    if (give_up()) return std::nullopt;
+    for (std::size_t first = 0; first < unknown.size(); first += ahead) {
+        const std::size_t count = std::min(ahead, unknown.size() - first);
+        parallel_for(count, options.threads, [&](std::size_t i) { finish(context, parts[unknown[first + i]], options); });
+        for (std::size_t i = 0; i < count; ++i) {
+            history.push_back(parts[unknown[first + i]]);
+            known[unknown[first + i]] = 1;
+            if (give_up()) return std::nullopt;
+        }
+    }
     return parts;
+}
+
+/// All parts of a partition.
+std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
+                             const BakeOptions& options)
+{
+    return *update(context, partition, history, options, [](const auto&) { return false; });
 }
 
 /// What a part costs: the volume its superquadric adds to the solid's own, and the area its projection cannot see.
@@ -184,14 +236,20 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
         all_volume += part.solid_volume;
     }
     if (!(all_volume > 0)) all_volume = 1;
-    const auto total = [&](const std::vector<PartWork>& p) {
+    const auto total = [&](const std::vector<const PartWork*>& p) {
         double sum = 0;
-        for (const PartWork& part : p) sum += cost(part, all_volume, all_area);
+        for (const PartWork* part : p) sum += cost(*part, all_volume, all_area);
+        return sum;
+    };
+    const auto total_now = [&] {
+        double sum = 0;
+        for (const PartWork& part : parts) sum += cost(part, all_volume, all_area);
         return sum;
     };
     // Looseness of a part relative to its own solid: a box in a box-like superquadric has about 1.2, a bent or forked
     // part well above 2.
     const auto loose = [](const PartWork& p) { return p.fit.volume / std::max(p.solid_volume, 1e-3 * p.fit.volume); };
+    const decompose::Cutter cutter(context.mesh);
     std::vector<PartWork> history = parts;
     std::vector<std::vector<std::uint32_t>> given_up;
     while (parts.size() < options.max_parts) {
@@ -206,20 +264,23 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
             }
         }
         if (worst == parts.size()) break;
-        const decompose::Split split =
-            decompose::split_part(context.mesh, partition, static_cast<std::uint32_t>(worst), options.decompose);
+        decompose::Split split = cutter.split(partition, static_cast<std::uint32_t>(worst), options.decompose);
         bool kept = false;
         if (split.found && split.partition.part_count <= options.max_parts) {
-            std::vector<PartWork> next = update(context, split.partition, history, options);
             // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
             const double limit = std::max(options.max_looseness, 1.2 * loose(parts[worst]));
-            const bool slivers = std::any_of(next.begin(), next.end(), [&](const PartWork& p) {
-                return loose(p) > limit &&
-                       std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p.triangles; });
-            });
-            if (!slivers && total(next) < total(parts) - options.split_gain * worst_cost) {
-                partition = split.partition;
-                parts = std::move(next);
+            const auto is_sliver = [&](const PartWork* p) {
+                return loose(*p) > limit &&
+                       std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p->triangles; });
+            };
+            const double least = total_now() - options.split_gain * worst_cost;
+            std::optional<std::vector<PartWork>> next =
+                update(context, split.partition, history, options, [&](const std::vector<const PartWork*>& finished) {
+                    return !(total(finished) < least) || std::any_of(finished.begin(), finished.end(), is_sliver);
+                });
+            if (next) {
+                partition = std::move(split.partition);
+                parts = std::move(*next);
                 kept = true;
             }
         }
@@ -230,16 +291,19 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
         again = false;
         for (const decompose::Boundary& b : partition.boundaries) {
             if (b.kind != decompose::CutKind::Error) continue;
-            const decompose::Partition merged = decompose::merge_parts(context.mesh, partition, b.part_a, b.part_b);
-            std::vector<PartWork> next = update(context, merged, history, options);
-            if (total(next) > total(parts)) continue;
+            const decompose::Partition merged = cutter.merge(partition, b.part_a, b.part_b);
+            const double most = total_now();
+            std::optional<std::vector<PartWork>> next =
+                update(context, merged, history, options,
+                       [&](const std::vector<const PartWork*>& finished) { return total(finished) > most; });
+            if (!next) continue;
             partition = merged;
-            parts = std::move(next);
+            parts = std::move(*next);
             again = true;
             break;
         }
     }
-    partition = decompose::ordered_by_area(context.mesh, partition);
+    partition = cutter.ordered_by_area(partition);
     parts = update(context, partition, history, options);
 }
 

@@ -33,9 +33,13 @@ double cut_length(const CutSurface& s, std::span<const std::uint32_t> triangles,
 
 }  // namespace
 
-Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part, const DecomposeOptions& options)
+Cutter::Cutter(const mesh::Mesh& mesh) : surface_(std::make_unique<const CutSurface>(mesh)) {}
+Cutter::~Cutter() = default;
+
+Split Cutter::split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options) const
 {
-    const CutSurface s(mesh);
+    const CutSurface& s = *surface_;
+    const mesh::Mesh& mesh = s.mesh;
     Split out;
     out.partition = partition;
     const auto triangles = triangles_of(partition, part);
@@ -118,17 +122,17 @@ Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32
     return out;
 }
 
-Partition merge_parts(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part_a, std::uint32_t part_b)
+Partition Cutter::merge(const Partition& partition, std::uint32_t part_a, std::uint32_t part_b) const
 {
     Partition out = partition;
-    apply_merge(CutSurface(mesh), out, part_a, part_b);
+    apply_merge(*surface_, out, part_a, part_b);
     return out;
 }
 
-Partition ordered_by_area(const mesh::Mesh& mesh, const Partition& partition)
+Partition Cutter::ordered_by_area(const Partition& partition) const
 {
     Partition out = partition;
-    order_by_area(CutSurface(mesh), out);
+    order_by_area(*surface_, out);
     return out;
 }
 

@@ -11,6 +11,8 @@
 //  derivatives over the triangle's box, in closed form below. e falls with the square of the size: few subdivisions.
 #include "sqmap/fit/fit.h"
 
+#include "power_free.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -100,49 +102,66 @@ struct Range {
     double lower = 0, upper = 0;
 };
 
-void bound(const shape::Superquadricd& sq, const std::array<Vec3d, 3>& q, int depth, Range& range)
+void bound(const shape::Superquadricd& sq, const PowerFreeBound& at_most, const std::array<Vec3d, 3>& q, int depth, Range& range)
 {
+    Vec3d u[3];
     double corner = 0;
-    for (const Vec3d& v : q) {
-        const double f = norm_of(sq, undeform(sq, v));
+    for (int i = 0; i < 3; ++i) {
+        u[i] = undeform(sq, q[i]);
+        double f = at_most(u[i]);
+        if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, u[i]));
         corner = f >= corner ? f : (f < corner ? corner : k_infinity);  // a NaN counts as outside
     }
-    range.lower = std::max(range.lower, corner);
     if (!(corner < k_infinity)) {
-        range.upper = k_infinity;
+        range.lower = range.upper = k_infinity;
         return;
     }
     const Vec3d e = interpolation_error(sq, q);
-    const double upper = e.x < k_infinity && e.y < k_infinity && e.z < k_infinity ? corner + norm_of(sq, e) : k_infinity;
+    const bool finite = e.x < k_infinity && e.y < k_infinity && e.z < k_infinity;
+    if (finite && corner + at_most(e) < range.upper) return;
+    corner = std::max({norm_of(sq, u[0]), norm_of(sq, u[1]), norm_of(sq, u[2])});
+    const double upper = finite ? corner + norm_of(sq, e) : k_infinity;
     if (upper <= range.upper) return;
     if (upper <= range.lower + k_accuracy || depth == k_max_depth || !(range.upper < k_infinity)) {
         range.upper = upper;
         return;
     }
     const Vec3d m01 = 0.5 * (q[0] + q[1]), m12 = 0.5 * (q[1] + q[2]), m20 = 0.5 * (q[2] + q[0]);
-    bound(sq, {m01, m12, m20}, depth + 1, range);
-    bound(sq, {q[0], m01, m20}, depth + 1, range);
-    bound(sq, {m01, q[1], m12}, depth + 1, range);
-    bound(sq, {m20, m12, q[2]}, depth + 1, range);
+    bound(sq, at_most, {m01, m12, m20}, depth + 1, range);
+    bound(sq, at_most, {q[0], m01, m20}, depth + 1, range);
+    bound(sq, at_most, {m01, q[1], m12}, depth + 1, range);
+    bound(sq, at_most, {m20, m12, q[2]}, depth + 1, range);
 }
 
 }  // namespace
 
-Certificate certify(const shape::Superquadricd& sq, std::span<const std::array<Vec3d, 3>> triangles)
+Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> points, std::span<const mesh::Triangle> triangles)
 {
     Range range;
-    std::vector<std::array<Vec3d, 3>> local(triangles.begin(), triangles.end());
-    for (auto& triangle : local) {
-        for (Vec3d& v : triangle) {
-            v = to_local(sq, v);
-            const double f = norm_of(sq, undeform(sq, v));
-            range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : k_infinity);
-        }
+    const PowerFreeBound at_most(sq);
+    struct Corner {
+        Vec3d local;
+        double at_most;  ///< bounds f
+    };
+    std::vector<Corner> corners;
+    corners.reserve(points.size());
+    for (const Vec3d& p : points) {
+        const Vec3d q = to_local(sq, p), u = undeform(sq, q);
+        corners.push_back({q, at_most(u)});
+        if (corners.back().at_most < range.lower) continue;
+        const double f = norm_of(sq, u);
+        range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : k_infinity);
     }
     range.upper = range.lower;
     // All corners first: the greatest of them lets most triangles pass without subdivision.
-    if (sq.is_deformed())
-        for (const auto& triangle : local) bound(sq, triangle, 0, range);
+    if (sq.is_deformed()) {
+        for (const mesh::Triangle& t : triangles) {
+            const std::array<Vec3d, 3> q{corners[t[0]].local, corners[t[1]].local, corners[t[2]].local};
+            const double corner = std::max({corners[t[0]].at_most, corners[t[1]].at_most, corners[t[2]].at_most});
+            if (corner < range.upper && corner + at_most(interpolation_error(sq, q)) < range.upper) continue;
+            bound(sq, at_most, q, 0, range);
+        }
+    }
 
     // Bending far from its centre of curvature loses digits: an error of 1/bend roundings in r and z.
     const double lost = sq.is_bent() ? 4e-16 / sq.bend / std::min({sq.a.x, sq.a.y, sq.a.z}) : 0;
@@ -152,6 +171,18 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const std::array<V
     certificate.tolerance = certificate.largest_f - range.lower * range.lower;
     certificate.bounding = certificate.largest_f <= 1;
     return certificate;
+}
+
+Certificate certify(const shape::Superquadricd& sq, std::span<const std::array<Vec3d, 3>> triangles)
+{
+    std::vector<Vec3d> points;
+    std::vector<mesh::Triangle> faces;
+    for (const std::array<Vec3d, 3>& t : triangles) {
+        const auto first = static_cast<std::uint32_t>(points.size());
+        faces.push_back({first, first + 1, first + 2});
+        points.insert(points.end(), t.begin(), t.end());
+    }
+    return certify(sq, points, faces);
 }
 
 double float_margin(const shape::Superquadricd& sq)

@@ -7,6 +7,8 @@
 #include "sqmap/fit/fit.h"
 
 #include "chart.h"
+#include "least_squares.h"
+#include "power_free.h"
 #include "problems.h"
 
 #include <Eigen/Eigenvalues>
@@ -31,16 +33,18 @@ constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 /// The part in coordinates of its own: about the middle of its principal box, with greatest distance 1 from it.
 struct Part {
-    std::vector<Corners> triangles;    ///< model space: surface, then caps
-    Mat3d frame;                       ///< rows: principal axes, longest first
-    Vec3d middle;                      ///< model space
-    double size = 1;                   ///< model units
-    std::vector<Vec3d> points;         ///< all corners
-    std::vector<Vec3d> extreme;        ///< those of them that lie farthest in some of many directions
-    std::vector<Vec3d> points_inner;   ///< points, and some within triangles large enough to leave a shape that is not convex
-    std::vector<Vec3d> extreme_inner;  ///< extreme, and some of those
-    std::vector<Vec3d> check;          ///< points_inner, thinned to a few hundred
-    std::vector<Sample> samples;       ///< of the surface, without caps
+    std::vector<Corners> triangles;     ///< model space: surface, then caps
+    std::vector<Vec3d> corners;         ///< model space: of the surface, each once, and of the caps
+    std::vector<mesh::Triangle> faces;  ///< triangles, by corners
+    Mat3d frame;                        ///< rows: principal axes, longest first
+    Vec3d middle;                       ///< model space
+    double size = 1;                    ///< model units
+    std::vector<Vec3d> points;          ///< all corners
+    std::vector<Vec3d> extreme;         ///< those of them that lie farthest in some of many directions
+    std::vector<Vec3d> points_inner;    ///< points, and some within triangles large enough to leave a shape that is not convex
+    std::vector<Vec3d> extreme_inner;   ///< extreme, and some of those
+    std::vector<Vec3d> check;           ///< points_inner, thinned to a few hundred
+    std::vector<Sample> samples;        ///< of the surface, without caps
     double least_a = 1e-3;
 };
 
@@ -186,7 +190,18 @@ Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, s
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
     for (const std::uint32_t v : corners) part.points.push_back(mesh.vertices[v]);
-    for (const Corners& t : caps) part.points.insert(part.points.end(), t.begin(), t.end());
+    for (const std::uint32_t t : triangles) {
+        mesh::Triangle& face = part.faces.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k)
+            face[k] = static_cast<std::uint32_t>(std::lower_bound(corners.begin(), corners.end(), mesh.triangles[t][k]) -
+                                                 corners.begin());
+    }
+    for (const Corners& t : caps) {
+        const auto first = static_cast<std::uint32_t>(part.points.size());
+        part.faces.push_back({first, first + 1, first + 2});
+        part.points.insert(part.points.end(), t.begin(), t.end());
+    }
+    part.corners = part.points;
     if (part.points.empty()) part.points.push_back({});
 
     part.frame = principal_frame(part.triangles, part.points[0]);
@@ -222,9 +237,15 @@ Part prepare(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, s
 
 double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
 {
-    double f = 0;
-    for (const Vec3d& p : points) f = std::max(f, implicit(sq, p));
-    return std::sqrt(f);
+    const PowerFreeBound at_most(sq);
+    double f = 0, root = 0;
+    for (const Vec3d& p : points) {
+        const Vec3d u = undeformed(sq, p);
+        if (at_most(u) < root) continue;
+        f = std::max(f, shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u));
+        root = std::sqrt(f);
+    }
+    return root;
 }
 
 void scale_by(Superquadricd& sq, double s)
@@ -313,35 +334,41 @@ struct DataFit {
     bool converged = false;
 };
 
+bool all_finite(std::span<const double> values)
+{
+    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
 /// Eq. 3 from one start.
 template <int N>
 DataFit fit_data(const Part& part, const Superquadricd& start, std::span<const Sample> samples, const FitOptions& options,
                  int iterations, int& spent)
 {
     Chart chart = chart_of(part, options);
-    typename ceres::TinySolver<DataTerm<N>>::Parameters t;
+    std::array<double, N> t;
     encode<N>(start, chart, t.data());
     const DataTerm<N> term{chart, samples, options.residual};
-    ceres::TinySolver<DataTerm<N>> solver;
-    solver.options.max_num_iterations = iterations;
-    solver.options.function_tolerance = 1e-8;
-    const auto& summary = solver.Solve(term, &t);
-    spent += summary.iterations;
-    if (!t.allFinite() || !std::isfinite(summary.final_cost)) return {start};
-    return {decode<N>(chart, t.data()), summary.final_cost, summary.status != ceres::TinySolver<DataTerm<N>>::HIT_MAX_ITERATIONS};
+    const LeastSquaresReport done = minimise<N>(term, t.data(), {.max_iterations = iterations, .cost_change = 1e-8});
+    spent += done.iterations;
+    if (!all_finite(t) || !std::isfinite(done.cost)) return {start};
+    return {decode<N>(chart, t.data()), done.cost, done.settled};
 }
 
 /// Adds the point of each run of candidates that lies farthest outside, if any does by more than a little.
 bool admit_violators(const Superquadricd& sq, std::span<const Vec3d> candidates, std::vector<Vec3d>& points)
 {
     const std::size_t runs = 12, before = points.size();
+    const PowerFreeBound at_most(sq);
     for (std::size_t r = 0; r < runs; ++r) {
         const Vec3d* worst = nullptr;
-        double most = 1.02 * 1.02;
+        double root = 1.02, most = root * root;
         for (std::size_t i = r * candidates.size() / runs; i < (r + 1) * candidates.size() / runs; ++i) {
-            const double f = implicit(sq, candidates[i]);
+            const Vec3d u = undeformed(sq, candidates[i]);
+            if (at_most(u) < root) continue;
+            const double f = shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u);
             if (f > most) {
                 most = f;
+                root = std::sqrt(f);
                 worst = &candidates[i];
             }
         }
@@ -356,23 +383,20 @@ Candidate fit_volume(const Part& part, Superquadricd start, const FitOptions& op
 {
     if (!shrink_wrap(start, N == k_plain ? part.extreme : part.extreme_inner)) return {};
     Chart chart = chart_of(part, options);
-    typename ceres::TinySolver<VolumeTerm<N>>::Parameters t;
+    std::array<double, N> t;
     encode<N>(start, chart, t.data());
     // Extreme points bound a convex shape; into one that is not, others may reach: those join as they are found.
     std::vector<Vec3d> points = N == k_plain ? part.extreme : part.extreme_inner;
     VolumeTerm<N> term(chart, points, options.max_overhang);
-    ceres::TinySolver<VolumeTerm<N>> solver;
-    solver.options.max_num_iterations = 8;
-    solver.options.function_tolerance = 1e-7;
-    solver.options.initial_trust_region_radius = 3;
+    const LeastSquaresOptions steps{.max_iterations = 8, .cost_change = 1e-7, .trust_region = 3};
     std::vector<double> g(points.size() + 3);
     std::array<std::size_t, 3> extreme;
     Candidate best;
     for (int round = 0; round < rounds; ++round) {
         term.log_volume_0 = log_volume(decode<N>(chart, t.data()));
         std::copy_n(t.data(), N, term.t0.begin());
-        spent += solver.Solve(term, &t).iterations;
-        if (!t.allFinite()) break;
+        spent += minimise<N>(term, t.data(), steps).iterations;
+        if (!all_finite(t)) break;
         const Superquadricd sq = decode<N>(chart, t.data());
         term.constraints(sq, g.data(), extreme);
         for (std::size_t i = 0; i < g.size(); ++i) term.lambda[i] = std::max(0.0, term.lambda[i] + term.mu * g[i]);
@@ -469,7 +493,7 @@ bool finish(const Part& part, Superquadricd sq, FitReport& report)
     sq.translation = part.middle + part.size * sq.translation;
     for (int attempt = 0; attempt < 12; ++attempt) {
         round_to_float(sq);
-        const Certificate certificate = certify(sq, part.triangles);
+        const Certificate certificate = certify(sq, part.corners, part.faces);
         if (!std::isfinite(certificate.largest_f)) return false;
         const double margin = float_margin(sq);
         if (margin < 0.5 && certificate.largest_f <= 1 - margin) {
@@ -619,7 +643,7 @@ FitReport fit_surface(const mesh::Mesh& mesh, std::span<const std::uint32_t> tri
     sq.translation = part.middle + part.size * sq.translation;
     round_to_float(sq);
     report.superquadric = sq;
-    report.certificate = certify(sq, part.triangles);
+    report.certificate = certify(sq, part.corners, part.faces);
     report.volume = volume(sq);
     report.rms = radial_rms(part, sq);
     return report;

@@ -1,13 +1,12 @@
-// The two least-squares problems of a fit, for ceres::TinySolver, with exact derivatives by ceres::Jet.
+// The two least-squares problems of a fit, with exact derivatives.
 #pragma once
 
 #include "chart.h"
+#include "gradient.h"
+#include "power_free.h"
 #include "volume.h"
 
 #include "sqmap/fit/fit.h"
-
-#include <ceres/jet.h>
-#include <ceres/tiny_solver.h>
 
 #include <array>
 #include <span>
@@ -20,59 +19,71 @@ struct Sample {
     double weight;  ///< square root of its share of the area
 };
 
-/// Coordinates as jets that differentiate by themselves.
-template <int N>
-std::array<ceres::Jet<double, N>, N> seed(const double* t)
-{
-    std::array<ceres::Jet<double, N>, N> jets;
-    for (int k = 0; k < N; ++k) jets[k] = ceres::Jet<double, N>(t[k], k);
-    return jets;
-}
+inline Vec3d undeformed(const shape::Superquadricd& sq, Vec3d p) { return undeform(sq, to_local(sq, p)); }
 
-template <class Real>
-Vec3<Real> undeformed(const shape::Superquadric<Real>& sq, Vec3d p)
+inline double residual_of(Residual kind, const shape::Superquadricd& sq, Vec3d p)
 {
-    return undeform(sq, to_local(sq, Vec3<Real>{Real(p.x), Real(p.y), Real(p.z)}));
-}
-
-template <class Real>
-Real residual_of(Residual kind, const shape::Superquadric<Real>& sq, Vec3d p)
-{
-    using std::sqrt;
-    const Vec3<Real> u = undeformed(sq, p);
-    const Real f = shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u);
-    if (kind == Residual::Equation3) return sqrt(sqrt(sq.a.x * sq.a.y * sq.a.z)) * (f - 1.0);
-    if (!(f > Real(1e-18))) return -sqrt(sq.a.x * sq.a.y);  // the centre itself has no ray: a constant, no derivative to speak of
-    return sqrt(dot(u, u)) * (Real(1.0) - 1.0 / sqrt(f));
+    const Vec3d u = undeformed(sq, p);
+    const double log_f_u = log_f(sq, u);
+    if (kind == Residual::Equation3) return std::pow(sq.a.x * sq.a.y * sq.a.z, 0.25) * (std::exp(2 * log_f_u) - 1);
+    if (!(log_f_u > -20)) return -std::sqrt(sq.a.x * sq.a.y);  // the centre itself has no ray: a constant, without slope
+    return norm(u) * (1 - std::exp(-log_f_u));
 }
 
 /// Eq. 3.
 template <int N>
 struct DataTerm {
-    using Scalar = double;
-    enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = N };
-
     const Chart& chart;
     std::span<const Sample> samples;
     Residual kind;
 
-    int NumResiduals() const { return static_cast<int>(samples.size()); }
-    bool operator()(const double* t, double* residuals, double* jacobian) const
+    double cost(const double* t) const
     {
-        const auto count = static_cast<Eigen::Index>(samples.size());
-        if (jacobian == nullptr) {
-            const auto sq = decode<N>(chart, t);
-            for (Eigen::Index i = 0; i < count; ++i) residuals[i] = samples[i].weight * residual_of(kind, sq, samples[i].point);
-            return true;
+        const auto sq = decode<N>(chart, t);
+        double sum = 0;
+        for (const Sample& s : samples) {
+            const double r = s.weight * residual_of(kind, sq, s.point);
+            sum += 0.5 * r * r;
         }
-        const auto sq = decode<N>(chart, seed<N>(t).data());
-        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, N>> j(jacobian, count, N);
-        for (Eigen::Index i = 0; i < count; ++i) {
-            const auto r = samples[i].weight * residual_of(kind, sq, samples[i].point);
-            residuals[i] = r.a;
-            j.row(i) = r.v.transpose();
+        return sum;
+    }
+
+    template <class Take>
+    void linearise(const double* t, Take&& take) const
+    {
+        const auto sq = decode<N>(chart, t);
+        const DecodeSlopes<N> slopes(chart, t, sq);
+        for (const Sample& s : samples) {
+            Gradient g;
+            Vec3d by_u;
+            const Vec3d q = to_local(sq, s.point), u = undeform(sq, q);
+            const double value = log_f(sq, u, g, by_u);
+            double residual = 0, by_log_f = 0;
+            Vec3d by_length;
+            double by_log_a = 0;
+            if (kind == Residual::Equation3) {
+                const double size = std::pow(sq.a.x * sq.a.y * sq.a.z, 0.25), f_sq = std::exp(2 * value);
+                residual = size * (f_sq - 1);
+                by_log_f = 2 * size * f_sq;
+                by_log_a = 0.25 * residual;
+            } else if (value > -20) {
+                const double length = norm(u), inverse = std::exp(-value);
+                residual = length * (1 - inverse);
+                by_log_f = length * inverse;
+                by_length = (1 - inverse) / length * u;
+            } else {
+                residual = -std::sqrt(sq.a.x * sq.a.y);
+            }
+            g.a = by_log_f * g.a;
+            for (int k = 0; k < 3; ++k) g.a[k] += by_log_a / sq.a[k];
+            g.eps1 *= by_log_f;
+            g.eps2 *= by_log_f;
+            through_undeform(sq, q, u, by_log_f * by_u + by_length, g);
+            double row[N];
+            slopes.to_coordinates(g, s.point, row);
+            for (double& v : row) v *= s.weight;
+            take(s.weight * residual, row);
         }
-        return true;
     }
 };
 
@@ -84,9 +95,6 @@ struct DataTerm {
 /// so it does not move the solution.
 template <int N>
 struct VolumeTerm {
-    using Scalar = double;
-    enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = N };
-
     VolumeTerm(const Chart& chart_in, std::span<const Vec3d> points_in, double overhang_in)
         : chart(chart_in), points(points_in), overhang(overhang_in), lambda(points_in.size() + 3)
     {
@@ -101,26 +109,17 @@ struct VolumeTerm {
     std::array<double, N> t0{};
     std::vector<double> lambda;  ///< #points + 3
 
-    int NumResiduals() const { return static_cast<int>(points.size()) + 4 + N; }
-
-    /// Values of all constraints; extreme: for each axis the point of greatest extent along it.
-    template <class Real>
-    static Real log_f(const shape::Superquadric<Real>& sq, const Vec3<Real>& u)
-    {
-        using std::log;
-        return 0.5 * log(shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u) + 1e-30);
-    }
+    /// Values of all constraints; extreme: for each axis the point of greatest extent along it. Where a constraint holds
+    /// and none is owed for it, an upper bound without powers will do.
     void constraints(const shape::Superquadricd& sq, double* g, std::array<std::size_t, 3>& extreme) const
     {
         Vec3d extent{1e-9, 1e-9, 1e-9};
         extreme = {0, 0, 0};
-        const double round = 0.5 * std::log(2.0) * (sq.eps1 + sq.eps2);
+        const PowerFreeBound at_most(sq);
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d u = undeformed(sq, points[i]);
-            // max |u_k / a_k| <= f <= 2^((eps1 + eps2) / 2) max |u_k / a_k|: no powers for points far inside.
-            const double cube = std::max({std::abs(u.x / sq.a.x), std::abs(u.y / sq.a.y), std::abs(u.z / sq.a.z)});
-            const double most = std::log(cube + 1e-15) + round;
-            g[i] = most < 0 && !(lambda[i] > 0) ? most : log_f(sq, u);
+            const double most = at_most(u);
+            g[i] = most < 1 && !(lambda[i] > 0) ? std::log(most + 1e-15) : log_f(sq, u);
             for (int k = 0; k < 3; ++k) {
                 if (std::abs(u[k]) > extent[k]) {
                     extent[k] = std::abs(u[k]);
@@ -131,44 +130,69 @@ struct VolumeTerm {
         for (int k = 0; k < 3; ++k) g[points.size() + k] = std::log(sq.a[k] / (overhang * extent[k]));
     }
 
-    bool operator()(const double* t, double* residuals, double* jacobian) const
+    double cost(const double* t) const
     {
-        using std::abs;
-        using std::log;
-        const std::size_t count = points.size();
-        double* g = residuals + 1;
-        if (!std::equal(t, t + N, last_.t.begin()) || last_.g.size() != count + 3) {
-            const auto sq = decode<N>(chart, t);
-            last_.g.resize(count + 3);
-            constraints(sq, last_.g.data(), last_.extreme);
-            last_.log_volume = log_volume(sq);
-            std::copy_n(t, N, last_.t.begin());
-        }
-        const double root_mu = std::sqrt(mu);
-        for (std::size_t i = 0; i < count + 3; ++i) g[i] = root_mu * std::max(0.0, last_.g[i] + lambda[i] / mu);
-        residuals[0] = last_.log_volume - log_volume_0 + 1;
-        for (int k = 0; k < N; ++k) g[count + 3 + k] = proximal * (t[k] - t0[k]);
-        if (jacobian == nullptr) return true;
+        const auto sq = decode<N>(chart, t);
+        evaluate(sq, t);
+        double sum = 0;
+        const auto add = [&](double r) { sum += 0.5 * r * r; };
+        add(last_.log_volume - log_volume_0 + 1);
+        for (std::size_t i = 0; i < last_.g.size(); ++i) add(penalty(i));
+        for (int k = 0; k < N; ++k) add(proximal * (t[k] - t0[k]));
+        return sum;
+    }
 
-        const auto jets = decode<N>(chart, seed<N>(t).data());
-        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, N>> j(jacobian, static_cast<Eigen::Index>(count + 4 + N), N);
-        j.setZero();
-        j.row(0) = log_volume(jets).v.transpose();
-        for (std::size_t i = 0; i < count; ++i)
-            if (g[i] > 0)
-                j.row(static_cast<Eigen::Index>(i + 1)) = root_mu * log_f(jets, undeformed(jets, points[i])).v.transpose();
-        for (int k = 0; k < N; ++k) j(static_cast<Eigen::Index>(count + 4) + k, k) = proximal;
-        for (int k = 0; k < 3; ++k) {
-            if (!(g[count + k] > 0)) continue;
-            const auto extent = abs(undeformed(jets, points[last_.extreme[k]])[k]);
-            if (!(extent.a > 1e-9)) continue;
-            j.row(static_cast<Eigen::Index>(count + 1) + k) = root_mu * log(jets.a[k] / extent).v.transpose();
+    template <class Take>
+    void linearise(const double* t, Take&& take) const
+    {
+        const auto sq = decode<N>(chart, t);
+        const DecodeSlopes<N> slopes(chart, t, sq);
+        evaluate(sq, t);
+        double row[N];
+        slopes.to_coordinates(log_volume_gradient(sq), sq.translation, row);
+        take(last_.log_volume - log_volume_0 + 1, row);
+        const double root_mu = std::sqrt(mu);
+        for (std::size_t i = 0; i < last_.g.size(); ++i) {
+            const double residual = penalty(i);
+            if (!(residual > 0)) continue;
+            const std::size_t axis = i - points.size();  // wraps for points
+            const Vec3d p = points[i < points.size() ? i : last_.extreme[axis]];
+            const Vec3d q = to_local(sq, p), u = undeform(sq, q);
+            Gradient g;
+            Vec3d by_u;
+            if (i < points.size()) {
+                (void)log_f(sq, u, g, by_u);
+            } else {
+                const int k = static_cast<int>(axis);
+                if (!(std::abs(u[k]) > 1e-9)) continue;
+                g.a[k] = 1 / sq.a[k];
+                by_u[k] = -1 / u[k];
+            }
+            through_undeform(sq, q, u, by_u, g);
+            slopes.to_coordinates(g, p, row);
+            for (double& v : row) v *= root_mu;
+            take(residual, row);
         }
-        return true;
+        for (int k = 0; k < N; ++k) {
+            std::fill_n(row, N, 0.0);
+            row[k] = proximal;
+            take(proximal * (t[k] - t0[k]), row);
+        }
     }
 
 private:
-    /// The solver asks twice at each accepted point, for the values and then for the derivatives.
+    double penalty(std::size_t i) const { return std::sqrt(mu) * std::max(0.0, last_.g[i] + lambda[i] / mu); }
+
+    /// The solver asks twice at each accepted point, for the cost and then for the derivatives.
+    void evaluate(const shape::Superquadricd& sq, const double* t) const
+    {
+        if (std::equal(t, t + N, last_.t.begin()) && last_.g.size() == points.size() + 3) return;
+        last_.g.resize(points.size() + 3);
+        constraints(sq, last_.g.data(), last_.extreme);
+        last_.log_volume = log_volume(sq);
+        std::copy_n(t, N, last_.t.begin());
+    }
+
     struct Evaluation {
         std::array<double, N> t{};
         std::vector<double> g;

@@ -105,10 +105,11 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
 {
     out.clear();
     const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-    std::vector<std::uint32_t> stack{0};
-    while (!stack.empty()) {
-        const std::uint32_t index = stack.back();
-        stack.pop_back();
+    std::uint32_t stack[k_max_depth];
+    int depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+        const std::uint32_t index = stack[--depth];
         const Node& node = nodes_[index];
         double t_in = 0, t_out = std::numeric_limits<double>::infinity();
         for (int k = 0; k < 3; ++k) {
@@ -118,8 +119,8 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
         }
         if (t_in > t_out * (1 + 1e-12) + 1e-300) continue;
         if (node.count == 0) {
-            stack.push_back(node.first);
-            stack.push_back(index + 1);
+            stack[depth++] = node.first;
+            stack[depth++] = index + 1;
             continue;
         }
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {

@@ -27,11 +27,12 @@ bool Solid::is_boundary(Vec3d p, std::uint32_t triangle) const
     return inside(p - step_ * n) && !inside(p + step_ * n);
 }
 
-ClosestPoint Solid::closest_boundary(Vec3d p) const
+ClosestPoint Solid::closest_boundary(Vec3d p, double within) const
 {
-    if (!self_intersecting_) return bvh_.closest_point(p);
+    if (!self_intersecting_) return bvh_.closest_point(p, within);
     ClosestPoint best;
-    bvh_.visit_nearest(p, best.distance, [&](std::uint32_t t, double radius_sq) {
+    best.distance = within;
+    bvh_.visit_nearest(p, within * within, [&](std::uint32_t t, double radius_sq) {
         if (boundary_[t] == Boundary::Buried) return radius_sq;
         const Triangle& tri = mesh_.triangles[t];
         const Vec3d q = closest_point_on_triangle(p, mesh_.vertices[tri[0]], mesh_.vertices[tri[1]], mesh_.vertices[tri[2]]);

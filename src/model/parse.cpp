@@ -55,9 +55,9 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
     }
     if (!within(offset, 1, part.pool_count)) return false;
     const std::uint32_t sheets = pool[offset] & 7u;
-    const bool bilinear = (pool[offset] & 8u) != 0;
-    if (sheets > k_max_sheets) return false;
-    return within(offset, 1 + (bilinear ? 5 * sheets : 2 + 3 * sheets), part.pool_count);
+    if ((pool[offset] & 8u) != 0) return within(offset, 1 + 5 * sheets, part.pool_count);
+    if ((pool[offset] & k_divided) == 0) return within(offset, 3 + 3 * sheets, part.pool_count);
+    return within(offset, 4 + 3 * (sheets + ((pool[offset] >> 5) & 7u)), part.pool_count);
 }
 
 /// Checks an exact list refs[first, last): references in range, splits nested at most k_max_split_depth deep.
@@ -162,7 +162,7 @@ ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
     if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() ? ParseStatus::Ok
+        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() && v.seed_reaches.empty() ? ParseStatus::Ok
                                                                                                : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
     for (const std::uint32_t n : l.bricks)
@@ -177,10 +177,11 @@ ParseStatus check_locator(const ModelView& v)
         for (std::uint32_t k = 0; k < k_list_length; ++k)
             if (const std::uint32_t part = (list >> (8 * k)) & 0xffu; part != k_no_part && part >= v.parts.size())
                 return ParseStatus::BadStructure;
-    // Every chain ends, and every seed is a cell of its part's chart.
+    // Every chain ends.
+    if (v.seed_reaches.size() != v.seeds.size()) return ParseStatus::BadStructure;
     if (v.seeds.empty() || (v.seeds.back() & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t s : v.seeds)
-        if (seed_part(s) >= v.parts.size() || seed_cell(s) >= k_seed_fine * k_seed_fine * v.parts[seed_part(s)].cell_count) return ParseStatus::BadStructure;
+        if (seed_part(s) >= v.parts.size()) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -303,6 +304,7 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.places);
     hash_bytes(hash, view.part_lists);
     hash_bytes(hash, view.seeds);
+    hash_bytes(hash, view.seed_reaches);
     return hash;
 }
 
@@ -353,6 +355,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.places = span_of<std::uint32_t>(model->places());
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
     v.seeds = span_of<std::uint32_t>(model->seeds());
+    v.seed_reaches = span_of<std::uint8_t>(model->seed_reaches());
 
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})

@@ -1,30 +1,44 @@
-// From a cell of the chart to the nearest surface about it, one point at a time: what bake tries seeds with, and the reference
-// of the frame query's kernel.
+// From a seed to the nearest surface about it, one point at a time: what bake tries seeds with, and the reference of the frame
+// query's kernel.
 #pragma once
 
 #include "central_map.h"
 
 namespace sqmap::query {
 
-inline constexpr int k_approach_steps = 6;
-/// Squared distance over that to the tangent plane: the point is above the surface point found when they agree so well.
-inline constexpr float k_approach_near = 1.002f;
+inline constexpr int k_approach_steps = 5;
+/// Squared distance to the surface point found over that to its tangent plane: within it, the plane's foot is the nearest
+/// point, with an error of second order.
+inline constexpr float k_approach_near = 1.01f;
+
+/// The unit vector of a seed's normal bits.
+inline Vec3f seed_direction(std::uint32_t seed)
+{
+    constexpr std::uint32_t mask = (1u << model::k_seed_normal_bits) - 1u;
+    constexpr float step = 2.f / static_cast<float>(1 << model::k_seed_normal_bits);
+    const float x = (static_cast<float>((seed >> 8) & mask) + 0.5f) * step - 1.f;
+    const float y = (static_cast<float>((seed >> (8 + model::k_seed_normal_bits)) & mask) + 0.5f) * step - 1.f;
+    const float z = 1.f - std::abs(x) - std::abs(y), fold = std::max(-z, 0.f);
+    return normalized(Vec3f{x < 0.f ? x + fold : x - fold, y < 0.f ? y + fold : y - fold, z});
+}
+
+/// Distance from a place's centre to a seed's surface, model units.
+inline float seed_length(const model::Locator& locator, std::uint32_t seed)
+{
+    return static_cast<float>(model::seed_distance(seed)) * (model::k_seed_distance_step * locator.cell);
+}
 
 struct Approach {
     float distance_sq = INFINITY;  ///< model units
-    Vec3f foot{};                  ///< chart frame
+    Vec3f offset{};                ///< from the point to the surface, chart frame times axes
 };
 
-/// x: chart frame. The foot of x on the tangent plane over the seed cell's middle, looked up again there, while that comes
-/// nearer.
-inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x, std::uint32_t cell)
+/// x: the point, start: its foot on the seed's plane, both in the chart frame. Looks the surface up over start, takes the
+/// point's foot on the tangent plane there for the next start, while that comes nearer.
+inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x, Vec3f start)
 {
-    const std::uint32_t n = model::k_seed_fine * part.base, row_index = cell / n;
-    const float size = 2.f / static_cast<float>(n);
-    ChartPoint q{static_cast<int>(row_index / n), -1.f + size * (static_cast<float>(cell % n) + 0.5f),
-                 -1.f + size * (static_cast<float>(row_index % n) + 0.5f), 0.f};
-    // Where the surface is expected, along the face's axis: of several over a cell the one nearest to the point.
-    float expected = face_sign(q.face) * x[face_axis(q.face)];
+    ChartPoint q = to_chart(start);
+    float expected = 1.f / q.w;  // along the face's axis: of several surfaces the one nearest to there
     Approach best;
     for (int step = 0; step < k_approach_steps; ++step) {
         const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
@@ -41,20 +55,23 @@ inline Approach approach(const CentralMap& map, const model::Part& part, Vec3f x
         if (!(value.w > 1e-6f)) break;
         const int m = face_axis(q.face), u = (m + 1) % 3, v = (m + 2) % 3;
         const Vec3f foot = (1.f / value.w) * face_direction(q.face, q.s, q.t);
-        const Vec3f d{part.a[0] * (foot.x - x.x), part.a[1] * (foot.y - x.y), part.a[2] * (foot.z - x.z)};
-        const float distance_sq = norm_sq(d);
-        const bool nearer = distance_sq < best.distance_sq;
-        if (nearer) best = {distance_sq, foot};
-        if (!nearer) break;
+        const Vec3f offset{part.a[0] * (foot.x - x.x), part.a[1] * (foot.y - x.y), part.a[2] * (foot.z - x.z)};
+        const float distance_sq = norm_sq(offset);
+        if (!(distance_sq < best.distance_sq)) break;
+        best = {distance_sq, offset};
         Vec3f n{};
         n[m] = face_sign(q.face) * (value.w - value.ws * q.s - value.wt * q.t);
         n[u] = value.ws;
         n[v] = value.wt;
         const Vec3f scaled = map.over_axes_sq(n);
-        const float length_sq = dot(n, scaled);
-        const float gap = 1.f - dot(n, x);  // to the tangent plane, times the root of length_sq
-        if (!(length_sq > 0.f) || distance_sq * length_sq <= k_approach_near * gap * gap) break;
-        q = to_chart(x + (gap / length_sq) * scaled);
+        const float length_sq = dot(n, scaled), gap = 1.f - dot(n, x);
+        if (!(length_sq > 0.f)) break;
+        const float along = gap / length_sq, plane_sq = gap * along;
+        if (distance_sq <= k_approach_near * plane_sq) {
+            best = {plane_sq, {along * n.x / part.a[0], along * n.y / part.a[1], along * n.z / part.a[2]}};
+            break;
+        }
+        q = to_chart(x + along * scaled);
         expected = 1.f / q.w;
     }
     return best;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace sqmap::query {
 
@@ -50,7 +51,7 @@ inline float deviation_of_code(std::uint32_t code, float w_step)
     return std::ldexp((8.f + static_cast<float>(code & 7u)) * 0.03125f * w_step, static_cast<int>(code >> 3));
 }
 
-/// A leaf cell ready to be read.
+/// A leaf cell, or the side of a divided one, ready to be read.
 struct Leaf {
     model::CellKind kind = model::CellKind::Uniform;
     bool centre_inside = false;
@@ -62,6 +63,10 @@ struct Leaf {
     float corner[4] = {};                   ///< Single: w at (s0,t0) (s1,t0) (s0,t1) (s1,t1)
     float deviation = 0;                    ///< Single
     const std::uint16_t* record = nullptr;  ///< Layered, past the header word
+    const std::uint16_t* planes = nullptr;  ///< mixed: three words a sheet
+    bool flips = false;                     ///< mixed: the verdict beyond the band differs from the centre's
+    bool divided = false;                   ///< mixed: the leaf lies left of the way from one border point to another
+    float from[2] = {}, to[2] = {};         ///< s and t of these
 
     float decode(std::uint16_t v) const { return w_min + w_step * static_cast<float>(v); }
 };
@@ -86,11 +91,39 @@ inline SheetValue sheet_value(const Leaf& leaf, int sheet, float s, float t)
         const float c[4] = {leaf.decode(r[0]), leaf.decode(r[1]), leaf.decode(r[2]), leaf.decode(r[3])};
         return bilinear_value(c, u, v, leaf.size);
     }
-    const std::uint16_t* r = leaf.record + 2 + 3 * sheet;
+    const std::uint16_t* r = leaf.planes + 3 * sheet;
     const float half = 0.5f * leaf.size;
     const float ws = static_cast<float>(static_cast<std::int16_t>(r[1])) * leaf.w_step / half;
     const float wt = static_cast<float>(static_cast<std::int16_t>(r[2])) * leaf.w_step / half;
     return {leaf.decode(r[0]) + (s - leaf.s0 - half) * ws + (t - leaf.t0 - half) * wt, ws, wt};
+}
+
+/// Positive left of a divided leaf's line, where the leaf is.
+inline float side_of_line(const Leaf& leaf, float s, float t)
+{
+    return (leaf.to[0] - leaf.from[0]) * (t - leaf.from[1]) - (leaf.to[1] - leaf.from[1]) * (s - leaf.from[0]);
+}
+
+/// Moves (s, t) into the leaf.
+inline void keep_in_leaf(const Leaf& leaf, float& s, float& t)
+{
+    s = std::clamp(s, leaf.s0, leaf.s0 + leaf.size);
+    t = std::clamp(t, leaf.t0, leaf.t0 + leaf.size);
+    if (!leaf.divided || side_of_line(leaf, s, t) >= 0.f) return;
+    const float ds = leaf.to[0] - leaf.from[0], dt = leaf.to[1] - leaf.from[1];
+    const float f = ((s - leaf.from[0]) * ds + (t - leaf.from[1]) * dt) / std::max(ds * ds + dt * dt, 1e-30f);
+    s = leaf.from[0] + std::clamp(f, 0.f, 1.f) * ds;
+    t = leaf.from[1] + std::clamp(f, 0.f, 1.f) * dt;
+}
+
+/// The other side of a divided leaf.
+inline Leaf other_side(const Leaf& first)
+{
+    Leaf leaf = first;
+    leaf.planes = first.planes + 3 * first.sheets;
+    leaf.sheets = (first.record[-1] >> 5) & 7;
+    std::swap(leaf.from, leaf.to);
+    return leaf;
 }
 
 /// Certified deviation of a bilinear sheet.
@@ -196,7 +229,7 @@ public:
         float s0 = -1.f + cell_size_ * static_cast<float>(column), t0 = -1.f + cell_size_ * static_cast<float>(row),
               size = cell_size_;
         std::uint16_t cell = base_cell(face, column, row);
-        if (model::cell_kind(cell) != model::CellKind::Split) return base_leaf(cell, face, column, row);
+        if (model::cell_kind(cell) != model::CellKind::Split) return side_at(base_leaf(cell, face, column, row), s, t);
         std::uint16_t corner[4];
         base_samples(face, column, row, corner);
         while (model::cell_kind(cell) == model::CellKind::Split) {
@@ -208,16 +241,16 @@ public:
             child_samples(split, right + 2 * up, corner);
             cell = split[model::k_split_samples + static_cast<std::uint32_t>(right + 2 * up)];
         }
-        return child_leaf(cell, corner, s0, t0, size);
+        return side_at(child_leaf(cell, corner, s0, t0, size), s, t);
     }
 
-    /// Calls visit(leaf) for every leaf of a base cell.
+    /// Calls visit(leaf) for every leaf of a base cell, for each side of a divided one.
     template <class Visit>
     void each_leaf(int face, int column, int row, Visit&& visit) const
     {
         const std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split)
-            visit(base_leaf(cell, face, column, row));
+            visit_sides(base_leaf(cell, face, column, row), visit);
         else {
             std::uint16_t corner[4];
             base_samples(face, column, row, corner);
@@ -260,6 +293,18 @@ public:
     }
 
 private:
+    static Leaf side_at(const Leaf& leaf, float s, float t)
+    {
+        return leaf.divided && side_of_line(leaf, s, t) < 0.f ? other_side(leaf) : leaf;
+    }
+
+    template <class Visit>
+    static void visit_sides(const Leaf& leaf, Visit&& visit)
+    {
+        visit(leaf);
+        if (leaf.divided) visit(other_side(leaf));
+    }
+
     /// Bilinear value of an array that lies beside the base samples.
     template <class T>
     SheetValue beside(const T* values, int face, float s, float t) const
@@ -292,10 +337,24 @@ private:
             leaf.bilinear = (record[0] & 8) != 0;
             leaf.foreign = (record[0] & model::k_foreign) != 0;
             leaf.record = record + 1;
+            if (!leaf.bilinear) read_sides(leaf, record);
         } else {
             leaf.centre_inside = (model::cell_payload(cell) & 1u) != 0;
         }
         return leaf;
+    }
+
+    static void read_sides(Leaf& leaf, const std::uint16_t* record)
+    {
+        leaf.flips = (leaf.sheets & 1) != 0;
+        leaf.divided = (record[0] & model::k_divided) != 0;
+        leaf.planes = record + (leaf.divided ? 4 : 3);
+        if (!leaf.divided) return;
+        const model::BorderPoint from = model::border_point(record[3] >> 8), to = model::border_point(record[3] & 0xffu);
+        leaf.from[0] = leaf.s0 + leaf.size * from.u;
+        leaf.from[1] = leaf.t0 + leaf.size * from.v;
+        leaf.to[0] = leaf.s0 + leaf.size * to.u;
+        leaf.to[1] = leaf.t0 + leaf.size * to.v;
     }
 
     void base_samples(int face, int column, int row, std::uint16_t v[4]) const
@@ -340,7 +399,7 @@ private:
             if (model::cell_kind(child) == model::CellKind::Split)
                 each_child(child, quadrant, s, t, size, visit);
             else
-                visit(child_leaf(child, quadrant, s, t, size));
+                visit_sides(child_leaf(child, quadrant, s, t, size), visit);
         }
     }
 
@@ -383,7 +442,7 @@ inline ChartVerdict classify(const Leaf& leaf, float s, float t, float w)
         if (w > hi)
             nearer = 0;
         else if (w < lo)
-            nearer = leaf.sheets;
+            nearer = leaf.flips ? 1 : 0;
         else
             v.certain = false;
     }

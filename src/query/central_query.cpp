@@ -47,14 +47,13 @@ float sheet_distance_sq(const Leaf& leaf, int sheet, int face, const float* a, V
 {
     const int m = face_axis(face), iu = (m + 1) % 3, iv = (m + 2) % 3;
     const float sign = face_sign(face);
-    const auto clamp_s = [&](float s) { return std::clamp(s, leaf.s0, leaf.s0 + leaf.size); };
-    const auto clamp_t = [&](float t) { return std::clamp(t, leaf.t0, leaf.t0 + leaf.size); };
     const float major = sign * x[m];
     float s = leaf.s0 + 0.5f * leaf.size, t = leaf.t0 + 0.5f * leaf.size;
     if (major > 1e-6f) {
-        s = clamp_s(x[iu] / major);
-        t = clamp_t(x[iv] / major);
+        s = x[iu] / major;
+        t = x[iv] / major;
     }
+    keep_in_leaf(leaf, s, t);
     SheetValue value{};
     for (int step = 0; step < 3; ++step) {
         value = sheet_value(leaf, sheet, s, t);
@@ -69,8 +68,9 @@ float sheet_distance_sq(const Leaf& leaf, int sheet, int face, const float* a, V
         const Vec3f y = x + ((1.f - dot(n, x)) / length_sq) * scaled;
         const float y_major = sign * y[m];
         if (!(y_major > 1e-6f)) break;
-        s = clamp_s(y[iu] / y_major);
-        t = clamp_t(y[iv] / y_major);
+        s = y[iu] / y_major;
+        t = y[iv] / y_major;
+        keep_in_leaf(leaf, s, t);
     }
     value = sheet_value(leaf, sheet, s, t);
     const float rho = 1.f / std::max(value.w, 1e-6f);
@@ -171,6 +171,7 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
         if (!refined && model::cell_kind(map.base_cell(face, column, row)) != model::CellKind::Uniform) {
             Leaf leaf = map.base_leaf(map.base_cell(face, column, row), face, column, row);
             leaf.kind = model::CellKind::Single;
+            leaf.divided = false;
             leaf.centre_inside = map.centre_inside();
             leaf.sheets = 1;
             if (leaf.foreign) return;

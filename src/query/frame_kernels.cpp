@@ -42,6 +42,7 @@ HWY_INLINE M none() { return hn::Ne(hn::Zero(df), hn::Zero(df)); }
 HWY_INLINE bool any(M m) { return !hn::AllFalse(df, m); }
 HWY_INLINE F mul_add(F a, F b, F c) { return hn::Add(hn::Mul(a, b), c); }
 HWY_INLINE I truncate(F v) { return hn::ConvertTo(di, v); }
+HWY_INLINE F truncate_float(F v) { return hn::ConvertTo(df, hn::ConvertTo(di, v)); }
 HWY_INLINE F to_float(I v) { return hn::ConvertTo(df, v); }
 template <int k>
 HWY_INLINE I shift_right(I v)
@@ -515,7 +516,7 @@ private:
             best_sq_[i] = INFINITY;
             best_part_[i] = -1;
             todo_[i] = static_cast<std::uint16_t>(i);
-            seed_at_[i] = model::place_seed(queue_place_[i]);
+            choose_first_seed(i);
         }
         while (open > 0) {
             std::uint16_t first[257] = {};
@@ -535,6 +536,67 @@ private:
         queued_ = 0;
     }
 
+    /// Of a place's seeds the one whose plane is nearest comes first, the rest in their order.
+    void choose_first_seed(std::size_t i)
+    {
+        const std::uint32_t chain = model::place_seed(queue_place_[i]);
+        seed_at_[i] = seed_first_[i] = chain;
+        seed_next_[i] = k_no_seed;
+        if ((model_.seeds[chain] & model::k_last_seed) != 0) return;
+        seed_next_[i] = chain;
+        const Vec3f p{queue_x_[i], queue_y_[i], queue_z_[i]};
+        const Vec3f from_centre = p - place_centre(p);
+        float least = INFINITY;
+        for (std::uint32_t k = chain;; ++k) {
+            const std::uint32_t seed = model_.seeds[k];
+            const float gap = seed_length(locator_, seed) - dot(seed_direction(seed), from_centre);
+            if (gap < least) {
+                least = gap;
+                seed_at_[i] = seed_first_[i] = k;
+            }
+            if ((seed & model::k_last_seed) != 0) return;
+        }
+    }
+
+    static constexpr std::uint32_t k_no_seed = 0xffffffffu;
+    std::uint32_t after(std::uint32_t seed) const
+    {
+        return seed == k_no_seed || (model_.seeds[seed] & model::k_last_seed) != 0 ? k_no_seed : seed + 1;
+    }
+
+    /// The points' feet on the planes of seeds, about the centres of the places that the points lie in.
+    HWY_INLINE V3 foot_on_seed(const V3& p, I seed) const
+    {
+        constexpr int bits = model::k_seed_normal_bits;
+        const I mask = set_int((1 << bits) - 1);
+        const F step = set(2.f / static_cast<float>(1 << bits)), half = set(0.5f), one = set(1.f);
+        const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(seed), mask)), half), step), one);
+        const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(seed), mask)), half), step), one);
+        const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), hn::Zero(df));
+        const V3 n{blend(hn::Lt(x, hn::Zero(df)), hn::Add(x, fold), hn::Sub(x, fold)),
+                   blend(hn::Lt(y, hn::Zero(df)), hn::Add(y, fold), hn::Sub(y, fold)), z};
+        const F inverse_sq = hn::Div(one, dot(n, n));
+        const F cell = set(locator_.cell);
+        const auto from_centre = [&](F v, float origin) {
+            const F in_cells = truncate_float(hn::Mul(hn::Sub(v, set(origin)), set(inverse_cell_)));
+            return hn::Sub(v, mul_add(hn::Add(in_cells, half), cell, set(origin)));
+        };
+        const V3 d{from_centre(p.x, locator_.origin[0]), from_centre(p.y, locator_.origin[1]), from_centre(p.z, locator_.origin[2])};
+        const F length = hn::Mul(to_float(hn::And(shift_right<22>(seed), set_int(model::k_max_seed_distance))),
+                                 set(model::k_seed_distance_step * locator_.cell));
+        // (length - n.d / |n|) n / |n|
+        const F along = hn::Sub(hn::Mul(length, hn::Sqrt(inverse_sq)), hn::Mul(dot(n, d), inverse_sq));
+        return {mul_add(along, n.x, p.x), mul_add(along, n.y, p.y), mul_add(along, n.z, p.z)};
+    }
+
+    Vec3f place_centre(Vec3f p) const
+    {
+        Vec3f centre;
+        for (int k = 0; k < 3; ++k)
+            centre[k] = (static_cast<float>(static_cast<int>((p[k] - locator_.origin[k]) * inverse_cell_)) + 0.5f) * locator_.cell + locator_.origin[k];
+        return centre;
+    }
+
     /// From a seed cell to the nearest surface about it: the foot on the tangent plane, looked up again there, while that comes
     /// nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
     void approach(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
@@ -542,35 +604,22 @@ private:
         const Part& data = model_.parts[index];
         const PartLanes part(model_, data);
         HWY_ALIGN float px[k_lanes], py[k_lanes], pz[k_lanes];
-        HWY_ALIGN std::int32_t cells[k_lanes];
+        HWY_ALIGN std::int32_t seeds[k_lanes];
         for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
             const std::size_t k = sorted_[first + std::min(i, count - 1)];
             px[i] = queue_x_[k];
             py[i] = queue_y_[k];
             pz[i] = queue_z_[k];
-            cells[i] = static_cast<std::int32_t>(model::seed_cell(model_.seeds[seed_at_[k]]));
+            seeds[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[k]]);
         }
         const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
-        const I cell = hn::Load(di, cells);
         M active = hn::FirstN(df, count);
         const V3 x = part.to_frame(p);
         const V3 axes{set(data.a[0]), set(data.a[1]), set(data.a[2])};
         const V3 over_sq{set(1.f / (data.a[0] * data.a[0])), set(1.f / (data.a[1] * data.a[1])), set(1.f / (data.a[2] * data.a[2]))};
-        // The cell's middle.
-        const std::int32_t base = static_cast<std::int32_t>(model::k_seed_fine * data.base);
-        const F per_base = set(1.f / static_cast<float>(base));
-        const I row_index = truncate(hn::Mul(hn::Add(to_float(cell), set(0.5f)), per_base));
-        const I face = truncate(hn::Mul(hn::Add(to_float(row_index), set(0.5f)), per_base));
-        const I column = hn::Sub(cell, hn::Mul(row_index, set_int(base))), row = hn::Sub(row_index, hn::Mul(face, set_int(base)));
-        const F size = set(2.f / static_cast<float>(base));
-        Chart q{face, mul_add(hn::Add(to_float(column), set(0.5f)), size, set(-1.f)), mul_add(hn::Add(to_float(row), set(0.5f)), size, set(-1.f)),
-                set(0.f)};
-        // Where the surface is expected, along the face's axis: of several over a cell the one nearest to the point.
-        FacePoint seed_face;
-        seed_face.x_major = equal(hn::ShiftRight<1>(face), hn::Zero(di));
-        seed_face.y_major = equal(hn::ShiftRight<1>(face), set_int(1));
-        F reach = seed_face.permute(x).x;
-        reach = blend(equal(hn::And(face, set_int(1)), set_int(1)), hn::Neg(reach), reach);
+        const FacePoint start = face_point(part.to_frame(foot_on_seed(p, hn::Load(di, seeds))));
+        Chart q = to_chart(start);
+        F reach = hn::Abs(start.major);  // along the face's axis: of several surfaces the one nearest to there
         F found_sq = set(INFINITY);
         V3 found_offset{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, found_plane = found_offset;
         for (int step = 0; step < k_approach_steps && any(active); ++step) {
@@ -596,22 +645,22 @@ private:
             const V3 d{hn::Mul(a.x, hn::Sub(foot.x, y.x)), hn::Mul(a.y, hn::Sub(foot.y, y.y)), hn::Mul(a.z, hn::Sub(foot.z, y.z))};
             const F distance_sq = dot(d, d);
             const M nearer = hn::And(active, hn::Lt(distance_sq, found_sq));
-            active = nearer;
             const V3 n{hn::Mul(sign, hn::Sub(hn::Sub(sheet.w, hn::Mul(sheet.ws, q.s)), hn::Mul(sheet.wt, q.t))), sheet.ws, sheet.wt};
             const V3 scaled{hn::Mul(inverse_sq.x, n.x), hn::Mul(inverse_sq.y, n.y), hn::Mul(inverse_sq.z, n.z)};
-            found_sq = blend(nearer, distance_sq, found_sq);
-            found_offset = blend(nearer, f.unpermute(d), found_offset);
-            const V3 out{hn::Div(n.x, a.x), hn::Div(n.y, a.y), hn::Div(n.z, a.z)};
-            const V3 normal = f.unpermute(out);
-            const V3 minus{hn::Neg(normal.x), hn::Neg(normal.y), hn::Neg(normal.z)};
-            found_plane = blend(nearer, blend(exits, normal, minus), found_plane);
-            if (!any(active)) break;
-            // The point's foot on the tangent plane, and where the chart sees that.
             const F length_sq = dot(n, scaled), gap = hn::Sub(set(1.f), dot(n, y));
-            active = hn::And(active, hn::Gt(length_sq, set(0.f)));
-            active = hn::And(active, hn::Gt(hn::Mul(distance_sq, length_sq), hn::Mul(set(k_approach_near), hn::Mul(gap, gap))));
-            if (!any(active)) break;
+            const M regular = hn::Gt(length_sq, set(0.f));
             const F along = hn::Div(gap, hn::Max(length_sq, set(1e-30f)));
+            const F plane_sq = hn::Mul(gap, along);
+            // So near above the surface point that the tangent plane's foot is as good.
+            const M above = hn::And(hn::And(nearer, regular), hn::Le(distance_sq, hn::Mul(set(k_approach_near), plane_sq)));
+            const V3 in_plane{hn::Mul(hn::Mul(along, scaled.x), a.x), hn::Mul(hn::Mul(along, scaled.y), a.y), hn::Mul(hn::Mul(along, scaled.z), a.z)};
+            found_sq = blend(above, plane_sq, blend(nearer, distance_sq, found_sq));
+            found_offset = blend(nearer, f.unpermute(blend(above, in_plane, d)), found_offset);
+            const V3 normal{hn::Mul(scaled.x, a.x), hn::Mul(scaled.y, a.y), hn::Mul(scaled.z, a.z)};
+            const V3 minus{hn::Neg(normal.x), hn::Neg(normal.y), hn::Neg(normal.z)};
+            found_plane = blend(nearer, f.unpermute(blend(exits, normal, minus)), found_plane);
+            active = hn::AndNot(above, hn::And(nearer, regular));
+            if (!any(active)) break;
             const V3 next{mul_add(along, scaled.x, y.x), mul_add(along, scaled.y, y.y), mul_add(along, scaled.z, y.z)};
             const FacePoint fp = face_point(f.unpermute(next));
             q = to_chart(fp);
@@ -633,11 +682,12 @@ private:
                 best_part_[k] = static_cast<std::int16_t>(index);
                 for (int v = 0; v < 6; ++v) best_[v][k] = values[v][i];
             }
-            const std::uint32_t seed = model_.seeds[seed_at_[k]];
-            if ((seed & model::k_last_seed) != 0) continue;
-            const float reach_enough = 0.5f * locator_.cell * static_cast<float>(model::seed_reach(seed));
-            if (best_sq_[k] <= reach_enough * reach_enough) continue;
-            ++seed_at_[k];
+            const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model_.seed_reaches[seed_at_[k]]));
+            if (distance_sq[i] <= enough * enough) continue;
+            if (seed_next_[k] == seed_first_[k]) seed_next_[k] = after(seed_next_[k]);
+            if (seed_next_[k] == k_no_seed) continue;
+            seed_at_[k] = seed_next_[k];
+            seed_next_[k] = after(seed_next_[k]);
             todo_[next_open++] = k;
         }
     }
@@ -741,7 +791,7 @@ private:
     // Nearest surface so far of what is queued: squared distance, offset from the point, surface normal (not of unit length).
     float best_sq_[k_queue + Probe::k_cluster], best_[6][k_queue + Probe::k_cluster];
     std::int16_t best_part_[k_queue + Probe::k_cluster];
-    std::uint32_t seed_at_[k_queue + Probe::k_cluster];
+    std::uint32_t seed_at_[k_queue + Probe::k_cluster], seed_first_[k_queue + Probe::k_cluster], seed_next_[k_queue + Probe::k_cluster];
     std::uint16_t todo_[k_queue + Probe::k_cluster], sorted_[k_queue + Probe::k_cluster];
 };
 

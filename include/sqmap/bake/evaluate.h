@@ -34,10 +34,11 @@ struct Evaluation {
     std::uint32_t contradictions = 0;              ///< certain verdicts that layer 2 or 3 answers otherwise
     std::uint32_t layer1_missed = 0;               ///< points of the solid that layer 1 calls free
     Distribution eq35;                             ///< along the projection
-    double eq35_left_out = 0;                      ///< percent of the points inside a superquadric without both crossings
-    Distribution depth;                            ///< against the true distance, over true contacts
-    Distribution normal;                           ///< against the direction of the true nearest point, over true contacts
-    std::vector<Vec3d> worst;                      ///< model space: the points of greatest depth error
+    double eq35_left_out = 0;   ///< percent of the points inside a superquadric whose ray does not meet map and mesh both
+    double eq35_one_sided = 0;  ///< percent of these points whose ray meets just one of the two: wrong, but without a length
+    Distribution depth;         ///< against the true distance, over true contacts
+    Distribution normal;        ///< against the direction of the true nearest point, over true contacts
+    std::vector<Vec3d> worst;   ///< model space: the points of greatest depth error
 };
 
 /// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: the mesh in model

@@ -4,6 +4,7 @@
 #include "sqmap/mesh/mesh.h"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace sqmap::decompose {
@@ -79,17 +80,28 @@ struct Split {
     double gain = 0;     ///< share of the volume of its ellipsoid of inertia that the cut saves, below 1; may be negative
 };
 
-/// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most and the crease is deepest, for the length
-/// of the cut. Cost: O(n log n) in the mesh, times the number of candidate cuts (about 50).
-/// The pieces keep the labels of the part and of part_count onwards: other parts keep their labels.
-[[nodiscard]] Split split_part(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part,
-                               const DecomposeOptions& options = {});
+struct CutSurface;
 
-/// The partition with part_b joined to part_a; the last label moves into the gap.
-[[nodiscard]] Partition merge_parts(const mesh::Mesh& mesh, const Partition& partition, std::uint32_t part_a,
-                                    std::uint32_t part_b);
+/// Changes partitions of one mesh, which must outlive it. Kept between changes, since what they need to know of the mesh
+/// is the same for all. Const members are thread-safe.
+class Cutter {
+public:
+    explicit Cutter(const mesh::Mesh& mesh);
+    ~Cutter();
 
-/// Relabelled by area, the largest part first.
-[[nodiscard]] Partition ordered_by_area(const mesh::Mesh& mesh, const Partition& partition);
+    /// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most and the crease is deepest, for the length
+    /// of the cut. Cost: O(n log n) in the mesh, times the number of candidate cuts (about 50).
+    /// The pieces keep the labels of the part and of part_count onwards: other parts keep their labels.
+    [[nodiscard]] Split split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options = {}) const;
+
+    /// The partition with part_b joined to part_a; the last label moves into the gap.
+    [[nodiscard]] Partition merge(const Partition& partition, std::uint32_t part_a, std::uint32_t part_b) const;
+
+    /// Relabelled by area, the largest part first.
+    [[nodiscard]] Partition ordered_by_area(const Partition& partition) const;
+
+private:
+    std::unique_ptr<const CutSurface> surface_;
+};
 
 }  // namespace sqmap::decompose

@@ -67,6 +67,9 @@ struct FitReport {
 /// subdivision with second-order bounds for tapered and bent ones. Sound for any parameters: what cannot be proven
 /// gives largest_f = infinity. The proof is about the real F; float_margin() covers the runtime's rounding.
 [[nodiscard]] Certificate certify(const shape::Superquadricd& superquadric, std::span<const std::array<Vec3d, 3>> triangles);
+/// The same for triangles that share corners: faster. Every point counts, in a triangle or not.
+[[nodiscard]] Certificate certify(const shape::Superquadricd& superquadric, std::span<const Vec3d> points,
+                                  std::span<const mesh::Triangle> triangles);
 
 /// How far F, evaluated in float as the runtime does, may exceed its real value at points of the shape.
 /// fit_bounding leaves this much room: largest_f <= 1 - float_margin.

@@ -53,6 +53,8 @@ private:
         std::uint32_t count = 0;  ///< triangles of a leaf, 0 for inner nodes
     };
 
+    static constexpr int k_max_depth = 40;  ///< halves of 2^32 triangles, and room
+
     std::uint32_t build(std::uint32_t first, std::uint32_t last, std::vector<Vec3d>& centroids);
     static double box_distance_sq(const Node& node, Vec3d p);
 
@@ -64,10 +66,15 @@ private:
 template <class Visit>
 void Bvh::visit_nearest(Vec3d p, double radius_sq, Visit&& visit) const
 {
-    std::vector<std::pair<double, std::uint32_t>> stack{{box_distance_sq(nodes_[0], p), 0u}};
-    while (!stack.empty()) {
-        const auto [distance_sq, index] = stack.back();
-        stack.pop_back();
+    struct Entry {
+        double distance_sq;
+        std::uint32_t node;
+    };
+    Entry stack[k_max_depth];
+    int size = 0;
+    stack[size++] = {box_distance_sq(nodes_[0], p), 0u};
+    while (size > 0) {
+        const auto [distance_sq, index] = stack[--size];
         if (distance_sq > radius_sq) continue;
         const Node& node = nodes_[index];
         if (node.count > 0) {
@@ -75,13 +82,9 @@ void Bvh::visit_nearest(Vec3d p, double radius_sq, Visit&& visit) const
             continue;
         }
         const double left = box_distance_sq(nodes_[index + 1], p), right = box_distance_sq(nodes_[node.first], p);
-        if (left < right) {
-            stack.emplace_back(right, node.first);
-            stack.emplace_back(left, index + 1);
-        } else {
-            stack.emplace_back(left, index + 1);
-            stack.emplace_back(right, node.first);
-        }
+        const Entry l{left, index + 1}, r{right, node.first};
+        stack[size++] = left < right ? r : l;
+        stack[size++] = left < right ? l : r;
     }
 }
 

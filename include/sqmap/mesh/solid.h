@@ -23,8 +23,9 @@ public:
     explicit Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed = {});
 
     [[nodiscard]] bool inside(Vec3d p) const { return bvh_.winding_number(p) > 0; }
-    /// Closest point of the solid's boundary; buried pieces do not count.
-    [[nodiscard]] ClosestPoint closest_boundary(Vec3d p) const;
+    /// Closest point of the solid's boundary; buried pieces do not count. within: how far it is at most, the closer the
+    /// faster; where nothing is nearer, the distance is within.
+    [[nodiscard]] ClosestPoint closest_boundary(Vec3d p, double within = std::numeric_limits<double>::infinity()) const;
     [[nodiscard]] const Bvh& bvh() const { return bvh_; }
     [[nodiscard]] const Mesh& mesh() const { return mesh_; }
     [[nodiscard]] std::span<const Boundary> boundary() const { return boundary_; }

@@ -89,6 +89,30 @@ constexpr std::uint32_t cell_payload(std::uint16_t cell) { return cell & 0x3fffu
 /// Set in a Single cell's payload or a layered record's header where no surface over the cell is the part's own: good
 /// for verdicts, while depth and normal are the business of the part that owns the surface.
 inline constexpr std::uint32_t k_foreign = 0x100;
+/// Set in the header of a mixed (layered, not bilinear) record: a silhouette divides the cell. The word after the band
+/// holds the codes of two points on the cell's border; left of the way from the first to the second (low byte) the first
+/// planes hold, right of it the second ones, counted by header bits 5 to 7.
+inline constexpr std::uint32_t k_divided = 0x10;
+
+/// A place on the border of a cell: 64 steps a side, from the corner of least s and t towards greater s and around.
+struct BorderPoint {
+    float u, v;  ///< in the cell, from 0 to 1
+};
+constexpr BorderPoint border_point(std::uint32_t code)
+{
+    const float f = static_cast<float>(code & 63u) / 64.f;
+    switch ((code >> 6) & 3u) {
+        case 0:
+            return {f, 0.f};
+        case 1:
+            return {1.f, f};
+        case 2:
+            return {1.f - f, 1.f};
+        default:
+            return {0.f, 1.f - f};
+    }
+}
+
 inline constexpr std::uint32_t k_split_samples = 5;
 inline constexpr std::uint32_t k_split_size = k_split_samples + 4;
 
@@ -150,15 +174,16 @@ constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKi
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
 constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
 constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
-/// Where the search for the nearest surface starts: a direction of a part's chart, as a cell of a grid k_seed_fine times
-/// finer than the base grid. Several where the place is near the medial axis: up to and with the one that has k_last_seed.
-inline constexpr std::uint32_t k_seed_fine = 4;
+/// Where the search for the nearest surface starts: the tangent plane of the surface nearest to the place's centre, and
+/// whose chart shows it: 8 bits part, 7 + 7 bits unit vector from the centre to the surface (octahedral), 9 bits distance.
+/// Several where the place is near the medial axis: up to and with the one that has k_last_seed.
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
+inline constexpr int k_seed_normal_bits = 7;
+inline constexpr std::uint32_t k_max_seed_distance = 0x1ff;
+inline constexpr float k_seed_distance_step = 1.f / 16;  ///< of a place's side
+inline constexpr float k_seed_reach_step = 1.f / 8;      ///< of a place's side: unit of seed_reaches
 constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
-constexpr std::uint32_t seed_cell(std::uint32_t seed) { return (seed >> 8) & 0x1ffffu; }
-/// A surface found within this distance of the point, in half cells of the locator, makes the rest of the chain needless.
-constexpr std::uint32_t seed_reach(std::uint32_t seed) { return (seed >> 25) & 0x3fu; }
-inline constexpr std::uint32_t k_max_seed_base = 36;  ///< cells along a face whose seeds still fit
+constexpr std::uint32_t seed_distance(std::uint32_t seed) { return (seed >> 22) & k_max_seed_distance; }
 
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
@@ -197,6 +222,7 @@ struct ModelView {
     std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const std::uint32_t> seeds;
+    std::span<const std::uint8_t> seed_reaches;  ///< a surface found from that seed within this is the nearest
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }

@@ -44,6 +44,7 @@ struct ModelData {
     std::vector<FootSeed> seeds;
     Locator locator{};
     std::vector<std::uint32_t> bricks, places, part_lists, locator_seeds;
+    std::vector<std::uint8_t> seed_reaches;
 
     Measured measured;
     std::string made_by, source, options;
@@ -73,7 +74,8 @@ struct ModelData {
                 bricks,
                 places,
                 part_lists,
-                locator_seeds};
+                locator_seeds,
+                seed_reaches};
     }
 };
 

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
+#include <thread>
 
 namespace sqmap::bake {
 namespace {
@@ -120,16 +122,104 @@ TEST(Bake, NoCrossingEscapesTheCertifiedBands)
     }
 }
 
+/// Both sides of a silhouette are seen from the chart's centre, and each has crossings that the other lacks.
+TEST(Bake, ADividedCellKnowsTheSheetsOfBothSidesOfItsSilhouette)
+{
+    test::Random random(3);
+    const test::Baked b = test::baked(test::small_torus());
+    const model::ModelView view = b.view();
+    const mesh::Bvh bvh(b.mesh);
+    std::vector<mesh::Bvh::Crossing> crossings;
+    std::size_t rays = 0;
+    double with_side = 0, with_other = 0;
+    for (const model::Part& part : view.parts) {
+        const query::CentralMap map(view, part);
+        const Vec3d centre = cast<double>(model::vec3(part.chart_centre));
+        for (int i = 0; i < 60000; ++i) {
+            const Vec3d d = random.direction();
+            if (!bvh.ray_crossings(centre, d, crossings)) continue;
+            for (const mesh::Bvh::Crossing& c : crossings) {
+                const Vec3f x = map.to_chart_frame(cast<float>(centre + c.t * d));
+                if (!map.in_domain(x)) continue;
+                const query::ChartPoint q = query::to_chart(x);
+                const query::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+                if (!leaf.divided) continue;
+                EXPECT_GE(query::side_of_line(leaf, q.s, q.t), 0.f);
+                const auto error = [&](const query::Leaf& side) {
+                    double least = c.t;
+                    for (int j = 0; j < side.sheets; ++j)
+                        least = std::min(least,
+                                         std::abs(static_cast<double>(q.w / query::sheet_value(side, j, q.s, q.t).w) - 1) * c.t);
+                    return least;
+                };
+                ++rays;
+                with_side += error(leaf);
+                map.each_leaf(q.face, map.column_of(q.s), map.column_of(q.t), [&](const query::Leaf& side) {
+                    if (side.record == leaf.record && side.planes != leaf.planes) with_other += error(side);
+                });
+            }
+        }
+    }
+    ASSERT_GT(rays, 100u);
+    EXPECT_LT(with_side, 0.25 * with_other);
+}
+
+/// Queries look for the nearest point of each side of a divided cell by itself.
+TEST(Bake, WhatIsKeptInADividedLeafLiesOnItsSide)
+{
+    test::Random random(4);
+    for (int i = 0; i < 2000; ++i) {
+        query::Leaf leaf;
+        leaf.size = 0.25f;
+        leaf.divided = true;
+        const model::BorderPoint from = model::border_point(random.below(256)), to = model::border_point(random.below(256));
+        leaf.from[0] = leaf.size * from.u;
+        leaf.from[1] = leaf.size * from.v;
+        leaf.to[0] = leaf.size * to.u;
+        leaf.to[1] = leaf.size * to.v;
+        auto s = static_cast<float>(random.between(-0.5, 0.5)), t = static_cast<float>(random.between(-0.5, 0.5));
+        const float s_before = s, t_before = t;
+        query::keep_in_leaf(leaf, s, t);
+        EXPECT_GE(query::side_of_line(leaf, s, t), -1e-6f);
+        EXPECT_TRUE(s >= 0.f && s <= leaf.size && t >= 0.f && t <= leaf.size);
+        if (query::side_of_line(leaf, s_before, t_before) >= 0.f && s_before >= 0.f && s_before <= leaf.size && t_before >= 0.f &&
+            t_before <= leaf.size) {
+            EXPECT_EQ(s, s_before);
+            EXPECT_EQ(t, t_before);
+        }
+    }
+}
+
 TEST(Bake, TwiceAndOnAnyNumberOfThreadsGivesTheSameBytes)
 {
     for (const mesh::Mesh& mesh : {test::small_torus(), test::small_hand()}) {
-        BakeOptions one, two;
-        one.threads = 1;
-        two.threads = 2;
-        const std::vector<std::byte> first = bytes_of(mesh, one);
-        EXPECT_EQ(first, bytes_of(mesh, one));
-        EXPECT_EQ(first, bytes_of(mesh, two));
+        BakeOptions options;
+        options.threads = 1;
+        const std::vector<std::byte> first = bytes_of(mesh, options);
+        for (const unsigned threads : {1u, 2u, 3u, 7u}) {
+            options.threads = threads;
+            EXPECT_EQ(first, bytes_of(mesh, options)) << threads << " threads";
+        }
     }
+}
+
+TEST(Bake, ProgressComesFromTheCallingThreadAndGoesThroughTheStages)
+{
+    BakeOptions options;
+    options.threads = 3;
+    const std::thread::id caller = std::this_thread::get_id();
+    std::vector<std::string> stages;
+    options.progress = [&](const char* stage, double done) {
+        EXPECT_EQ(std::this_thread::get_id(), caller);
+        EXPECT_GE(done, 0);
+        EXPECT_LE(done, 1);
+        if (stages.empty() || stages.back() != stage) stages.emplace_back(stage);
+    };
+    (void)bake(test::small_torus(), true, options);
+    ASSERT_GE(stages.size(), 4u);
+    EXPECT_EQ(stages[0], "decompose");
+    EXPECT_EQ(stages[1], "fit");
+    EXPECT_EQ(stages[2], "map");
 }
 
 TEST(Bake, OrderOfFacesAndVerticesDoesNotMatter)

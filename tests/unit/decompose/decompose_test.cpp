@@ -255,9 +255,9 @@ TEST(SplitPart, CutsADumbbellInTwo)
     Partition whole;
     whole.part_of_triangle.assign(m.triangles.size(), 0);
     whole.part_count = 1;
-    const Split s = split_part(m, whole, 0);
+    const Split s = Cutter(m).split(whole, 0);
     ASSERT_TRUE(s.found);
-    expect_sound(m, ordered_by_area(m, s.partition));
+    expect_sound(m, Cutter(m).ordered_by_area(s.partition));
     EXPECT_EQ(s.partition.part_count, 2u);
     ASSERT_EQ(s.partition.boundaries.size(), 1u);
     EXPECT_EQ(s.partition.boundaries[0].kind, CutKind::Error);
@@ -270,9 +270,9 @@ TEST(SplitPart, LeavesOtherPartsAndTheirCutsAlone)
 {
     const mesh::Mesh m = model_space(beast());
     const Partition p = decompose(m);
-    const Split s = split_part(m, p, 0);
+    const Split s = Cutter(m).split(p, 0);
     ASSERT_TRUE(s.found);
-    expect_sound(m, ordered_by_area(m, s.partition));
+    expect_sound(m, Cutter(m).ordered_by_area(s.partition));
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
         if (p.part_of_triangle[t] != 0) {
             EXPECT_EQ(s.partition.part_of_triangle[t], p.part_of_triangle[t]);
@@ -296,11 +296,11 @@ TEST(MergeParts, UndoesASplit)
 {
     const mesh::Mesh m = model_space(beast());
     const Partition p = decompose(m);
-    const Split s = split_part(m, p, 0);
+    const Split s = Cutter(m).split(p, 0);
     ASSERT_TRUE(s.found);
     Partition back = s.partition;
-    while (back.part_count > p.part_count) back = merge_parts(m, back, 0, back.part_count - 1);
-    back = ordered_by_area(m, back);
+    while (back.part_count > p.part_count) back = Cutter(m).merge(back, 0, back.part_count - 1);
+    back = Cutter(m).ordered_by_area(back);
     EXPECT_EQ(back.part_of_triangle, p.part_of_triangle);
     ASSERT_EQ(back.boundaries.size(), p.boundaries.size());
     for (std::size_t i = 0; i < p.boundaries.size(); ++i) EXPECT_EQ(back.boundaries[i].kind, p.boundaries[i].kind);
