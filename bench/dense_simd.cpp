@@ -6,6 +6,7 @@
 #include "method.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -92,12 +93,14 @@ Values lowered(const Values& fine, int n, int stride)
 
 class DenseSimd final : public Method {
 public:
-    DenseSimd(const Setting& setting, std::uint32_t samples)
+    DenseSimd(const Setting& setting, std::uint32_t samples, bool with_normal)
         : kernel_(best_kernel()),
           probe_(cluster(setting.probe.vertices)),
           vertex_(setting.probe.vertices.size() + k_lanes),
           depth_(vertex_.size())
     {
+        if (with_normal)
+            for (std::vector<float>& normal : normal_) normal.resize(vertex_.size());
         const DistanceGrid grid = distance_grid(setting, samples);
         const double start = process_seconds();
         lo_ = grid.lo;
@@ -132,7 +135,8 @@ public:
             for (int j = 0; j < 3; ++j) cells.m[i][j] = static_cast<float>(pose.rotation.row[i][j] / spacing_[i]);
             cells.m[i][3] = static_cast<float>((pose.translation[i] - lo_[i]) / spacing_[i]);
         }
-        count_ = kernel_(field_, probe_.view(), cells, {vertex_.data(), depth_.data()});
+        count_ = kernel_(field_, probe_.view(), cells,
+                         {vertex_.data(), depth_.data(), {normal_[0].data(), normal_[1].data(), normal_[2].data()}});
     }
 
     void read(FrameAnswer& out) const override
@@ -165,6 +169,7 @@ private:
     FieldView field_{};
     std::vector<std::uint32_t> vertex_;
     std::vector<float> depth_;
+    std::array<std::vector<float>, 3> normal_;  ///< empty where none are asked for
     std::uint32_t count_ = 0;
 };
 
@@ -172,7 +177,12 @@ private:
 
 std::unique_ptr<Method> make_dense_simd(const Setting& setting, int samples)
 {
-    return std::make_unique<DenseSimd>(setting, static_cast<std::uint32_t>(samples));
+    return std::make_unique<DenseSimd>(setting, static_cast<std::uint32_t>(samples), false);
+}
+
+std::unique_ptr<Method> make_dense_simd_normal(const Setting& setting, int samples)
+{
+    return std::make_unique<DenseSimd>(setting, static_cast<std::uint32_t>(samples), true);
 }
 
 }  // namespace sqmap::bench

@@ -53,6 +53,7 @@ struct CellPose {
 struct ContactRoom {
     std::uint32_t* vertex;
     float* depth;
+    float* normal[3];  ///< null where nobody asks for normals
 };
 
 /// Number of contacts written.

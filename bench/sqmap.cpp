@@ -27,6 +27,7 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
     const double start = process_seconds();
     auto baked = std::make_shared<Baked>();
     bake::BakeOptions options;
+    options.target_error = setting.target_error;
     options.threads = setting.threads;
     baked->data = bake::bake(setting.object, true, options).model;
     baked->build_s = process_seconds() - start;
