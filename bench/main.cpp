@@ -20,7 +20,7 @@ namespace {
 
 struct FramesOptions {
     Files files;
-    std::filesystem::path path, json, cache = "build/bench/cache";
+    std::filesystem::path path, json, cache = SQMAP_BENCH_CACHE;
     std::vector<std::string> methods;
     RaceOptions race;
     double target_error = bake::BakeOptions{}.target_error;
@@ -118,7 +118,7 @@ void add_path(CLI::App& app)
 {
     struct Options {
         Files files;
-        std::filesystem::path output, cache = "build/bench/cache";
+        std::filesystem::path output, cache = SQMAP_BENCH_CACHE;
         std::string kind;
         std::uint32_t frames = 1000;
     };

@@ -1,9 +1,10 @@
-// The project's own method, a layer a name: bake with default options, then ask for every posed vertex.
+// The project's own method, a layer a name: bake with default options, then one query a frame.
 #include "method.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/frame.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
@@ -40,10 +41,8 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
 class Sqmap final : public Method {
 public:
     Sqmap(const Setting& setting, query::Layer layer)
-        : baked_(baked_model(setting)), layer_(layer), points_(setting.probe.vertices.size()), contacts_(points_.size())
+        : baked_(baked_model(setting)), layer_(layer), probe_(setting.probe.vertices), contacts_(probe_.size())
     {
-        const model::Header& header = baked_->view.header;
-        for (const Vec3d& v : setting.probe.vertices) vertices_.push_back(cast<float>(v / header.unit));
         bytes = baked_->sections.total;
         if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
         build_s = baked_->build_s;
@@ -51,26 +50,24 @@ public:
 
     void run(const Pose& pose) override
     {
-        const model::ModelView& view = baked_->view;
-        Mat3f rotation;
-        for (int i = 0; i < 3; ++i) rotation.row[i] = cast<float>(pose.rotation.row[i]);
-        const Vec3f translation = model::to_model_space(view.header, pose.translation);
-        for (std::size_t i = 0; i < points_.size(); ++i) points_[i] = rotation * vertices_[i] + translation;
-        query::query_points(view, points_, layer_, contacts_);
+        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_);
     }
 
     void read(FrameAnswer& out) const override
     {
         const auto unit = static_cast<float>(baked_->view.header.unit);
-        for (std::uint32_t i = 0; i < contacts_.size(); ++i)
-            if (contacts_[i].contact) out.vertices.push_back({i, unit * contacts_[i].depth});
+        for (std::size_t i = 0; i < result_.contacts; ++i)
+            out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
+        std::sort(out.vertices.begin(), out.vertices.end(),
+                  [](const VertexContact& a, const VertexContact& b) { return a.vertex < b.vertex; });
     }
 
 private:
     std::shared_ptr<const Baked> baked_;
     query::Layer layer_;
-    std::vector<Vec3f> vertices_, points_;
-    std::vector<query::Contact> contacts_;
+    query::Probe probe_;
+    std::vector<query::FrameContact> contacts_;
+    query::FrameResult result_;
 };
 
 }  // namespace
