@@ -121,6 +121,7 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.sample_count = static_cast<std::uint32_t>(m.samples.size());
     p.cell_count = static_cast<std::uint32_t>(m.cells.size());
     p.block_count = static_cast<std::uint32_t>(m.blocks.size());
+    p.split_count = static_cast<std::uint32_t>(m.splits.size() / model::k_split_size);
     p.special_count = static_cast<std::uint32_t>(m.specials.size());
     p.pool_count = static_cast<std::uint32_t>(m.pool.size());
     p.ref_count = static_cast<std::uint32_t>(m.refs.size());
@@ -130,6 +131,7 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     append(data.smoothing, m.smoothing);
     p.first_cell = append(data.cells, m.cells);
     p.first_block = append(data.blocks, m.blocks);
+    p.first_split = append(data.splits, m.splits) / model::k_split_size;
     p.first_special = append(data.specials, m.specials);
     p.first_pool = append(data.pool, m.pool);
     p.first_row = append(data.rows, m.rows);

@@ -496,8 +496,9 @@ private:
     bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
                     const RaySample corner[4], std::uint16_t& cell)
     {
-        std::uint16_t payload = 0;
-        if (!add_special(0, payload)) return false;
+        const std::size_t record = out_.splits.size();
+        if (record / model::k_split_size >= 0x4000) return false;
+        out_.splits.resize(record + model::k_split_size);
         const double half = 0.5 * size;
         RaySample rays[9];
         for (int i = 0; i < 9; ++i)
@@ -516,10 +517,9 @@ private:
             const RaySample quadrant[4] = {r[0], r[1], r[3], r[4]};
             children[q] = bake_cell(face, s, t, half, depth + 1, inside, quadrant);
         }
-        out_.specials[payload] = static_cast<std::uint32_t>(out_.pool.size());
-        for (const int i : {1, 3, 4, 5, 7}) out_.pool.push_back(stored_sample(rays[i]));
-        out_.pool.insert(out_.pool.end(), children, children + 4);
-        cell = make_cell(CellKind::Split, payload);
+        for (std::size_t i = 0; i < model::k_split_cells; ++i) out_.splits[record + i] = stored_sample(rays[i]);
+        std::copy(children, children + 4, out_.splits.begin() + static_cast<std::ptrdiff_t>(record + model::k_split_cells));
+        cell = make_cell(CellKind::Split, static_cast<std::uint32_t>(record / model::k_split_size));
         return true;
     }
 

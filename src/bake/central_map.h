@@ -54,6 +54,7 @@ struct CentralMapData {
     std::vector<std::uint8_t> offsets;   ///< as many as samples
     std::vector<std::int8_t> smoothing;  ///< as many as samples
     std::vector<model::Block> blocks;
+    std::vector<std::uint16_t> splits;
     std::vector<std::uint32_t> specials;
     std::vector<std::uint16_t> pool;
     std::vector<std::uint32_t> rows;
@@ -65,7 +66,7 @@ struct CentralMapData {
     std::size_t map_bytes() const
     {
         constexpr std::size_t k_beside = 2;  // an offset and a smoothing term for each sample
-        return (2 + k_beside) * samples.size() + 2 * (cells.size() + pool.size()) + 4 * (blocks.size() + specials.size());
+        return (2 + k_beside) * samples.size() + 2 * (cells.size() + splits.size() + pool.size()) + 4 * (blocks.size() + specials.size());
     }
     std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };

@@ -21,8 +21,7 @@ constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
 const double k_cells_along = getenv("CELLS")?atof(getenv("CELLS")):48;
 
-// Seeds of a cell at most, and by how much of R_max a sample may miss its nearest surface before it gets one of its own.
-constexpr std::size_t k_most_seeds = 6;
+// By how much of R_max a sample may miss its nearest surface before it gets one of its own.
 constexpr double k_seed_tolerance = 0.0005;
 
 /// Where a cell is sampled, in cells from its centre: its corners, the middles of its sides and edges.
@@ -75,6 +74,7 @@ struct Place {
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<Seed> seeds;
+    std::uint32_t choices = 0;  ///< which seed comes first in each octant, three bits each
 };
 
 /// How a part's domain lies to a box about c with half side h, in the chart frame.
@@ -180,7 +180,7 @@ private:
             if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
             double found = INFINITY;
             for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));
-            if (found > truth.distance + tolerance && place.seeds.size() < k_most_seeds) {
+            if (found > truth.distance + tolerance && place.seeds.size() < model::k_most_seeds) {
                 const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
                 if (reached < found - tolerance) {
                     place.seeds.push_back({seed, 255});
@@ -190,6 +190,25 @@ private:
             samples.push_back({p, found});
         }
         if (place.seeds.size() == 1) return;
+        for (std::uint32_t octant = 0; octant < 8; ++octant) {
+            std::size_t best = 0;
+            double least = INFINITY;
+            for (std::size_t k = 0; k < place.seeds.size(); ++k) {
+                double sum = 0;
+                for (const Sample& sample : samples) {
+                    const Vec3d d = sample.point - centre;
+                    const double slack = -1e-9;
+                    const bool here = (d.x > slack || (octant & 1) == 0) && (d.x < -slack || (octant & 1) != 0) && (d.y > slack || (octant & 2) == 0) &&
+                                      (d.y < -slack || (octant & 2) != 0) && (d.z > slack || (octant & 4) == 0) && (d.z < -slack || (octant & 4) != 0);
+                    if (here) sum += std::min(reach_from(centre, place.seeds[k].code, sample.point), 100.0) - sample.best;
+                }
+                if (sum < least) {
+                    least = sum;
+                    best = k;
+                }
+            }
+            place.choices |= static_cast<std::uint32_t>(best) << 3 * octant;
+        }
         // From which distance on a surface found from a seed may be bettered by another.
         for (Seed& seed : place.seeds) {
             double reach = INFINITY;
@@ -290,7 +309,7 @@ private:
     void pack()
     {
         std::map<std::uint32_t, std::uint32_t> lists;
-        std::map<std::vector<Seed>, std::uint32_t> chains;
+        std::map<std::pair<std::uint32_t, std::vector<Seed>>, std::uint32_t> chains;
         for (const Brick& brick : bricks_) {
             if (brick.free) {
                 data_.bricks.push_back(model::k_free_brick | gap_code(brick.gap));
@@ -313,8 +332,12 @@ private:
                     list_index = found->second;
                 else
                     kind = PlaceKind::Ask;
-                const auto [chain, new_chain] = chains.try_emplace(place.seeds, static_cast<std::uint32_t>(data_.locator_seeds.size()));
+                const auto [chain, new_chain] = chains.try_emplace({place.choices, place.seeds}, static_cast<std::uint32_t>(data_.locator_seeds.size()) + (place.seeds.size() > 1 ? 1u : 0u));
                 if (new_chain) {
+                    if (place.seeds.size() > 1) {
+                        data_.locator_seeds.push_back(place.choices);
+                        data_.seed_reaches.push_back(0);
+                    }
                     for (const Seed& seed : place.seeds) {
                         data_.locator_seeds.push_back(seed.code);
                         data_.seed_reaches.push_back(seed.reach);

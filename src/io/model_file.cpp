@@ -36,6 +36,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto smoothing = builder.CreateVector(data.smoothing);
     const auto cells = builder.CreateVector(data.cells);
     const auto blocks = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Block*>(data.blocks.data()), data.blocks.size());
+    const auto splits = builder.CreateVector(data.splits);
     const auto specials = builder.CreateVector(data.specials);
     const auto pool = builder.CreateVector(data.pool);
     const auto rows = builder.CreateVector(data.rows);
@@ -79,7 +80,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto options = builder.CreateString(data.options);
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
-                                 smoothing, cells, blocks, specials, pool, rows, starts, refs, locals, vertices, triangles16,
+                                 smoothing, cells, blocks, splits, specials, pool, rows, starts, refs, locals, vertices, triangles16,
                                  triangles32, triangle_part, normal_maps, &locator, bricks, places, part_lists, seeds, seed_reaches,
                                  measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
@@ -96,7 +97,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
                    n.offset.size_bytes() + n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() +
                    n.gaps.size_bytes() + n.seeds.size_bytes();
     s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
-            v.blocks.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
+            v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes() +
                 v.seed_reaches.size_bytes();
     s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();

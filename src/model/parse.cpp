@@ -44,15 +44,16 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
     const CellKind kind = cell_kind(cell);
     if (kind == CellKind::Uniform) return cell_payload(cell) <= 1;
     if (kind == CellKind::Single) return cell_payload(cell) < 2 * k_foreign;
+    if (kind == CellKind::Split) {
+        if (depth >= k_max_split_depth || cell_payload(cell) >= part.split_count) return false;
+        const std::uint16_t* split = view.splits.data() + k_split_size * (part.first_split + std::size_t(cell_payload(cell)));
+        for (int i = 0; i < 4; ++i)
+            if (!valid_cell(part, view, split[k_split_cells + i], depth + 1)) return false;
+        return true;
+    }
     if (cell_payload(cell) >= part.special_count) return false;
     const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
     const std::uint16_t* pool = view.pool.data() + part.first_pool;
-    if (kind == CellKind::Split) {
-        if (depth >= k_max_split_depth || !within(offset, k_split_size, part.pool_count)) return false;
-        for (int i = 0; i < 4; ++i)
-            if (!valid_cell(part, view, pool[offset + k_split_samples + i], depth + 1)) return false;
-        return true;
-    }
     if (!within(offset, 1, part.pool_count)) return false;
     const std::uint32_t sheets = pool[offset] & 7u;
     if ((pool[offset] & 8u) != 0) return within(offset, 1 + 5 * sheets, part.pool_count);
@@ -116,6 +117,7 @@ ParseStatus check_part(const Part& part, const ModelView& view)
     if (!within(part.first_sample, part.sample_count, view.samples.size()) ||
         !within(part.first_cell, part.cell_count, view.cells.size()) ||
         !within(part.first_block, part.block_count, view.blocks.size()) ||
+        view.splits.size() % k_split_size != 0 || !within(part.first_split, part.split_count, view.splits.size() / k_split_size) ||
         !within(part.first_special, part.special_count, view.specials.size()) ||
         !within(part.first_pool, part.pool_count, view.pool.size()))
         return ParseStatus::BadStructure;
@@ -158,6 +160,21 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
 
+/// Seeds of existing parts up to the last; where there are several, choices among them in the word before.
+bool valid_chain(const ModelView& v, std::uint32_t first)
+{
+    std::uint32_t count = 1;
+    while ((v.seeds[first + count - 1] & k_last_seed) == 0 && count <= k_most_seeds) ++count;
+    if (count > k_most_seeds) return false;
+    for (std::uint32_t k = 0; k < count; ++k)
+        if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
+    if (count == 1) return true;
+    if (first == 0) return false;
+    for (std::uint32_t octant = 0; octant < 8; ++octant)
+        if (seed_choice(v.seeds[first - 1], octant) >= count) return false;
+    return true;
+}
+
 ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
@@ -180,8 +197,8 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (v.seed_reaches.size() != v.seeds.size()) return ParseStatus::BadStructure;
     if (v.seeds.empty() || (v.seeds.back() & k_last_seed) == 0) return ParseStatus::BadStructure;
-    for (const std::uint32_t s : v.seeds)
-        if (seed_part(s) >= v.parts.size()) return ParseStatus::BadStructure;
+    for (const std::uint32_t p : v.places)
+        if (place_kind(p) != PlaceKind::Free && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -278,6 +295,7 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.smoothing);
     hash_bytes(hash, view.cells);
     hash_bytes(hash, view.blocks);
+    hash_bytes(hash, view.splits);
     hash_bytes(hash, view.specials);
     hash_bytes(hash, view.pool);
     hash_bytes(hash, view.rows);
@@ -327,6 +345,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.smoothing = span_of<std::int8_t>(model->smoothing());
     v.cells = span_of<std::uint16_t>(model->cells());
     v.blocks = span_of<Block>(model->blocks());
+    v.splits = span_of<std::uint16_t>(model->splits());
     v.specials = span_of<std::uint32_t>(model->specials());
     v.pool = span_of<std::uint16_t>(model->pool());
     v.rows = span_of<std::uint32_t>(model->rows());

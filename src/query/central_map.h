@@ -167,6 +167,7 @@ public:
           smoothing_(view.smoothing.data() + part.first_sample),
           cells_(view.cells.data() + part.first_cell),
           blocks_(view.blocks.data() + part.first_block),
+          splits_(view.splits.data() + model::k_split_size * static_cast<std::size_t>(part.first_split)),
           specials_(view.specials.data() + part.first_special),
           pool_(view.pool.data() + part.first_pool),
           base_(static_cast<int>(part.base)),
@@ -230,16 +231,15 @@ public:
               size = cell_size_;
         std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split) return side_at(base_leaf(cell, face, column, row), s, t);
-        std::uint16_t corner[4];
-        base_samples(face, column, row, corner);
+        const std::uint16_t* corner = nullptr;
         while (model::cell_kind(cell) == model::CellKind::Split) {
-            const std::uint16_t* split = pool_ + specials_[model::cell_payload(cell)];
+            const std::uint16_t* split = splits_ + model::k_split_size * model::cell_payload(cell);
             size *= 0.5f;
             const int right = s >= s0 + size ? 1 : 0, up = t >= t0 + size ? 1 : 0;
             s0 += size * static_cast<float>(right);
             t0 += size * static_cast<float>(up);
-            child_samples(split, right + 2 * up, corner);
-            cell = split[model::k_split_samples + static_cast<std::uint32_t>(right + 2 * up)];
+            corner = split + right + 3 * up;
+            cell = split[model::k_split_cells + static_cast<std::uint32_t>(right + 2 * up)];
         }
         return side_at(child_leaf(cell, corner, s0, t0, size), s, t);
     }
@@ -251,12 +251,9 @@ public:
         const std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split)
             visit_sides(base_leaf(cell, face, column, row), visit);
-        else {
-            std::uint16_t corner[4];
-            base_samples(face, column, row, corner);
-            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
+        else
+            each_child(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
                        cell_size_, visit);
-        }
     }
 
     /// Layer 2: the base samples of a cell whatever it was refined to; false where a corner has no surface.
@@ -282,7 +279,10 @@ public:
     }
 
     /// A leaf that was found already; the corners of a Single one are left out.
-    Leaf leaf_of(std::uint16_t cell, float s0, float t0, float size) const { return leaf_frame(cell, s0, t0, size); }
+    Leaf leaf_of(std::uint16_t cell, float s0, float t0, float size, float s, float t) const
+    {
+        return side_at(leaf_frame(cell, s0, t0, size), s, t);
+    }
 
     Leaf base_leaf(std::uint16_t cell, int face, int column, int row) const
     {
@@ -366,40 +366,27 @@ private:
         v[3] = p[base_ + 2];
     }
 
-    /// Corners of a cell -> corners of a quadrant of it.
-    static void child_samples(const std::uint16_t* split, int quadrant, std::uint16_t corner[4])
-    {
-        const std::uint16_t grid[9] = {corner[0], split[0],  corner[1], split[1], split[2],
-                                       split[3],  corner[2], split[4],  corner[3]};
-        const std::uint16_t* p = grid + (quadrant & 1) + 3 * (quadrant >> 1);
-        corner[0] = p[0];
-        corner[1] = p[1];
-        corner[2] = p[3];
-        corner[3] = p[4];
-    }
-
-    Leaf child_leaf(std::uint16_t cell, const std::uint16_t corner[4], float s0, float t0, float size) const
+    /// corner: the quadrant's first sample in its split's three by three.
+    Leaf child_leaf(std::uint16_t cell, const std::uint16_t* corner, float s0, float t0, float size) const
     {
         Leaf leaf = leaf_frame(cell, s0, t0, size);
         if (leaf.kind == model::CellKind::Single)
-            for (int i = 0; i < 4; ++i) leaf.corner[i] = decode(corner[i]);
+            for (int i = 0; i < 4; ++i) leaf.corner[i] = decode(corner[i % 2 + 3 * (i / 2)]);
         return leaf;
     }
 
     template <class Visit>
-    void each_child(std::uint16_t cell, const std::uint16_t corner[4], float s0, float t0, float size, Visit&& visit) const
+    void each_child(std::uint16_t cell, float s0, float t0, float size, Visit&& visit) const
     {
-        const std::uint16_t* split = pool_ + specials_[model::cell_payload(cell)];
+        const std::uint16_t* split = splits_ + model::k_split_size * model::cell_payload(cell);
         size *= 0.5f;
         for (int q = 0; q < 4; ++q) {
-            std::uint16_t quadrant[4] = {corner[0], corner[1], corner[2], corner[3]};
-            child_samples(split, q, quadrant);
-            const std::uint16_t child = split[model::k_split_samples + static_cast<std::uint32_t>(q)];
+            const std::uint16_t child = split[model::k_split_cells + static_cast<std::uint32_t>(q)];
             const float s = s0 + size * static_cast<float>(q & 1), t = t0 + size * static_cast<float>(q >> 1);
             if (model::cell_kind(child) == model::CellKind::Split)
-                each_child(child, quadrant, s, t, size, visit);
+                each_child(child, s, t, size, visit);
             else
-                visit_sides(child_leaf(child, quadrant, s, t, size), visit);
+                visit_sides(child_leaf(child, split + (q & 1) + 3 * (q >> 1), s, t, size), visit);
         }
     }
 
@@ -409,6 +396,7 @@ private:
     const std::int8_t* smoothing_;
     const std::uint16_t* cells_;
     const model::Block* blocks_;
+    const std::uint16_t* splits_;
     const std::uint32_t* specials_;
     const std::uint16_t* pool_;
     int base_;

@@ -134,8 +134,8 @@ public:
         : part_(part),
           samples_(view.samples.data() + part.first_sample),
           cells_(view.cells.data() + part.first_cell),
-          specials_(view.specials.data() + part.first_special),
-          pool_(view.pool.data() + part.first_pool),
+          splits_(view.splits.data() + model::k_split_size * static_cast<std::size_t>(part.first_split)),
+          split_shift_(static_cast<std::int32_t>(splits_ - samples_)),
           base_(static_cast<std::int32_t>(part.base))
     {
     }
@@ -180,20 +180,35 @@ public:
         Leaves leaf;
         leaf.cell = low(gather_pair(cells_, index));
         const I sample = hn::Add(hn::Mul(hn::Add(hn::Mul(face, set_int(base_ + 1)), row), set_int(base_ + 1)), column);
-        const I bottom = gather_pair(samples_, sample), top = gather_pair(samples_, hn::Add(sample, set_int(base_ + 1)));
+        // The corners' place, in values from the base samples on: their own array's, or the last split's.
+        I corner = sample, stride = set_int(base_ + 1);
+        leaf.s0 = mul_add(size0, to_float(column), set(-1.f));
+        leaf.t0 = mul_add(size0, to_float(row), set(-1.f));
+        leaf.inverse_size = set(0.5f * static_cast<float>(base_));
+        if (refined) {
+            F size = size0;
+            const I split_kind = set_int(static_cast<std::int32_t>(CellKind::Split));
+            for (M split = hn::And(active, equal(kind_of(leaf.cell), split_kind)); any(split);
+                 split = hn::And(split, equal(kind_of(leaf.cell), split_kind))) {
+                size = hn::Mul(size, set(0.5f));
+                const F s1 = hn::Add(leaf.s0, size), t1 = hn::Add(leaf.t0, size);
+                const M right = hn::And(split, hn::Ge(s, s1)), up = hn::And(split, hn::Ge(t, t1));
+                leaf.s0 = blend(right, s1, leaf.s0);
+                leaf.t0 = blend(up, t1, leaf.t0);
+                leaf.inverse_size = blend(split, hn::Add(leaf.inverse_size, leaf.inverse_size), leaf.inverse_size);
+                const I record = hn::Mul(blend(split, hn::And(leaf.cell, set_int(0x3fff)), hn::Zero(di)), set_int(model::k_split_size));
+                const I x = blend(right, set_int(1), hn::Zero(di)), y = blend(up, set_int(1), hn::Zero(di));
+                const I cell = hn::Add(hn::Add(record, set_int(model::k_split_cells)), hn::Add(x, hn::Add(y, y)));
+                leaf.cell = blend(split, low(gather_pair(splits_, cell)), leaf.cell);
+                corner = blend(split, hn::Add(hn::Add(record, set_int(split_shift_)), hn::Add(x, hn::Add(y, hn::Add(y, y)))), corner);
+                stride = blend(split, set_int(3), stride);
+            }
+        }
+        const I bottom = gather_pair(samples_, corner), top = gather_pair(samples_, hn::Add(corner, stride));
         leaf.c00 = low(bottom);
         leaf.c10 = high(bottom);
         leaf.c01 = low(top);
         leaf.c11 = high(top);
-        leaf.s0 = mul_add(size0, to_float(column), set(-1.f));
-        leaf.t0 = mul_add(size0, to_float(row), set(-1.f));
-        leaf.inverse_size = set(0.5f * static_cast<float>(base_));
-        if (!refined) return leaf;
-        F size = size0;
-        const I split_kind = set_int(static_cast<std::int32_t>(CellKind::Split));
-        for (M split = hn::And(active, equal(kind_of(leaf.cell), split_kind)); any(split);
-             split = hn::And(split, equal(kind_of(leaf.cell), split_kind)))
-            descend(split, s, t, size, leaf);
         return leaf;
     }
 
@@ -221,38 +236,11 @@ public:
     const Part& part() const { return part_; }
 
 private:
-    HWY_INLINE void descend(M split, F s, F t, F& size, Leaves& leaf) const
-    {
-        const I payload = hn::And(leaf.cell, set_int(0x3fff));
-        const I at = gather_word(specials_, blend(split, payload, hn::Zero(di)));
-        const I record = blend(split, at, hn::Zero(di));
-        const I p0 = gather_pair(pool_, record), p2 = gather_pair(pool_, hn::Add(record, set_int(2))),
-                p4 = gather_pair(pool_, hn::Add(record, set_int(4)));
-        const I bottom = low(p0), left = high(p0), middle = low(p2), right = high(p2), top = low(p4);
-        size = blend(split, hn::Mul(size, set(0.5f)), size);
-        const F s1 = hn::Add(leaf.s0, size), t1 = hn::Add(leaf.t0, size);
-        const M to_right = hn::And(split, hn::Ge(s, s1)), to_top = hn::And(split, hn::Ge(t, t1));
-        const I c00 = blend(to_top, blend(to_right, middle, left), blend(to_right, bottom, leaf.c00));
-        const I c10 = blend(to_top, blend(to_right, right, middle), blend(to_right, leaf.c10, bottom));
-        const I c01 = blend(to_top, blend(to_right, top, leaf.c01), blend(to_right, middle, left));
-        const I c11 = blend(to_top, blend(to_right, leaf.c11, top), blend(to_right, right, middle));
-        const I quadrant = hn::Add(blend(to_right, set_int(1), hn::Zero(di)), blend(to_top, set_int(2), hn::Zero(di)));
-        const I child = low(gather_pair(pool_, hn::Add(hn::Add(record, set_int(model::k_split_samples)), quadrant)));
-        leaf.c00 = blend(split, c00, leaf.c00);
-        leaf.c10 = blend(split, c10, leaf.c10);
-        leaf.c01 = blend(split, c01, leaf.c01);
-        leaf.c11 = blend(split, c11, leaf.c11);
-        leaf.cell = blend(split, child, leaf.cell);
-        leaf.s0 = blend(to_right, s1, leaf.s0);
-        leaf.t0 = blend(to_top, t1, leaf.t0);
-        leaf.inverse_size = blend(split, hn::Add(leaf.inverse_size, leaf.inverse_size), leaf.inverse_size);
-    }
-
     const Part& part_;
     const std::uint16_t* samples_;
     const std::uint16_t* cells_;
-    const std::uint32_t* specials_;
-    const std::uint16_t* pool_;
+    const std::uint16_t* splits_;
+    std::int32_t split_shift_;  // from the samples to the splits, in values: both lie in one blob
     std::int32_t base_;
 };
 
@@ -278,9 +266,9 @@ struct StoredLeaves {
         hn::Store(leaves.t0, df, t0);
         hn::Store(leaves.inverse_size, df, inverse_size);
     }
-    Leaf leaf(const CentralMap& map, std::size_t i) const
+    Leaf leaf(const CentralMap& map, std::size_t i, float s, float t) const
     {
-        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i]);
+        return map.leaf_of(static_cast<std::uint16_t>(cell[i]), s0[i], t0[i], 1.f / inverse_size[i], s, t);
     }
 };
 
@@ -313,7 +301,7 @@ public:
 
 private:
     static constexpr std::size_t k_queue = 512;
-    enum Flag : std::uint8_t { k_certain = 1, k_ask = 2, k_undecided = 4 };
+    enum Flag : std::uint8_t { k_certain = 1, k_inside = 2, k_free = 4 };
 
     Vec3f transformed(float x, float y, float z) const
     {
@@ -394,53 +382,115 @@ private:
         const M occupied = hn::And(stored, hn::RebindMask(df, hn::Ne(kind, hn::Zero(di))));
         if (!any(occupied)) return;
 
-        M inside = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
-        M certain = inside;
-        const M must_ask = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Ask))));
+        const M inside = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
         const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
-        I decider = set_int(-1);
-        if (any(mixed)) {
-            const I list_index = hn::And(shift_right<2>(place), set_int(0xfff));
-            I list = gather_word(model_.part_lists.data(), blend(mixed, list_index, hn::Zero(di)));
-            M open = mixed;
-            for (std::uint32_t k = 0; k < model::k_list_length && any(open); ++k) {
-                I part = hn::And(list, set_int(0xff));
-                list = shift_right<8>(list);
-                M todo = hn::AndNot(equal(part, set_int(model::k_no_part)), open);
-                open = todo;
-                while (any(todo)) {
-                    const std::int32_t which = first_of(part, todo);
-                    const M these = hn::And(todo, equal(part, set_int(which)));
-                    todo = hn::AndNot(these, todo);
-                    const M held = decide(static_cast<std::size_t>(which), p, these, inside, certain);
-                    decider = blend(held, set_int(which), decider);
-                    open = hn::AndNot(held, open);
-                }
+        if (job_.layer == Layer::Three) {
+            // The nearest surface tells the side as well, where it is found at once.
+            const M found = from_first_seed(slot, p, place, hn::Or(inside, mixed), inside);
+            const M rest = hn::AndNot(found, occupied);
+            if (any(rest)) enqueue(slot, p, place, rest, inside, none());
+            return;
+        }
+        M in = inside, certain = inside;
+        M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
+        if (any(mixed)) undecided = hn::Or(undecided, verdicts(p, place, mixed, in, certain));
+        if (job_.exact) undecided = hn::Or(undecided, hn::AndNot(certain, mixed));
+        const M rest = hn::Or(in, undecided);
+        if (any(rest)) enqueue(slot, p, place, rest, hn::AndNot(undecided, in), certain);
+    }
+
+    /// The verdict of the first part of each place's list that holds the point. Returns the lanes that none holds: free by the
+    /// cover.
+    M verdicts(const V3& p, I place, M mixed, M& inside, M& certain) const
+    {
+        const I list_index = hn::And(shift_right<2>(place), set_int(0xfff));
+        I list = gather_word(model_.part_lists.data(), blend(mixed, list_index, hn::Zero(di)));
+        M open = mixed;
+        for (std::uint32_t k = 0; k < model::k_list_length && any(open); ++k) {
+            const I part = hn::And(list, set_int(0xff));
+            list = shift_right<8>(list);
+            open = hn::AndNot(equal(part, set_int(model::k_no_part)), open);
+            for (M todo = open; any(todo);) {
+                const std::int32_t which = first_of(part, todo);
+                const M these = hn::And(todo, equal(part, set_int(which)));
+                todo = hn::AndNot(these, todo);
+                open = hn::AndNot(decide(static_cast<std::size_t>(which), p, these, inside, certain), open);
             }
         }
-        M keep = hn::Or(inside, must_ask);
-        if (job_.exact) keep = hn::Or(keep, hn::And(mixed, hn::AndNot(certain, not_negative(decider))));
-        if (!any(keep)) return;
+        return none();
+    }
+
+    void enqueue(std::size_t slot, const V3& p, I place, M rest, M known_inside, M certain)
+    {
         HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
-        HWY_ALIGN std::int32_t places[k_lanes], sure[k_lanes], asks[k_lanes], deciders[k_lanes];
+        HWY_ALIGN std::int32_t places[k_lanes], sure[k_lanes], in[k_lanes];
         hn::Store(p.x, df, x);
         hn::Store(p.y, df, y);
         hn::Store(p.z, df, z);
         hn::Store(place, di, places);
-        hn::Store(decider, di, deciders);
         hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
-        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, must_ask)), di, asks);
-        each_lane(keep, [&](std::size_t i) {
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, known_inside)), di, in);
+        each_lane(rest, [&](std::size_t i) {
             queue_x_[queued_] = x[i];
             queue_y_[queued_] = y[i];
             queue_z_[queued_] = z[i];
             queue_point_[queued_] = job_.point[slot + i];
             queue_place_[queued_] = static_cast<std::uint32_t>(places[i]);
-            queue_part_[queued_] = static_cast<std::int16_t>(deciders[i]);
-            queue_flags_[queued_] = static_cast<std::uint8_t>(
-                (sure[i] != 0 ? k_certain : 0) | (asks[i] != 0 ? k_ask : 0) | (job_.exact && sure[i] == 0 ? k_undecided : 0));
+            queue_flags_[queued_] = static_cast<std::uint8_t>((sure[i] != 0 ? k_certain : 0) | (in[i] != 0 ? k_inside : 0));
             ++queued_;
         });
+    }
+
+    /// The nearest surface from the place's first seed, for the lanes where that settles it: contacts among them are written.
+    /// inside: lanes known to be. Returns the settled lanes.
+    M from_first_seed(std::size_t slot, const V3& p, I place, M active, M inside)
+    {
+        const I seed = first_seed(p, place, active);
+        const I part = hn::And(seed, set_int(0xff));
+        M settled = none();
+        Found all{hn::Zero(df), {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, none(), none()};
+        for (M todo = active; any(todo);) {
+            const std::int32_t which = first_of(part, todo);
+            const M these = hn::And(todo, equal(part, set_int(which)));
+            todo = hn::AndNot(these, todo);
+            const Found found = approach(static_cast<std::size_t>(which), p, seed, these);
+            const M near = hn::And(these, found.near);
+            settled = hn::Or(settled, near);
+            inside = hn::Or(inside, hn::And(near, found.inside));
+            all.distance_sq = blend(near, found.distance_sq, all.distance_sq);
+            all.offset = blend(near, found.offset, all.offset);
+            all.normal = blend(near, found.normal, all.normal);
+        }
+        const F depth = hn::Sqrt(all.distance_sq);
+        const M single = hn::Not(not_negative(seed));
+        if (any(hn::AndNot(single, settled))) {
+            // A chain: settled only within the first seed's reach.
+            const F reach = hn::Mul(to_float(first_reach(place, active, p)), set(model::k_seed_reach_step * locator_.cell));
+            settled = hn::And(settled, hn::Or(single, hn::Le(depth, reach)));
+        }
+        const M contact = hn::And(settled, inside);
+        if (!any(contact)) return settled;
+        const F inverse = hn::Div(set(1.f), hn::Max(hn::Sqrt(dot(all.normal, all.normal)), set(1e-30f)));
+        HWY_ALIGN float v[7][k_lanes];
+        HWY_ALIGN std::int32_t parts[k_lanes];
+        hn::Store(hn::Add(p.x, all.offset.x), df, v[0]);
+        hn::Store(hn::Add(p.y, all.offset.y), df, v[1]);
+        hn::Store(hn::Add(p.z, all.offset.z), df, v[2]);
+        hn::Store(hn::Mul(all.normal.x, inverse), df, v[3]);
+        hn::Store(hn::Mul(all.normal.y, inverse), df, v[4]);
+        hn::Store(hn::Mul(all.normal.z, inverse), df, v[5]);
+        hn::Store(depth, df, v[6]);
+        hn::Store(part, di, parts);
+        each_lane(contact, [&](std::size_t i) {
+            const std::size_t at = result_.contacts++;
+            if (at >= job_.out.size()) {
+                result_.status |= k_frame_full;
+                return;
+            }
+            job_.out[at] = {{v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], job_.point[slot + i],
+                            static_cast<std::int16_t>(parts[i]), false, k_ok};
+        });
+        return settled;
     }
 
     static std::int32_t first_of(I values, M mask)
@@ -498,7 +548,7 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(q.w, df, w);
         each_lane(layered, [&](std::size_t i) {
-            const ChartVerdict v = classify(stored.leaf(map, i), s[i], t[i], w[i]);
+            const ChartVerdict v = classify(stored.leaf(map, i, s[i], t[i]), s[i], t[i], w[i]);
             now_in[i] = v.inside ? -1 : 0;
             now_sure[i] = v.certain ? -1 : 0;
         });
@@ -516,7 +566,7 @@ private:
             best_sq_[i] = INFINITY;
             best_part_[i] = -1;
             todo_[i] = static_cast<std::uint16_t>(i);
-            choose_first_seed(i);
+            seed_at_[i] = model::place_seed(queue_place_[i]);
         }
         while (open > 0) {
             std::uint16_t first[257] = {};
@@ -527,7 +577,7 @@ private:
             for (std::size_t k = 0; k < open;) {
                 const std::uint32_t part = model::seed_part(model_.seeds[seed_at_[sorted_[k]]]);
                 const std::size_t end = first[part];
-                for (; k < end; k += hn::Lanes(df)) approach(part, k, std::min(hn::Lanes(df), end - k), next);
+                for (; k < end; k += hn::Lanes(df)) approach_queued(part, k, std::min(hn::Lanes(df), end - k), next);
                 k = end;
             }
             open = next;
@@ -536,32 +586,34 @@ private:
         queued_ = 0;
     }
 
-    /// Of a place's seeds the one whose plane is nearest comes first, the rest in their order.
-    void choose_first_seed(std::size_t i)
+    /// The seed that a lane starts from: the only one, or of a chain the one that its octant of the place names.
+    HWY_INLINE I first_seed(const V3& p, I place, M active) const
     {
-        const std::uint32_t chain = model::place_seed(queue_place_[i]);
-        seed_at_[i] = seed_first_[i] = chain;
-        seed_next_[i] = k_no_seed;
-        if ((model_.seeds[chain] & model::k_last_seed) != 0) return;
-        seed_next_[i] = chain;
-        const Vec3f p{queue_x_[i], queue_y_[i], queue_z_[i]};
-        const Vec3f from_centre = p - place_centre(p);
-        float least = INFINITY;
-        for (std::uint32_t k = chain;; ++k) {
-            const std::uint32_t seed = model_.seeds[k];
-            const float gap = seed_length(locator_, seed) - dot(seed_direction(seed), from_centre);
-            if (gap < least) {
-                least = gap;
-                seed_at_[i] = seed_first_[i] = k;
-            }
-            if ((seed & model::k_last_seed) != 0) return;
-        }
+        const I at = blend(active, shift_right<14>(place), hn::Zero(di));
+        const I seed = gather_word(model_.seeds.data(), at);
+        const M chain = hn::And(active, not_negative(seed));
+        if (!any(chain)) return seed;
+        return blend(chain, gather_word(model_.seeds.data(), hn::Add(at, octant_choice(p, at, chain))), seed);
     }
 
-    static constexpr std::uint32_t k_no_seed = 0xffffffffu;
-    std::uint32_t after(std::uint32_t seed) const
+    /// Which seed of a chain the octant of a point names: three bits an octant in the word before the chain.
+    HWY_INLINE I octant_choice(const V3& p, I at, M chain) const
     {
-        return seed == k_no_seed || (model_.seeds[seed] & model::k_last_seed) != 0 ? k_no_seed : seed + 1;
+        const I choices = gather_word(model_.seeds.data(), blend(chain, hn::Sub(at, set_int(1)), hn::Zero(di)));
+        const auto upper = [&](F v, float origin, std::int32_t bit) {
+            const F in_cells = hn::Mul(hn::Sub(v, set(origin)), set(inverse_cell_));
+            return blend(hn::Ge(hn::Sub(in_cells, truncate_float(in_cells)), set(0.5f)), set_int(bit), hn::Zero(di));
+        };
+        const I octant = hn::Add(hn::Add(upper(p.x, locator_.origin[0], 3), upper(p.y, locator_.origin[1], 6)), upper(p.z, locator_.origin[2], 12));
+        return blend(chain, hn::And(hn::Shr(choices, octant), set_int(7)), hn::Zero(di));
+    }
+
+    HWY_INLINE I first_reach(I place, M active, const V3& p) const
+    {
+        const I at = blend(active, shift_right<14>(place), hn::Zero(di));
+        const M chain = hn::And(active, not_negative(gather_word(model_.seeds.data(), at)));
+        const I which = hn::Add(at, octant_choice(p, at, chain));
+        return hn::And(hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(model_.seed_reaches.data()), which), set_int(0xff));
     }
 
     /// The points' feet on the planes of seeds, about the centres of the places that the points lie in.
@@ -589,37 +641,29 @@ private:
         return {mul_add(along, n.x, p.x), mul_add(along, n.y, p.y), mul_add(along, n.z, p.z)};
     }
 
-    Vec3f place_centre(Vec3f p) const
-    {
-        Vec3f centre;
-        for (int k = 0; k < 3; ++k)
-            centre[k] = (static_cast<float>(static_cast<int>((p[k] - locator_.origin[k]) * inverse_cell_)) + 0.5f) * locator_.cell + locator_.origin[k];
-        return centre;
-    }
+    /// Nearest surface about a seed, the model's space.
+    struct Found {
+        F distance_sq;
+        V3 offset;  // from the point
+        V3 normal;  // outward, not of unit length
+        M near;     // the point is right above the surface point
+        M inside;   // it is below the surface, if near
+    };
 
-    /// From a seed cell to the nearest surface about it: the foot on the tangent plane, looked up again there, while that comes
-    /// nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
-    void approach(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
+    /// From a seed to the nearest surface about it: the foot on its plane, the surface over there, the foot on the tangent plane,
+    /// while that comes nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
+    HWY_NOINLINE Found approach(std::size_t index, const V3& p, I seed, M active) const
     {
         const Part& data = model_.parts[index];
         const PartLanes part(model_, data);
-        HWY_ALIGN float px[k_lanes], py[k_lanes], pz[k_lanes];
-        HWY_ALIGN std::int32_t seeds[k_lanes];
-        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
-            const std::size_t k = sorted_[first + std::min(i, count - 1)];
-            px[i] = queue_x_[k];
-            py[i] = queue_y_[k];
-            pz[i] = queue_z_[k];
-            seeds[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[k]]);
-        }
-        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
-        M active = hn::FirstN(df, count);
         const V3 x = part.to_frame(p);
         const V3 axes{set(data.a[0]), set(data.a[1]), set(data.a[2])};
         const V3 over_sq{set(1.f / (data.a[0] * data.a[0])), set(1.f / (data.a[1] * data.a[1])), set(1.f / (data.a[2] * data.a[2]))};
-        const FacePoint start = face_point(part.to_frame(foot_on_seed(p, hn::Load(di, seeds))));
+        const FacePoint start = face_point(part.to_frame(foot_on_seed(p, seed)));
         Chart q = to_chart(start);
         F reach = hn::Abs(start.major);  // along the face's axis: of several surfaces the one nearest to there
+        M all_near = none(), all_inside = none();
+        const F touching_sq = set(1e-9f * model_.header.sphere[3] * model_.header.sphere[3]);
         F found_sq = set(INFINITY);
         V3 found_offset{hn::Zero(df), hn::Zero(df), hn::Zero(df)}, found_plane = found_offset;
         for (int step = 0; step < k_approach_steps && any(active); ++step) {
@@ -652,7 +696,10 @@ private:
             const F along = hn::Div(gap, hn::Max(length_sq, set(1e-30f)));
             const F plane_sq = hn::Mul(gap, along);
             // So near above the surface point that the tangent plane's foot is as good.
-            const M above = hn::And(hn::And(nearer, regular), hn::Le(distance_sq, hn::Mul(set(k_approach_near), plane_sq)));
+            const M above = hn::And(hn::And(nearer, regular), hn::Le(distance_sq, mul_add(set(k_approach_near), plane_sq, touching_sq)));
+            all_near = hn::Or(all_near, above);
+            const M below = hn::Gt(gap, hn::Zero(df));
+            all_inside = hn::Or(all_inside, hn::And(above, hn::Or(hn::And(exits, below), hn::AndNot(hn::Or(exits, below), above))));
             const V3 in_plane{hn::Mul(hn::Mul(along, scaled.x), a.x), hn::Mul(hn::Mul(along, scaled.y), a.y), hn::Mul(hn::Mul(along, scaled.z), a.z)};
             found_sq = blend(above, plane_sq, blend(nearer, distance_sq, found_sq));
             found_offset = blend(nearer, f.unpermute(blend(above, in_plane, d)), found_offset);
@@ -666,15 +713,31 @@ private:
             q = to_chart(fp);
             reach = hn::Abs(fp.major);
         }
-        const V3 offset = part.from_frame(found_offset), normal = part.from_frame(found_plane);
+        return {found_sq, part.from_frame(found_offset), part.from_frame(found_plane), all_near, all_inside};
+    }
+
+    /// The same for a run of the queue with seeds of one part; those whose chain goes on join the next round.
+    void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, std::size_t& next_open)
+    {
+        HWY_ALIGN float px[k_lanes], py[k_lanes], pz[k_lanes];
+        HWY_ALIGN std::int32_t seeds[k_lanes];
+        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
+            const std::size_t k = sorted_[first + std::min(i, count - 1)];
+            px[i] = queue_x_[k];
+            py[i] = queue_y_[k];
+            pz[i] = queue_z_[k];
+            seeds[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[k]]);
+        }
+        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
+        const Found found = approach(index, p, hn::Load(di, seeds), hn::FirstN(df, count));
         HWY_ALIGN float distance_sq[k_lanes], values[6][k_lanes];
-        hn::Store(found_sq, df, distance_sq);
-        hn::Store(offset.x, df, values[0]);
-        hn::Store(offset.y, df, values[1]);
-        hn::Store(offset.z, df, values[2]);
-        hn::Store(normal.x, df, values[3]);
-        hn::Store(normal.y, df, values[4]);
-        hn::Store(normal.z, df, values[5]);
+        hn::Store(found.distance_sq, df, distance_sq);
+        hn::Store(found.offset.x, df, values[0]);
+        hn::Store(found.offset.y, df, values[1]);
+        hn::Store(found.offset.z, df, values[2]);
+        hn::Store(found.normal.x, df, values[3]);
+        hn::Store(found.normal.y, df, values[4]);
+        hn::Store(found.normal.z, df, values[5]);
         for (std::size_t i = 0; i < count; ++i) {
             const std::uint16_t k = sorted_[first + i];
             if (distance_sq[i] < best_sq_[k]) {
@@ -683,11 +746,8 @@ private:
                 for (int v = 0; v < 6; ++v) best_[v][k] = values[v][i];
             }
             const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model_.seed_reaches[seed_at_[k]]));
-            if (distance_sq[i] <= enough * enough) continue;
-            if (seed_next_[k] == seed_first_[k]) seed_next_[k] = after(seed_next_[k]);
-            if (seed_next_[k] == k_no_seed) continue;
-            seed_at_[k] = seed_next_[k];
-            seed_next_[k] = after(seed_next_[k]);
+            if ((model_.seeds[seed_at_[k]] & model::k_last_seed) != 0 || distance_sq[i] <= enough * enough) continue;
+            ++seed_at_[k];
             todo_[next_open++] = k;
         }
     }
@@ -703,7 +763,7 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(reach, df, expected);
         each_lane(layered, [&](std::size_t i) {
-            const Leaf leaf = stored.leaf(map, i);
+            const Leaf leaf = stored.leaf(map, i, s[i], t[i]);
             float least = INFINITY;
             for (int j = 0; j < leaf.sheets; ++j) {
                 const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
@@ -723,23 +783,39 @@ private:
         exits = hn::Or(hn::AndNot(layered, exits), hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, is_exit))));
     }
 
-    /// Decides what the lanes left open, by the one-point query, and drops what turns out free.
+    /// Decides what the lanes left open, and drops what turns out free.
     void settle()
     {
+        if (job_.layer == Layer::Three)
+            for (std::size_t first = 0; first < queued_; first += hn::Lanes(df)) {
+                const M here = hn::FirstN(df, std::min(queued_ - first, hn::Lanes(df)));
+                const V3 p{hn::LoadU(df, queue_x_ + first), hn::LoadU(df, queue_y_ + first), hn::LoadU(df, queue_z_ + first)};
+                const I place = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(queue_place_ + first));
+                const M mixed = hn::And(here, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
+                if (!any(mixed)) continue;
+                M inside = none(), certain = none();
+                verdicts(p, place, mixed, inside, certain);
+                HWY_ALIGN std::int32_t in[k_lanes], sure[k_lanes];
+                hn::Store(hn::VecFromMask(di, hn::RebindMask(di, inside)), di, in);
+                hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
+                each_lane(mixed, [&](std::size_t i) {
+                    queue_flags_[first + i] = static_cast<std::uint8_t>((in[i] != 0 ? k_inside : k_free) | (sure[i] != 0 ? k_certain : 0));
+                });
+            }
         std::size_t kept = 0;
         for (std::size_t i = 0; i < queued_; ++i) {
             std::uint8_t flags = queue_flags_[i];
-            if ((flags & (k_ask | k_undecided)) != 0) {
+            if ((flags & k_free) != 0) continue;
+            if ((flags & k_inside) == 0) {
                 const Contact c = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
                 if (!c.contact) continue;
-                flags = static_cast<std::uint8_t>((flags & ~k_certain) | (c.certain ? k_certain : 0));
+                flags = c.certain ? k_certain : 0;
             }
             queue_x_[kept] = queue_x_[i];
             queue_y_[kept] = queue_y_[i];
             queue_z_[kept] = queue_z_[i];
             queue_point_[kept] = queue_point_[i];
             queue_place_[kept] = queue_place_[i];
-            queue_part_[kept] = queue_part_[i];
             queue_flags_[kept++] = flags;
         }
         queued_ = kept;
@@ -786,12 +862,11 @@ private:
     std::size_t queued_ = 0;
     float queue_x_[k_queue + Probe::k_cluster], queue_y_[k_queue + Probe::k_cluster], queue_z_[k_queue + Probe::k_cluster];
     std::uint32_t queue_point_[k_queue + Probe::k_cluster], queue_place_[k_queue + Probe::k_cluster];
-    std::int16_t queue_part_[k_queue + Probe::k_cluster];
     std::uint8_t queue_flags_[k_queue + Probe::k_cluster];
     // Nearest surface so far of what is queued: squared distance, offset from the point, surface normal (not of unit length).
     float best_sq_[k_queue + Probe::k_cluster], best_[6][k_queue + Probe::k_cluster];
     std::int16_t best_part_[k_queue + Probe::k_cluster];
-    std::uint32_t seed_at_[k_queue + Probe::k_cluster], seed_first_[k_queue + Probe::k_cluster], seed_next_[k_queue + Probe::k_cluster];
+    std::uint32_t seed_at_[k_queue + Probe::k_cluster];
     std::uint16_t todo_[k_queue + Probe::k_cluster], sorted_[k_queue + Probe::k_cluster];
 };
 

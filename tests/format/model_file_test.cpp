@@ -118,6 +118,7 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     EXPECT_TRUE(same_array(v.samples, data.samples));
     EXPECT_TRUE(same_array(v.cells, data.cells));
     EXPECT_TRUE(same_array(v.blocks, data.blocks));
+    EXPECT_TRUE(same_array(v.splits, data.splits));
     EXPECT_TRUE(same_array(v.specials, data.specials));
     EXPECT_TRUE(same_array(v.pool, data.pool));
     EXPECT_TRUE(same_array(v.rows, data.rows));
@@ -272,6 +273,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                     damage(data.blocks);
                     break;
                 case 3:
+                    damage(data.splits);
                     damage(data.specials);
                     break;
                 case 4:
@@ -334,15 +336,14 @@ std::size_t split_list(const ModelData& m)
     return static_cast<std::size_t>(it - m.refs.begin());
 }
 
-/// A cell of part 0 that is split; its children are in the pool.
+/// A cell of part 0 that is split; with its children.
 std::uint16_t& split_child(ModelData& m, std::size_t child)
 {
     for (const model::Part& p : m.parts)
         for (std::uint32_t i = 0; i < p.cell_count; ++i) {
             const std::uint16_t cell = m.cells[p.first_cell + i];
             if (model::cell_kind(cell) == model::CellKind::Split)
-                return m.pool[p.first_pool + m.specials[p.first_special + model::cell_payload(cell)] + model::k_split_samples +
-                              child];
+                return m.splits[model::k_split_size * (p.first_split + model::cell_payload(cell)) + model::k_split_cells + child];
         }
     throw std::logic_error("the model has no split cell");
 }
@@ -399,6 +400,9 @@ const Lie k_lies[] = {
     {"cells_missing", [](ModelData& m) { m.cells.clear(); }},
     {"block_count_short", [](ModelData& m) { --m.parts[0].block_count; }},
     {"blocks_beyond_end", [](ModelData& m) { m.parts.back().first_block += 1; }},
+    {"splits_beyond_end", [](ModelData& m) { m.parts.back().first_split += 1; }},
+    {"splits_missing", [](ModelData& m) { m.splits.clear(); }},
+    {"splits_cut", [](ModelData& m) { m.splits.pop_back(); }},
     {"specials_beyond_end", [](ModelData& m) { m.parts.back().first_special += 1; }},
     {"specials_wrap_around", [](ModelData& m) { m.parts[0].first_special = 0xfffffff0u; }},
     {"specials_missing", [](ModelData& m) { m.specials.clear(); }},
@@ -408,7 +412,7 @@ const Lie k_lies[] = {
     {"special_points_far_away", [](ModelData& m) { m.specials[0] = 0xffffffffu; }},
     {"uniform_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Uniform, 2); }},
     {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 2 * model::k_foreign); }},
-    {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].special_count); }},
+    {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].split_count); }},
     {"layered_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Layered, 0x3fff); }},
     {"split_child_payload", [](ModelData& m) { split_child(m, 3) = cell_of(model::CellKind::Layered, 0x3fff); }},
     {"split_of_itself",
@@ -418,8 +422,8 @@ const Lie k_lies[] = {
          for (std::uint32_t i = 0; i < p.cell_count; ++i)
              if (model::cell_kind(m.cells[p.first_cell + i]) == model::CellKind::Split) {
                  const std::uint16_t cell = m.cells[p.first_cell + i];
-                 const std::uint32_t offset = m.specials[p.first_special + model::cell_payload(cell)];
-                 for (std::uint32_t k = 0; k < 4; ++k) m.pool[p.first_pool + offset + model::k_split_samples + k] = cell;
+                 const std::size_t record = model::k_split_size * (p.first_split + std::size_t(model::cell_payload(cell)));
+                 for (std::uint32_t k = 0; k < 4; ++k) m.splits[record + model::k_split_cells + k] = cell;
                  return;
              }
          throw std::logic_error("the model has no split cell");

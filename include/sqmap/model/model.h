@@ -49,6 +49,7 @@ struct Part {
     std::uint32_t first_sample, sample_count;
     std::uint32_t first_cell, cell_count;
     std::uint32_t first_block, block_count;
+    std::uint32_t first_split, split_count;  ///< records of k_split_size values
     std::uint32_t first_special, special_count;
     std::uint32_t first_pool, pool_count;
     std::uint32_t first_row, first_start;  ///< exact layer: k_faces * base rows, k_faces * base * (base + 1) starts
@@ -79,7 +80,7 @@ struct Header {
 /// How a stored cell of the central chart is read: two bits of kind, fourteen of payload.
 /// Uniform: no surface; payload bit 0 is the verdict (1 inside).
 /// Single: one surface over the four corner samples; payload is the code of its certified deviation in w, and k_foreign.
-/// Split: payload is an index of specials, which points at 9 samples and 4 cells in the pool.
+/// Split: payload is an index of splits.
 /// Layered: payload is an index of specials, which points at a layered record in the pool.
 enum class CellKind : std::uint32_t { Uniform = 0, Single = 1, Split = 2, Layered = 3 };
 
@@ -113,8 +114,9 @@ constexpr BorderPoint border_point(std::uint32_t code)
     }
 }
 
-inline constexpr std::uint32_t k_split_samples = 5;
-inline constexpr std::uint32_t k_split_size = k_split_samples + 4;
+/// A split cell's record: three by three samples, row by row, and the four cells between them.
+inline constexpr std::uint32_t k_split_cells = 9;
+inline constexpr std::uint32_t k_split_size = k_split_cells + 4;
 
 /// A block of k_block x k_block base cells: the least and greatest stored w of the part's own surface over it; lo > hi:
 /// none.
@@ -182,6 +184,9 @@ inline constexpr int k_seed_normal_bits = 7;
 inline constexpr std::uint32_t k_max_seed_distance = 0x1ff;
 inline constexpr float k_seed_distance_step = 1.f / 16;  ///< of a place's side
 inline constexpr float k_seed_reach_step = 1.f / 8;      ///< of a place's side: unit of seed_reaches
+inline constexpr std::uint32_t k_most_seeds = 6;
+/// The word before a chain of several: which of them comes first in an octant of the place (1 upper x, 2 upper y, 4 upper z).
+constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
 constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
 constexpr std::uint32_t seed_distance(std::uint32_t seed) { return (seed >> 22) & k_max_seed_distance; }
 
@@ -205,6 +210,7 @@ struct ModelView {
     std::span<const std::int8_t> smoothing;  ///< beside samples: smoothed map less the map
     std::span<const std::uint16_t> cells;    ///< base cells, a part: face by row by column, base^2 a face
     std::span<const Block> blocks;
+    std::span<const std::uint16_t> splits;
     std::span<const std::uint32_t> specials;  ///< offsets into a part's pool
     std::span<const std::uint16_t> pool;
     // Exact layer; empty when the model was baked without it.

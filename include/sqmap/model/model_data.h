@@ -25,6 +25,7 @@ struct ModelData {
     std::vector<std::uint8_t> offsets;
     std::vector<std::int8_t> smoothing;
     std::vector<Block> blocks;
+    std::vector<std::uint16_t> splits;
     std::vector<std::uint32_t> specials;
     std::vector<std::uint16_t> pool;
     std::vector<std::uint32_t> rows;
@@ -58,6 +59,7 @@ struct ModelData {
                 smoothing,
                 cells,
                 blocks,
+                splits,
                 specials,
                 pool,
                 rows,
