@@ -94,6 +94,8 @@ ClusteredProbe cluster(std::span<const Vec3d> vertices)
         }
         probe.last_lanes = static_cast<std::uint32_t>(cluster_members.size());
     }
+    probe.group_list.resize(group_count + k_lanes);
+    probe.cluster_list.resize(cluster_count + k_lanes);
     probe.last_block = static_cast<std::uint32_t>(cluster_count - 1);
     return probe;
 }

@@ -15,10 +15,12 @@ struct ClusteredProbe {
     std::vector<VertexBlock> vertices;
     std::uint32_t last_lanes = 0, last_block = 0;
 
-    [[nodiscard]] ProbeView view() const
+    std::vector<std::uint32_t> group_list, cluster_list;  ///< scratch, see ProbeView
+
+    [[nodiscard]] ProbeView view()
     {
-        return {groups.data(), clusters.data(), vertices.data(), static_cast<std::uint32_t>(groups.size()),
-                last_lanes,    last_block};
+        return {groups.data(), clusters.data(), vertices.data(),   static_cast<std::uint32_t>(groups.size()),
+                last_lanes,    last_block,      group_list.data(), cluster_list.data()};
     }
     [[nodiscard]] std::size_t bytes() const
     {

@@ -7,18 +7,24 @@ namespace sqmap::bench {
 
 inline constexpr std::uint32_t k_lanes = 16;  ///< vertices of a cluster, clusters of a group
 
-/// The field in 16 bits.
+/// Distances in 16 bits at the points of a grid.
+struct Samples {
+    const std::int16_t* values;  ///< count^3, x fastest
+    std::int32_t count;
+};
+
 struct FieldView {
-    const std::int16_t* values;  ///< samples^3, x fastest
-    std::int32_t samples;
+    Samples fine;
+    Samples coarse;    ///< every stride-th point of the fine grid, lowered until it is nowhere above the fine field
+    float per_stride;  ///< 1 / stride
     float step;        ///< distance of one unit of a value
-    float spacing[3];  ///< of the grid, to measure how far outside it a centre lies
-    float slope;       ///< no two points of the box differ in distance by more than slope times their distance
+    float spacing[3];  ///< of the fine grid, to measure how far outside it a centre lies
 };
 
 /// Sixteen spheres in structure of arrays.
 struct alignas(64) SphereBlock {
     float x[k_lanes], y[k_lanes], z[k_lanes], radius[k_lanes];
+    float reach[k_lanes];  ///< no value within the sphere is below zero where that at its centre is above this
 };
 /// Sixteen vertices.
 struct alignas(64) VertexBlock {
@@ -34,6 +40,8 @@ struct ProbeView {
     std::uint32_t group_blocks;
     std::uint32_t last_lanes;  ///< vertices in the last block of all that is in use
     std::uint32_t last_block;  ///< its number
+    // Scratch of the kernel: room for a block more than all groups, and than all clusters.
+    std::uint32_t *group_list, *cluster_list;
 };
 
 /// From the probe's frame to cells of the grid: m times (x, y, z, 1).
@@ -45,6 +53,7 @@ struct CellPose {
 struct ContactRoom {
     std::uint32_t* vertex;
     float* depth;
+    float* normal[3];  ///< null where nobody asks for normals
 };
 
 /// Number of contacts written.

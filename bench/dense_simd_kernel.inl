@@ -96,21 +96,35 @@ inline Cells to_cells(const CellPose& pose, Floats x, Floats y, Floats z)
     return {row(pose.m[0]), row(pose.m[1]), row(pose.m[2])};
 }
 
+/// Differences along the axes, cell by cell.
+struct Gradient {
+    Floats x, y, z;
+};
+
 /// Trilinear value in units of FieldView::step. @pre p is clamped to the grid.
-inline Floats look_up(const FieldView& field, Cells p)
+template <bool with_gradient = false>
+inline Floats look_up(const Samples& samples, Cells p, Gradient* gradient = nullptr)
 {
-    const std::int32_t dy = field.samples, dz = dy * dy;
+    const std::int32_t dy = samples.count, dz = dy * dy;
     const Ints cx = ints(p.x), cy = ints(p.y), cz = ints(p.z);
     const Floats fx = p.x - floats(cx), fy = p.y - floats(cy), fz = p.z - floats(cz);
     const Ints index = cx + dy * cy + dz * cz;
-    const auto row = [&](std::int32_t shift) {
-        const Ints pair = gather_pairs(field.values + shift, index);
-        const Floats low = floats((pair << 16) >> 16), high = floats(pair >> 16);
-        return low + fx * (high - low);
+    struct Row {
+        Floats value, rise;
     };
-    const Floats r00 = row(0), r10 = row(dy), r01 = row(dz), r11 = row(dz + dy);
-    const Floats near = r00 + fy * (r10 - r00), far = r01 + fy * (r11 - r01);
-    return near + fz * (far - near);
+    const auto row = [&](std::int32_t shift) -> Row {
+        const Ints pair = gather_pairs(samples.values + shift, index);
+        const Floats low = floats((pair << 16) >> 16), rise = floats(pair >> 16) - low;
+        return {low + fx * rise, rise};
+    };
+    const Row r00 = row(0), r10 = row(dy), r01 = row(dz), r11 = row(dz + dy);
+    const Floats near_rise = r10.value - r00.value, far_rise = r11.value - r01.value;
+    const Floats near = r00.value + fy * near_rise, rise = r01.value + fy * far_rise - near;
+    if constexpr (with_gradient) {
+        const Floats near_x = r00.rise + fy * (r10.rise - r00.rise), far_x = r01.rise + fy * (r11.rise - r01.rise);
+        *gradient = {near_x + fz * (far_x - near_x), near_rise + fz * (far_rise - near_rise), rise};
+    }
+    return near + fz * rise;
 }
 
 /// Bit i: sphere i may hold a point of negative distance.
@@ -120,49 +134,95 @@ inline std::uint32_t near_spheres(const FieldView& field, const CellPose& pose, 
     const Floats radius = load(block.radius);
     const Cells q{clamp(p.x, last), clamp(p.y, last), clamp(p.z, last)};
     const Floats ex = (p.x - q.x) * field.spacing[0], ey = (p.y - q.y) * field.spacing[1], ez = (p.z - q.z) * field.spacing[2];
-    // Outside the box: what of the sphere lies inside the box is a ball of this radius about the clamped centre.
-    const Floats within_sq = radius * radius - (ex * ex + ey * ey + ez * ez);
-    const Floats distance = look_up(field, q) * field.step;
-    // distance <= slope sqrt(within_sq), without the root.
-    const Floats limit_sq = within_sq * (field.slope * field.slope);
-    const Ints near = (within_sq >= 0.0f) & ((distance <= 0.0f) | (distance * distance <= limit_sq)) & (radius >= 0.0f);
+    // Of a sphere whose centre is outside the box, what lies inside is within its radius of the clamped centre, too.
+    const Floats outside_sq = ex * ex + ey * ey + ez * ez;
+    const float scale = field.per_stride;
+    const Floats distance = look_up(field.coarse, {q.x * scale, q.y * scale, q.z * scale}) * field.step;
+    const Ints near = (outside_sq <= radius * radius) & (distance <= load(block.reach)) & (radius >= 0.0f);
     return mask_of(near);
+}
+
+/// Appends the numbers from first on whose bit of mask is set; writes up to a block beyond.
+inline std::uint32_t append(std::uint32_t* list, std::uint32_t count, std::uint32_t mask, std::uint32_t first)
+{
+#if defined(__AVX512F__)
+    const __m512i numbers = _mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)),
+                                             _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+    _mm512_storeu_si512(list + count, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), numbers));
+    return count + static_cast<std::uint32_t>(__builtin_popcount(mask));
+#else
+    for (; mask != 0; mask &= mask - 1) list[count++] = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+    return count;
+#endif
+}
+
+inline Floats reciprocal_root(Floats v)
+{
+#if defined(__AVX512F__)
+    // Fourteen bits and one step of Newton's.
+    const Floats guess = (Floats)_mm512_rsqrt14_ps((__m512)v);
+    return guess * (1.5f - 0.5f * v * guess * guess);
+#else
+    Floats out;
+    for (std::uint32_t i = 0; i < k_lanes; ++i) out[i] = 1 / __builtin_sqrtf(v[i]);
+    return out;
+#endif
+}
+
+/// The lanes of mask, packed; writes up to a block beyond.
+inline void pack(float* out, Floats values, std::uint32_t mask)
+{
+#if defined(__AVX512F__)
+    _mm512_storeu_ps(out, _mm512_maskz_compress_ps(static_cast<__mmask16>(mask), (__m512)values));
+#else
+    for (; mask != 0; mask &= mask - 1) *out++ = values[__builtin_ctz(mask)];
+#endif
+}
+
+/// Three sweeps, each over a list that the one before has packed: no branch waits for a look-up, so that the look-ups of
+/// many blocks are under way at once.
+template <bool with_normal>
+inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactRoom& room)
+{
+    // The largest coordinate that still lies in the last cell.
+    const float last = static_cast<float>(field.fine.count - 1) * (1 - 1e-6f);
+    std::uint32_t group_count = 0, cluster_count = 0, count = 0;
+    for (std::uint32_t b = 0; b < probe.group_blocks; ++b)
+        group_count = append(probe.group_list, group_count, near_spheres(field, pose, probe.groups[b], last), k_lanes * b);
+    for (std::uint32_t i = 0; i < group_count; ++i) {
+        const std::uint32_t g = probe.group_list[i];
+        cluster_count =
+            append(probe.cluster_list, cluster_count, near_spheres(field, pose, probe.clusters[g], last), k_lanes * g);
+    }
+    for (std::uint32_t i = 0; i < cluster_count; ++i) {
+        const std::uint32_t c = probe.cluster_list[i];
+        const VertexBlock& block = probe.vertices[c];
+        const Cells p = to_cells(pose, load(block.x), load(block.y), load(block.z));
+        const Cells q{clamp(p.x, last), clamp(p.y, last), clamp(p.z, last)};
+        Gradient gradient;
+        const Floats distance = look_up<with_normal>(field.fine, q, &gradient) * field.step;
+        std::uint32_t inside = mask_of((distance < 0.0f) & (p.x == q.x) & (p.y == q.y) & (p.z == q.z));
+        inside &= c == probe.last_block ? (1u << probe.last_lanes) - 1 : 0xffffu;
+        Floats vertex;
+        std::memcpy(&vertex, block.vertex, sizeof vertex);
+        pack(reinterpret_cast<float*>(room.vertex + count), vertex, inside);
+        pack(room.depth + count, -distance, inside);
+        if constexpr (with_normal) {
+            if (inside == 0) continue;
+            const Floats x = gradient.x / field.spacing[0], y = gradient.y / field.spacing[1], z = gradient.z / field.spacing[2];
+            const Floats scale = reciprocal_root(x * x + y * y + z * z + 1e-30f);
+            pack(room.normal[0] + count, x * scale, inside);
+            pack(room.normal[1] + count, y * scale, inside);
+            pack(room.normal[2] + count, z * scale, inside);
+        }
+        count += static_cast<std::uint32_t>(__builtin_popcount(inside));
+    }
+    return count;
 }
 
 inline std::uint32_t run(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactRoom& room)
 {
-    // The largest coordinate that still lies in the last cell.
-    const float last = static_cast<float>(field.samples - 1) * (1 - 1e-6f);
-    std::uint32_t count = 0;
-    for (std::uint32_t b = 0; b < probe.group_blocks; ++b) {
-        std::uint32_t groups = near_spheres(field, pose, probe.groups[b], last);
-        for (; groups != 0; groups &= groups - 1) {
-            const std::uint32_t g = k_lanes * b + static_cast<std::uint32_t>(__builtin_ctz(groups));
-            std::uint32_t clusters = near_spheres(field, pose, probe.clusters[g], last);
-            for (; clusters != 0; clusters &= clusters - 1) {
-                const std::uint32_t c = k_lanes * g + static_cast<std::uint32_t>(__builtin_ctz(clusters));
-                const VertexBlock& block = probe.vertices[c];
-                const Cells p = to_cells(pose, load(block.x), load(block.y), load(block.z));
-                const Cells q{clamp(p.x, last), clamp(p.y, last), clamp(p.z, last)};
-                const Floats distance = look_up(field, q) * field.step;
-                std::uint32_t inside = mask_of((distance < 0.0f) & (p.x == q.x) & (p.y == q.y) & (p.z == q.z));
-                if (c == probe.last_block) inside &= (1u << probe.last_lanes) - 1;
-#if defined(__AVX512F__)
-                _mm512_storeu_si512(room.vertex + count,
-                                    _mm512_maskz_compress_epi32(static_cast<__mmask16>(inside), _mm512_load_si512(block.vertex)));
-                _mm512_storeu_ps(room.depth + count, _mm512_maskz_compress_ps(static_cast<__mmask16>(inside), (__m512)-distance));
-                count += static_cast<std::uint32_t>(__builtin_popcount(inside));
-#else
-                for (; inside != 0; inside &= inside - 1) {
-                    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(inside));
-                    room.vertex[count] = block.vertex[lane];
-                    room.depth[count++] = -distance[lane];
-                }
-#endif
-            }
-        }
-    }
-    return count;
+    return room.normal[0] != nullptr ? sweep<true>(field, probe, pose, room) : sweep<false>(field, probe, pose, room);
 }
 
 }  // namespace

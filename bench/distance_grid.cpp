@@ -4,6 +4,7 @@
 #include "distance_grid.h"
 
 #include "method.h"
+#include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 
 #include <algorithm>
@@ -21,13 +22,6 @@ namespace {
 
 constexpr std::uint64_t k_version = 1;  // of the cached files: count up when values or layout change
 
-double closest(const mesh::Solid& solid, Vec3d p, double within)
-{
-    // A bounded search finds nothing at exactly the bound.
-    return solid.self_intersecting() ? solid.closest_boundary(p).distance
-                                     : solid.bvh().closest_point(p, within * (1 + 1e-9) + 1e-12).distance;
-}
-
 void fill_slab(const mesh::Solid& solid, DistanceGrid& grid, std::uint32_t k)
 {
     const std::uint32_t n = grid.samples;
@@ -41,7 +35,8 @@ void fill_slab(const mesh::Solid& solid, DistanceGrid& grid, std::uint32_t k)
         bool inside = row_inside;
         for (std::uint32_t i = 0; i < n; ++i) {
             const Vec3d p = point(i, j);
-            const double distance = closest(solid, p, last + step);
+            // A bounded search finds nothing at exactly the bound.
+            const double distance = solid.closest_boundary(p, (last + step) * (1 + 1e-9) + 1e-12).distance;
             if (!(distance + last > step * (1 + 1e-9)) || (i == 0 && j == 0)) inside = solid.inside(p);
             grid.values[grid.index(i, j, k)] = static_cast<float>(inside ? -distance : distance);
             if (i == 0) {
@@ -93,8 +88,9 @@ bool read_cache(const std::filesystem::path& path, DistanceGrid& grid)
            hash == content_hash(grid);
 }
 
+/// Where that cannot be written nothing is kept.
 void write_cache(const std::filesystem::path& path, const DistanceGrid& grid)
-{
+try {
     std::filesystem::create_directories(path.parent_path());
     const std::uint64_t hash = content_hash(grid);
     const std::size_t size = grid.values.size() * sizeof(float);
@@ -103,6 +99,8 @@ void write_cache(const std::filesystem::path& path, const DistanceGrid& grid)
     std::memcpy(bytes.data() + sizeof hash, &grid.build_s, sizeof grid.build_s);
     std::memcpy(bytes.data() + sizeof hash + sizeof grid.build_s, grid.values.data(), size);
     io::replace_file(path, bytes);
+} catch (const std::filesystem::filesystem_error&) {
+} catch (const io::ModelFileError&) {
 }
 
 }  // namespace

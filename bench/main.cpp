@@ -3,6 +3,7 @@
 #include "frames.h"
 #include "make_path.h"
 #include "report.h"
+#include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
@@ -19,9 +20,10 @@ namespace {
 
 struct FramesOptions {
     Files files;
-    std::filesystem::path path, json, cache = "build/bench/cache";
+    std::filesystem::path path, json, cache = SQMAP_BENCH_CACHE;
     std::vector<std::string> methods;
     RaceOptions race;
+    double target_error = bake::BakeOptions{}.target_error;
     bool quiet = false;
 };
 
@@ -46,6 +48,7 @@ void run_frames(const FramesOptions& options)
     }
     if (options.methods.empty())
         for (const MethodEntry& entry : method_entries()) {
+            if (entry.extra) continue;
             if (entry.make != nullptr)
                 entries.push_back(&entry);
             else
@@ -54,6 +57,7 @@ void run_frames(const FramesOptions& options)
     const std::vector<Pose> path = read_path(options.path);
     const std::unique_ptr<Setting> setting = load_setting(options.files);
     setting->cache = options.cache;
+    setting->target_error = options.target_error;
     const std::vector<std::vector<TrueContact>> truth = true_contacts(*setting, path);
     std::vector<std::unique_ptr<Method>> methods;
     std::vector<Contestant> contestants;
@@ -88,7 +92,7 @@ void add_frames(CLI::App& app)
     command->add_option("--object", options->files.object, "Mesh of the object: closed")->required();
     command->add_option("--probe", options->files.probe, "Mesh of the probe")->required();
     command->add_option("--path", options->path, "CSV: poses of the probe in the object's frame")->required();
-    command->add_option("--methods", options->methods, "Comma-separated names; default: all that are compiled in")
+    command->add_option("--methods", options->methods, "Comma-separated names; default: the fixed ones that are compiled in")
         ->delimiter(',');
     command->add_option("--passes", options->race.passes, "Times that every frame is run")
         ->check(CLI::Range(20u, 100000u))
@@ -98,6 +102,9 @@ void add_frames(CLI::App& app)
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("--block", options->race.block, "Frames a turn; 1: caches as the other methods left them")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--target-error", options->target_error, "What sqmap's models are baked to, percent of R_max")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
@@ -111,7 +118,7 @@ void add_path(CLI::App& app)
 {
     struct Options {
         Files files;
-        std::filesystem::path output, cache = "build/bench/cache";
+        std::filesystem::path output, cache = SQMAP_BENCH_CACHE;
         std::string kind;
         std::uint32_t frames = 1000;
     };

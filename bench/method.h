@@ -44,6 +44,7 @@ struct MethodEntry {
     std::string name;
     std::string package{};  ///< Debian package that it needs, empty where it is always there
     bool pairs = false;     ///< reports triangle pairs, no verdict a vertex
+    bool extra = false;     ///< run only when it is named
     bool slow = false;      ///< run on some frames only (RunOptions::slow_frames)
     std::unique_ptr<Method> (*make)(const Setting&, int) = nullptr;  ///< null: not compiled in
     int argument = 0;                                                ///< of make
@@ -56,6 +57,7 @@ struct MethodEntry {
 [[nodiscard]] std::unique_ptr<Method> make_sqmap(const Setting& setting, int layer);
 [[nodiscard]] std::unique_ptr<Method> make_dense(const Setting& setting, int samples);
 [[nodiscard]] std::unique_ptr<Method> make_dense_simd(const Setting& setting, int samples);
+[[nodiscard]] std::unique_ptr<Method> make_dense_simd_normal(const Setting& setting, int samples);
 [[nodiscard]] std::unique_ptr<Method> make_adf(const Setting& setting, int);
 [[nodiscard]] std::unique_ptr<Method> make_openvdb(const Setting& setting, int voxels);
 [[nodiscard]] std::unique_ptr<Method> make_embree(const Setting& setting, int);

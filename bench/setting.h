@@ -30,6 +30,7 @@ public:
     const mesh::Solid solid;      ///< exact oracle of the object
     const double r_max;           ///< largest distance between two vertices of the object
     std::filesystem::path cache;  ///< folder for fields that take long to make; empty: none is kept
+    double target_error = 0.5;    ///< of sqmap's own model, see bake::BakeOptions
     unsigned threads = 0;         ///< for building; 0: one a core
 };
 

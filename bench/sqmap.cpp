@@ -1,9 +1,7 @@
-// The project's own method, a layer a name: bake with default options, then ask for every posed vertex.
-#include "error.h"
+// The project's own method, a layer a name: bake with default options, then one query a frame.
 #include "method.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/model/parse.h"
 #include "sqmap/query/frame.h"
 
 #include <algorithm>
@@ -16,8 +14,8 @@ namespace sqmap::bench {
 namespace {
 
 struct Baked {
-    std::vector<std::byte> file;
-    model::ModelView view;  ///< of file
+    model::ModelData data;
+    model::ModelView view;
     io::SectionBytes sections;
     double build_s;
 };
@@ -30,11 +28,12 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
     const double start = process_seconds();
     auto baked = std::make_shared<Baked>();
     bake::BakeOptions options;
+    options.target_error = setting.target_error;
     options.threads = setting.threads;
-    baked->file = io::serialize(bake::bake(setting.object, true, options).model);
+    baked->data = bake::bake(setting.object, true, options).model;
     baked->build_s = process_seconds() - start;
-    if (model::parse(baked->file, baked->view) != model::ParseStatus::Ok) throw BenchError("the model just baked does not parse");
-    baked->sections = io::section_bytes(baked->view, baked->file.size());
+    baked->view = baked->data.view();
+    baked->sections = io::section_bytes(baked->view, io::serialize(baked->data).size());
     made[&setting] = baked;
     return baked;
 }
@@ -42,7 +41,7 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
 class Sqmap final : public Method {
 public:
     Sqmap(const Setting& setting, query::Layer layer)
-        : baked_(baked_model(setting)), layer_(layer), probe_(setting.probe.vertices), contacts_(setting.probe.vertices.size())
+        : baked_(baked_model(setting)), layer_(layer), probe_(setting.probe.vertices), contacts_(probe_.size())
     {
         bytes = baked_->sections.total;
         if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
@@ -51,14 +50,16 @@ public:
 
     void run(const Pose& pose) override
     {
-        found_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_);
+        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_);
     }
 
     void read(FrameAnswer& out) const override
     {
         const auto unit = static_cast<float>(baked_->view.header.unit);
-        for (std::size_t i = 0; i < found_.contacts; ++i) out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
-        std::sort(out.vertices.begin(), out.vertices.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
+        for (std::size_t i = 0; i < result_.contacts; ++i)
+            out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
+        std::sort(out.vertices.begin(), out.vertices.end(),
+                  [](const VertexContact& a, const VertexContact& b) { return a.vertex < b.vertex; });
     }
 
 private:
@@ -66,7 +67,7 @@ private:
     query::Layer layer_;
     query::Probe probe_;
     std::vector<query::FrameContact> contacts_;
-    query::FrameResult found_{};
+    query::FrameResult result_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace sqmap::bench {
@@ -55,11 +56,11 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
             for (int i = 0; i < n; ++i)
                 values.push_back(static_cast<std::int16_t>(
                     std::lround((norm(Vec3d{lo.x + i * spacing.x, lo.y + j * spacing.y, lo.z + k * spacing.z}) - ball) / step)));
-    const FieldView field{values.data(),
-                          n,
+    const FieldView field{{values.data(), n},
+                          {values.data(), n},
+                          1,
                           static_cast<float>(step),
-                          {static_cast<float>(spacing.x), static_cast<float>(spacing.y), static_cast<float>(spacing.z)},
-                          1.1f};
+                          {static_cast<float>(spacing.x), static_cast<float>(spacing.y), static_cast<float>(spacing.z)}};
     const auto reference = [&](Vec3d p) {
         int cell[3];
         double f[3];
@@ -82,10 +83,15 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) kernels.push_back(dense_kernel_avx2);
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) kernels.push_back(dense_kernel_avx512);
 #endif
-    const ClusteredProbe probe = cluster(setting->probe.vertices);
+    ClusteredProbe probe = cluster(setting->probe.vertices);
+    for (std::vector<SphereBlock>* blocks : {&probe.groups, &probe.clusters})
+        for (SphereBlock& block : *blocks)
+            for (std::uint32_t i = 0; i < k_lanes; ++i) block.reach[i] = 1.1f * block.radius[i] + 1e-3f;
     std::vector<std::uint32_t> vertex(setting->probe.vertices.size() + k_lanes);
     std::vector<float> depth(vertex.size());
-    std::size_t contacts = 0;
+    std::array<std::vector<float>, 3> normal;
+    normal.fill(depth);
+    std::size_t contacts = 0, steep = 0;
     for (int shift = 0; shift < 40; ++shift) {
         const Vec3d translation{0.02 * shift - 0.1, 0.3 - 0.01 * shift, 0.015 * shift - 0.3};
         CellPose pose{};
@@ -94,9 +100,24 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
             pose.m[i][3] = static_cast<float>((translation[i] - lo[i]) / spacing[i]);
         }
         for (std::size_t k = 0; k < kernels.size(); ++k) {
-            const std::uint32_t count = kernels[k](field, probe.view(), pose, {vertex.data(), depth.data()});
+            const std::uint32_t count = kernels[k](
+                field, probe.view(), pose, {vertex.data(), depth.data(), {normal[0].data(), normal[1].data(), normal[2].data()}});
             std::vector<double> found(setting->probe.vertices.size(), 0.0);
-            for (std::uint32_t i = 0; i < count; ++i) found[vertex[i]] = static_cast<double>(depth[i]);
+            for (std::uint32_t i = 0; i < count; ++i) {
+                found[vertex[i]] = static_cast<double>(depth[i]);
+                // The gradient of the interpolant, by differences that stay within a cell.
+                const Vec3d p = setting->probe.vertices[vertex[i]] + translation;
+                const Vec3d direction{normal[0][i], normal[1][i], normal[2][i]};
+                EXPECT_NEAR(norm(direction), 1, 1e-5);
+                constexpr double e = 1e-7;
+                Vec3d slope;
+                for (int axis = 0; axis < 3; ++axis) {
+                    Vec3d shifted = p;
+                    shifted[axis] += e;
+                    slope[axis] = (reference(shifted) - reference(p)) / e;
+                }
+                steep += norm(normalized(slope) - direction) > 1e-3 ? 1 : 0;
+            }
             for (std::size_t v = 0; v < found.size(); ++v) {
                 const double exact = std::max(0.0, -reference(setting->probe.vertices[v] + translation));
                 EXPECT_NEAR(found[v], exact, 2e-6) << "kernel " << k << ", shift " << shift << ", vertex " << v;
@@ -105,6 +126,7 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
         }
     }
     EXPECT_GT(contacts, 1000u);
+    EXPECT_LT(steep, contacts / 1000 + 1);  // differences across a cell's border
 }
 
 }  // namespace
