@@ -153,7 +153,7 @@ NormalMaps::NormalMaps(std::shared_ptr<const NormalParts> parts, Density density
     for (const NormalParts::Part& part : parts_->parts) {
         maps_.push_back(bake::bake_normal_map(parts_->rays, part.triangles, part.superquadric, options));
         const bake::NormalMap& map = maps_.back();
-        bytes += map.stored_bytes();
+        bytes += map.stored_bytes() - sizeof(model::SmoothedSample) * map.smoothed.size();
         samples += std::size_t{map.eta_count} * map.omega_count;
         area += surface_area(part.superquadric);
     }

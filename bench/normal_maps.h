@@ -49,7 +49,8 @@ class NormalMaps {
 public:
     NormalMaps(std::shared_ptr<const NormalParts> parts, Density density);
 
-    /// Bytes of the maps: 16-bit distances and normals of the finest grid, offsets, vertices of step 3, starts of the search.
+    /// Bytes of the maps: 16-bit distances and normals of the finest grid, offsets, vertices of step 3, starts of the search;
+    /// without the smoothed map, which serves force alone.
     std::size_t bytes = 0;
     std::size_t samples = 0;  ///< of the finest grids
     double spacing = 0;       ///< mean over the maps' surface: sqrt(area / samples), model units

@@ -105,6 +105,8 @@ void add_memory(CLI::App& app)
                                    {"error_pct", error.mean},
                                    {"one_sided_pct", error.one_sided_pct}});
         }
+        const NormalMaps usual(parts, Density{});
+        out["usual_map"] = {{"bytes", usual.bytes}, {"build_s", usual.build_s}};
         write(options->json, out.dump(1) + '\n');
     });
 }
