@@ -42,7 +42,7 @@ class Subject:
 ROLES = {
     "Virtual hand": ("hand_9344", "y", "hand"),
     "Tiger": ("cat_8108", "y", "dino"),
-    "Horse": ("horse_5946", "y", "triceratops"),
+    "Horse": ("horse_5946", "z", "triceratops"),
     "Elephant": ("elephant_10272", "y", "elephant"),
     "Camel": ("camel_4512", "y", "camel"),
     "Rhino": ("bull_7154", "y", "bull"),
