@@ -1,5 +1,6 @@
 #include "sqmap/query/frame.h"
 
+#include "frame_by_points.h"
 #include "frame_job.h"
 #include "frame_kernels.h"
 
@@ -36,7 +37,7 @@ FrameResult query_frame(const model::ModelView& model, const Probe& probe, const
 {
     const FrameJob job(model, probe, pose, options, contacts);
     if (!job.finite) return {0, k_frame_not_finite, 0};
-    FrameResult result = run_frame(job);
+    FrameResult result = options.offset || !model::has_locator(model) ? run_frame_by_points(job, options.offset) : run_frame(job);
     if (options.layer == Layer::Exact && !job.exact) result.status |= k_frame_no_exact;
     return result;
 }
