@@ -66,12 +66,12 @@ struct PairQuery {
         }
     }
 
-    void merge(std::size_t split, double radius)
+    void merge(std::size_t split, double spacing)
     {
-        // A distance far below the rounding of places merges nothing, and its cells could not be counted.
-        if (!(options.merge_distance > 1e-7f) || !(radius > 0)) return;
+        // Far below the rounding of places nothing is the same, and cells could not be counted.
+        if (!(options.merge_distance > 1e-6f) || !(spacing > 0)) return;
         const std::size_t lists = std::bit_ceil(std::max<std::size_t>(split, result.contacts - split));
-        const MergeRule rule{static_cast<double>(options.merge_distance) * radius, options.merge_cosine};
+        const MergeRule rule{static_cast<double>(options.merge_distance) * spacing, options.merge_cosine};
         result.contacts =
             merge_mutual(out.first(result.contacts), split, rule, std::span(room.head_).first(lists), room.next_);
     }
@@ -84,7 +84,7 @@ PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, 
     if (options.frame.first_only && query.result.found > 0) return query.result;
     const std::size_t split = query.result.contacts;
     query.ask(b, a, Side::A);
-    if (split > 0 && split < query.result.contacts) query.merge(split, std::min(sphere_of(a).radius, sphere_of(b).radius));
+    if (split > 0 && split < query.result.contacts) query.merge(split, std::max(a.probe->spacing(), b.probe->spacing()));
     return query.result;
 }
 

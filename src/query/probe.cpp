@@ -68,13 +68,14 @@ Sphere Probe::sphere() const noexcept
 void Probe::refit() noexcept
 {
     const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
-    float s[4];
+    float s[4], sum = 0.f;
     for (std::size_t c = 0; c < radius_.size(); ++c) {
         fit_sphere(k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
         centre_x_[c] = s[0];
         centre_y_[c] = s[1];
         centre_z_[c] = s[2];
         radius_[c] = s[3];
+        sum += s[3];
     }
     for (std::size_t g = 0; g < group_radius_.size(); ++g) {
         const std::size_t first = g * k_cluster * k_cluster, last = std::min(point_.size(), first + k_cluster * k_cluster);
@@ -84,7 +85,11 @@ void Probe::refit() noexcept
         group_z_[g] = s[2];
         group_radius_[g] = s[3];
     }
-    if (size_ > 0) fit_sphere(point_.size(), place, sphere_);
+    if (size_ > 0) {
+        fit_sphere(point_.size(), place, sphere_);
+        // n points, each with a square of its own: pi r^2 = n spacing^2.
+        spacing_ = sum / static_cast<float>(radius_.size()) * std::sqrt(3.14159f / static_cast<float>(k_cluster));
+    }
 }
 
 }  // namespace sqmap::query

@@ -45,6 +45,8 @@ public:
     [[nodiscard]] std::size_t clusters() const { return radius_.size(); }
     /// Holds every point; the points' own frame.
     [[nodiscard]] Sphere sphere() const noexcept;
+    /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
+    [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
 
 private:
     friend struct FrameJob;
@@ -58,6 +60,7 @@ private:
     std::vector<float> centre_x_, centre_y_, centre_z_, radius_;  ///< of clusters
     std::vector<float> group_x_, group_y_, group_z_, group_radius_;
     float sphere_[4] = {};
+    float spacing_ = 0;
 };
 
 /// One contact of a frame, the model's space.

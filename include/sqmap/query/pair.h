@@ -38,9 +38,9 @@ struct PairContact {
 
 struct PairOptions {
     FrameOptions frame{};
-    /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the smaller body's radius,
-    /// normals with at least this cosine. Distance 0: none is.
-    float merge_distance = 0.02f;
+    /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
+    /// coarser body (Probe::spacing), normals with at least this cosine. Distance 0: none is.
+    float merge_distance = 0.5f;
     float merge_cosine = 0.9f;
 };
 
