@@ -92,7 +92,7 @@ Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
         point_[slot] = order[std::min(slot, size_ - 1)];
         if (slot < size_) slot_of_point_[point_[slot]] = static_cast<std::uint32_t>(slot);
     }
-    for (auto* v : {&centre_x_, &centre_y_, &centre_z_, &radius_}) v->resize(clusters);
+    for (auto* v : {&centre_x_, &centre_y_, &centre_z_, &radius_}) v->resize(clusters + k_cluster);  // read by whole vectors
     for (auto* v : {&group_x_, &group_y_, &group_z_, &group_radius_}) v->resize(groups);
     move(points);
 }
@@ -113,7 +113,7 @@ void Probe::refit() noexcept
 {
     const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
     float s[4];
-    for (std::size_t c = 0; c < radius_.size(); ++c) {
+    for (std::size_t c = 0; c < clusters(); ++c) {
         fit_sphere(k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
         centre_x_[c] = s[0];
         centre_y_[c] = s[1];

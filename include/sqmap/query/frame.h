@@ -37,7 +37,7 @@ public:
     void move(std::span<const Vec3d> points) noexcept;
 
     [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] std::size_t clusters() const { return radius_.size(); }
+    [[nodiscard]] std::size_t clusters() const { return point_.size() / k_cluster; }
 
 private:
     friend struct FrameJob;
