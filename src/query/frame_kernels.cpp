@@ -652,14 +652,8 @@ private:
             const std::size_t i = kept_[k];
             const bool certain = (queue_flags_[i] & k_certain) != 0;
             const auto point = static_cast<std::uint32_t>(queue_point_[i]);
-            if (best_part_[i] >= 0) {
-                write(point, best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
-                continue;
-            }
-            // No map knows a surface about the seeds: the search over all of them does.
-            const Contact found = query_central(model_, queued_point(i), job_.layer);
-            write(point, found.part, found.point, found.normal, found.depth, certain);
-            ++result_.searched;
+            result_.unseen += best_by_plane_[i] ? 1u : 0u;
+            write(point, best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
         }
         queued_ = 0;
     }
@@ -792,18 +786,26 @@ private:
         const auto column = [&](int k) { return hn::GatherIndex(df, queue_[k], at); };
         const V3 p{column(0), column(1), column(2)};
         const M active = hn::FirstN(df, count);
-        V3 start{column(6), column(7), column(8)}, origin = start;
+        V3 start{column(6), column(7), column(8)}, origin = start, plane_normal = start;
+        F plane_gap = hn::Zero(df);
         if (!first_round) {
             const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
             const I seed = hn::GatherIndex(di, queue_seed_, at), word = hn::Add(seed, seed);
             const V3 offset{column(3), column(4), column(5)};
             const Planes planes = planes_of(gather_word(words, word), gather_word(words + 1, word), offset);
+            plane_normal = planes.normal;
+            plane_gap = hn::Max(planes.gap, hn::Zero(df));
             start = {mul_add(planes.gap, planes.normal.x, p.x), mul_add(planes.gap, planes.normal.y, p.y), mul_add(planes.gap, planes.normal.z, p.z)};
             const auto foot_of_centre = [&](F v, F off, F n) { return mul_add(planes.length, n, hn::Sub(v, hn::Mul(off, set(locator_.cell)))); };
             origin = {foot_of_centre(p.x, offset.x, planes.normal.x), foot_of_centre(p.y, offset.y, planes.normal.y),
                       foot_of_centre(p.z, offset.z, planes.normal.z)};
         }
-        const Found found = approach(index, p, start, origin, active, first_round ? k_first_steps : k_approach_steps);
+        Found found = approach(index, p, start, origin, active, first_round ? k_first_steps : k_approach_steps);
+        // Where the chart shows no surface about the seed, its plane answers, behind whatever else is found.
+        const M lost = hn::Eq(found.distance_sq, set(INFINITY));
+        found.offset = blend(lost, times(plane_normal, {plane_gap, plane_gap, plane_gap}), found.offset);
+        found.normal = blend(lost, plane_normal, found.normal);
+        found.distance_sq = blend(lost, hn::Mul(plane_gap, plane_gap), found.distance_sq);
         const F depth = hn::Sqrt(found.distance_sq);
         const M away = hn::AndNot(found.near, hn::Gt(depth, set(1e-4f * model_.header.sphere[3])));
         const F inverse = hn::Div(set(1.f), hn::Max(blend(away, depth, hn::Sqrt(dot(found.normal, found.normal))), set(1e-30f)));
@@ -833,15 +835,19 @@ private:
             }
             return;
         }
+        HWY_ALIGN std::int32_t by_planes[k_lanes];
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, lost)), di, by_planes);
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t k = static_cast<std::size_t>(order[i]);
-            if (v[6][i] < best_[6][k]) {
+            const bool by_plane = by_planes[i] != 0;
+            if (best_part_[k] < 0 || (best_by_plane_[k] && !by_plane) || (best_by_plane_[k] == by_plane && v[6][i] < best_[6][k])) {
+                best_by_plane_[k] = by_plane;
                 best_part_[k] = static_cast<std::int16_t>(index);
                 for (int j = 0; j < 7; ++j) best_[j][k] = v[j][i];
             }
             const model::Seed seed = model_.seeds[static_cast<std::size_t>(queue_seed_[k])];
             const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model::seed_reach(seed)));
-            if ((seed.extent & model::k_last_seed) != 0 || v[6][i] <= enough) continue;
+            if ((seed.extent & model::k_last_seed) != 0 || (!by_plane && v[6][i] <= enough)) continue;
             ++queue_seed_[k];
             queue_part_[k] = static_cast<std::int32_t>(model::seed_part(model_.seeds[static_cast<std::size_t>(queue_seed_[k])]));
             todo_[next_open++] = static_cast<std::uint16_t>(k);
@@ -869,20 +875,13 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(reach, df, expected);
         each_lane(layered, [&](std::size_t i) {
-            const Leaf leaf = stored.leaf(map, i, s[i], t[i]);
-            float least = INFINITY;
-            for (int j = 0; j < leaf.sheets; ++j) {
-                const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
-                if (!(v.w > 1e-6f)) continue;
-                const float miss = std::abs(1.f / v.w - expected[i]);
-                if (!(miss < least)) continue;
-                least = miss;
-                w[i] = v.w;
-                ws[i] = v.ws;
-                wt[i] = v.wt;
-                is_valid[i] = -1;
-                is_exit[i] = leaf.centre_inside == ((j & 1) == 0) ? -1 : 0;
-            }
+            const auto found = map.nearest_sheet(static_cast<std::uint16_t>(stored.cell[i]), stored.s0[i], stored.t0[i],
+                                                 1.f / stored.inverse_size[i], s[i], t[i], expected[i]);
+            w[i] = found.value.w;
+            ws[i] = found.value.ws;
+            wt[i] = found.value.wt;
+            is_valid[i] = found.value.w > 0.f ? -1 : 0;
+            is_exit[i] = found.exits ? -1 : 0;
         });
         sheet = {blend(layered, hn::Load(df, w), sheet.w), blend(layered, hn::Load(df, ws), sheet.ws), blend(layered, hn::Load(df, wt), sheet.wt)};
         valid = hn::Or(valid, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, is_valid))));
@@ -942,6 +941,7 @@ private:
     // What its chain has found so far: point, normal, depth.
     float best_[7][k_room];
     std::int16_t best_part_[k_room];
+    bool best_by_plane_[k_room];
     std::uint16_t todo_[k_room], sorted_[k_room], kept_[k_room];
 };
 
