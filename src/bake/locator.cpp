@@ -22,7 +22,8 @@ constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 48;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
-const double k_flat_tolerance = getenv("FLAT") ? atof(getenv("FLAT")) : 0.0003;
+const double k_flat_tolerance = getenv("FLAT") ? atof(getenv("FLAT")) : 0.002;
+const std::size_t k_most_planes = getenv("PLANES") ? atoi(getenv("PLANES")) : 4;
 
 /// Where a place is sampled, in its sides from its centre: near its corners, the middles of its faces and edges.
 std::vector<Vec3d> sample_offsets()
@@ -153,53 +154,93 @@ private:
 
     struct Sample {
         Vec3d point;
-        double depth;  ///< signed, positive inside
-        double best;   ///< distance that some seed finds; inside only
+        mesh::ClosestPoint truth;
+        bool inside;
+        double best;  ///< distance that some seed finds; inside only
     };
 
-    /// Enough seeds that every sample of the place that lies in the solid finds its nearest surface from one of them.
     void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        place.seeds = {seed_at(centre, part_of_triangle_[nearest.triangle], nearest, inside)};
-        const double tolerance = k_seed_tolerance * view_.header.r_max;
         std::vector<Sample> samples;
         mesh::ClosestPoint truth = nearest;
-        double misfit = 0;
         for (const Vec3d& offset : sample_offsets()) {
             const Vec3d p = centre + side * offset;
             truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
-            const bool is_inside = place.kind == PlaceKind::Inside || solid_.inside(p);
-            const double plane = query::seed_gap(view_.locator, place.seeds.front(), cast<float>(p - centre));
-            // Outside only the side counts.
-            misfit = std::max(misfit, is_inside ? std::abs(plane - truth.distance) : plane);
-            if (!is_inside) continue;
-            double found = INFINITY;
-            for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed, p));
-            if (found > truth.distance + tolerance && place.seeds.size() < model::k_most_seeds) {
-                const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
-                if (reached < found - tolerance) {
-                    place.seeds.push_back(seed);
-                    found = reached;
+            samples.push_back({p, truth, place.kind == PlaceKind::Inside || solid_.inside(p), 0});
+        }
+        place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
+        const bool flat = add_planes(place.seeds, centre, samples);
+        if (!flat) {
+            place.seeds.resize(1);
+            add_seeds(place.seeds, centre, samples);
+        }
+        if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
+        if (flat)
+            for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+    }
+
+    /// Planes whose lowest is the surface for every sample; false where the surface is not so flat, or bends the other way.
+    bool add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
+    {
+        const double tolerance = k_flat_tolerance * view_.header.r_max;
+        for (;;) {
+            const Sample* worst = nullptr;
+            double excess = tolerance;
+            for (const Sample& sample : samples) {
+                double gap = INFINITY;
+                for (const Seed& seed : seeds)
+                    gap = std::min<double>(gap, query::seed_gap(view_.locator, seed, cast<float>(sample.point - centre)));
+                // Outside only the side counts.
+                const double depth = sample.inside ? sample.truth.distance : 0;
+                if (sample.inside && gap < depth - tolerance) return false;
+                if (gap - depth > excess) {
+                    excess = gap - depth;
+                    worst = &sample;
                 }
             }
-            samples.push_back({p, truth.distance, found});
+            if (worst == nullptr) return true;
+            if (seeds.size() == k_most_planes) return false;
+            seeds.push_back(seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside));
         }
-        if (place.seeds.size() == 1) {
-            if (misfit <= k_flat_tolerance * view_.header.r_max) place.seeds.front().extent |= model::k_flat;
-            return;
+    }
+
+    /// Enough seeds that every sample of the place that lies in the solid finds its nearest surface from one of them.
+    void add_seeds(std::vector<Seed>& seeds, Vec3d centre, std::vector<Sample>& samples) const
+    {
+        const double tolerance = k_seed_tolerance * view_.header.r_max;
+        for (Sample& sample : samples) {
+            if (!sample.inside) continue;
+            sample.best = INFINITY;
+            for (const Seed& seed : seeds) sample.best = std::min(sample.best, reach_from(centre, seed, sample.point));
+            if (sample.best <= sample.truth.distance + tolerance || seeds.size() == model::k_most_seeds) continue;
+            const auto [seed, reached] = best_seed(centre, sample.point, sample.truth, tolerance);
+            if (!(reached < sample.best - tolerance)) continue;
+            seeds.push_back(seed);
+            sample.best = reached;
         }
-        rank_seeds(place, centre, samples, tolerance);
     }
 
     /// Which seed comes first in which octant, and how near a surface found from it must be to end the search.
-    void rank_seeds(Place& place, Vec3d centre, const std::vector<Sample>& samples, double tolerance) const
+    void rank_seeds(Place& place, Vec3d centre, std::vector<Sample>& samples) const
     {
+        const double tolerance = k_seed_tolerance * view_.header.r_max;
+        std::vector<std::vector<double>> found(place.seeds.size());
+        for (Sample& sample : samples) {
+            if (!sample.inside) continue;
+            sample.best = INFINITY;
+            for (std::size_t k = 0; k < place.seeds.size(); ++k) {
+                found[k].push_back(reach_from(centre, place.seeds[k], sample.point));
+                sample.best = std::min(sample.best, found[k].back());
+            }
+        }
         double miss[8][model::k_most_seeds] = {};
         for (std::size_t k = 0; k < place.seeds.size(); ++k) {
             double reach = INFINITY;
+            std::size_t i = 0;
             for (const Sample& sample : samples) {
-                const double found = reach_from(centre, place.seeds[k], sample.point);
-                if (found > sample.best + tolerance) reach = std::min(reach, found);
+                if (!sample.inside) continue;
+                const double d_found = found[k][i++];
+                if (d_found > sample.best + tolerance) reach = std::min(reach, d_found);
                 const Vec3d d = sample.point - centre;
                 for (int octant = 0; octant < 8; ++octant) {
                     bool here = true;
@@ -207,7 +248,7 @@ private:
                         const double v = (octant >> axis & 1) != 0 ? d[axis] : -d[axis];
                         here = here && v > -1e-9;
                     }
-                    if (here) miss[octant][k] += std::min(found, 1e3) - sample.best;
+                    if (here) miss[octant][k] += std::min(d_found, 1e3) - std::min(sample.best, 1e3);
                 }
             }
             // Between samples it may come half a sample's spacing earlier.
@@ -229,13 +270,7 @@ private:
     SeedReach best_seed(Vec3d centre, Vec3d p, const mesh::ClosestPoint& truth, double tolerance) const
     {
         const std::uint32_t owner = part_of_triangle_[truth.triangle];
-        // The plane across the way out from p, told from the centre.
-        const auto seed_of = [&](std::uint32_t part) {
-            Seed seed = seed_at(p, part, truth, true);
-            const double length = query::seed_gap(view_.locator, seed, cast<float>(centre - p));
-            seed.extent = extent_of(length);
-            return seed;
-        };
+        const auto seed_of = [&](std::uint32_t part) { return seed_at(centre, p, part, truth, true); };
         SeedReach best{seed_of(owner), 0};
         best.distance = reach_from(centre, best.seed, p);
         for (std::uint32_t i = 0; i < view_.parts.size() && best.distance > truth.distance + tolerance; ++i) {
@@ -256,8 +291,8 @@ private:
         return std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
     }
 
-    /// The plane that touches the surface at the point nearest to p.
-    Seed seed_at(Vec3d p, std::uint32_t part, const mesh::ClosestPoint& nearest, bool inside) const
+    /// The plane that touches the surface at the point nearest to p, told from the place's centre.
+    Seed seed_at(Vec3d centre, Vec3d p, std::uint32_t part, const mesh::ClosestPoint& nearest, bool inside) const
     {
         Vec3d n = inside ? nearest.point - p : p - nearest.point;
         if (norm(n) < 1e-4 * grid_.cell) {
@@ -270,7 +305,10 @@ private:
         const double x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
         const double y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
         const auto code = [](double v) { return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1)); };
-        return {part | code(x) << 8 | code(y) << (8 + model::k_seed_normal_bits), extent_of(inside ? nearest.distance : -nearest.distance)};
+        Seed seed{part | code(x) << 8 | code(y) << (8 + model::k_seed_normal_bits), 0};
+        // With the direction as stored.
+        seed.extent = extent_of(dot(cast<double>(query::seed_normal(seed)), nearest.point - centre));
+        return seed;
     }
 
     std::uint32_t extent_of(double length) const

@@ -463,16 +463,14 @@ private:
         const I kind = hn::And(at.place, set_int(3));
         const M inside = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
 
-        Start start = start_of(at, occupied);
         if (job_.layer == Layer::Three) {
-            // The nearest surface tells the side as well; where it is flat, at once.
-            const M settled = hn::And(occupied, start.flat);
-            const M contact = hn::And(settled, hn::Or(inside, hn::Gt(start.planes.gap, zero)));
-            if (any(contact)) write_flat(slot, p, start.planes, contact);
+            // Where the surface is flat its planes tell depth and side at once; else the nearest surface tells the side as well.
+            const M settled = answer_flat(slot, p, at, occupied, inside);
             const M rest = hn::AndNot(settled, occupied);
-            if (any(rest)) enqueue(slot, p, at, start, rest, inside, inside);
+            if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, inside, inside);
             return;
         }
+        const Start start = start_of(at, occupied);
         const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
         M in = inside, certain = inside;
         M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
@@ -482,10 +480,34 @@ private:
         if (any(rest)) enqueue(slot, p, at, start, rest, hn::AndNot(undecided, in), certain);
     }
 
+    /// Answers the lanes whose place is flat: the lowest of its planes. Returns them.
+    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside)
+    {
+        const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
+        I word = blend(occupied, hn::ShiftLeft<1>(shift_right<14>(at.place)), hn::Zero(di));
+        I direction = gather_word(words, word), extent = gather_word(words + 1, word);
+        const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
+        if (!any(flat)) return flat;
+        Planes lowest = planes_of(direction, extent, at.offset);
+        for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
+            word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
+            direction = gather_word(words, word);
+            extent = gather_word(words + 1, word);
+            const Planes next = planes_of(direction, extent, at.offset);
+            const M lower = hn::And(more, hn::Lt(next.gap, lowest.gap));
+            lowest.gap = blend(lower, next.gap, lowest.gap);
+            lowest.normal = blend(lower, next.normal, lowest.normal);
+            lowest.part = blend(lower, next.part, lowest.part);
+        }
+        const M contact = hn::And(flat, hn::Or(inside, hn::Gt(lowest.gap, hn::Zero(df))));
+        if (any(contact)) write_flat(slot, p, lowest, contact);
+        return flat;
+    }
+
     /// Where a lane's search starts: at the only seed of its place, or of a chain at the one that its octant names.
     struct Start {
         Planes planes;
-        M flat, single;
+        M single;
         I chain;  // index of the chain's first seed
         F reach;  // a surface found within is the nearest, model units
     };
@@ -497,7 +519,6 @@ private:
         I word = hn::Add(start.chain, start.chain);
         I direction = gather_word(words, word), extent = gather_word(words + 1, word);
         start.single = hn::Not(not_negative(extent));
-        start.flat = hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di)));
         const M chain = hn::AndNot(start.single, occupied);
         if (any(chain)) {
             const I choices = gather_word(words, blend(chain, hn::Sub(word, set_int(2)), hn::Zero(di)));
