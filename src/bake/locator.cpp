@@ -19,7 +19,7 @@ using model::Seed;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
-const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 48;
+const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 40;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
 const double k_flat_tolerance = getenv("FLAT") ? atof(getenv("FLAT")) : 0.002;

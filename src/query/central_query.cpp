@@ -317,28 +317,58 @@ void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Ne
 
 }  // namespace
 
+PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
+{
+    PointVerdict verdict;
+    const bool has_exact = model::has_exact(model);
+    if (layer == Layer::Exact && !has_exact) verdict.status |= k_no_exact;
+    const PartVerdict answer = ask_all(model, point, layer, gate, verdict.part);
+    if (!answer.covers) return verdict;  // the superquadrics cover the solid: certified at bake
+    verdict.inside = answer.verdict.inside;
+    verdict.certain = answer.verdict.certain;
+    if (layer != Layer::Exact || !has_exact || verdict.certain) return verdict;
+    const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(verdict.part)], point);
+    if (side == ExactLayer::Side::Degenerate) {
+        verdict.status |= k_unresolved;
+    } else {
+        verdict.inside = side == ExactLayer::Side::Inside;
+        verdict.certain = true;
+    }
+    return verdict;
+}
+
+void settle_on_triangles(const ModelView& model, Vec3f point, Contact& contact) noexcept
+{
+    Nearest best;
+    Vec3f about = contact.point;
+    auto part = static_cast<std::size_t>(std::max(contact.part, 0));
+    for (int step = 0; step < 6; ++step) {
+        const CentralMap map(model, model.parts[part]);
+        const ExactLayer exact(model, model.parts[part]);
+        const ChartPoint q = to_chart(map.to_chart_frame(about));
+        const float before = best.distance_sq;
+        exact.each_triangle(exact.list_at(q.face, q.s, q.t), [&](std::uint32_t t) { offer_triangle(model, t, point, best); });
+        if (!(best.distance_sq < before)) break;
+        about = best.point;
+        part = static_cast<std::size_t>(best.part);
+    }
+    if (best.part < 0) return;
+    contact.part = best.part;
+    contact.depth = std::sqrt(best.distance_sq);
+    contact.point = best.point;
+    contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? (1.f / contact.depth) * (contact.point - point) : best.normal;
+}
+
 Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
+    const PointVerdict verdict = verdict_central(model, point, layer, gate);
+    const bool has_exact = model::has_exact(model);
+    const std::int32_t asked = verdict.part;
     Contact contact;
     contact.point = point;
-    contact.certain = true;
-    const bool has_exact = model::has_exact(model);
-    if (layer == Layer::Exact && !has_exact) contact.status |= k_no_exact;
-
-    std::int32_t asked = -1;
-    PartVerdict answer = ask_all(model, point, layer, gate, asked);
-    if (!answer.covers) return contact;  // the superquadrics cover the solid: certified at bake
-    if (layer == Layer::Exact && has_exact && !answer.verdict.certain) {
-        const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(asked)], point);
-        if (side == ExactLayer::Side::Degenerate) {
-            contact.status |= k_unresolved;
-        } else {
-            answer.verdict.inside = side == ExactLayer::Side::Inside;
-            answer.verdict.certain = true;
-        }
-    }
-    contact.certain = answer.verdict.certain;
-    if (!answer.verdict.inside) return contact;
+    contact.status = verdict.status;
+    contact.certain = verdict.certain;
+    if (!verdict.inside) return contact;
 
     Nearest best;
     const auto search = [&](std::int32_t i) {

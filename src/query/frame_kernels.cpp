@@ -465,23 +465,26 @@ private:
 
         if (job_.layer == Layer::Three) {
             // Where the surface is flat its planes tell depth and side at once; else the nearest surface tells the side as well.
-            const M settled = answer_flat(slot, p, at, occupied, inside);
+            const M settled = answer_flat(slot, p, at, occupied, inside, none());
             const M rest = hn::AndNot(settled, occupied);
             if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, inside, inside);
             return;
         }
-        const Start start = start_of(at, occupied);
         const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
         M in = inside, certain = inside;
         M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
         if (any(mixed)) verdicts(p, at.place, mixed, in, certain);
         if (job_.exact) undecided = hn::Or(undecided, hn::AndNot(certain, mixed));
-        const M rest = hn::Or(in, undecided);
-        if (any(rest)) enqueue(slot, p, at, start, rest, hn::AndNot(undecided, in), certain);
+        in = hn::AndNot(undecided, in);
+        // The exact layer settles on triangles about what Layer 3 finds.
+        M settled = none();
+        if (job_.exact && any(in)) settled = answer_flat(slot, p, at, in, in, certain);
+        const M rest = hn::AndNot(settled, hn::Or(in, undecided));
+        if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, in, certain);
     }
 
     /// Answers the lanes whose place is flat: the lowest of its planes. Returns them.
-    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside)
+    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside, M certain)
     {
         const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
         I word = blend(occupied, hn::ShiftLeft<1>(shift_right<14>(at.place)), hn::Zero(di));
@@ -500,7 +503,7 @@ private:
             lowest.part = blend(lower, next.part, lowest.part);
         }
         const M contact = hn::And(flat, hn::Or(inside, hn::Gt(lowest.gap, hn::Zero(df))));
-        if (any(contact)) write_flat(slot, p, lowest, contact);
+        if (any(contact)) write_flat(slot, p, lowest, contact, certain);
         return flat;
     }
 
@@ -534,10 +537,14 @@ private:
         return start;
     }
 
-    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, M contact)
+    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, M contact, M certain)
     {
-        HWY_ALIGN float v[7][k_lanes];
-        HWY_ALIGN std::int32_t parts[k_lanes];
+        HWY_ALIGN float v[7][k_lanes], at[3][k_lanes];
+        HWY_ALIGN std::int32_t parts[k_lanes], sure[k_lanes];
+        hn::Store(p.x, df, at[0]);
+        hn::Store(p.y, df, at[1]);
+        hn::Store(p.z, df, at[2]);
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
         hn::Store(mul_add(planes.gap, planes.normal.x, p.x), df, v[0]);
         hn::Store(mul_add(planes.gap, planes.normal.y, p.y), df, v[1]);
         hn::Store(mul_add(planes.gap, planes.normal.z, p.z), df, v[2]);
@@ -547,7 +554,8 @@ private:
         hn::Store(hn::Max(planes.gap, hn::Zero(df)), df, v[6]);
         hn::Store(planes.part, di, parts);
         each_lane(contact, [&](std::size_t i) {
-            write(job_.point[slot + i], parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], false);
+            write(job_.point[slot + i], {at[0][i], at[1][i], at[2][i]}, parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i],
+                  sure[i] != 0);
         });
     }
 
@@ -658,7 +666,7 @@ private:
     {
         std::size_t open = queued_;
         for (std::size_t i = 0; i < queued_; ++i) todo_[i] = static_cast<std::uint16_t>(i);
-        if (job_.layer == Layer::Three) open = round(queued_, true);
+        if (job_.layer != Layer::Two) open = round(queued_, true);
         open = settle(open);
         for (std::size_t k = 0; k < open; ++k) {
             const std::size_t i = todo_[k];
@@ -674,7 +682,7 @@ private:
             const bool certain = (queue_flags_[i] & k_certain) != 0;
             const auto point = static_cast<std::uint32_t>(queue_point_[i]);
             result_.unseen += best_by_plane_[i] ? 1u : 0u;
-            write(point, best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
+            write(point, queued_point(i), best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
         }
         queued_ = 0;
     }
@@ -848,10 +856,11 @@ private:
             hn::Store(hn::VecFromMask(di, hn::RebindMask(di, settled)), di, done);
             for (std::size_t i = 0; i < count; ++i) {
                 const std::size_t k = static_cast<std::size_t>(order[i]);
-                if (done[i] == 0)
+                const bool open = job_.exact && (queue_flags_[k] & k_inside) == 0;
+                if (done[i] == 0 || open)
                     todo_[next_open++] = static_cast<std::uint16_t>(k);
                 else if (in[i] != 0 || (queue_flags_[k] & k_inside) != 0)
-                    write(static_cast<std::uint32_t>(queue_point_[k]), static_cast<std::int32_t>(index), {v[0][i], v[1][i], v[2][i]},
+                    write(static_cast<std::uint32_t>(queue_point_[k]), queued_point(k), static_cast<std::int32_t>(index), {v[0][i], v[1][i], v[2][i]},
                           {v[3][i], v[4][i], v[5][i]}, v[6][i], (queue_flags_[k] & k_certain) != 0);
             }
             return;
@@ -875,14 +884,20 @@ private:
         }
     }
 
-    void write(std::uint32_t point_index, std::int32_t part, Vec3f point, Vec3f normal, float depth, bool certain)
+    void write(std::uint32_t index, Vec3f p, std::int32_t part, Vec3f point, Vec3f normal, float depth, bool certain)
     {
         const std::size_t at = result_.contacts++;
         if (at >= job_.out.size()) {
             result_.status |= k_frame_full;
             return;
         }
-        job_.out[at] = {point, normal, depth, point_index, static_cast<std::int16_t>(part), certain, k_ok};
+        if (!job_.exact) {
+            job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
+            return;
+        }
+        Contact contact{point, normal, depth, part, true, certain, k_ok};
+        settle_on_triangles(model_, p, contact);
+        job_.out[at] = {contact.point, contact.normal, contact.depth, index, static_cast<std::int16_t>(contact.part), certain, k_ok};
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
@@ -937,9 +952,9 @@ private:
             std::int32_t& flags = queue_flags_[i];
             if ((flags & k_free) != 0) continue;
             if ((flags & k_inside) == 0) {
-                const Contact c = query_central(model_, queued_point(i), job_.layer);
-                if (!c.contact) continue;
-                flags = c.certain ? k_certain : 0;
+                const PointVerdict v = verdict_central(model_, queued_point(i), job_.layer);
+                if (!v.inside) continue;
+                flags = v.certain ? k_certain : 0;
             }
             todo_[kept++] = i;
         }
