@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <vector>
 
@@ -19,22 +18,17 @@ using model::Seed;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box.
-const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 40;
+constexpr double k_cells_along = 40;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
-const double k_flat_tolerance = getenv("FLAT") ? atof(getenv("FLAT")) : 0.002;
-const std::size_t k_most_planes = getenv("PLANES") ? atoi(getenv("PLANES")) : 4;
+// That tolerance is met by the worst sample; over a place the error is a tenth of it as a rule.
+constexpr double k_flat_tolerance = 0.002;
+constexpr std::size_t k_most_planes = 4;
 
-/// Where a place is sampled, in its sides from its centre: near its corners, the middles of its faces and edges.
-std::vector<Vec3d> sample_offsets()
-{
-    std::vector<Vec3d> offsets{{0, 0, 0}};
-    for (int i = -1; i <= 1; ++i)
-        for (int j = -1; j <= 1; ++j)
-            for (int k = -1; k <= 1; ++k)
-                if (i != 0 || j != 0 || k != 0) offsets.push_back(0.48 * Vec3d{double(i), double(j), double(k)});
-    return offsets;
-}
+/// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
+constexpr Vec3d k_samples[] = {{0, 0, 0},          {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48}, {-.48, .48, -.48},
+                               {-.48, .48, .48},   {.48, .48, .48},    {.48, -.48, .48},  {-.48, -.48, .48}, {-.48, 0, 0},
+                               {0, -.48, 0},       {.48, 0, 0},        {0, .48, 0},       {0, 0, .48},       {0, 0, -.48}};
 
 struct Grid {
     Vec3d origin;
@@ -163,10 +157,10 @@ private:
     {
         std::vector<Sample> samples;
         mesh::ClosestPoint truth = nearest;
-        for (const Vec3d& offset : sample_offsets()) {
+        for (const Vec3d& offset : k_samples) {
             const Vec3d p = centre + side * offset;
             truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
-            samples.push_back({p, truth, place.kind == PlaceKind::Inside || solid_.inside(p), 0});
+            samples.push_back({p, truth, place.kind == PlaceKind::Inside || is_inside(p, truth), 0});
         }
         place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
         const bool flat = add_planes(place.seeds, centre, samples);
@@ -177,6 +171,20 @@ private:
         if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
         if (flat)
             for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+    }
+
+    /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
+    bool is_inside(Vec3d p, const mesh::ClosestPoint& nearest) const
+    {
+        const mesh::Triangle& t = solid_.mesh().triangles[nearest.triangle];
+        const auto& v = solid_.mesh().vertices;
+        const Vec3d n = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]), d = p - nearest.point;
+        const double height = dot(n, d), sideways = norm(cross(n, d));
+        const double u = dot(cross(v[t[1]] - nearest.point, v[t[2]] - nearest.point), n), w = dot(cross(v[t[2]] - nearest.point, v[t[0]] - nearest.point), n),
+                     x = dot(cross(v[t[0]] - nearest.point, v[t[1]] - nearest.point), n);
+        const double corner = 1e-6 * norm_sq(n);
+        if (!solid_.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner) return height < 0;
+        return solid_.inside(p);
     }
 
     /// Planes whose lowest is the surface for every sample; false where the surface is not so flat, or bends the other way.

@@ -290,10 +290,14 @@ void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nea
         return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
     };
     const Vec3f a = corner(0), b = corner(1), c = corner(2);
+    // No point of it is nearer than its plane.
+    const Vec3f across = cross(b - a, c - a);
+    const float height = dot(across, p - a);
+    if (height * height > 1.0001f * best.distance_sq * norm_sq(across)) return;
     const Vec3f point = closest_point_on_triangle(p, a, b, c);
     const float distance_sq = norm_sq(point - p);
     if (!(distance_sq < best.distance_sq)) return;
-    const Vec3f normal = normalized(cross(b - a, c - a));
+    const Vec3f normal = normalized(across);
     if ((owner & model::k_crossed) != 0 && !is_boundary(model, point, normal)) return;
     best = {distance_sq, point, normal, static_cast<std::int32_t>(owner & model::k_part_mask)};
 }
@@ -342,12 +346,16 @@ void settle_on_triangles(const ModelView& model, Vec3f point, Contact& contact) 
     Nearest best;
     Vec3f about = contact.point;
     auto part = static_cast<std::size_t>(std::max(contact.part, 0));
+    const std::uint16_t* last = nullptr;
     for (int step = 0; step < 6; ++step) {
         const CentralMap map(model, model.parts[part]);
         const ExactLayer exact(model, model.parts[part]);
         const ChartPoint q = to_chart(map.to_chart_frame(about));
         const float before = best.distance_sq;
-        exact.each_triangle(exact.list_at(q.face, q.s, q.t), [&](std::uint32_t t) { offer_triangle(model, t, point, best); });
+        const ExactLayer::List list = exact.list_at(q.face, q.s, q.t);
+        if (list.begin == last) break;
+        last = list.begin;
+        exact.each_triangle(list, [&](std::uint32_t t) { offer_triangle(model, t, point, best); });
         if (!(best.distance_sq < before)) break;
         about = best.point;
         part = static_cast<std::size_t>(best.part);
