@@ -44,7 +44,7 @@ std::span<const MethodEntry> method_entries()
         MethodEntry{.name = "adf", .make = make_adf},
         MethodEntry{.name = "openvdb256", .package = "libopenvdb-dev", .make = k_openvdb, .argument = 256},
         MethodEntry{.name = "embree_exact", .slow = true, .make = make_embree},
-        MethodEntry{.name = "sqmap_layer1_all", .slow = true, .extra = true, .make = make_sqmap, .argument = 1},
+        MethodEntry{.name = "sqmap_layer1_all", .extra = true, .slow = true, .make = make_sqmap, .argument = 1},
         MethodEntry{.name = "dense64_simd_normal", .extra = true, .make = make_dense_simd_normal, .argument = 64},
         MethodEntry{.name = "dense128_simd_normal", .extra = true, .make = make_dense_simd_normal, .argument = 128},
         MethodEntry{.name = "dense256_simd_normal", .extra = true, .make = make_dense_simd_normal, .argument = 256},
