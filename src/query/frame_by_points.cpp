@@ -17,14 +17,15 @@ public:
 
     FrameResult run()
     {
-        if (job_.points == 0 || is_far({job_.sphere[0], job_.sphere[1], job_.sphere[2]}, job_.sphere[3])) return result_;
-        for (std::size_t c = 0; c < job_.clusters; ++c) {
-            if (is_far({job_.centre_x[c], job_.centre_y[c], job_.centre_z[c]}, job_.radius[c])) continue;
-            // The last cluster is filled up with its last point.
-            const std::size_t last = std::min(job_.points, (c + 1) * Probe::k_cluster);
-            for (std::size_t slot = c * Probe::k_cluster; slot < last; ++slot) {
-                ask(slot);
-                if (job_.first_only && result_.contacts > 0) return result_;
+        for (std::size_t g = 0; g < job_.groups; ++g) {
+            if (is_far({job_.group_x[g], job_.group_y[g], job_.group_z[g]}, job_.group_radius[g])) continue;
+            for (std::size_t c = g * Probe::k_cluster; c < std::min(job_.clusters, (g + 1) * Probe::k_cluster); ++c) {
+                if (is_far({job_.centre_x[c], job_.centre_y[c], job_.centre_z[c]}, job_.radius[c])) continue;
+                // The last cluster is filled up with its last point.
+                for (std::size_t slot = c * Probe::k_cluster; slot < std::min(job_.points, (c + 1) * Probe::k_cluster); ++slot) {
+                    ask(slot);
+                    if (job_.first_only && result_.contacts > 0) return result_;
+                }
             }
         }
         return result_;

@@ -53,7 +53,7 @@ Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
         point_[slot] = order[std::min(slot, size_ - 1)];
         if (slot < size_) slot_of_point_[point_[slot]] = static_cast<std::uint32_t>(slot);
     }
-    for (auto* v : {&centre_x_, &centre_y_, &centre_z_, &radius_}) v->resize(clusters);
+    for (auto* v : {&centre_x_, &centre_y_, &centre_z_, &radius_}) v->resize(clusters + k_cluster);  // read by whole vectors
     for (auto* v : {&group_x_, &group_y_, &group_z_, &group_radius_}) v->resize(groups);
     move(points);
 }

@@ -69,7 +69,7 @@ void Probe::refit() noexcept
 {
     const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
     float s[4], sum = 0.f;
-    for (std::size_t c = 0; c < radius_.size(); ++c) {
+    for (std::size_t c = 0; c < clusters(); ++c) {
         fit_sphere(k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
         centre_x_[c] = s[0];
         centre_y_[c] = s[1];
@@ -88,7 +88,7 @@ void Probe::refit() noexcept
     if (size_ > 0) {
         fit_sphere(point_.size(), place, sphere_);
         // n points, each with a square of its own: pi r^2 = n spacing^2.
-        spacing_ = sum / static_cast<float>(radius_.size()) * std::sqrt(3.14159f / static_cast<float>(k_cluster));
+        spacing_ = sum / static_cast<float>(clusters()) * std::sqrt(3.14159f / static_cast<float>(k_cluster));
     }
 }
 

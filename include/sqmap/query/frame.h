@@ -42,7 +42,7 @@ public:
     void move(std::span<const Vec3d> points) noexcept;
 
     [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] std::size_t clusters() const { return radius_.size(); }
+    [[nodiscard]] std::size_t clusters() const { return point_.size() / k_cluster; }
     /// Holds every point; the points' own frame.
     [[nodiscard]] Sphere sphere() const noexcept;
     /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
@@ -92,7 +92,7 @@ struct FrameOptions {
 struct FrameResult {
     std::size_t contacts = 0;        ///< found; at most the span's size are written
     std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
-    std::uint32_t searched = 0;      ///< contacts whose depth took a search over the maps
+    std::uint32_t unseen = 0;        ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
 };
 
 /// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in the order of the
