@@ -62,7 +62,8 @@ TEST(FrameOffset, FindsAtLeastTheContactsWithoutIt)
         const FrameResult without = query_frame(ring.view, hand.probe, pose, {}, plain);
         const FrameResult with = query_frame(ring.view, hand.probe, pose, {.offset = true}, moved);
         for (const FrameContact& c : std::span(plain).first(without.contacts))
-            EXPECT_TRUE(c.depth < 1e-4f || std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
+            // A kernel and a point's own query may disagree within the target of the bake.
+            EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max || std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
                                                        [&](const FrameContact& m) { return m.index == c.index && m.depth > c.depth - 1e-2f; }));
         more += with.contacts > without.contacts ? 1u : 0u;
         total += without.contacts;
@@ -79,22 +80,28 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
     model::ModelView bare = view;
     bare.locator = {};
     bare.bricks = {};
-    const Probe probe(mesh::sphere(0.3, 4).vertices);
-    std::vector<FrameContact> contacts(4096), expected(4096);
+    const std::vector<Vec3d> points = mesh::sphere(0.3, 4).vertices;
+    const Probe probe(points);
+    std::vector<FrameContact> contacts(4096);
+    std::size_t total = 0;
     test::Random random(33);
     for (int i = 0; i < 10; ++i) {
         const Pose pose = test::random_pose(random, 0.3);
-        for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
-            const FrameResult r = query_frame(bare, probe, pose, {.layer = layer}, contacts), e = query_frame(view, probe, pose, {.layer = layer}, expected);
+        for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
+            const FrameResult r = query_frame(bare, probe, pose, {.layer = layer}, contacts);
             EXPECT_EQ(r.status, k_frame_ok);
             EXPECT_EQ(query_frame(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0, r.contacts > 0);
-            // The two may disagree where neither promises more.
-            EXPECT_NEAR(static_cast<double>(r.contacts), static_cast<double>(e.contacts), 5);
+            std::size_t expected = 0;
+            for (const Vec3d& p : points) expected += query_point(view, in_model(view, pose, p), layer).contact ? 1u : 0u;
+            // Places are rounded in another order.
+            EXPECT_NEAR(static_cast<double>(r.contacts), static_cast<double>(expected), 1);
+            total += r.contacts;
             const FrameResult few = query_frame(bare, probe, pose, {.layer = layer}, std::span(contacts).first(1));
             EXPECT_EQ(few.contacts, r.contacts);
             EXPECT_EQ(few.status, r.contacts > 1 ? k_frame_full : k_frame_ok);
         }
     }
+    EXPECT_GT(total, 100u);
 }
 
 }  // namespace
