@@ -17,12 +17,14 @@ using model::PlaceKind;
 using model::Seed;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
-// Cells along the longest side of the object's box.
+// Cells along the longest side of the object's box, for a target error of half a percent. A plane's error grows with the square
+// of the cell.
 constexpr double k_cells_along = 40;
+constexpr double k_cells_target = 0.5;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
-// That tolerance is met by the worst sample; over a place the error is a tenth of it as a rule.
-constexpr double k_flat_tolerance = 0.002;
+// By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
+constexpr double k_flat_share = 0.4;
 constexpr std::size_t k_most_planes = 4;
 
 /// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
@@ -36,8 +38,9 @@ struct Grid {
     int n[3] = {};  ///< cells
 };
 
-Grid grid_about(const mesh::Mesh& mesh)
+Grid grid_about(const mesh::Mesh& mesh, double target_error)
 {
+    const double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), 24.0, 160.0);
     Vec3d lo = mesh.vertices.front(), hi = lo;
     for (const Vec3d& v : mesh.vertices)
         for (int k = 0; k < 3; ++k) {
@@ -46,7 +49,7 @@ Grid grid_about(const mesh::Mesh& mesh)
         }
     Grid grid;
     // In float from here on: the runtime must see the very same grid.
-    grid.cell = static_cast<float>(std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}) / k_cells_along);
+    grid.cell = static_cast<float>(std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}) / cells);
     for (int k = 0; k < 3; ++k) {
         const double margin = 0.01 * grid.cell;
         const int bricks = static_cast<int>(std::ceil((hi[k] - lo[k] + 2 * margin) / (model::k_brick * grid.cell)));
@@ -90,8 +93,9 @@ DomainTest test_domain(const model::Part& part, Vec3d c, double h)
 
 class LocatorBaker {
 public:
-    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, model::ModelData& data)
-        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), grid_(grid_about(solid.mesh()))
+    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, model::ModelData& data)
+        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), grid_(grid_about(solid.mesh(), target_error)),
+          flat_tolerance_(0.01 * k_flat_share * target_error * data.header.r_max)
     {
         for (int k = 0; k < 3; ++k) {
             data_.locator.origin[k] = static_cast<float>(grid_.origin[k]);
@@ -190,23 +194,29 @@ private:
     /// Planes whose lowest is the surface for every sample; false where the surface is not so flat, or bends the other way.
     bool add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
     {
-        const double tolerance = k_flat_tolerance * view_.header.r_max;
+        const double tolerance = flat_tolerance_;
         for (;;) {
             const Sample* worst = nullptr;
-            double excess = tolerance;
+            double excess = tolerance, least = 0;
             for (const Sample& sample : samples) {
                 double gap = INFINITY;
                 for (const Seed& seed : seeds)
                     gap = std::min<double>(gap, query::seed_gap(view_.locator, seed, cast<float>(sample.point - centre)));
                 // Outside only the side counts.
                 const double depth = sample.inside ? sample.truth.distance : 0;
-                if (sample.inside && gap < depth - tolerance) return false;
+                if (sample.inside) least = std::min(least, gap - depth);
+                if (least < -2 * tolerance) return false;
                 if (gap - depth > excess) {
                     excess = gap - depth;
                     worst = &sample;
                 }
             }
-            if (worst == nullptr) return true;
+            if (worst == nullptr) {
+                // A surface that bends towards the point is met in the middle.
+                if (least < -tolerance)
+                    for (Seed& seed : seeds) seed.extent = extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance);
+                return true;
+            }
             if (seeds.size() == k_most_planes) return false;
             seeds.push_back(seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside));
         }
@@ -409,19 +419,20 @@ private:
     model::ModelData& data_;
     model::ModelView view_;
     Grid grid_;
+    double flat_tolerance_;
     std::vector<Brick> bricks_;
     std::map<std::uint32_t, std::uint32_t> lists_;
 };
 
 }  // namespace
 
-void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, unsigned threads,
+void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, unsigned threads,
                   model::ModelData& data)
 {
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
         if (part.base == 0) return;
-    LocatorBaker(solid, part_of_triangle, data).run(threads);
+    LocatorBaker(solid, part_of_triangle, target_error, data).run(threads);
 }
 
 }  // namespace sqmap::bake

@@ -1,9 +1,9 @@
 #include "sqmap/query/frame.h"
 
+#include "frame_by_points.h"
 #include "frame_job.h"
 #include "frame_kernels.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace sqmap::query {
@@ -32,58 +32,14 @@ FrameJob::FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, 
     scale = static_cast<float>(largest / unit * (1 + 1e-5));
 }
 
-namespace {
-
-Vec3f posed(const FrameJob& job, float x, float y, float z)
-{
-    const float* r = job.rotation;
-    return {r[0] * x + r[1] * y + r[2] * z + job.translation[0], r[3] * x + r[4] * y + r[5] * z + job.translation[1],
-            r[6] * x + r[7] * y + r[8] * z + job.translation[2]};
-}
-
-/// True where a sphere of the probe misses the spheres of all parts.
-bool is_clear(const FrameJob& job, float x, float y, float z, float radius)
-{
-    const Vec3f c = posed(job, x, y, z);
-    for (const model::Part& part : job.model.parts) {
-        const float reach = radius * job.scale + part.sphere[3];
-        if (norm_sq(c - model::vec3(part.sphere)) <= reach * reach) return false;
-    }
-    return true;
-}
-
-/// Point by point: Layer 1, whose superquadrics the locator knows nothing of, and models that have none.
-FrameResult ask_each(const FrameJob& job, std::span<FrameContact> contacts)
-{
-    FrameResult result;
-    for (std::size_t g = 0; g < job.groups; ++g) {
-        if (is_clear(job, job.group_x[g], job.group_y[g], job.group_z[g], job.group_radius[g])) continue;
-        for (std::size_t c = g * Probe::k_cluster; c < std::min(job.clusters, (g + 1) * Probe::k_cluster); ++c) {
-            if (is_clear(job, job.centre_x[c], job.centre_y[c], job.centre_z[c], job.radius[c])) continue;
-            for (std::size_t i = c * Probe::k_cluster; i < std::min(job.points, (c + 1) * Probe::k_cluster); ++i) {
-                const Contact contact = query_point(job.model, posed(job, job.x[i], job.y[i], job.z[i]), job.layer);
-                if (!contact.contact) continue;
-                if (result.contacts < contacts.size())
-                    contacts[result.contacts] = {contact.point, contact.normal, contact.depth, job.point[i], static_cast<std::int16_t>(contact.part),
-                                                 contact.certain, contact.status};
-                else
-                    result.status |= k_frame_full;
-                ++result.contacts;
-                if (job.first_only) return result;
-            }
-        }
-    }
-    return result;
-}
-
-}  // namespace
-
 FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
                         std::span<FrameContact> contacts) noexcept
 {
     const FrameJob job(model, probe, pose, options, contacts);
     if (!job.finite) return {0, k_frame_not_finite, 0};
-    FrameResult result = model::has_locator(model) && job.layer != Layer::One ? run_frame(job) : ask_each(job, contacts);
+    // The locator knows nothing of superquadrics, nor of a surface that has moved.
+    const bool by_points = job.layer == Layer::One || options.offset || !model::has_locator(model);
+    FrameResult result = by_points ? run_frame_by_points(job, options.offset) : run_frame(job);
     if (options.layer == Layer::Exact && !job.exact) result.status |= k_frame_no_exact;
     return result;
 }

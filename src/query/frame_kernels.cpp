@@ -4,6 +4,7 @@
 
 #include "approach.h"
 #include "central_query.h"
+#include "exact_layer.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/frame_kernels.cpp"
@@ -302,11 +303,13 @@ public:
                 });
                 if (job_.first_only) {
                     flush();
+                    settle_loose();
                     if (result_.contacts > 0) return result_;
                 }
             }
         }
         flush();
+        settle_loose();
         return result_;
     }
 
@@ -891,13 +894,179 @@ private:
             result_.status |= k_frame_full;
             return;
         }
-        if (!job_.exact) {
-            job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
-            return;
+        job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
+        if (!job_.exact) return;
+        loose_point_[loose_] = p;
+        loose_at_[loose_] = static_cast<std::uint32_t>(at);
+        if (++loose_ == k_loose) settle_loose();
+    }
+
+    /// Moves the contacts written since the last time onto the mesh's own triangles.
+    HWY_NOINLINE void settle_loose()
+    {
+        for (std::size_t first = 0; first < loose_; first += hn::Lanes(df)) settle_batch(first, std::min(hn::Lanes(df), loose_ - first));
+        loose_ = 0;
+    }
+
+    /// The nearest point of the triangles listed for one lane after another.
+    struct Touch {
+        F distance_sq;
+        V3 offset;   // from the point
+        V3 across;   // normal of the triangle, not of unit length
+        I triangle;  // -1: none
+        M crossed;   // some triangle of the list is cut by another: the solid's boundary may leave it
+    };
+
+    HWY_NOINLINE void settle_batch(std::size_t first, std::size_t count)
+    {
+        HWY_ALIGN float px[k_lanes] = {}, py[k_lanes] = {}, pz[k_lanes] = {};
+        HWY_ALIGN std::int32_t ref[k_lanes] = {}, local[k_lanes] = {}, length[k_lanes] = {};
+        for (std::size_t i = 0; i < count; ++i) {
+            px[i] = loose_point_[first + i].x;
+            py[i] = loose_point_[first + i].y;
+            pz[i] = loose_point_[first + i].z;
+            const FrameContact& c = job_.out[loose_at_[first + i]];
+            find_list(c.part, c.point, ref[i], local[i], length[i]);
         }
-        Contact contact{point, normal, depth, part, true, certain, k_ok};
-        settle_on_triangles(model_, p, contact);
-        job_.out[at] = {contact.point, contact.normal, contact.depth, index, static_cast<std::int16_t>(contact.part), certain, k_ok};
+        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
+        const V3 nil{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
+        Touch best{set(INFINITY), nil, nil, set_int(-1), none()};
+        M active = hn::FirstN(df, count);
+        for (int step = 0; step < 6 && any(active); ++step) {
+            const F before = best.distance_sq;
+            touch_lists(p, hn::Load(di, ref), hn::Load(di, local), hn::Load(di, length), active, best);
+            active = hn::And(active, hn::Lt(best.distance_sq, before));
+            if (!any(active)) break;
+            // Again where the point found lies over another list.
+            HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
+            HWY_ALIGN std::int32_t triangle[k_lanes], goes_on[k_lanes] = {};
+            hn::Store(hn::Add(p.x, best.offset.x), df, x);
+            hn::Store(hn::Add(p.y, best.offset.y), df, y);
+            hn::Store(hn::Add(p.z, best.offset.z), df, z);
+            hn::Store(best.triangle, di, triangle);
+            each_lane(active, [&](std::size_t i) {
+                const std::int32_t last = ref[i];
+                const auto owner = model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask;
+                find_list(owner, {x[i], y[i], z[i]}, ref[i], local[i], length[i]);
+                goes_on[i] = ref[i] != last ? -1 : 0;
+            });
+            active = hn::And(active, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, goes_on))));
+        }
+        write_settled(first, count, p, best);
+    }
+
+    void write_settled(std::size_t first, std::size_t count, const V3& p, const Touch& best)
+    {
+        const F depth = hn::Sqrt(best.distance_sq);
+        const M away = hn::Gt(depth, set(1e-4f * model_.header.sphere[3]));
+        const F inverse = hn::Div(set(1.f), hn::Max(blend(away, depth, hn::Sqrt(dot(best.across, best.across))), set(1e-30f)));
+        const V3 normal = times(blend(away, best.offset, best.across), {inverse, inverse, inverse});
+        HWY_ALIGN float v[7][k_lanes];
+        HWY_ALIGN std::int32_t triangle[k_lanes], crossed[k_lanes];
+        hn::Store(hn::Add(p.x, best.offset.x), df, v[0]);
+        hn::Store(hn::Add(p.y, best.offset.y), df, v[1]);
+        hn::Store(hn::Add(p.z, best.offset.z), df, v[2]);
+        hn::Store(normal.x, df, v[3]);
+        hn::Store(normal.y, df, v[4]);
+        hn::Store(normal.z, df, v[5]);
+        hn::Store(depth, df, v[6]);
+        hn::Store(best.triangle, di, triangle);
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, best.crossed)), di, crossed);
+        for (std::size_t i = 0; i < count; ++i) {
+            FrameContact& c = job_.out[loose_at_[first + i]];
+            if (crossed[i] != 0) {
+                Contact one{c.point, c.normal, c.depth, c.part, true, c.certain, c.status};
+                settle_on_triangles(model_, loose_point_[first + i], one);
+                c.point = one.point;
+                c.normal = one.normal;
+                c.depth = one.depth;
+                c.part = static_cast<std::int16_t>(one.part);
+            } else if (triangle[i] >= 0) {
+                c.point = {v[0][i], v[1][i], v[2][i]};
+                c.normal = {v[3][i], v[4][i], v[5][i]};
+                c.depth = v[6][i];
+                c.part = static_cast<std::int16_t>(model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask);
+            }
+        }
+    }
+
+    /// The exact list over a surface point: its first entry in refs, its part's first local, its length.
+    void find_list(int part_index, Vec3f surface, std::int32_t& ref, std::int32_t& local, std::int32_t& length) const
+    {
+        const Part& part = model_.parts[static_cast<std::size_t>(std::max(part_index, 0))];
+        const CentralMap map(model_, part);
+        const ExactLayer exact(model_, part);
+        const ChartPoint q = query::to_chart(map.to_chart_frame(surface));
+        const ExactLayer::List list = exact.list_at(q.face, q.s, q.t);
+        ref = static_cast<std::int32_t>(list.begin - model_.refs.data());
+        local = static_cast<std::int32_t>(part.first_local);
+        length = static_cast<std::int32_t>(list.end - list.begin);
+    }
+
+    HWY_INLINE I vertex_of(I triangle3, int k) const
+    {
+        if (model_.triangles16.empty()) return gather_word(model_.triangles32.data(), hn::Add(triangle3, set_int(k)));
+        return low(gather_pair(model_.triangles16.data(), hn::Add(triangle3, set_int(k))));
+    }
+    HWY_INLINE V3 place_of(I vertex) const
+    {
+        const I at = hn::Add(hn::Add(vertex, vertex), vertex);
+        const float* v = model_.vertices.data();
+        return {hn::GatherIndex(df, v, at), hn::GatherIndex(df, v + 1, at), hn::GatherIndex(df, v + 2, at)};
+    }
+
+    /// Closest points of triangles (Ericson, Real-Time Collision Detection, 5.1.5), list entry after list entry.
+    HWY_NOINLINE void touch_lists(const V3& p, I ref, I local, I length, M active, Touch& best) const
+    {
+        const I nil = hn::Zero(di);
+        const F zero = hn::Zero(df), one = set(1.f), tiny = set(1e-30f);
+        for (std::int32_t k = 0;; ++k) {
+            active = hn::And(active, hn::RebindMask(df, hn::Gt(length, set_int(k))));
+            if (!any(active)) return;
+            const I entry = low(gather_pair(model_.refs.data(), blend(active, hn::Add(ref, set_int(k)), nil)));
+            const I triangle = gather_word(model_.locals.data(), blend(active, hn::Add(local, entry), nil));
+            const I owner = low(gather_pair(model_.triangle_part.data(), triangle));
+            const auto has = [&](std::uint32_t bit) {
+                return hn::And(active, hn::RebindMask(df, hn::Ne(hn::And(owner, set_int(static_cast<std::int32_t>(bit))), nil)));
+            };
+            best.crossed = hn::Or(best.crossed, has(model::k_crossed));
+            const I triangle3 = hn::Add(hn::Add(triangle, triangle), triangle);
+            const V3 a = place_of(vertex_of(triangle3, 0)), b = place_of(vertex_of(triangle3, 1)), c = place_of(vertex_of(triangle3, 2));
+            const V3 ab = minus(b, a), ac = minus(c, a), ap = minus(p, a), bp = minus(p, b), cp = minus(p, c);
+            const F d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
+            const F va = hn::Sub(hn::Mul(d3, d6), hn::Mul(d5, d4)), vb = hn::Sub(hn::Mul(d5, d2), hn::Mul(d1, d6)),
+                    vc = hn::Sub(hn::Mul(d1, d4), hn::Mul(d3, d2));
+            const F scale = hn::Div(one, hn::Max(hn::Add(hn::Add(va, vb), vc), tiny));
+            F v = hn::Mul(vb, scale), w = hn::Mul(vc, scale);
+            const auto override = [&](M m, F to_v, F to_w) {
+                v = blend(m, to_v, v);
+                w = blend(m, to_w, w);
+            };
+            const F d43 = hn::Sub(d4, d3), d56 = hn::Sub(d5, d6);
+            const F along_bc = hn::Div(d43, hn::Max(hn::Add(d43, d56), tiny));
+            override(hn::And(hn::And(hn::Le(va, zero), hn::Ge(d43, zero)), hn::Ge(d56, zero)), hn::Sub(one, along_bc), along_bc);
+            override(hn::And(hn::And(hn::Le(vb, zero), hn::Ge(d2, zero)), hn::Le(d6, zero)), zero, hn::Div(d2, hn::Max(hn::Sub(d2, d6), tiny)));
+            override(hn::And(hn::Ge(d6, zero), hn::Le(d5, d6)), zero, one);
+            override(hn::And(hn::And(hn::Le(vc, zero), hn::Ge(d1, zero)), hn::Le(d3, zero)), hn::Div(d1, hn::Max(hn::Sub(d1, d3), tiny)), zero);
+            override(hn::And(hn::Ge(d3, zero), hn::Le(d4, d3)), one, zero);
+            override(hn::And(hn::Le(d1, zero), hn::Le(d2, zero)), zero, zero);
+            const V3 offset{hn::Sub(mul_add(v, ab.x, hn::Mul(w, ac.x)), ap.x), hn::Sub(mul_add(v, ab.y, hn::Mul(w, ac.y)), ap.y),
+                            hn::Sub(mul_add(v, ab.z, hn::Mul(w, ac.z)), ap.z)};
+            const F distance_sq = dot(offset, offset);
+            const M nearer = hn::AndNot(has(model::k_buried), hn::And(active, hn::Lt(distance_sq, best.distance_sq)));
+            if (!any(nearer)) continue;
+            best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
+            best.offset = blend(nearer, offset, best.offset);
+            best.across = blend(nearer, cross(ab, ac), best.across);
+            best.triangle = blend(nearer, triangle, best.triangle);
+        }
+    }
+
+    HWY_INLINE static V3 minus(const V3& a, const V3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
+    HWY_INLINE static V3 cross(const V3& a, const V3& b)
+    {
+        return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+                hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
@@ -979,6 +1148,11 @@ private:
     std::int16_t best_part_[k_room];
     bool best_by_plane_[k_room];
     std::uint16_t todo_[k_room], sorted_[k_room], kept_[k_room];
+    // Contacts that are not on triangles yet: whose points, and where they were written.
+    static constexpr std::size_t k_loose = 256;
+    std::size_t loose_ = 0;
+    Vec3f loose_point_[k_loose];
+    std::uint32_t loose_at_[k_loose];
 };
 
 }  // namespace
