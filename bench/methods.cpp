@@ -27,7 +27,7 @@ constexpr std::unique_ptr<Method> (*k_openvdb)(const Setting&, int) = nullptr;
 std::span<const MethodEntry> method_entries()
 {
     static const std::array k_entries{
-        MethodEntry{.name = "sqmap_layer1", .make = make_sqmap, .argument = 1},
+        MethodEntry{.name = "sqmap_layer1", .pairs = true, .make = make_sqmap, .argument = 0},
         MethodEntry{.name = "sqmap_layer2", .make = make_sqmap, .argument = 2},
         MethodEntry{.name = "sqmap_layer3", .make = make_sqmap, .argument = 3},
         MethodEntry{.name = "sqmap_exact", .make = make_sqmap, .argument = 4},
@@ -44,6 +44,7 @@ std::span<const MethodEntry> method_entries()
         MethodEntry{.name = "adf", .make = make_adf},
         MethodEntry{.name = "openvdb256", .package = "libopenvdb-dev", .make = k_openvdb, .argument = 256},
         MethodEntry{.name = "embree_exact", .slow = true, .make = make_embree},
+        MethodEntry{.name = "sqmap_layer1_all", .extra = true, .slow = true, .make = make_sqmap, .argument = 1},
         MethodEntry{.name = "sqmap_normal_layer1", .extra = true, .make = make_sqmap_normal, .argument = 1},
         MethodEntry{.name = "sqmap_normal_layer2", .extra = true, .make = make_sqmap_normal, .argument = 2},
         MethodEntry{.name = "sqmap_normal_layer3", .extra = true, .make = make_sqmap_normal, .argument = 3},

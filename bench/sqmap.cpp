@@ -40,8 +40,8 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
 
 class Sqmap final : public Method {
 public:
-    Sqmap(const Setting& setting, query::Layer layer)
-        : baked_(baked_model(setting)), layer_(layer), probe_(setting.probe.vertices), contacts_(probe_.size())
+    Sqmap(const Setting& setting, query::Layer layer, bool first_only)
+        : baked_(baked_model(setting)), layer_(layer), first_only_(first_only), probe_(setting.probe.vertices), contacts_(probe_.size())
     {
         bytes = baked_->sections.total;
         if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
@@ -50,11 +50,17 @@ public:
 
     void run(const Pose& pose) override
     {
-        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_);
+        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_, .first_only = first_only_},
+                                     contacts_);
     }
 
     void read(FrameAnswer& out) const override
     {
+        if (first_only_) {
+            out.pairs = result_.contacts;
+            out.pairs_hash = result_.contacts;
+            return;
+        }
         const auto unit = static_cast<float>(baked_->view.header.unit);
         for (std::size_t i = 0; i < result_.contacts; ++i)
             out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
@@ -65,6 +71,7 @@ public:
 private:
     std::shared_ptr<const Baked> baked_;
     query::Layer layer_;
+    bool first_only_;
     query::Probe probe_;
     std::vector<query::FrameContact> contacts_;
     query::FrameResult result_;
@@ -74,8 +81,9 @@ private:
 
 std::unique_ptr<Method> make_sqmap(const Setting& setting, int layer)
 {
+    if (layer == 0) return std::make_unique<Sqmap>(setting, query::Layer::One, true);
     constexpr std::array k_layers{query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact};
-    return std::make_unique<Sqmap>(setting, k_layers[static_cast<std::size_t>(layer - 1)]);
+    return std::make_unique<Sqmap>(setting, k_layers[static_cast<std::size_t>(layer - 1)], false);
 }
 
 }  // namespace sqmap::bench

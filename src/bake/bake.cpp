@@ -400,7 +400,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         result.model = std::move(finer);
         measured = better;
     }
-    if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.threads, result.model);
+    if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.target_error, options.threads, result.model);
     lap("locate");
     measured.q2_share = 0;
     for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <compare>
-#include <cstdlib>
 #include <map>
 #include <vector>
 
@@ -16,34 +14,33 @@ namespace sqmap::bake {
 namespace {
 
 using model::PlaceKind;
+using model::Seed;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
-// Cells along the longest side of the object's box.
-const double k_cells_along = getenv("CELLS") ? atof(getenv("CELLS")) : 48;
-
-// By how much of R_max a sample may miss its nearest surface before it gets one of its own.
+// Cells along the longest side of the object's box, for a target error of half a percent. A plane's error grows with the square
+// of the cell.
+constexpr double k_cells_along = 40;
+constexpr double k_cells_target = 0.5;
+// By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
+// By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
+constexpr double k_flat_share = 0.4;
+constexpr std::size_t k_most_planes = 4;
 
-/// Where a cell is sampled, in cells from its centre: its corners, the middles of its sides and edges.
-std::vector<Vec3d> sample_offsets()
-{
-    std::vector<Vec3d> offsets;
-    for (int i = -1; i <= 1; ++i)
-        for (int j = -1; j <= 1; ++j)
-            for (int k = -1; k <= 1; ++k) offsets.push_back(0.45 * Vec3d{double(i), double(j), double(k)});
-    return offsets;
-}
+/// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
+constexpr Vec3d k_samples[] = {{0, 0, 0},          {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48}, {-.48, .48, -.48},
+                               {-.48, .48, .48},   {.48, .48, .48},    {.48, -.48, .48},  {-.48, -.48, .48}, {-.48, 0, 0},
+                               {0, -.48, 0},       {.48, 0, 0},        {0, .48, 0},       {0, 0, .48},       {0, 0, -.48}};
 
 struct Grid {
     Vec3d origin;
     double cell = 0;
     int n[3] = {};  ///< cells
-
-    Vec3d centre(int i, int j, int k) const { return origin + cell * Vec3d{i + 0.5, j + 0.5, k + 0.5}; }
 };
 
-Grid grid_about(const mesh::Mesh& mesh)
+Grid grid_about(const mesh::Mesh& mesh, double target_error)
 {
+    const double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), 24.0, 160.0);
     Vec3d lo = mesh.vertices.front(), hi = lo;
     for (const Vec3d& v : mesh.vertices)
         for (int k = 0; k < 3; ++k) {
@@ -52,7 +49,7 @@ Grid grid_about(const mesh::Mesh& mesh)
         }
     Grid grid;
     // In float from here on: the runtime must see the very same grid.
-    grid.cell = static_cast<float>(std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}) / k_cells_along);
+    grid.cell = static_cast<float>(std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}) / cells);
     for (int k = 0; k < 3; ++k) {
         const double margin = 0.01 * grid.cell;
         const int bricks = static_cast<int>(std::ceil((hi[k] - lo[k] + 2 * margin) / (model::k_brick * grid.cell)));
@@ -62,13 +59,7 @@ Grid grid_about(const mesh::Mesh& mesh)
     return grid;
 }
 
-struct Seed {
-    std::uint32_t code;
-    std::uint8_t reach;
-    auto operator<=>(const Seed&) const = default;
-};
-
-/// What is known of a cell before it is packed.
+/// What is known of a place before it is packed.
 struct Place {
     PlaceKind kind = PlaceKind::Free;
     double gap = 0;  ///< Free
@@ -92,7 +83,7 @@ DomainTest test_domain(const model::Part& part, Vec3d c, double h)
     DomainTest test{true, true};
     for (int i = 0; i < 9; ++i) {
         const Vec3d& n = directions[i];
-        const double value = dot(n, d), reach = 1.00001 * h * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
+        const double value = dot(n, d), reach = 1.0001 * h * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
         const double lo = part.chart_lo[i], hi = part.chart_hi[i], slack = 1e-5 * (hi - lo);
         if (value + reach < lo - slack || value - reach > hi + slack) test.touches = false;
         if (value - reach < lo + slack || value + reach > hi - slack) test.holds = false;
@@ -102,174 +93,246 @@ DomainTest test_domain(const model::Part& part, Vec3d c, double h)
 
 class LocatorBaker {
 public:
-    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, model::ModelData& data)
-        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), view_(data.view()), grid_(grid_about(solid.mesh()))
+    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, model::ModelData& data)
+        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), grid_(grid_about(solid.mesh(), target_error)),
+          flat_tolerance_(0.01 * k_flat_share * target_error * data.header.r_max)
     {
-    }
-
-    void run(unsigned threads)
-    {
-        const int bx = grid_.n[0] / model::k_brick, by = grid_.n[1] / model::k_brick, bz = grid_.n[2] / model::k_brick;
         for (int k = 0; k < 3; ++k) {
             data_.locator.origin[k] = static_cast<float>(grid_.origin[k]);
             data_.locator.bricks[k] = static_cast<std::uint32_t>(grid_.n[k] / model::k_brick);
         }
         data_.locator.cell = static_cast<float>(grid_.cell);
         view_ = data_.view();
-        bricks_.resize(static_cast<std::size_t>(bx * by * bz));
-        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
-            const int b = static_cast<int>(i);
-            bake_brick(bricks_[i], b % bx, b / bx % by, b / (bx * by));
-        });
+    }
+
+    void run(unsigned threads)
+    {
+        const auto* n = data_.locator.bricks;
+        bricks_.resize(static_cast<std::size_t>(n[0]) * n[1] * n[2]);
+        parallel_for(bricks_.size(), threads, [&](std::size_t i) { bake_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1])); });
         pack();
     }
 
 private:
     struct Brick {
-        bool free = false;
-        double gap = 0;
-        std::array<Place, k_places> places;
+        enum class Kind { Free, Deep, Stored } kind = Kind::Stored;
+        std::vector<Place> places;
     };
 
-    void bake_brick(Brick& brick, int bx, int by, int bz)
+    void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz)
     {
         constexpr int n = model::k_brick;
-        const Vec3d middle = grid_.origin + grid_.cell * Vec3d{n * (bx + 0.5), n * (by + 0.5), n * (bz + 0.5)};
-        const double brick_reach = 0.5 * std::sqrt(3.0) * n * grid_.cell;
-        const double distance = solid_.closest_boundary(middle).distance;
-        if (distance > brick_reach * 1.00001 && !solid_.inside(middle)) {
-            brick.free = true;
-            brick.gap = distance;
+        const Vec3d corner = grid_.origin + n * grid_.cell * Vec3d{double(bx), double(by), double(bz)};
+        const Place whole = bake_place(corner + 0.5 * n * grid_.cell * Vec3d{1, 1, 1}, n * grid_.cell);
+        if (whole.kind == PlaceKind::Free || whole.kind == PlaceKind::Inside) {
+            brick.kind = whole.kind == PlaceKind::Free ? Brick::Kind::Free : Brick::Kind::Deep;
+            brick.places = {whole};
             return;
         }
         for (int i = 0; i < k_places; ++i)
-            brick.places[static_cast<std::size_t>(i)] =
-                bake_place(grid_.centre(n * bx + i % n, n * by + i / n % n, n * bz + i / (n * n)));
+            brick.places.push_back(bake_place(corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5}, grid_.cell));
     }
 
-    Place bake_place(Vec3d centre) const
+    Place bake_place(Vec3d centre, double side) const
     {
         Place place;
         const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
-        const double reach = 0.5 * std::sqrt(3.0) * grid_.cell;
-        const bool crossed = nearest.distance <= reach * 1.00001;
-        if (!crossed && !solid_.inside(centre)) {
+        const bool crossed = nearest.distance <= 0.5 * std::sqrt(3.0) * side * 1.0001;
+        const bool inside = solid_.inside(centre);
+        if (!crossed && !inside) {
             place.gap = nearest.distance;
             return place;
         }
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
-        const std::uint32_t owner = part_of_triangle_[nearest.triangle];
-        choose_seeds(place, centre, nearest);
-        if (crossed) list_parts(place, centre, owner);
+        if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
+        choose_seeds(place, centre, side, nearest, inside);
+        if (crossed) list_parts(place, centre, part_of_triangle_[nearest.triangle]);
         return place;
     }
 
-    /// Enough seeds that every sample of the cell that lies in the solid finds its nearest surface from one of them.
-    void choose_seeds(Place& place, Vec3d centre, const mesh::ClosestPoint& nearest) const
+    struct Sample {
+        Vec3d point;
+        mesh::ClosestPoint truth;
+        bool inside;
+        double best;  ///< distance that some seed finds; inside only
+    };
+
+    void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        place.seeds = {{seed_at(centre, part_of_triangle_[nearest.triangle], nearest.point), 255}};
-        const double tolerance = k_seed_tolerance * view_.header.r_max;
-        struct Sample {
-            Vec3d point;
-            double best;  ///< distance that some seed finds
-        };
         std::vector<Sample> samples;
-        for (const Vec3d& offset : sample_offsets()) {
-            const Vec3d p = centre + grid_.cell * offset;
-            if (place.kind == PlaceKind::Mixed && !solid_.inside(p)) continue;
-            double found = INFINITY;
-            for (const Seed& seed : place.seeds) found = std::min(found, reach_from(centre, seed.code, p));
-            if (const double bar = found - tolerance; bar > 0 && place.seeds.size() < model::k_most_seeds) {
-                // Most often nothing is nearer, and within so little that is soon known.
-                const mesh::ClosestPoint truth = solid_.closest_boundary(p, bar);
-                if (truth.distance < bar) {
-                    const auto [seed, reached] = best_seed(centre, p, truth, tolerance);
-                    if (reached < bar) {
-                        place.seeds.push_back({seed, 255});
-                        found = reached;
-                    }
+        mesh::ClosestPoint truth = nearest;
+        for (const Vec3d& offset : k_samples) {
+            const Vec3d p = centre + side * offset;
+            truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
+            samples.push_back({p, truth, place.kind == PlaceKind::Inside || is_inside(p, truth), 0});
+        }
+        place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
+        const bool flat = add_planes(place.seeds, centre, samples);
+        if (!flat) {
+            place.seeds.resize(1);
+            add_seeds(place.seeds, centre, samples);
+        }
+        if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
+        if (flat)
+            for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+    }
+
+    /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
+    bool is_inside(Vec3d p, const mesh::ClosestPoint& nearest) const
+    {
+        const mesh::Triangle& t = solid_.mesh().triangles[nearest.triangle];
+        const auto& v = solid_.mesh().vertices;
+        const Vec3d n = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]), d = p - nearest.point;
+        const double height = dot(n, d), sideways = norm(cross(n, d));
+        const double u = dot(cross(v[t[1]] - nearest.point, v[t[2]] - nearest.point), n), w = dot(cross(v[t[2]] - nearest.point, v[t[0]] - nearest.point), n),
+                     x = dot(cross(v[t[0]] - nearest.point, v[t[1]] - nearest.point), n);
+        const double corner = 1e-6 * norm_sq(n);
+        if (!solid_.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner) return height < 0;
+        return solid_.inside(p);
+    }
+
+    /// Planes whose lowest is the surface for every sample; false where the surface is not so flat, or bends the other way.
+    bool add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
+    {
+        const double tolerance = flat_tolerance_;
+        for (;;) {
+            const Sample* worst = nullptr;
+            double excess = tolerance, least = 0;
+            for (const Sample& sample : samples) {
+                double gap = INFINITY;
+                for (const Seed& seed : seeds)
+                    gap = std::min<double>(gap, query::seed_gap(view_.locator, seed, cast<float>(sample.point - centre)));
+                // Outside only the side counts.
+                const double depth = sample.inside ? sample.truth.distance : 0;
+                if (sample.inside) least = std::min(least, gap - depth);
+                if (least < -2 * tolerance) return false;
+                if (gap - depth > excess) {
+                    excess = gap - depth;
+                    worst = &sample;
                 }
             }
-            samples.push_back({p, found});
+            if (worst == nullptr) {
+                // A surface that bends towards the point is met in the middle.
+                if (least < -tolerance)
+                    for (Seed& seed : seeds) seed.extent = extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance);
+                return true;
+            }
+            if (seeds.size() == k_most_planes) return false;
+            seeds.push_back(seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside));
         }
-        if (place.seeds.size() == 1) return;
-        std::vector<std::vector<double>> reached(place.seeds.size());  // by each seed, at each sample
-        for (std::size_t k = 0; k < place.seeds.size(); ++k)
-            for (const Sample& sample : samples) reached[k].push_back(reach_from(centre, place.seeds[k].code, sample.point));
-        for (std::uint32_t octant = 0; octant < 8; ++octant) {
-            std::size_t best = 0;
-            double least = INFINITY;
+    }
+
+    /// Enough seeds that every sample of the place that lies in the solid finds its nearest surface from one of them.
+    void add_seeds(std::vector<Seed>& seeds, Vec3d centre, std::vector<Sample>& samples) const
+    {
+        const double tolerance = k_seed_tolerance * view_.header.r_max;
+        for (Sample& sample : samples) {
+            if (!sample.inside) continue;
+            sample.best = INFINITY;
+            for (const Seed& seed : seeds) sample.best = std::min(sample.best, reach_from(centre, seed, sample.point));
+            if (sample.best <= sample.truth.distance + tolerance || seeds.size() == model::k_most_seeds) continue;
+            const auto [seed, reached] = best_seed(centre, sample.point, sample.truth, tolerance);
+            if (!(reached < sample.best - tolerance)) continue;
+            seeds.push_back(seed);
+            sample.best = reached;
+        }
+    }
+
+    /// Which seed comes first in which octant, and how near a surface found from it must be to end the search.
+    void rank_seeds(Place& place, Vec3d centre, std::vector<Sample>& samples) const
+    {
+        const double tolerance = k_seed_tolerance * view_.header.r_max;
+        std::vector<std::vector<double>> found(place.seeds.size());
+        for (Sample& sample : samples) {
+            if (!sample.inside) continue;
+            sample.best = INFINITY;
             for (std::size_t k = 0; k < place.seeds.size(); ++k) {
-                double sum = 0;
-                for (std::size_t i = 0; i < samples.size(); ++i) {
-                    const Vec3d d = samples[i].point - centre;
-                    const double slack = -1e-9;
-                    const bool here = (d.x > slack || (octant & 1) == 0) && (d.x < -slack || (octant & 1) != 0) &&
-                                      (d.y > slack || (octant & 2) == 0) && (d.y < -slack || (octant & 2) != 0) &&
-                                      (d.z > slack || (octant & 4) == 0) && (d.z < -slack || (octant & 4) != 0);
-                    if (here) sum += std::min(reached[k][i], 100.0) - samples[i].best;
-                }
-                if (sum < least) {
-                    least = sum;
-                    best = k;
-                }
+                found[k].push_back(reach_from(centre, place.seeds[k], sample.point));
+                sample.best = std::min(sample.best, found[k].back());
             }
-            place.choices |= static_cast<std::uint32_t>(best) << 3 * octant;
         }
-        // From which distance on a surface found from a seed may be bettered by another.
+        double miss[8][model::k_most_seeds] = {};
         for (std::size_t k = 0; k < place.seeds.size(); ++k) {
             double reach = INFINITY;
-            for (std::size_t i = 0; i < samples.size(); ++i)
-                if (reached[k][i] > samples[i].best + tolerance) reach = std::min(reach, reached[k][i]);
+            std::size_t i = 0;
+            for (const Sample& sample : samples) {
+                if (!sample.inside) continue;
+                const double d_found = found[k][i++];
+                if (d_found > sample.best + tolerance) reach = std::min(reach, d_found);
+                const Vec3d d = sample.point - centre;
+                for (int octant = 0; octant < 8; ++octant) {
+                    bool here = true;
+                    for (int axis = 0; axis < 3; ++axis) {
+                        const double v = (octant >> axis & 1) != 0 ? d[axis] : -d[axis];
+                        here = here && v > -1e-9;
+                    }
+                    if (here) miss[octant][k] += std::min(d_found, 1e3) - std::min(sample.best, 1e3);
+                }
+            }
             // Between samples it may come half a sample's spacing earlier.
             const double steps = std::floor((reach / grid_.cell - 0.25) / model::k_seed_reach_step);
-            place.seeds[k].reach = static_cast<std::uint8_t>(std::clamp(steps, 0.0, 255.0));
+            place.seeds[k].extent |= static_cast<std::uint32_t>(std::clamp(steps, 0.0, 255.0)) << 16;
+        }
+        for (std::uint32_t octant = 0; octant < 8; ++octant) {
+            const double* m = miss[octant];
+            const auto best = static_cast<std::uint32_t>(std::min_element(m, m + place.seeds.size()) - m);
+            place.choices |= best << 3 * octant;
         }
     }
 
     struct SeedReach {
-        std::uint32_t code;
+        Seed seed;
         double distance;
     };
     /// The owner's chart as a rule; another's where that one does not see the surface.
     SeedReach best_seed(Vec3d centre, Vec3d p, const mesh::ClosestPoint& truth, double tolerance) const
     {
         const std::uint32_t owner = part_of_triangle_[truth.triangle];
-        SeedReach best{seed_at(centre, owner, truth.point), 0};
-        best.distance = reach_from(centre, best.code, p);
+        const auto seed_of = [&](std::uint32_t part) { return seed_at(centre, p, part, truth, true); };
+        SeedReach best{seed_of(owner), 0};
+        best.distance = reach_from(centre, best.seed, p);
         for (std::uint32_t i = 0; i < view_.parts.size() && best.distance > truth.distance + tolerance; ++i) {
             if (i == owner || !test_domain(view_.parts[i], truth.point, 0).holds) continue;
-            const std::uint32_t other = seed_at(centre, i, truth.point);
+            const Seed other = seed_of(i);
             if (const double d = reach_from(centre, other, p); d < best.distance) best = {other, d};
         }
         return best;
     }
 
     /// Distance that the runtime finds from a seed of the place about centre.
-    double reach_from(Vec3d centre, std::uint32_t seed, Vec3d p) const
+    double reach_from(Vec3d centre, Seed seed, Vec3d p) const
     {
         const model::Part& part = view_.parts[model::seed_part(seed)];
         const query::CentralMap map(view_, part);
-        const Vec3f point = cast<float>(p), c = cast<float>(centre), n = query::seed_direction(seed);
-        const Vec3f start = point + (query::seed_length(view_.locator, seed) - dot(n, point - c)) * n;
-        return std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(start)).distance_sq);
+        const Vec3f point = cast<float>(p), n = query::seed_normal(seed);
+        const float gap = query::seed_gap(view_.locator, seed, cast<float>(p - centre));
+        return std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
     }
 
-    /// A seed whose plane passes through a surface point, across the line to it.
-    std::uint32_t seed_at(Vec3d centre, std::uint32_t part, Vec3d surface_point) const
+    /// The plane that touches the surface at the point nearest to p, told from the place's centre.
+    Seed seed_at(Vec3d centre, Vec3d p, std::uint32_t part, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        const Vec3d d = surface_point - centre;
-        const double length = norm(d);
-        const double steps = std::round(length / (model::k_seed_distance_step * grid_.cell));
+        Vec3d n = inside ? nearest.point - p : p - nearest.point;
+        if (norm(n) < 1e-4 * grid_.cell) {
+            const mesh::Triangle& t = solid_.mesh().triangles[nearest.triangle];
+            const auto& v = solid_.mesh().vertices;
+            n = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]);
+        }
         constexpr int cells = 1 << model::k_seed_normal_bits;
-        const Vec3d n = length > 0 ? d / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) : Vec3d{0, 0, 1};
-        const double fold_x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
-        const double fold_y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
-        const auto code = [](double v) {
-            return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1));
-        };
-        return part | code(fold_x) << 8 | code(fold_y) << (8 + model::k_seed_normal_bits) |
-               static_cast<std::uint32_t>(std::min<double>(steps, model::k_max_seed_distance)) << 22;
+        n = n / std::max(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), 1e-300);
+        const double x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
+        const double y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
+        const auto code = [](double v) { return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1)); };
+        Seed seed{part | code(x) << 8 | code(y) << (8 + model::k_seed_normal_bits), 0};
+        // With the direction as stored.
+        seed.extent = extent_of(dot(cast<double>(query::seed_normal(seed)), nearest.point - centre));
+        return seed;
+    }
+
+    std::uint32_t extent_of(double length) const
+    {
+        const double steps = std::round(length / (model::k_seed_distance_step * grid_.cell));
+        return static_cast<std::uint32_t>(static_cast<int>(std::clamp(steps, -32768.0, 32767.0)) + 0x8000);
     }
 
     /// The parts that answer in a cell, best first: one that holds the whole cell suffices.
@@ -291,13 +354,12 @@ private:
             }
         }
         if (holder >= 0) touching = {static_cast<std::uint32_t>(holder)};
-        if (touching.size() > model::k_list_length) {
-            place.kind = PlaceKind::Ask;
+        if (touching.size() > model::k_list_length || touching.empty()) {
+            place.kind = PlaceKind::Ask;  // held by none: free by the cover, but let the query say so
             return;
         }
         std::stable_partition(touching.begin(), touching.end(), [&](std::uint32_t i) { return i == owner; });
         for (std::size_t i = 0; i < touching.size(); ++i) place.parts[i] = static_cast<std::uint8_t>(touching[i]);
-        if (touching.empty()) place.kind = PlaceKind::Ask;  // free by the cover, but let the query say so
     }
 
     double fitness(std::uint32_t part, Vec3d p) const
@@ -317,50 +379,39 @@ private:
 
     void pack()
     {
-        std::map<std::uint32_t, std::uint32_t> lists;
-        std::map<std::pair<std::uint32_t, std::vector<Seed>>, std::uint32_t> chains;
         for (const Brick& brick : bricks_) {
-            if (brick.free) {
-                data_.bricks.push_back(model::k_free_brick | gap_code(brick.gap));
+            const auto first = static_cast<std::uint32_t>(data_.places.size());
+            if (brick.kind == Brick::Kind::Free) {
+                data_.bricks.push_back(model::k_free_brick | gap_code(brick.places.front().gap));
                 continue;
             }
-            data_.bricks.push_back(static_cast<std::uint32_t>(data_.places.size()));
-            for (const Place& place : brick.places) {
-                if (place.kind == PlaceKind::Free) {
-                    data_.places.push_back(gap_code(place.gap) << 2);
-                    continue;
-                }
-                PlaceKind kind = place.kind;
-                std::uint32_t list = 0;
-                for (std::uint32_t k = 0; k < model::k_list_length; ++k)
-                    list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
-                auto [at, is_new] = lists.try_emplace(list, static_cast<std::uint32_t>(lists.size()));
-                if (is_new && at->second > 0xfff)
-                    lists.erase(at);
-                else if (is_new)
-                    data_.part_lists.push_back(list);
-                std::uint32_t list_index = 0;
-                if (const auto found = lists.find(list); found != lists.end())
-                    list_index = found->second;
-                else
-                    kind = PlaceKind::Ask;
-                const auto [chain, new_chain] =
-                    chains.try_emplace({place.choices, place.seeds}, static_cast<std::uint32_t>(data_.locator_seeds.size()) +
-                                                                         (place.seeds.size() > 1 ? 1u : 0u));
-                if (new_chain) {
-                    if (place.seeds.size() > 1) {
-                        data_.locator_seeds.push_back(place.choices);
-                        data_.seed_reaches.push_back(0);
-                    }
-                    for (const Seed& seed : place.seeds) {
-                        data_.locator_seeds.push_back(seed.code);
-                        data_.seed_reaches.push_back(seed.reach);
-                    }
-                    data_.locator_seeds.back() |= model::k_last_seed;
-                }
-                data_.places.push_back(static_cast<std::uint32_t>(kind) | list_index << 2 | chain->second << 14);
-            }
+            data_.bricks.push_back(first | (brick.kind == Brick::Kind::Deep ? model::k_deep_brick : 0u));
+            for (const Place& place : brick.places) data_.places.push_back(pack_place(place));
         }
+    }
+
+    std::uint32_t pack_place(const Place& place)
+    {
+        if (place.kind == PlaceKind::Free) return gap_code(place.gap) << 2;
+        PlaceKind kind = place.kind;
+        std::uint32_t list = 0;
+        for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
+        std::uint32_t index = 0;
+        if (const auto found = lists_.find(list); found != lists_.end()) {
+            index = found->second;
+        } else if (lists_.size() <= model::k_most_lists) {
+            index = static_cast<std::uint32_t>(lists_.size());
+            lists_.emplace(list, index);
+            data_.part_lists.push_back(list);
+        } else {
+            kind = PlaceKind::Ask;
+        }
+        auto& seeds = data_.locator_seeds;
+        if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
+        const auto chain = static_cast<std::uint32_t>(seeds.size());
+        seeds.insert(seeds.end(), place.seeds.begin(), place.seeds.end());
+        seeds.back().extent |= model::k_last_seed;
+        return static_cast<std::uint32_t>(kind) | index << 2 | chain << 14;
     }
 
     const mesh::Solid& solid_;
@@ -368,18 +419,20 @@ private:
     model::ModelData& data_;
     model::ModelView view_;
     Grid grid_;
+    double flat_tolerance_;
     std::vector<Brick> bricks_;
+    std::map<std::uint32_t, std::uint32_t> lists_;
 };
 
 }  // namespace
 
-void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, unsigned threads,
+void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, unsigned threads,
                   model::ModelData& data)
 {
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
         if (part.base == 0) return;
-    LocatorBaker(solid, part_of_triangle, data).run(threads);
+    LocatorBaker(solid, part_of_triangle, target_error, data).run(threads);
 }
 
 }  // namespace sqmap::bake

@@ -16,6 +16,7 @@ static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
               alignof(VertexCorrection) == alignof(fb::VertexCorrection));
 static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
 static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
+static_assert(sizeof(Seed) == sizeof(fb::Seed) && alignof(Seed) == alignof(fb::Seed));
 static_assert(sizeof(Locator) == sizeof(fb::Locator) && alignof(Locator) == alignof(fb::Locator));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
 
@@ -165,14 +166,14 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
 bool valid_chain(const ModelView& v, std::uint32_t first)
 {
     std::uint32_t count = 1;
-    while ((v.seeds[first + count - 1] & k_last_seed) == 0 && count <= k_most_seeds) ++count;
+    while ((v.seeds[first + count - 1].extent & k_last_seed) == 0 && count <= k_most_seeds) ++count;
     if (count > k_most_seeds) return false;
     for (std::uint32_t k = 0; k < count; ++k)
         if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
     if (count == 1) return true;
     if (first == 0) return false;
     for (std::uint32_t octant = 0; octant < 8; ++octant)
-        if (seed_choice(v.seeds[first - 1], octant) >= count) return false;
+        if (seed_choice(v.seeds[first - 1].direction, octant) >= count) return false;
     return true;
 }
 
@@ -180,7 +181,7 @@ ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
     if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() && v.seed_reaches.empty()
+        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty()
                    ? ParseStatus::Ok
                    : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
@@ -188,7 +189,9 @@ ParseStatus check_locator(const ModelView& v)
         if (n == 0 || n > 256) return ParseStatus::BadStructure;
     if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
     for (const std::uint32_t b : v.bricks)
-        if ((b & k_free_brick) == 0 && !within(b, k_brick * k_brick * k_brick, v.places.size())) return ParseStatus::BadStructure;
+        if ((b & k_free_brick) == 0 &&
+            !within(b & ~k_deep_brick, (b & k_deep_brick) != 0 ? 1 : k_brick * k_brick * k_brick, v.places.size()))
+            return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
         if (place_kind(p) != PlaceKind::Free && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
             return ParseStatus::BadStructure;
@@ -197,8 +200,7 @@ ParseStatus check_locator(const ModelView& v)
             if (const std::uint32_t part = (list >> (8 * k)) & 0xffu; part != k_no_part && part >= v.parts.size())
                 return ParseStatus::BadStructure;
     // Every chain ends.
-    if (v.seed_reaches.size() != v.seeds.size()) return ParseStatus::BadStructure;
-    if (v.seeds.empty() || (v.seeds.back() & k_last_seed) == 0) return ParseStatus::BadStructure;
+    if (v.seeds.empty() || (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
         if (place_kind(p) != PlaceKind::Free && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
@@ -326,7 +328,6 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.places);
     hash_bytes(hash, view.part_lists);
     hash_bytes(hash, view.seeds);
-    hash_bytes(hash, view.seed_reaches);
     const Measured& m = view.measured;
     const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
                               m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
@@ -385,8 +386,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.bricks = span_of<std::uint32_t>(model->bricks());
     v.places = span_of<std::uint32_t>(model->places());
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
-    v.seeds = span_of<std::uint32_t>(model->seeds());
-    v.seed_reaches = span_of<std::uint8_t>(model->seed_reaches());
+    v.seeds = span_of<Seed>(model->seeds());
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
         v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),

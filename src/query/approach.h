@@ -11,21 +11,21 @@ inline constexpr int k_approach_steps = 5;
 /// point, with an error of second order.
 inline constexpr float k_approach_near = 1.01f;
 
-/// The unit vector of a seed's normal bits.
-inline Vec3f seed_direction(std::uint32_t seed)
+/// Outward normal of a seed's plane.
+inline Vec3f seed_normal(model::Seed seed)
 {
     constexpr std::uint32_t mask = (1u << model::k_seed_normal_bits) - 1u;
     constexpr float step = 2.f / static_cast<float>(1 << model::k_seed_normal_bits);
-    const float x = (static_cast<float>((seed >> 8) & mask) + 0.5f) * step - 1.f;
-    const float y = (static_cast<float>((seed >> (8 + model::k_seed_normal_bits)) & mask) + 0.5f) * step - 1.f;
+    const float x = (static_cast<float>((seed.direction >> 8) & mask) + 0.5f) * step - 1.f;
+    const float y = (static_cast<float>((seed.direction >> (8 + model::k_seed_normal_bits)) & mask) + 0.5f) * step - 1.f;
     const float z = 1.f - std::abs(x) - std::abs(y), fold = std::max(-z, 0.f);
     return normalized(Vec3f{x < 0.f ? x + fold : x - fold, y < 0.f ? y + fold : y - fold, z});
 }
 
-/// Distance from a place's centre to a seed's surface, model units.
-inline float seed_length(const model::Locator& locator, std::uint32_t seed)
+/// How far a point is below a seed's plane, model units. offset: from the centre of the seed's place.
+inline float seed_gap(const model::Locator& locator, model::Seed seed, Vec3f offset)
 {
-    return static_cast<float>(model::seed_distance(seed)) * (model::k_seed_distance_step * locator.cell);
+    return static_cast<float>(model::seed_distance(seed)) * (model::k_seed_distance_step * locator.cell) - dot(seed_normal(seed), offset);
 }
 
 struct Approach {

@@ -284,6 +284,50 @@ public:
         return side_at(leaf_frame(cell, s0, t0, size), s, t);
     }
 
+    /// Of the sheets of a layered cell over (s, t) the one whose surface comes nearest to expected along the face's axis.
+    struct NearestSheet {
+        SheetValue value{0, 0, 0};  ///< w is 0 where there is none
+        bool exits = false;         ///< a ray from the centre leaves the solid there
+    };
+    NearestSheet nearest_sheet(std::uint16_t cell, float s0, float t0, float size, float s, float t, float expected) const
+    {
+        const std::uint16_t* record = pool_ + specials_[model::cell_payload(cell)];
+        const float u = (s - s0) / size, v = (t - t0) / size;
+        int sheets = record[0] & 7;
+        NearestSheet best;
+        float least = INFINITY;
+        const auto offer = [&](const SheetValue& value, int sheet) {
+            const float miss = std::abs(1.f - value.w * expected);  // |1/w - expected| w: the same order where w is alike
+            if (!(value.w > 1e-6f) || !(miss < least * value.w)) return;
+            least = miss / value.w;
+            best = {value, centre_inside() == ((sheet & 1) == 0)};
+        };
+        if ((record[0] & 8) != 0) {
+            for (int j = 0; j < sheets; ++j) {
+                const std::uint16_t* r = record + 1 + 5 * j;
+                const float c[4] = {decode(r[0]), decode(r[1]), decode(r[2]), decode(r[3])};
+                offer(bilinear_value(c, u, v, size), j);
+            }
+            return best;
+        }
+        const std::uint16_t* plane = record + 3;
+        if ((record[0] & model::k_divided) != 0) {
+            const model::BorderPoint from = model::border_point(record[3] >> 8), to = model::border_point(record[3] & 0xffu);
+            plane = record + 4;
+            if ((to.u - from.u) * (v - from.v) - (to.v - from.v) * (u - from.u) < 0.f) {
+                plane += 3 * sheets;
+                sheets = (record[0] >> 5) & 7;
+            }
+        }
+        const float per_half = 2.f * part_.w_step / size;
+        for (int j = 0; j < sheets; ++j, plane += 3) {
+            const float ws = static_cast<float>(static_cast<std::int16_t>(plane[1])) * per_half;
+            const float wt = static_cast<float>(static_cast<std::int16_t>(plane[2])) * per_half;
+            offer({decode(plane[0]) + (u - 0.5f) * size * ws + (v - 0.5f) * size * wt, ws, wt}, j);
+        }
+        return best;
+    }
+
     Leaf base_leaf(std::uint16_t cell, int face, int column, int row) const
     {
         Leaf leaf = leaf_frame(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),

@@ -290,10 +290,14 @@ void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nea
         return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
     };
     const Vec3f a = corner(0), b = corner(1), c = corner(2);
+    // No point of it is nearer than its plane.
+    const Vec3f across = cross(b - a, c - a);
+    const float height = dot(across, p - a);
+    if (height * height > 1.0001f * best.distance_sq * norm_sq(across)) return;
     const Vec3f point = closest_point_on_triangle(p, a, b, c);
     const float distance_sq = norm_sq(point - p);
     if (!(distance_sq < best.distance_sq)) return;
-    const Vec3f normal = normalized(cross(b - a, c - a));
+    const Vec3f normal = normalized(across);
     if ((owner & model::k_crossed) != 0 && !is_boundary(model, point, normal)) return;
     best = {distance_sq, point, normal, static_cast<std::int32_t>(owner & model::k_part_mask)};
 }
@@ -317,28 +321,62 @@ void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Ne
 
 }  // namespace
 
+PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
+{
+    PointVerdict verdict;
+    const bool has_exact = model::has_exact(model);
+    if (layer == Layer::Exact && !has_exact) verdict.status |= k_no_exact;
+    const PartVerdict answer = ask_all(model, point, layer, gate, verdict.part);
+    if (!answer.covers) return verdict;  // the superquadrics cover the solid: certified at bake
+    verdict.inside = answer.verdict.inside;
+    verdict.certain = answer.verdict.certain;
+    if (layer != Layer::Exact || !has_exact || verdict.certain) return verdict;
+    const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(verdict.part)], point);
+    if (side == ExactLayer::Side::Degenerate) {
+        verdict.status |= k_unresolved;
+    } else {
+        verdict.inside = side == ExactLayer::Side::Inside;
+        verdict.certain = true;
+    }
+    return verdict;
+}
+
+void settle_on_triangles(const ModelView& model, Vec3f point, Contact& contact) noexcept
+{
+    Nearest best;
+    Vec3f about = contact.point;
+    auto part = static_cast<std::size_t>(std::max(contact.part, 0));
+    const std::uint16_t* last = nullptr;
+    for (int step = 0; step < 6; ++step) {
+        const CentralMap map(model, model.parts[part]);
+        const ExactLayer exact(model, model.parts[part]);
+        const ChartPoint q = to_chart(map.to_chart_frame(about));
+        const float before = best.distance_sq;
+        const ExactLayer::List list = exact.list_at(q.face, q.s, q.t);
+        if (list.begin == last) break;
+        last = list.begin;
+        exact.each_triangle(list, [&](std::uint32_t t) { offer_triangle(model, t, point, best); });
+        if (!(best.distance_sq < before)) break;
+        about = best.point;
+        part = static_cast<std::size_t>(best.part);
+    }
+    if (best.part < 0) return;
+    contact.part = best.part;
+    contact.depth = std::sqrt(best.distance_sq);
+    contact.point = best.point;
+    contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? (1.f / contact.depth) * (contact.point - point) : best.normal;
+}
+
 Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
+    const PointVerdict verdict = verdict_central(model, point, layer, gate);
+    const bool has_exact = model::has_exact(model);
+    const std::int32_t asked = verdict.part;
     Contact contact;
     contact.point = point;
-    contact.certain = true;
-    const bool has_exact = model::has_exact(model);
-    if (layer == Layer::Exact && !has_exact) contact.status |= k_no_exact;
-
-    std::int32_t asked = -1;
-    PartVerdict answer = ask_all(model, point, layer, gate, asked);
-    if (!answer.covers) return contact;  // the superquadrics cover the solid: certified at bake
-    if (layer == Layer::Exact && has_exact && !answer.verdict.certain) {
-        const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(asked)], point);
-        if (side == ExactLayer::Side::Degenerate) {
-            contact.status |= k_unresolved;
-        } else {
-            answer.verdict.inside = side == ExactLayer::Side::Inside;
-            answer.verdict.certain = true;
-        }
-    }
-    contact.certain = answer.verdict.certain;
-    if (!answer.verdict.inside) return contact;
+    contact.status = verdict.status;
+    contact.certain = verdict.certain;
+    if (!verdict.inside) return contact;
 
     Nearest best;
     const auto search = [&](std::int32_t i) {
@@ -362,11 +400,12 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uin
     return contact;
 }
 
-void apply_offset(const ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept
+void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset& move, Contact& contact) noexcept
 {
     // How far out any part moves its surface.
-    float reach = 0.f;
-    for (const Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
+    float reach = move.least;
+    if (move.stored)
+        for (const Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
     Nearest best;
     if (contact.contact) {
         best = {contact.depth * contact.depth, contact.point, contact.normal, contact.part};
@@ -381,7 +420,7 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, Contact& con
     if (best.part < 0) return;
     const CentralMap map(model, model.parts[static_cast<std::size_t>(best.part)]);
     const ChartPoint q = to_chart(map.to_chart_frame(best.point));
-    const float offset = map.offset_at(q.face, q.s, q.t);
+    const float offset = move.stored ? std::max(move.least, map.offset_at(q.face, q.s, q.t)) : move.least;
     const float outside = contact.contact ? -contact.depth : std::sqrt(best.distance_sq);
     if (!(outside < offset)) return;
     contact.contact = true;

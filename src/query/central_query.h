@@ -9,8 +9,27 @@ namespace sqmap::query {
 [[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer,
                                     std::uint32_t gate = k_layer3_gate) noexcept;
 
-/// Moves an answer out by the offset stored at the nearest surface point; a free point within it becomes a contact.
-void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept;
+/// Whether a finite point is inside, and nothing else.
+struct PointVerdict {
+    bool inside = false, certain = true;
+    std::int32_t part = -1;  ///< that decided; -1: no chart holds the point, so it is free
+    std::uint8_t status = k_ok;
+};
+[[nodiscard]] PointVerdict verdict_central(const model::ModelView& model, Vec3f point, Layer layer,
+                                           std::uint32_t gate = k_layer3_gate) noexcept;
+
+/// Moves a contact's surface point, which must be near the nearest one, onto the mesh's own triangles: those over its cell of
+/// the chart, and again about what was found, while that comes nearer. @pre the model has the exact layer.
+void settle_on_triangles(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;
+
+/// How far a surface is moved out.
+struct Offset {
+    bool stored;  ///< by what is stored at the nearest surface point
+    float least;  ///< at least by this, model units
+};
+
+/// Moves an answer out; a free point within the offset becomes a contact.
+void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, const Offset& move, Contact& contact) noexcept;
 
 /// Replaces depth, normal and point of a contact by those of the smoothed map on the point's own ray.
 void apply_smoothing(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;

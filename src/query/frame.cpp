@@ -1,5 +1,6 @@
 #include "sqmap/query/frame.h"
 
+#include "frame_by_points.h"
 #include "frame_job.h"
 #include "frame_kernels.h"
 
@@ -11,7 +12,7 @@ FrameJob::FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, 
                    std::span<FrameContact> contacts) noexcept
     : model(m), x(p.x_.data()), y(p.y_.data()), z(p.z_.data()), point(p.point_.data()), centre_x(p.centre_x_.data()),
       centre_y(p.centre_y_.data()), centre_z(p.centre_z_.data()), radius(p.radius_.data()), group_x(p.group_x_.data()),
-      group_y(p.group_y_.data()), group_z(p.group_z_.data()), group_radius(p.group_radius_.data()), clusters(p.radius_.size()),
+      group_y(p.group_y_.data()), group_z(p.group_z_.data()), group_radius(p.group_radius_.data()), clusters(p.clusters()),
       groups(p.group_radius_.size()), points(p.size_), layer(o.layer == Layer::Auto ? Layer::Three : o.layer),
       exact(o.layer == Layer::Exact && model::has_exact(m)), first_only(o.first_only), out(contacts)
 {
@@ -36,7 +37,9 @@ FrameResult query_frame(const model::ModelView& model, const Probe& probe, const
 {
     const FrameJob job(model, probe, pose, options, contacts);
     if (!job.finite) return {0, k_frame_not_finite, 0};
-    FrameResult result = run_frame(job);
+    // The locator knows nothing of superquadrics, nor of a surface that has moved.
+    const bool by_points = job.layer == Layer::One || options.offset || options.margin > 0.f || !model::has_locator(model);
+    FrameResult result = by_points ? run_frame_by_points(job, options) : run_frame(job);
     if (options.layer == Layer::Exact && !job.exact) result.status |= k_frame_no_exact;
     return result;
 }

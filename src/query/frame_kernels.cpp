@@ -4,6 +4,7 @@
 
 #include "approach.h"
 #include "central_query.h"
+#include "exact_layer.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/frame_kernels.cpp"
@@ -294,23 +295,28 @@ public:
         for (std::size_t g = 0; g < job_.groups; ++g) {
             if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
             const std::size_t last = std::min(job_.clusters, (g + 1) * Probe::k_cluster);
-            for (std::size_t c = g * Probe::k_cluster; c < last; ++c) {
-                if (is_far(job_.centre_x[c], job_.centre_y[c], job_.centre_z[c], job_.radius[c])) continue;
-                for (std::size_t i = 0; i < Probe::k_cluster; i += hn::Lanes(df)) ask(c * Probe::k_cluster + i);
-                if (queued_ > k_queue - Probe::k_cluster || (job_.first_only && queued_ > 0)) {
+            for (std::size_t c = g * Probe::k_cluster; c < last; c += hn::Lanes(df)) {
+                const M near = hn::And(near_clusters(c), hn::FirstN(df, std::min(last - c, hn::Lanes(df))));
+                each_lane(near, [&](std::size_t i) {
+                    for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
+                    if (queued_ > k_queue - Probe::k_cluster) flush();
+                });
+                if (job_.first_only) {
                     flush();
-                    if (job_.first_only && result_.contacts > 0) return result_;
+                    settle_loose();
+                    if (result_.contacts > 0) return result_;
                 }
             }
         }
         flush();
+        settle_loose();
         return result_;
     }
 
 private:
     static constexpr std::size_t k_queue = 1024;
     static constexpr int k_first_steps = 2;
-    enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4 };
+    enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4, k_single = 8 };
 
     Vec3f transformed(float x, float y, float z) const
     {
@@ -336,74 +342,224 @@ private:
         }
         // Also where the sum overflows.
         if (!(outside_sq <= reach * reach * 1.0001f)) return true;
-        const std::uint32_t brick =
-            model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * locator_.bricks[1] + static_cast<std::size_t>(at[1] / model::k_brick)) *
-                              locator_.bricks[0] +
-                          static_cast<std::size_t>(at[0] / model::k_brick)];
-        float gap = 0.f, half = 0.5f;
-        if ((brick & model::k_free_brick) != 0) {
-            gap = static_cast<float>(brick & ~model::k_free_brick);
-            half = 0.5f * model::k_brick;
-            for (int& a : at) a = a / model::k_brick * model::k_brick;
-        } else {
-            const std::uint32_t place =
-                model_.places[brick + static_cast<std::uint32_t>((at[2] % model::k_brick * model::k_brick + at[1] % model::k_brick) * model::k_brick +
-                                                                 at[0] % model::k_brick)];
-            if (model::place_kind(place) != PlaceKind::Free) return false;
-            gap = static_cast<float>(model::place_gap(place));
-        }
-        const Vec3f d{g.x - static_cast<float>(at[0]) - half, g.y - static_cast<float>(at[1]) - half, g.z - static_cast<float>(at[2]) - half};
-        const float away = (gap * model::k_gap_step - norm(d)) * locator_.cell;
+        const auto* n = locator_.bricks;
+        const std::uint32_t brick = model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * n[1] + static_cast<std::size_t>(at[1] / model::k_brick)) * n[0] +
+                                                  static_cast<std::size_t>(at[0] / model::k_brick)];
+        if ((brick & model::k_free_brick) == 0) return false;
+        const float half = 0.5f * model::k_brick;
+        const auto middle = [&](int k) { return static_cast<float>(at[k] / model::k_brick * model::k_brick) + half; };
+        const Vec3f d{g.x - middle(0), g.y - middle(1), g.z - middle(2)};
+        const float away = (static_cast<float>(brick & ~model::k_free_brick) * model::k_gap_step - norm(d)) * locator_.cell;
         return away > 0.f && away * away + outside_sq > reach * reach * 1.0001f;
+    }
+
+    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
+    HWY_NOINLINE M near_clusters(std::size_t first) const
+    {
+        const F zero = hn::Zero(df);
+        const V3 c = posed({hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
+        const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
+        const F reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
+        const V3 g = in_cells(c);
+        // Clamped below the last cell's end, so that truncation stays within.
+        const V3 at{hn::Min(hn::Max(g.x, zero), set(cells_[0] - 0.001f)), hn::Min(hn::Max(g.y, zero), set(cells_[1] - 0.001f)),
+                    hn::Min(hn::Max(g.z, zero), set(cells_[2] - 0.001f))};
+        const V3 out{hn::Sub(g.x, at.x), hn::Sub(g.y, at.y), hn::Sub(g.z, at.z)};
+        const F outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
+        const M touches_box = hn::Le(outside_sq, reach_sq);
+        if (!any(touches_box)) return touches_box;
+        const Located found = locate(at, touches_box);
+        const M far_away = hn::And(found.is_free, hn::Gt(found.gap, zero));
+        const F away = hn::Mul(found.gap, set(locator_.cell));
+        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, outside_sq), reach_sq)), touches_box);
+    }
+
+    HWY_INLINE V3 posed(const V3& local) const
+    {
+        const float* r = job_.rotation;
+        return {hn::Add(row_dot(r, local), set(job_.translation[0])), hn::Add(row_dot(r + 3, local), set(job_.translation[1])),
+                hn::Add(row_dot(r + 6, local), set(job_.translation[2]))};
+    }
+
+    HWY_INLINE V3 in_cells(const V3& p) const
+    {
+        const F scale = set(inverse_cell_);
+        return {hn::Mul(hn::Sub(p.x, set(locator_.origin[0])), scale), hn::Mul(hn::Sub(p.y, set(locator_.origin[1])), scale),
+                hn::Mul(hn::Sub(p.z, set(locator_.origin[2])), scale)};
+    }
+
+    /// The place under each lane.
+    struct Located {
+        M is_free;
+        F gap;      // lower bound of the distance to the solid where it is free, in cells
+        I place;    // its word, where it is not
+        V3 offset;  // from its centre, in cells
+    };
+    /// at: in cells, within the grid for active lanes.
+    HWY_INLINE Located locate(const V3& at, M active) const
+    {
+        const I nil = hn::Zero(di);
+        const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil), iz = blend(active, truncate(at.z), nil);
+        const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])), ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
+        const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
+        const I brick = gather_word(model_.bricks.data(), hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx));
+        const M free_brick = hn::AndNot(not_negative(brick), active);
+        const M whole = hn::Or(free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
+        const I three = set_int(3);
+        const I within = hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
+        const I low_bits = hn::And(brick, set_int(0x3fffffff));
+        const I place = gather_word(model_.places.data(), blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
+        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
+        Located found;
+        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
+        found.place = place;
+        const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
+        const auto from_centre = [&](F v, I cell, I brick_at) {
+            return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
+        };
+        found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
+        const I code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
+        found.gap = hn::Sub(hn::Mul(to_float(code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
+        return found;
+    }
+
+    /// A plane of a seed for each lane.
+    struct Planes {
+        I part;
+        V3 normal;  // outward, unit
+        F gap;      // how far the point is below, model units
+        F length;   // how far the place's centre is
+    };
+    HWY_INLINE Planes planes_of(I direction, I extent, const V3& offset) const
+    {
+        constexpr int bits = model::k_seed_normal_bits;
+        const I mask = set_int((1 << bits) - 1);
+        const F step = set(2.f / static_cast<float>(1 << bits)), half = set(0.5f), one = set(1.f), zero = hn::Zero(df);
+        const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(direction), mask)), half), step), one);
+        const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(direction), mask)), half), step), one);
+        const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), zero);
+        const V3 n{blend(hn::Lt(x, zero), hn::Add(x, fold), hn::Sub(x, fold)), blend(hn::Lt(y, zero), hn::Add(y, fold), hn::Sub(y, fold)), z};
+        const F inverse = hn::Div(one, hn::Sqrt(dot(n, n)));
+        Planes planes;
+        planes.part = hn::And(direction, set_int(0xff));
+        planes.normal = {hn::Mul(n.x, inverse), hn::Mul(n.y, inverse), hn::Mul(n.z, inverse)};
+        planes.length = hn::Mul(to_float(hn::Sub(hn::And(extent, set_int(0xffff)), set_int(0x8000))), set(model::k_seed_distance_step * locator_.cell));
+        planes.gap = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
+        return planes;
     }
 
     /// Asks one batch of points from a slot on, and queues those that are inside or have to be asked again.
     HWY_NOINLINE void ask(std::size_t slot)
     {
-        const F px = hn::LoadU(df, job_.x + slot), py = hn::LoadU(df, job_.y + slot), pz = hn::LoadU(df, job_.z + slot);
-        const V3 local{px, py, pz};
-        const float* r = job_.rotation;
-        const V3 p{hn::Add(row_dot(r, local), set(job_.translation[0])), hn::Add(row_dot(r + 3, local), set(job_.translation[1])),
-                   hn::Add(row_dot(r + 6, local), set(job_.translation[2]))};
-        // Where in the grid.
-        const F scale = set(inverse_cell_);
-        const F gx = hn::Mul(hn::Sub(p.x, set(locator_.origin[0])), scale), gy = hn::Mul(hn::Sub(p.y, set(locator_.origin[1])), scale),
-                gz = hn::Mul(hn::Sub(p.z, set(locator_.origin[2])), scale);
+        const V3 p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
+        const V3 g = in_cells(p);
         const F zero = hn::Zero(df);
-        M in_grid = hn::And(hn::And(hn::Ge(gx, zero), hn::Ge(gy, zero)), hn::Ge(gz, zero));
-        in_grid = hn::And(in_grid, hn::And(hn::And(hn::Lt(gx, set(cells_[0])), hn::Lt(gy, set(cells_[1]))), hn::Lt(gz, set(cells_[2]))));
+        M in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
+        in_grid = hn::And(in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
         // The padding of the last cluster is nobody.
         if (slot + hn::Lanes(df) > job_.points)
             in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
         if (!any(in_grid)) return;
-        const I ix = blend(in_grid, truncate(gx), hn::Zero(di)), iy = blend(in_grid, truncate(gy), hn::Zero(di)),
-                iz = blend(in_grid, truncate(gz), hn::Zero(di));
-        const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
-        const I brick_index = hn::Add(
-            hn::Mul(hn::Add(hn::Mul(bz, set_int(static_cast<std::int32_t>(locator_.bricks[1]))), by), set_int(static_cast<std::int32_t>(locator_.bricks[0]))), bx);
-        const I brick = gather_word(model_.bricks.data(), brick_index);
-        const M stored = hn::And(in_grid, not_negative(brick));
-        if (!any(stored)) return;
-        const I three = set_int(3);
-        const I within = hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
-        const I place = gather_word(model_.places.data(), blend(stored, hn::Add(brick, within), hn::Zero(di)));
-        const I kind = hn::And(place, three);
-        const M occupied = hn::And(stored, hn::RebindMask(df, hn::Ne(kind, hn::Zero(di))));
+        const Located at = locate(g, in_grid);
+        const M occupied = hn::AndNot(at.is_free, in_grid);
         if (!any(occupied)) return;
-
+        const I kind = hn::And(at.place, set_int(3));
         const M inside = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
+
         if (job_.layer == Layer::Three) {
-            // The nearest surface tells the side as well.
-            enqueue(slot, p, place, occupied, inside, inside);
+            // Where the surface is flat its planes tell depth and side at once; else the nearest surface tells the side as well.
+            const M settled = answer_flat(slot, p, at, occupied, inside, none());
+            const M rest = hn::AndNot(settled, occupied);
+            if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, inside, inside);
             return;
         }
         const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
         M in = inside, certain = inside;
         M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
-        if (any(mixed)) verdicts(p, place, mixed, in, certain);
+        if (any(mixed)) verdicts(p, at.place, mixed, in, certain);
         if (job_.exact) undecided = hn::Or(undecided, hn::AndNot(certain, mixed));
-        const M rest = hn::Or(in, undecided);
-        if (any(rest)) enqueue(slot, p, place, rest, hn::AndNot(undecided, in), certain);
+        in = hn::AndNot(undecided, in);
+        // The exact layer settles on triangles about what Layer 3 finds.
+        M settled = none();
+        if (job_.exact && any(in)) settled = answer_flat(slot, p, at, in, in, certain);
+        const M rest = hn::AndNot(settled, hn::Or(in, undecided));
+        if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, in, certain);
+    }
+
+    /// Answers the lanes whose place is flat: the lowest of its planes. Returns them.
+    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside, M certain)
+    {
+        const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
+        I word = blend(occupied, hn::ShiftLeft<1>(shift_right<14>(at.place)), hn::Zero(di));
+        I direction = gather_word(words, word), extent = gather_word(words + 1, word);
+        const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
+        if (!any(flat)) return flat;
+        Planes lowest = planes_of(direction, extent, at.offset);
+        for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
+            word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
+            direction = gather_word(words, word);
+            extent = gather_word(words + 1, word);
+            const Planes next = planes_of(direction, extent, at.offset);
+            const M lower = hn::And(more, hn::Lt(next.gap, lowest.gap));
+            lowest.gap = blend(lower, next.gap, lowest.gap);
+            lowest.normal = blend(lower, next.normal, lowest.normal);
+            lowest.part = blend(lower, next.part, lowest.part);
+        }
+        const M contact = hn::And(flat, hn::Or(inside, hn::Gt(lowest.gap, hn::Zero(df))));
+        if (any(contact)) write_flat(slot, p, lowest, contact, certain);
+        return flat;
+    }
+
+    /// Where a lane's search starts: at the only seed of its place, or of a chain at the one that its octant names.
+    struct Start {
+        Planes planes;
+        M single;
+        I chain;  // index of the chain's first seed
+        F reach;  // a surface found within is the nearest, model units
+    };
+    HWY_INLINE Start start_of(const Located& at, M occupied) const
+    {
+        const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
+        Start start;
+        start.chain = blend(occupied, shift_right<14>(at.place), hn::Zero(di));
+        I word = hn::Add(start.chain, start.chain);
+        I direction = gather_word(words, word), extent = gather_word(words + 1, word);
+        start.single = hn::Not(not_negative(extent));
+        const M chain = hn::AndNot(start.single, occupied);
+        if (any(chain)) {
+            const I choices = gather_word(words, blend(chain, hn::Sub(word, set_int(2)), hn::Zero(di)));
+            const auto upper = [&](F v, std::int32_t bit) { return blend(hn::Gt(v, hn::Zero(df)), set_int(bit), hn::Zero(di)); };
+            const I octant3 = hn::Add(hn::Add(upper(at.offset.x, 3), upper(at.offset.y, 6)), upper(at.offset.z, 12));
+            const I choice = blend(chain, hn::And(hn::Shr(choices, octant3), set_int(7)), hn::Zero(di));
+            word = hn::Add(word, hn::Add(choice, choice));
+            direction = gather_word(words, word);
+            extent = gather_word(words + 1, word);
+        }
+        start.planes = planes_of(direction, extent, at.offset);
+        start.reach = hn::Mul(to_float(hn::And(shift_right<16>(extent), set_int(0xff))), set(model::k_seed_reach_step * locator_.cell));
+        return start;
+    }
+
+    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, M contact, M certain)
+    {
+        HWY_ALIGN float v[7][k_lanes], at[3][k_lanes];
+        HWY_ALIGN std::int32_t parts[k_lanes], sure[k_lanes];
+        hn::Store(p.x, df, at[0]);
+        hn::Store(p.y, df, at[1]);
+        hn::Store(p.z, df, at[2]);
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
+        hn::Store(mul_add(planes.gap, planes.normal.x, p.x), df, v[0]);
+        hn::Store(mul_add(planes.gap, planes.normal.y, p.y), df, v[1]);
+        hn::Store(mul_add(planes.gap, planes.normal.z, p.z), df, v[2]);
+        hn::Store(planes.normal.x, df, v[3]);
+        hn::Store(planes.normal.y, df, v[4]);
+        hn::Store(planes.normal.z, df, v[5]);
+        hn::Store(hn::Max(planes.gap, hn::Zero(df)), df, v[6]);
+        hn::Store(planes.part, di, parts);
+        each_lane(contact, [&](std::size_t i) {
+            write(job_.point[slot + i], {at[0][i], at[1][i], at[2][i]}, parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i],
+                  sure[i] != 0);
+        });
     }
 
     /// The verdict of the first part of each place's list that holds the point; held by none, it is free by the cover.
@@ -425,22 +581,22 @@ private:
         }
     }
 
-    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, I place, M which, M known_inside, M certain)
+    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, const Located& at, const Start& start, M which, M known_inside, M certain)
     {
-        const FirstSeed first = first_seed(p, place, which);
         const I flags = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, known_inside), set_int(k_inside)),
-                               hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)));
+                               hn::Or(hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)),
+                                      hn::IfThenElseZero(hn::RebindMask(di, start.single), set_int(k_single))));
         const I point = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
+        const Planes& planes = start.planes;
         const std::size_t n = queued_;
-        hn::CompressBlendedStore(p.x, which, df, queue_x_ + n);
-        hn::CompressBlendedStore(p.y, which, df, queue_y_ + n);
-        hn::CompressBlendedStore(p.z, which, df, queue_z_ + n);
-        hn::CompressBlendedStore(first.reach, which, df, queue_reach_ + n);
+        const F floats[10] = {p.x, p.y, p.z, at.offset.x, at.offset.y, at.offset.z, mul_add(planes.gap, planes.normal.x, p.x),
+                              mul_add(planes.gap, planes.normal.y, p.y), mul_add(planes.gap, planes.normal.z, p.z), start.reach};
+        for (int k = 0; k < 10; ++k) hn::CompressBlendedStore(floats[k], which, df, queue_[k] + n);
         const auto which_int = hn::RebindMask(di, which);
-        hn::CompressBlendedStore(place, which_int, di, reinterpret_cast<std::int32_t*>(queue_place_ + n));
-        hn::CompressBlendedStore(point, which_int, di, reinterpret_cast<std::int32_t*>(queue_point_ + n));
-        hn::CompressBlendedStore(first.seed, which_int, di, queue_seed_ + n);
-        hn::CompressBlendedStore(first.head, which_int, di, queue_chain_ + n);
+        hn::CompressBlendedStore(at.place, which_int, di, queue_place_ + n);
+        hn::CompressBlendedStore(point, which_int, di, queue_point_ + n);
+        hn::CompressBlendedStore(start.chain, which_int, di, queue_seed_ + n);
+        hn::CompressBlendedStore(planes.part, which_int, di, queue_part_ + n);
         queued_ += hn::CompressBlendedStore(flags, which_int, di, queue_flags_ + n);
     }
 
@@ -511,112 +667,46 @@ private:
     /// then the rest by its verdict and, round by round, by every seed of its chain.
     HWY_NOINLINE void flush()
     {
-        std::size_t open = 0;
+        std::size_t open = queued_;
         for (std::size_t i = 0; i < queued_; ++i) todo_[i] = static_cast<std::uint16_t>(i);
-        if (job_.layer == Layer::Three)
-            open = round(queued_, true);
-        else
-            open = queued_;
+        if (job_.layer != Layer::Two) open = round(queued_, true);
         open = settle(open);
         for (std::size_t k = 0; k < open; ++k) {
             const std::size_t i = todo_[k];
             best_[6][i] = INFINITY;
             best_part_[i] = -1;
-            seed_at_[i] = model::place_seed(queue_place_[i]);
-            queue_seed_[i] = static_cast<std::int32_t>(model_.seeds[seed_at_[i]]);
+            queue_part_[i] = static_cast<std::int32_t>(model::seed_part(model_.seeds[static_cast<std::size_t>(queue_seed_[i])]));
             kept_[k] = todo_[k];
         }
         const std::size_t kept = open;
         while (open > 0) open = round(open, false);
         for (std::size_t k = 0; k < kept; ++k) {
             const std::size_t i = kept_[k];
-            if (best_part_[i] >= 0) {
-                write(i, static_cast<std::uint32_t>(best_part_[i]), {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]},
-                      best_[6][i]);
-                continue;
-            }
-            // No map knows a surface about the seeds: the search over all of them does.
-            const Contact found = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
-            write(i, static_cast<std::uint32_t>(found.part), found.point, found.normal, found.depth);
-            ++result_.searched;
+            const bool certain = (queue_flags_[i] & k_certain) != 0;
+            const auto point = static_cast<std::uint32_t>(queue_point_[i]);
+            result_.unseen += best_by_plane_[i] ? 1u : 0u;
+            write(point, queued_point(i), best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
         }
         queued_ = 0;
     }
 
+    Vec3f queued_point(std::size_t i) const { return {queue_[0][i], queue_[1][i], queue_[2][i]}; }
+
     /// One seed for each of todo_[0, open), part after part. Returns how many need another.
-    std::size_t round(std::size_t open, bool first_round)
+    HWY_NOINLINE std::size_t round(std::size_t open, bool first_round)
     {
         std::uint16_t first[257] = {};
-        for (std::size_t k = 0; k < open; ++k) ++first[(queue_seed_[todo_[k]] & 0xff) + 1];
+        for (std::size_t k = 0; k < open; ++k) ++first[queue_part_[todo_[k]] + 1];
         for (std::size_t part = 0; part < model_.parts.size(); ++part) first[part + 1] = static_cast<std::uint16_t>(first[part + 1] + first[part]);
-        for (std::size_t k = 0; k < open; ++k) sorted_[first[queue_seed_[todo_[k]] & 0xff]++] = todo_[k];
+        for (std::size_t k = 0; k < open; ++k) sorted_[first[queue_part_[todo_[k]]]++] = todo_[k];
         std::size_t next = 0;
         for (std::size_t k = 0; k < open;) {
-            const std::uint32_t part = static_cast<std::uint32_t>(queue_seed_[sorted_[k]]) & 0xffu;
+            const auto part = static_cast<std::uint32_t>(queue_part_[sorted_[k]]);
             const std::size_t end = first[part];
             for (; k < end; k += hn::Lanes(df)) approach_queued(part, k, std::min(hn::Lanes(df), end - k), first_round, next);
             k = end;
         }
         return next;
-    }
-
-    /// Where a lane starts: at the only seed, or of a chain at the one that its octant of the place names.
-    struct FirstSeed {
-        I seed, head;  // head: first of the chain, its sign bit set where it is the only one
-        F reach;       // a surface found within is the nearest
-    };
-    HWY_INLINE FirstSeed first_seed(const V3& p, I place, M active) const
-    {
-        const I at = blend(active, shift_right<14>(place), hn::Zero(di));
-        const I seed = gather_word(model_.seeds.data(), at);
-        const M chain = hn::And(active, not_negative(seed));
-        if (!any(chain)) return {seed, seed, hn::Zero(df)};
-        const I which = hn::Add(at, octant_choice(p, at, chain));
-        const I reach = hn::And(hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(model_.seed_reaches.data()), which), set_int(0xff));
-        return {blend(chain, gather_word(model_.seeds.data(), which), seed), seed,
-                hn::Mul(to_float(reach), set(model::k_seed_reach_step * locator_.cell))};
-    }
-
-    /// Which seed of a chain the octant of a point names: three bits an octant in the word before the chain.
-    HWY_INLINE I octant_choice(const V3& p, I at, M chain) const
-    {
-        const I choices = gather_word(model_.seeds.data(), blend(chain, hn::Sub(at, set_int(1)), hn::Zero(di)));
-        const auto upper = [&](F v, float origin, std::int32_t bit) {
-            const F in_cells = hn::Mul(hn::Sub(v, set(origin)), set(inverse_cell_));
-            return blend(hn::Ge(hn::Sub(in_cells, truncate_float(in_cells)), set(0.5f)), set_int(bit), hn::Zero(di));
-        };
-        const I octant = hn::Add(hn::Add(upper(p.x, locator_.origin[0], 3), upper(p.y, locator_.origin[1], 6)), upper(p.z, locator_.origin[2], 12));
-        return blend(chain, hn::And(hn::Shr(choices, octant), set_int(7)), hn::Zero(di));
-    }
-
-    /// The points' feet on the planes of seeds, about the centres of the places that the points lie in.
-    struct SeedFoot {
-        V3 foot, origin;  // origin: the foot of the place's centre
-    };
-    HWY_INLINE SeedFoot foot_on_seed(const V3& p, I seed) const
-    {
-        constexpr int bits = model::k_seed_normal_bits;
-        const I mask = set_int((1 << bits) - 1);
-        const F step = set(2.f / static_cast<float>(1 << bits)), half = set(0.5f), one = set(1.f);
-        const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(seed), mask)), half), step), one);
-        const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(seed), mask)), half), step), one);
-        const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), hn::Zero(df));
-        const V3 n{blend(hn::Lt(x, hn::Zero(df)), hn::Add(x, fold), hn::Sub(x, fold)),
-                   blend(hn::Lt(y, hn::Zero(df)), hn::Add(y, fold), hn::Sub(y, fold)), z};
-        const F inverse_sq = hn::Div(one, dot(n, n));
-        const F cell = set(locator_.cell);
-        const auto from_centre = [&](F v, float origin) {
-            const F in_cells = truncate_float(hn::Mul(hn::Sub(v, set(origin)), set(inverse_cell_)));
-            return hn::Sub(v, mul_add(hn::Add(in_cells, half), cell, set(origin)));
-        };
-        const V3 d{from_centre(p.x, locator_.origin[0]), from_centre(p.y, locator_.origin[1]), from_centre(p.z, locator_.origin[2])};
-        const F length = hn::Mul(to_float(hn::And(shift_right<22>(seed), set_int(model::k_max_seed_distance))),
-                                 set(model::k_seed_distance_step * locator_.cell));
-        // (length - n.d / |n|) n / |n|
-        const F along = hn::Sub(hn::Mul(length, hn::Sqrt(inverse_sq)), hn::Mul(dot(n, d), inverse_sq));
-        const F to_origin = hn::Mul(length, hn::Sqrt(inverse_sq));
-        return {{mul_add(along, n.x, p.x), mul_add(along, n.y, p.y), mul_add(along, n.z, p.z)},
-                {mul_add(to_origin, n.x, hn::Sub(p.x, d.x)), mul_add(to_origin, n.y, hn::Sub(p.y, d.y)), mul_add(to_origin, n.z, hn::Sub(p.z, d.z))}};
     }
 
     /// Nearest surface about a seed, the model's space.
@@ -628,9 +718,9 @@ private:
         M inside;   // it is below the surface, if near
     };
 
-    /// From a seed to the nearest surface about it: the foot on its plane, the surface over there, the foot on the tangent plane,
-    /// while that comes nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
-    HWY_NOINLINE Found approach(std::size_t index, const V3& p, I seed, M active, int steps) const
+    /// The nearest surface of one part about a start, or where there is none about origin: the surface over there, the foot on
+    /// the tangent plane for the next start, while that comes nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
+    HWY_NOINLINE Found approach(std::size_t index, const V3& p, const V3& start, const V3& origin, M active, int steps) const
     {
         const Part& data = model_.parts[index];
         const PartLanes part(model_, data);
@@ -638,8 +728,7 @@ private:
         const V3 z = part.to_metric(p);
         const V3 axes{set(data.a[0]), set(data.a[1]), set(data.a[2])};
         const V3 inverse{set(1.f / data.a[0]), set(1.f / data.a[1]), set(1.f / data.a[2])};
-        const SeedFoot start = foot_on_seed(p, seed);
-        FacePoint f = face_point(times(part.to_metric(start.foot), inverse));
+        FacePoint f = face_point(times(part.to_metric(start), inverse));
         Chart q = to_chart(f);
         F reach = hn::Abs(f.major);  // along the face's axis: of several surfaces the one nearest to there
         M all_near = none(), all_inside = none(), kept_exits = none();
@@ -659,7 +748,7 @@ private:
             if (step == 0 && any(hn::AndNot(valid, active))) {
                 // Nothing over the point's foot: over the foot of the place's centre there is.
                 const M lost = hn::AndNot(valid, active);
-                const FacePoint again = face_point(times(part.to_metric(start.origin), inverse));
+                const FacePoint again = face_point(times(part.to_metric(origin), inverse));
                 const Chart there = to_chart(again);
                 const F there_reach = hn::Abs(again.major);
                 const Leaves second = part.leaves_at(there.face, there.s, there.t, lost, job_.layer != Layer::Two);
@@ -726,10 +815,29 @@ private:
         HWY_ALIGN std::int32_t order[k_lanes];
         for (std::size_t i = 0; i < hn::Lanes(df); ++i) order[i] = sorted_[first + std::min(i, count - 1)];
         const I at = hn::Load(di, order);
-        const V3 p{hn::GatherIndex(df, queue_x_, at), hn::GatherIndex(df, queue_y_, at), hn::GatherIndex(df, queue_z_, at)};
-        const I seed = hn::GatherIndex(di, queue_seed_, at);
+        const auto column = [&](int k) { return hn::GatherIndex(df, queue_[k], at); };
+        const V3 p{column(0), column(1), column(2)};
         const M active = hn::FirstN(df, count);
-        const Found found = approach(index, p, seed, active, first_round ? k_first_steps : k_approach_steps);
+        V3 start{column(6), column(7), column(8)}, origin = start, plane_normal = start;
+        F plane_gap = hn::Zero(df);
+        if (!first_round) {
+            const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
+            const I seed = hn::GatherIndex(di, queue_seed_, at), word = hn::Add(seed, seed);
+            const V3 offset{column(3), column(4), column(5)};
+            const Planes planes = planes_of(gather_word(words, word), gather_word(words + 1, word), offset);
+            plane_normal = planes.normal;
+            plane_gap = hn::Max(planes.gap, hn::Zero(df));
+            start = {mul_add(planes.gap, planes.normal.x, p.x), mul_add(planes.gap, planes.normal.y, p.y), mul_add(planes.gap, planes.normal.z, p.z)};
+            const auto foot_of_centre = [&](F v, F off, F n) { return mul_add(planes.length, n, hn::Sub(v, hn::Mul(off, set(locator_.cell)))); };
+            origin = {foot_of_centre(p.x, offset.x, planes.normal.x), foot_of_centre(p.y, offset.y, planes.normal.y),
+                      foot_of_centre(p.z, offset.z, planes.normal.z)};
+        }
+        Found found = approach(index, p, start, origin, active, first_round ? k_first_steps : k_approach_steps);
+        // Where the chart shows no surface about the seed, its plane answers, behind whatever else is found.
+        const M lost = hn::Eq(found.distance_sq, set(INFINITY));
+        found.offset = blend(lost, times(plane_normal, {plane_gap, plane_gap, plane_gap}), found.offset);
+        found.normal = blend(lost, plane_normal, found.normal);
+        found.distance_sq = blend(lost, hn::Mul(plane_gap, plane_gap), found.distance_sq);
         const F depth = hn::Sqrt(found.distance_sq);
         const M away = hn::AndNot(found.near, hn::Gt(depth, set(1e-4f * model_.header.sphere[3])));
         const F inverse = hn::Div(set(1.f), hn::Max(blend(away, depth, hn::Sqrt(dot(found.normal, found.normal))), set(1e-30f)));
@@ -743,44 +851,222 @@ private:
         hn::Store(hn::Mul(along.z, inverse), df, v[5]);
         hn::Store(depth, df, v[6]);
         if (first_round) {
-            const M single = hn::Not(not_negative(hn::GatherIndex(di, queue_chain_, at)));
-            const F enough = hn::GatherIndex(df, queue_reach_, at);
+            const M single = hn::RebindMask(df, hn::Ne(hn::And(hn::GatherIndex(di, queue_flags_, at), set_int(k_single)), hn::Zero(di)));
+            const F enough = column(9);
             const M settled = hn::And(hn::And(active, found.near), hn::Or(single, hn::Le(depth, enough)));
             HWY_ALIGN std::int32_t in[k_lanes], done[k_lanes];
             hn::Store(hn::VecFromMask(di, hn::RebindMask(di, found.inside)), di, in);
             hn::Store(hn::VecFromMask(di, hn::RebindMask(di, settled)), di, done);
             for (std::size_t i = 0; i < count; ++i) {
                 const std::size_t k = static_cast<std::size_t>(order[i]);
-                if (done[i] == 0)
+                const bool open = job_.exact && (queue_flags_[k] & k_inside) == 0;
+                if (done[i] == 0 || open)
                     todo_[next_open++] = static_cast<std::uint16_t>(k);
                 else if (in[i] != 0 || (queue_flags_[k] & k_inside) != 0)
-                    write(k, index, {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i]);
+                    write(static_cast<std::uint32_t>(queue_point_[k]), queued_point(k), static_cast<std::int32_t>(index), {v[0][i], v[1][i], v[2][i]},
+                          {v[3][i], v[4][i], v[5][i]}, v[6][i], (queue_flags_[k] & k_certain) != 0);
             }
             return;
         }
+        HWY_ALIGN std::int32_t by_planes[k_lanes];
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, lost)), di, by_planes);
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t k = static_cast<std::size_t>(order[i]);
-            if (v[6][i] < best_[6][k]) {
+            const bool by_plane = by_planes[i] != 0;
+            if (best_part_[k] < 0 || (best_by_plane_[k] && !by_plane) || (best_by_plane_[k] == by_plane && v[6][i] < best_[6][k])) {
+                best_by_plane_[k] = by_plane;
                 best_part_[k] = static_cast<std::int16_t>(index);
                 for (int j = 0; j < 7; ++j) best_[j][k] = v[j][i];
             }
-            const std::uint32_t here = seed_at_[k];
-            const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model_.seed_reaches[here]));
-            if ((model_.seeds[here] & model::k_last_seed) != 0 || v[6][i] <= enough) continue;
-            seed_at_[k] = here + 1;
-            queue_seed_[k] = static_cast<std::int32_t>(model_.seeds[here + 1]);
+            const model::Seed seed = model_.seeds[static_cast<std::size_t>(queue_seed_[k])];
+            const float enough = locator_.cell * (model::k_seed_reach_step * static_cast<float>(model::seed_reach(seed)));
+            if ((seed.extent & model::k_last_seed) != 0 || (!by_plane && v[6][i] <= enough)) continue;
+            ++queue_seed_[k];
+            queue_part_[k] = static_cast<std::int32_t>(model::seed_part(model_.seeds[static_cast<std::size_t>(queue_seed_[k])]));
             todo_[next_open++] = static_cast<std::uint16_t>(k);
         }
     }
 
-    void write(std::size_t k, std::uint32_t part, Vec3f point, Vec3f normal, float depth)
+    void write(std::uint32_t index, Vec3f p, std::int32_t part, Vec3f point, Vec3f normal, float depth, bool certain)
     {
         const std::size_t at = result_.contacts++;
         if (at >= job_.out.size()) {
             result_.status |= k_frame_full;
             return;
         }
-        job_.out[at] = {point, normal, depth, queue_point_[k], static_cast<std::int16_t>(part), (queue_flags_[k] & k_certain) != 0, k_ok};
+        job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
+        if (!job_.exact) return;
+        loose_point_[loose_] = p;
+        loose_at_[loose_] = static_cast<std::uint32_t>(at);
+        if (++loose_ == k_loose) settle_loose();
+    }
+
+    /// Moves the contacts written since the last time onto the mesh's own triangles.
+    HWY_NOINLINE void settle_loose()
+    {
+        for (std::size_t first = 0; first < loose_; first += hn::Lanes(df)) settle_batch(first, std::min(hn::Lanes(df), loose_ - first));
+        loose_ = 0;
+    }
+
+    /// The nearest point of the triangles listed for one lane after another.
+    struct Touch {
+        F distance_sq;
+        V3 offset;   // from the point
+        V3 across;   // normal of the triangle, not of unit length
+        I triangle;  // -1: none
+        M crossed;   // some triangle of the list is cut by another: the solid's boundary may leave it
+    };
+
+    HWY_NOINLINE void settle_batch(std::size_t first, std::size_t count)
+    {
+        HWY_ALIGN float px[k_lanes] = {}, py[k_lanes] = {}, pz[k_lanes] = {};
+        HWY_ALIGN std::int32_t ref[k_lanes] = {}, local[k_lanes] = {}, length[k_lanes] = {};
+        for (std::size_t i = 0; i < count; ++i) {
+            px[i] = loose_point_[first + i].x;
+            py[i] = loose_point_[first + i].y;
+            pz[i] = loose_point_[first + i].z;
+            const FrameContact& c = job_.out[loose_at_[first + i]];
+            find_list(c.part, c.point, ref[i], local[i], length[i]);
+        }
+        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
+        const V3 nil{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
+        Touch best{set(INFINITY), nil, nil, set_int(-1), none()};
+        M active = hn::FirstN(df, count);
+        for (int step = 0; step < 6 && any(active); ++step) {
+            const F before = best.distance_sq;
+            touch_lists(p, hn::Load(di, ref), hn::Load(di, local), hn::Load(di, length), active, best);
+            active = hn::And(active, hn::Lt(best.distance_sq, before));
+            if (!any(active)) break;
+            // Again where the point found lies over another list.
+            HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
+            HWY_ALIGN std::int32_t triangle[k_lanes], goes_on[k_lanes] = {};
+            hn::Store(hn::Add(p.x, best.offset.x), df, x);
+            hn::Store(hn::Add(p.y, best.offset.y), df, y);
+            hn::Store(hn::Add(p.z, best.offset.z), df, z);
+            hn::Store(best.triangle, di, triangle);
+            each_lane(active, [&](std::size_t i) {
+                const std::int32_t last = ref[i];
+                const auto owner = model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask;
+                find_list(owner, {x[i], y[i], z[i]}, ref[i], local[i], length[i]);
+                goes_on[i] = ref[i] != last ? -1 : 0;
+            });
+            active = hn::And(active, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, goes_on))));
+        }
+        write_settled(first, count, p, best);
+    }
+
+    void write_settled(std::size_t first, std::size_t count, const V3& p, const Touch& best)
+    {
+        const F depth = hn::Sqrt(best.distance_sq);
+        const M away = hn::Gt(depth, set(1e-4f * model_.header.sphere[3]));
+        const F inverse = hn::Div(set(1.f), hn::Max(blend(away, depth, hn::Sqrt(dot(best.across, best.across))), set(1e-30f)));
+        const V3 normal = times(blend(away, best.offset, best.across), {inverse, inverse, inverse});
+        HWY_ALIGN float v[7][k_lanes];
+        HWY_ALIGN std::int32_t triangle[k_lanes], crossed[k_lanes];
+        hn::Store(hn::Add(p.x, best.offset.x), df, v[0]);
+        hn::Store(hn::Add(p.y, best.offset.y), df, v[1]);
+        hn::Store(hn::Add(p.z, best.offset.z), df, v[2]);
+        hn::Store(normal.x, df, v[3]);
+        hn::Store(normal.y, df, v[4]);
+        hn::Store(normal.z, df, v[5]);
+        hn::Store(depth, df, v[6]);
+        hn::Store(best.triangle, di, triangle);
+        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, best.crossed)), di, crossed);
+        for (std::size_t i = 0; i < count; ++i) {
+            FrameContact& c = job_.out[loose_at_[first + i]];
+            if (crossed[i] != 0) {
+                Contact one{c.point, c.normal, c.depth, c.part, true, c.certain, c.status};
+                settle_on_triangles(model_, loose_point_[first + i], one);
+                c.point = one.point;
+                c.normal = one.normal;
+                c.depth = one.depth;
+                c.part = static_cast<std::int16_t>(one.part);
+            } else if (triangle[i] >= 0) {
+                c.point = {v[0][i], v[1][i], v[2][i]};
+                c.normal = {v[3][i], v[4][i], v[5][i]};
+                c.depth = v[6][i];
+                c.part = static_cast<std::int16_t>(model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask);
+            }
+        }
+    }
+
+    /// The exact list over a surface point: its first entry in refs, its part's first local, its length.
+    void find_list(int part_index, Vec3f surface, std::int32_t& ref, std::int32_t& local, std::int32_t& length) const
+    {
+        const Part& part = model_.parts[static_cast<std::size_t>(std::max(part_index, 0))];
+        const CentralMap map(model_, part);
+        const ExactLayer exact(model_, part);
+        const ChartPoint q = query::to_chart(map.to_chart_frame(surface));
+        const ExactLayer::List list = exact.list_at(q.face, q.s, q.t);
+        ref = static_cast<std::int32_t>(list.begin - model_.refs.data());
+        local = static_cast<std::int32_t>(part.first_local);
+        length = static_cast<std::int32_t>(list.end - list.begin);
+    }
+
+    HWY_INLINE I vertex_of(I triangle3, int k) const
+    {
+        if (model_.triangles16.empty()) return gather_word(model_.triangles32.data(), hn::Add(triangle3, set_int(k)));
+        return low(gather_pair(model_.triangles16.data(), hn::Add(triangle3, set_int(k))));
+    }
+    HWY_INLINE V3 place_of(I vertex) const
+    {
+        const I at = hn::Add(hn::Add(vertex, vertex), vertex);
+        const float* v = model_.vertices.data();
+        return {hn::GatherIndex(df, v, at), hn::GatherIndex(df, v + 1, at), hn::GatherIndex(df, v + 2, at)};
+    }
+
+    /// Closest points of triangles (Ericson, Real-Time Collision Detection, 5.1.5), list entry after list entry.
+    HWY_NOINLINE void touch_lists(const V3& p, I ref, I local, I length, M active, Touch& best) const
+    {
+        const I nil = hn::Zero(di);
+        const F zero = hn::Zero(df), one = set(1.f), tiny = set(1e-30f);
+        for (std::int32_t k = 0;; ++k) {
+            active = hn::And(active, hn::RebindMask(df, hn::Gt(length, set_int(k))));
+            if (!any(active)) return;
+            const I entry = low(gather_pair(model_.refs.data(), blend(active, hn::Add(ref, set_int(k)), nil)));
+            const I triangle = gather_word(model_.locals.data(), blend(active, hn::Add(local, entry), nil));
+            const I owner = low(gather_pair(model_.triangle_part.data(), triangle));
+            const auto has = [&](std::uint32_t bit) {
+                return hn::And(active, hn::RebindMask(df, hn::Ne(hn::And(owner, set_int(static_cast<std::int32_t>(bit))), nil)));
+            };
+            best.crossed = hn::Or(best.crossed, has(model::k_crossed));
+            const I triangle3 = hn::Add(hn::Add(triangle, triangle), triangle);
+            const V3 a = place_of(vertex_of(triangle3, 0)), b = place_of(vertex_of(triangle3, 1)), c = place_of(vertex_of(triangle3, 2));
+            const V3 ab = minus(b, a), ac = minus(c, a), ap = minus(p, a), bp = minus(p, b), cp = minus(p, c);
+            const F d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
+            const F va = hn::Sub(hn::Mul(d3, d6), hn::Mul(d5, d4)), vb = hn::Sub(hn::Mul(d5, d2), hn::Mul(d1, d6)),
+                    vc = hn::Sub(hn::Mul(d1, d4), hn::Mul(d3, d2));
+            const F scale = hn::Div(one, hn::Max(hn::Add(hn::Add(va, vb), vc), tiny));
+            F v = hn::Mul(vb, scale), w = hn::Mul(vc, scale);
+            const auto override = [&](M m, F to_v, F to_w) {
+                v = blend(m, to_v, v);
+                w = blend(m, to_w, w);
+            };
+            const F d43 = hn::Sub(d4, d3), d56 = hn::Sub(d5, d6);
+            const F along_bc = hn::Div(d43, hn::Max(hn::Add(d43, d56), tiny));
+            override(hn::And(hn::And(hn::Le(va, zero), hn::Ge(d43, zero)), hn::Ge(d56, zero)), hn::Sub(one, along_bc), along_bc);
+            override(hn::And(hn::And(hn::Le(vb, zero), hn::Ge(d2, zero)), hn::Le(d6, zero)), zero, hn::Div(d2, hn::Max(hn::Sub(d2, d6), tiny)));
+            override(hn::And(hn::Ge(d6, zero), hn::Le(d5, d6)), zero, one);
+            override(hn::And(hn::And(hn::Le(vc, zero), hn::Ge(d1, zero)), hn::Le(d3, zero)), hn::Div(d1, hn::Max(hn::Sub(d1, d3), tiny)), zero);
+            override(hn::And(hn::Ge(d3, zero), hn::Le(d4, d3)), one, zero);
+            override(hn::And(hn::Le(d1, zero), hn::Le(d2, zero)), zero, zero);
+            const V3 offset{hn::Sub(mul_add(v, ab.x, hn::Mul(w, ac.x)), ap.x), hn::Sub(mul_add(v, ab.y, hn::Mul(w, ac.y)), ap.y),
+                            hn::Sub(mul_add(v, ab.z, hn::Mul(w, ac.z)), ap.z)};
+            const F distance_sq = dot(offset, offset);
+            const M nearer = hn::AndNot(has(model::k_buried), hn::And(active, hn::Lt(distance_sq, best.distance_sq)));
+            if (!any(nearer)) continue;
+            best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
+            best.offset = blend(nearer, offset, best.offset);
+            best.across = blend(nearer, cross(ab, ac), best.across);
+            best.triangle = blend(nearer, triangle, best.triangle);
+        }
+    }
+
+    HWY_INLINE static V3 minus(const V3& a, const V3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
+    HWY_INLINE static V3 cross(const V3& a, const V3& b)
+    {
+        return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+                hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
@@ -794,20 +1080,13 @@ private:
         hn::Store(q.t, df, t);
         hn::Store(reach, df, expected);
         each_lane(layered, [&](std::size_t i) {
-            const Leaf leaf = stored.leaf(map, i, s[i], t[i]);
-            float least = INFINITY;
-            for (int j = 0; j < leaf.sheets; ++j) {
-                const SheetValue v = sheet_value(leaf, j, s[i], t[i]);
-                if (!(v.w > 1e-6f)) continue;
-                const float miss = std::abs(1.f / v.w - expected[i]);
-                if (!(miss < least)) continue;
-                least = miss;
-                w[i] = v.w;
-                ws[i] = v.ws;
-                wt[i] = v.wt;
-                is_valid[i] = -1;
-                is_exit[i] = leaf.centre_inside == ((j & 1) == 0) ? -1 : 0;
-            }
+            const auto found = map.nearest_sheet(static_cast<std::uint16_t>(stored.cell[i]), stored.s0[i], stored.t0[i],
+                                                 1.f / stored.inverse_size[i], s[i], t[i], expected[i]);
+            w[i] = found.value.w;
+            ws[i] = found.value.ws;
+            wt[i] = found.value.wt;
+            is_valid[i] = found.value.w > 0.f ? -1 : 0;
+            is_exit[i] = found.exits ? -1 : 0;
         });
         sheet = {blend(layered, hn::Load(df, w), sheet.w), blend(layered, hn::Load(df, ws), sheet.ws), blend(layered, hn::Load(df, wt), sheet.wt)};
         valid = hn::Or(valid, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, is_valid))));
@@ -823,8 +1102,8 @@ private:
                 HWY_ALIGN std::int32_t order[k_lanes];
                 for (std::size_t i = 0; i < hn::Lanes(df); ++i) order[i] = todo_[first + std::min(i, count - 1)];
                 const I at = hn::Load(di, order);
-                const V3 p{hn::GatherIndex(df, queue_x_, at), hn::GatherIndex(df, queue_y_, at), hn::GatherIndex(df, queue_z_, at)};
-                const I place = gather_word(queue_place_, at);
+                const V3 p{hn::GatherIndex(df, queue_[0], at), hn::GatherIndex(df, queue_[1], at), hn::GatherIndex(df, queue_[2], at)};
+                const I place = hn::GatherIndex(di, queue_place_, at);
                 const M mixed = hn::And(hn::FirstN(df, count), equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
                 if (!any(mixed)) continue;
                 M inside = none(), certain = none();
@@ -842,9 +1121,9 @@ private:
             std::int32_t& flags = queue_flags_[i];
             if ((flags & k_free) != 0) continue;
             if ((flags & k_inside) == 0) {
-                const Contact c = query_central(model_, {queue_x_[i], queue_y_[i], queue_z_[i]}, job_.layer);
-                if (!c.contact) continue;
-                flags = c.certain ? k_certain : 0;
+                const PointVerdict v = verdict_central(model_, queued_point(i), job_.layer);
+                if (!v.inside) continue;
+                flags = v.certain ? k_certain : 0;
             }
             todo_[kept++] = i;
         }
@@ -858,16 +1137,22 @@ private:
     float cells_[3];
     FrameResult result_;
     std::size_t queued_ = 0;
-    // What is queued: a point, its place, its first seed, that chain's head, the reach of the first seed.
+    // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's reach.
     static constexpr std::size_t k_room = k_queue + 2 * Probe::k_cluster;
-    float queue_x_[k_room], queue_y_[k_room], queue_z_[k_room], queue_reach_[k_room];
-    std::uint32_t queue_point_[k_room], queue_place_[k_room];
-    std::int32_t queue_seed_[k_room], queue_chain_[k_room], queue_flags_[k_room];
+    float queue_[10][k_room];
+    std::int32_t queue_point_[k_room], queue_place_[k_room], queue_flags_[k_room];
+    std::int32_t queue_seed_[k_room];  // to be tried next
+    std::int32_t queue_part_[k_room];  // whose chart that asks
     // What its chain has found so far: point, normal, depth.
     float best_[7][k_room];
     std::int16_t best_part_[k_room];
-    std::uint32_t seed_at_[k_room];
+    bool best_by_plane_[k_room];
     std::uint16_t todo_[k_room], sorted_[k_room], kept_[k_room];
+    // Contacts that are not on triangles yet: whose points, and where they were written.
+    static constexpr std::size_t k_loose = 256;
+    std::size_t loose_ = 0;
+    Vec3f loose_point_[k_loose];
+    std::uint32_t loose_at_[k_loose];
 };
 
 }  // namespace

@@ -2,32 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace sqmap::query {
 
 namespace {
-
-/// Orders points so that each run of k_cluster is near together: halves along the longest side, whole clusters on the left.
-void order_by_halves(std::span<std::uint32_t> order, std::span<const Vec3d> points)
-{
-    if (order.size() <= Probe::k_cluster) return;
-    Vec3d lo = points[order.front()], hi = lo;
-    for (const std::uint32_t i : order)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], points[i][k]);
-            hi[k] = std::max(hi[k], points[i][k]);
-        }
-    const Vec3d side = hi - lo;
-    const int axis = side.x >= side.y && side.x >= side.z ? 0 : (side.y >= side.z ? 1 : 2);
-    const std::size_t clusters = (order.size() + Probe::k_cluster - 1) / Probe::k_cluster;
-    const std::size_t half = clusters / 2 * Probe::k_cluster;
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b;
-    });
-    order_by_halves(order.first(half), points);
-    order_by_halves(order.subspan(half), points);
-}
 
 /// A sphere that holds the points: about the box's centre, moved towards what sticks out (Ritter 1990).
 template <class At>
@@ -70,33 +48,6 @@ Pose inverse(const Pose& pose) noexcept
     return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)};
 }
 
-Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
-{
-    if (points.empty()) return;
-    Vec3d lo = points.front(), hi = lo;
-    for (const Vec3d& p : points)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], p[k]);
-            hi[k] = std::max(hi[k], p[k]);
-        }
-    origin_ = 0.5 * (lo + hi);
-    std::vector<std::uint32_t> order(size_);
-    std::iota(order.begin(), order.end(), 0u);
-    order_by_halves(order, points);
-
-    const std::size_t clusters = (size_ + k_cluster - 1) / k_cluster, groups = (clusters + k_cluster - 1) / k_cluster;
-    for (auto* v : {&x_, &y_, &z_}) v->resize(clusters * k_cluster);
-    point_.resize(clusters * k_cluster);
-    slot_of_point_.resize(size_);
-    for (std::size_t slot = 0; slot < point_.size(); ++slot) {
-        point_[slot] = order[std::min(slot, size_ - 1)];
-        if (slot < size_) slot_of_point_[point_[slot]] = static_cast<std::uint32_t>(slot);
-    }
-    for (auto* v : {&centre_x_, &centre_y_, &centre_z_, &radius_}) v->resize(clusters);
-    for (auto* v : {&group_x_, &group_y_, &group_z_, &group_radius_}) v->resize(groups);
-    move(points);
-}
-
 void Probe::move(std::span<const Vec3d> points) noexcept
 {
     if (points.size() != size_) return;
@@ -109,16 +60,22 @@ void Probe::move(std::span<const Vec3d> points) noexcept
     refit();
 }
 
+Sphere Probe::sphere() const noexcept
+{
+    return {origin_ + cast<double>(Vec3f{sphere_[0], sphere_[1], sphere_[2]}), static_cast<double>(sphere_[3])};
+}
+
 void Probe::refit() noexcept
 {
     const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
-    float s[4];
-    for (std::size_t c = 0; c < radius_.size(); ++c) {
+    float s[4], sum = 0.f;
+    for (std::size_t c = 0; c < clusters(); ++c) {
         fit_sphere(k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
         centre_x_[c] = s[0];
         centre_y_[c] = s[1];
         centre_z_[c] = s[2];
         radius_[c] = s[3];
+        sum += s[3];
     }
     for (std::size_t g = 0; g < group_radius_.size(); ++g) {
         const std::size_t first = g * k_cluster * k_cluster, last = std::min(point_.size(), first + k_cluster * k_cluster);
@@ -128,7 +85,11 @@ void Probe::refit() noexcept
         group_z_[g] = s[2];
         group_radius_[g] = s[3];
     }
-    if (size_ > 0) fit_sphere(point_.size(), place, sphere_);
+    if (size_ > 0) {
+        fit_sphere(point_.size(), place, sphere_);
+        // n points, each with a square of its own: pi r^2 = n spacing^2.
+        spacing_ = sum / static_cast<float>(clusters()) * std::sqrt(3.14159f / static_cast<float>(k_cluster));
+    }
 }
 
 }  // namespace sqmap::query

@@ -1,8 +1,8 @@
 // The real-time contract (docs/realtime.md): after a model is parsed no query allocates, and none raises a
 // floating-point exception that would stop a program that traps them.
 #include "sqmap/io/model_file.h"
-#include "sqmap/query/query.h"
-#include "support/baked_shapes.h"
+#include "sqmap/query/scene.h"
+#include "support/bodies.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,15 @@
 #include <cstdlib>
 #include <limits>
 #include <new>
+
+#ifdef __linux__
+#include <csignal>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 namespace {
 
@@ -132,6 +141,84 @@ TEST(RealTime, ParsingAndQueriesDoNotAllocate)
         }
     }
 }
+
+/// Frames, pairs and scenes of a hand, a ring and a ball, near and far, with room and without.
+class Frames {
+public:
+    void run()
+    {
+        for (const query::Layer layer : k_layers)
+            for (const bool offset : {false, true})
+                for (const query::Pose& pose : poses_) frame({.layer = layer, .offset = offset, .margin = offset ? 0.01f : 0.f}, pose);
+        deforming_.move(hand_.mesh.vertices);
+    }
+    [[nodiscard]] std::size_t contacts() const { return total_; }
+
+private:
+    void frame(const query::FrameOptions& options, const query::Pose& pose)
+    {
+        total_ += query::query_frame(ring_.view, hand_.probe, pose, options, frame_).contacts;
+        for (std::size_t size : {contacts_.size(), std::size_t{5}})
+            total_ += query::query_pair(ring_.at(), hand_.at(pose), {.frame = options}, room_, std::span(contacts_).first(size)).contacts;
+        // Every third body jumps.
+        for (query::BodyId id = 0; id < scene_.size(); ++id)
+            (void)scene_.set_pose(id, {pose.rotation, (id % 3 == 0 ? 2.0 : 0.01) * static_cast<double>(id) * pose.translation});
+        const query::SceneResult r = scene_.query_pairs({.frame = options}, std::span(pairs_).first(20), contacts_);
+        total_ += r.pairs + r.contacts;
+        total_ += scene_.query_probe(deforming_, pose, options, pairs_, contacts_).contacts;
+    }
+
+    test::Solid hand_{test::small_hand()}, ring_{test::small_torus()}, ball_{mesh::sphere(0.3, 2)};
+    query::Probe deforming_{hand_.mesh.vertices};
+    query::PairRoom room_{2048};
+    query::Scene scene_{2048};
+    std::vector<query::ScenePair> pairs_{500};
+    std::vector<query::PairContact> contacts_{4096};
+    std::vector<query::FrameContact> frame_{4096};
+    std::vector<query::Pose> poses_;
+    std::size_t total_ = 0;
+
+public:
+    Frames()
+    {
+        test::Random random(41);
+        for (int i = 0; i < 6; ++i) poses_.push_back(test::random_pose(random, 0.5));
+        poses_.push_back(test::shifted({1e6, 0, 0}));
+        poses_.push_back(test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
+        for (int i = 0; i < 30; ++i) (void)scene_.add(&(i % 2 == 0 ? ring_ : ball_).view, &(i % 2 == 0 ? ring_ : ball_).probe, poses_[0]);
+    }
+};
+
+TEST(RealTime, FramesPairsAndScenesDoNotAllocate)
+{
+    Frames frames;
+    EXPECT_EQ(allocations_of([&] { frames.run(); }), 0);
+    EXPECT_GT(frames.contacts(), 1000u);
+}
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// The signal that ends a process that may do nothing but leave, read and write while it works; 0 for none.
+template <class Work>
+int signal_of(Work&& work)
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT);
+        work();
+        syscall(SYS_exit, 0);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+}
+
+TEST(RealTime, FramesPairsAndScenesMakeNoSystemCall)
+{
+    Frames frames;
+    ASSERT_EQ(signal_of([] { (void)getppid(); }), SIGKILL) << "the guard sees system calls";
+    EXPECT_EQ(signal_of([&] { frames.run(); }), 0);
+}
+#endif
 
 TEST(RealTime, QueriesRaiseNoFloatingPointException)
 {

@@ -151,7 +151,8 @@ struct NormalPart {
 };
 
 /// A uniform grid over the object that says, for a place in space, which part's chart answers there and on which chart
-/// the nearest surface lies. Four by four by four cells are a brick; a brick that is free as a whole is not stored.
+/// the nearest surface lies. Four by four by four cells are a brick; one that is free as a whole is not stored, one that
+/// lies deep inside is a single place.
 /// Layout equals the FlatBuffers struct Locator.
 struct Locator {
     float origin[3];          ///< lowest corner, model space
@@ -161,9 +162,11 @@ struct Locator {
 };
 inline constexpr int k_brick = 4;                        ///< cells along a brick's side
 inline constexpr std::uint32_t k_free_brick = 1u << 31;  ///< set in a brick that is free; the rest is its gap
+inline constexpr std::uint32_t k_deep_brick = 1u << 30;  ///< set in a brick that is one place; the rest is its index
 inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
+inline constexpr std::uint32_t k_most_lists = 0xfff;
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
 /// from the cell's centre to the solid. Else 12 bits of index into part_lists and 18 bits of index into seeds.
@@ -177,19 +180,26 @@ constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKi
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
 constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
 constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
-/// Where the search for the nearest surface starts: the tangent plane of the surface nearest to the place's centre, and
-/// whose chart shows it: 8 bits part, 7 + 7 bits unit vector from the centre to the surface (octahedral), 9 bits distance.
-/// Several where the place is near the medial axis: up to and with the one that has k_last_seed.
+/// A plane that touches the surface where it is nearest to a place's centre, and the part whose chart shows it: the start of
+/// the search for the nearest surface, or, where the plane is the surface to within the map's own error all over the place
+/// (k_flat), the answer. A place near the medial axis has a chain of several, up to and with the one that has k_last_seed;
+/// the words before a chain say which comes first in an octant of the place.
+struct Seed {
+    std::uint32_t direction;  ///< 8 bits part, 12 + 12 bits outward unit normal, octahedral
+    std::uint32_t extent;     ///< 16 bits signed distance of the centre below the plane, 8 bits reach, flags
+};
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
-inline constexpr int k_seed_normal_bits = 7;
-inline constexpr std::uint32_t k_max_seed_distance = 0x1ff;
-inline constexpr float k_seed_distance_step = 1.f / 16;  ///< of a place's side
-inline constexpr float k_seed_reach_step = 1.f / 8;      ///< of a place's side: unit of seed_reaches
+inline constexpr std::uint32_t k_flat = 1u << 30;
+inline constexpr int k_seed_normal_bits = 12;
+inline constexpr float k_seed_distance_step = 1.f / 512;  ///< of the locator's cell
+inline constexpr float k_seed_reach_step = 1.f / 8;       ///< of the locator's cell
 inline constexpr std::uint32_t k_most_seeds = 6;
-/// The word before a chain of several: which of them comes first in an octant of the place (1 upper x, 2 upper y, 4 upper z).
+constexpr std::uint32_t seed_part(Seed seed) { return seed.direction & 0xffu; }
+constexpr int seed_distance(Seed seed) { return static_cast<int>(seed.extent & 0xffffu) - 0x8000; }
+/// A surface found from the seed within this distance is the nearest, whatever the rest of the chain finds.
+constexpr std::uint32_t seed_reach(Seed seed) { return (seed.extent >> 16) & 0xffu; }
+/// choices: direction of the pair before a chain; octant: 1 upper x, 2 upper y, 4 upper z.
 constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
-constexpr std::uint32_t seed_part(std::uint32_t seed) { return seed & 0xffu; }
-constexpr std::uint32_t seed_distance(std::uint32_t seed) { return (seed >> 22) & k_max_seed_distance; }
 
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
@@ -239,8 +249,7 @@ struct ModelView {
     std::span<const std::uint32_t> bricks;      ///< first place of a brick, or k_free_brick and its gap; x fastest
     std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
-    std::span<const std::uint32_t> seeds;
-    std::span<const std::uint8_t> seed_reaches;  ///< a surface found from that seed within this is the nearest
+    std::span<const Seed> seeds;
     Measured measured{};                         ///< by bake
     std::string_view made_by, source, options;   ///< provenance
 };

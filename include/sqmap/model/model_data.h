@@ -35,8 +35,8 @@ struct ModelData {
     std::vector<FootSeed> seeds;
     std::vector<SmoothedSample> normal_smoothed;
     Locator locator{};
-    std::vector<std::uint32_t> bricks, places, part_lists, locator_seeds;
-    std::vector<std::uint8_t> seed_reaches;
+    std::vector<std::uint32_t> bricks, places, part_lists;
+    std::vector<Seed> locator_seeds;
 
     Measured measured;
     std::string made_by, source, options;
@@ -68,7 +68,6 @@ struct ModelData {
                 places,
                 part_lists,
                 locator_seeds,
-                seed_reaches,
                 measured,
                 made_by,
                 source,

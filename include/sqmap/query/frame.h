@@ -20,10 +20,15 @@ struct Pose {
 [[nodiscard]] Pose compose(const Pose& a, const Pose& b) noexcept;
 [[nodiscard]] Pose inverse(const Pose& pose) noexcept;
 
-/// Points prepared once, asked every frame: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
-/// a group of 16, each with a sphere, so that what is far costs nothing.
+struct Sphere {
+    Vec3d centre{};
+    double radius = 0;
+};
+
 struct FrameJob;
 
+/// Points prepared once, asked every frame: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
+/// a group of 16, each with a sphere, so that what is far costs nothing.
 class Probe {
 public:
     static constexpr std::size_t k_cluster = 16;
@@ -37,7 +42,11 @@ public:
     void move(std::span<const Vec3d> points) noexcept;
 
     [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] std::size_t clusters() const { return radius_.size(); }
+    [[nodiscard]] std::size_t clusters() const { return point_.size() / k_cluster; }
+    /// Holds every point; the points' own frame.
+    [[nodiscard]] Sphere sphere() const noexcept;
+    /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
+    [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
 
 private:
     friend struct FrameJob;
@@ -51,6 +60,7 @@ private:
     std::vector<float> centre_x_, centre_y_, centre_z_, radius_;  ///< of clusters
     std::vector<float> group_x_, group_y_, group_z_, group_radius_;
     float sphere_[4] = {};
+    float spacing_ = 0;
 };
 
 /// One contact of a frame, the model's space.
@@ -74,16 +84,21 @@ enum FrameStatus : std::uint8_t {
 struct FrameOptions {
     Layer layer = Layer::Three;  ///< Auto is answered by Three
     bool first_only = false;     ///< stop at the first contact: a yes or no
+    /// Move the surface out, as QueryOptions::offset and margin do (not layer One): for probes that are the corners of triangles.
+    /// Points are asked one by one: slower by an order of magnitude.
+    bool offset = false;
+    float margin = 0;
 };
 
 struct FrameResult {
     std::size_t contacts = 0;        ///< found; at most the span's size are written
     std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
-    std::uint32_t searched = 0;      ///< contacts whose depth took a search over the maps
+    std::uint32_t unseen = 0;        ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
 };
 
 /// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in the order of the
-/// probe's clusters. Total, noexcept, no allocation. The answers are the same bits on every instruction set.
+/// probe's clusters. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model without a
+/// locator (a surface, or only normal maps) is asked point by point.
 /// @pre model came from model::parse.
 FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
                         std::span<FrameContact> contacts) noexcept;

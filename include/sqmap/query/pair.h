@@ -1,0 +1,75 @@
+// Two bodies against each other: each one's map against the other's vertices, contacts seen from both sides reported once.
+#pragma once
+
+#include "sqmap/query/frame.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::query {
+
+/// A solid in the world. model and probe are about the same mesh, in its frame and units; what they point at outlives the body.
+/// Either may be missing: ground without a probe, a cloud of points without a model.
+struct Body {
+    const model::ModelView* model = nullptr;  ///< from model::parse
+    const Probe* probe = nullptr;             ///< the mesh's vertices
+    Pose pose{};                              ///< rigid: mesh frame -> world
+};
+
+/// Holds all of a body; the world's frame and units.
+[[nodiscard]] Sphere sphere_of(const Body& body) noexcept;
+/// How far options move the body's surface out at most; the world's units.
+[[nodiscard]] double reach_of(const Body& body, const FrameOptions& options) noexcept;
+
+enum class Side : std::uint8_t { A, B };
+
+/// A vertex of one body in the other. World frame and units.
+struct PairContact {
+    Vec3d on_a{}, on_b{};     ///< the vertex and the nearest surface point: on_b = on_a - depth normal
+    Vec3f normal{};           ///< unit, the way b leaves a; zero with k_no_surface
+    float depth = 0;          ///< >= 0
+    std::uint32_t index = 0;  ///< of the vertex in its body's probe
+    std::int16_t part = -1;   ///< of the other body's model
+    Side vertex_of = Side::B;
+    bool certain = false;  ///< the verdict is proven
+    bool mutual = false;   ///< seen from both sides; the other one was no deeper and is left out
+    std::uint8_t status = k_ok;
+};
+
+struct PairOptions {
+    FrameOptions frame{};
+    /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
+    /// coarser body (Probe::spacing), normals with at least this cosine. Distance 0: none is.
+    float merge_distance = 0.5f;
+    float merge_cosine = 0.9f;
+};
+
+/// What a pair query works in, made outside the frame: one a thread.
+class PairRoom {
+public:
+    /// contacts: the most that are found in one direction; what is beyond it is counted, not written. Allocates.
+    explicit PairRoom(std::size_t contacts);
+
+private:
+    friend struct PairQuery;
+    std::vector<FrameContact> found_;
+    std::vector<std::uint32_t> head_, next_;  ///< lists of near contacts, by a hash of their place
+};
+
+struct PairResult {
+    std::size_t contacts = 0;          ///< written, after merging
+    std::size_t found = 0;             ///< in both directions, before merging, written or not
+    std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
+};
+
+/// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both
+/// sides only the deeper one. Swapping the bodies swaps on_a and on_b and turns the normals round. With first_only the first
+/// contact of either direction ends it. Total, noexcept, no allocation.
+/// contacts: with room for both directions before merging.
+/// @pre a.model, b.model came from model::parse.
+/// Cost: two query_frame, and merging linear in what they find.
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room, std::span<PairContact> contacts) noexcept;
+
+}  // namespace sqmap::query

@@ -1,0 +1,95 @@
+// Hundreds of posed bodies: which are near each other, and their contacts.
+#pragma once
+
+#include "sqmap/query/pair.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::query {
+
+using BodyId = std::uint32_t;
+inline constexpr BodyId k_no_body = 0xffffffffu;
+
+/// Bodies that are near each other, and which of the contacts are theirs.
+struct ScenePair {
+    BodyId a = k_no_body;
+    BodyId b = k_no_body;                  ///< none: the probe of query_probe
+    std::uint32_t first = 0, count = 0;    ///< contacts[first, first + count)
+    std::uint8_t status = k_frame_ok;      ///< bits of FrameStatus
+};
+
+enum SceneStatus : std::uint8_t {
+    // The bits of FrameStatus are also in use: of any pair, and k_frame_not_finite where a body's pose is not.
+    k_scene_pairs_full = 8,  ///< more pairs than the span holds: the rest is counted, not asked
+};
+
+struct SceneResult {
+    std::size_t pairs = 0;     ///< of near bodies, written or not
+    std::size_t contacts = 0;  ///< written, of all pairs
+    std::uint8_t status = k_frame_ok;
+};
+
+/// Bodies in one world. Adding and removing them allocates and belongs outside the frame; all the rest is total, noexcept and
+/// allocates nothing. For one thread at a time. Answers depend on the bodies and their poses, not on how they got there
+/// (which pairs a span that is too short holds may).
+class Scene {
+public:
+    /// The most contacts that a pair of bodies has in one direction; see PairRoom.
+    explicit Scene(std::size_t contacts_in_a_direction = 4096);
+
+    /// model, probe: as in Body; they outlive the body. The id of a removed body is given out again.
+    BodyId add(const model::ModelView* model, const Probe* probe, const Pose& pose = {});
+    void remove(BodyId id);
+
+    /// False where the pose is not finite or there is no such body: a body without a finite pose is near nothing, and queries
+    /// say k_frame_not_finite. Set the pose again when the body's probe has been moved out of its sphere.
+    bool set_pose(BodyId id, const Pose& pose) noexcept;
+
+    [[nodiscard]] std::size_t size() const noexcept { return order_.size(); }
+    /// @pre id is in the scene.
+    [[nodiscard]] const Body& body(BodyId id) const noexcept { return bodies_[id]; }
+
+    /// Pairs of bodies whose spheres touch and of which one has a map and the other vertices; a < b, in the order of a, then b.
+    /// Cost: near linear in the bodies, and in the pairs that overlap along the world axis on which fewest do.
+    SceneResult pairs(std::span<ScenePair> pairs) noexcept;
+
+    /// The same with their contacts, pair after pair; spheres count as larger by what the options move surfaces out.
+    SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs, std::span<PairContact> contacts) noexcept;
+
+    /// Contacts of a probe with the maps of all bodies: the probe is b of each pair.
+    SceneResult query_probe(const Probe& probe, const Pose& pose, const FrameOptions& options, std::span<ScenePair> pairs,
+                            std::span<PairContact> contacts) noexcept;
+
+private:
+    struct Entry {
+        double lo;  ///< where the body's sphere begins on the axis; infinity without a finite pose
+        BodyId id;
+    };
+    struct PairList;
+
+    void update() noexcept;
+    /// Pairs of bodies at most slack apart.
+    SceneResult find(double slack, std::span<ScenePair> pairs) noexcept;
+    /// The most that options move any body's surface out.
+    double largest_reach(const FrameOptions& options) const noexcept;
+    void choose_axis() noexcept;
+    void sort() noexcept;
+    SceneResult ask(SceneResult result, const Body* probe, const PairOptions& options, std::span<ScenePair> pairs,
+                    std::span<PairContact> contacts) noexcept;
+
+    std::vector<Body> bodies_;    // by id
+    std::vector<Sphere> spheres_;  // by id, the world's frame; radius below zero without a finite pose
+    std::vector<BodyId> free_;
+    std::vector<Entry> order_;     // of bodies in the scene, by lo
+    std::vector<Sphere> sorted_;   // their spheres, in that order
+    std::size_t posed_ = 0;        // of order_: those with a finite pose come first
+    double largest_radius_ = 0;
+    int axis_ = 0;
+    bool stale_ = true;  // order_ and what follows it
+    PairRoom room_;
+};
+
+}  // namespace sqmap::query

@@ -1,0 +1,88 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
+#include "frame_by_points.h"
+
+#include <algorithm>
+
+namespace sqmap::query {
+
+namespace {
+
+class PointFrame {
+public:
+    PointFrame(const FrameJob& job, const FrameOptions& options)
+        : job_(job), reach_(offset_reach(job.model, options)),
+          options_{.layer = job.layer == Layer::Exact && !job.exact ? Layer::Three : job.layer,
+                   .offset = options.offset,
+                   .margin = options.margin}
+    {
+    }
+
+    FrameResult run()
+    {
+        for (std::size_t g = 0; g < job_.groups; ++g) {
+            if (is_far({job_.group_x[g], job_.group_y[g], job_.group_z[g]}, job_.group_radius[g])) continue;
+            for (std::size_t c = g * Probe::k_cluster; c < std::min(job_.clusters, (g + 1) * Probe::k_cluster); ++c) {
+                if (is_far({job_.centre_x[c], job_.centre_y[c], job_.centre_z[c]}, job_.radius[c])) continue;
+                // The last cluster is filled up with its last point.
+                for (std::size_t slot = c * Probe::k_cluster; slot < std::min(job_.points, (c + 1) * Probe::k_cluster); ++slot) {
+                    ask(slot);
+                    if (job_.first_only && result_.contacts > 0) return result_;
+                }
+            }
+        }
+        return result_;
+    }
+
+private:
+    Vec3f transformed(Vec3f p) const
+    {
+        const float* r = job_.rotation;
+        return {r[0] * p.x + r[1] * p.y + r[2] * p.z + job_.translation[0],
+                r[3] * p.x + r[4] * p.y + r[5] * p.z + job_.translation[1],
+                r[6] * p.x + r[7] * p.y + r[8] * p.z + job_.translation[2]};
+    }
+
+    /// True where no point of a sphere (of the probe) is within reach of a part.
+    bool is_far(Vec3f centre, float radius) const
+    {
+        const Vec3f c = transformed(centre);
+        const float margin = radius * job_.scale + reach_;
+        const auto apart = [&](const float* sphere) {
+            const float within = (margin + sphere[3]) * 1.0001f;
+            return !(norm_sq(c - model::vec3(sphere)) <= within * within);
+        };
+        return apart(job_.model.header.sphere) ||
+               std::all_of(job_.model.parts.begin(), job_.model.parts.end(), [&](const model::Part& part) { return apart(part.sphere); });
+    }
+
+    void ask(std::size_t slot)
+    {
+        const Contact c = query_point(job_.model, transformed({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
+        if (!c.contact) return;
+        const std::size_t at = result_.contacts++;
+        if (at < job_.out.size())
+            job_.out[at] = {c.point, c.normal, c.depth, job_.point[slot], static_cast<std::int16_t>(c.part), c.certain, c.status};
+        else
+            result_.status |= k_frame_full;
+    }
+
+    const FrameJob& job_;
+    float reach_;
+    QueryOptions options_;
+    FrameResult result_;
+};
+
+}  // namespace
+
+float offset_reach(const model::ModelView& model, const FrameOptions& options) noexcept
+{
+    float reach = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    if (!options.offset) return reach;
+    for (const model::Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
+    for (const model::NormalPart& part : model.normal.parts) reach = std::max(reach, 255.f * part.offset_scale);
+    return reach;
+}
+
+FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept { return PointFrame(job, options).run(); }
+
+}  // namespace sqmap::query

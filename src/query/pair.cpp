@@ -1,0 +1,95 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, asks the vertices of B of the map of A (section
+// 4.2); here both ways.
+#include "sqmap/query/pair.h"
+
+#include "frame_by_points.h"
+#include "merge.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+Vec3d placed(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+
+/// Of the mesh that a body is about, in its own frame.
+Sphere local_sphere(const Body& body)
+{
+    if (body.model == nullptr) return body.probe == nullptr ? Sphere{} : body.probe->sphere();
+    const model::Header& h = body.model->header;
+    const Sphere map{model::to_mesh_units(h, model::vec3(h.sphere)), static_cast<double>(h.sphere[3]) * h.unit};
+    if (body.probe == nullptr || body.probe->size() == 0) return map;
+    // Both hold the same vertices, but a probe may have been deformed since.
+    const Sphere probe = body.probe->sphere();
+    return {map.centre, std::max(map.radius, norm(probe.centre - map.centre) + probe.radius)};
+}
+
+}  // namespace
+
+Sphere sphere_of(const Body& body) noexcept
+{
+    const Sphere local = local_sphere(body);
+    return {placed(body.pose, local.centre), local.radius};
+}
+
+double reach_of(const Body& body, const FrameOptions& options) noexcept
+{
+    return body.model == nullptr ? 0. : static_cast<double>(offset_reach(*body.model, options)) * body.model->header.unit;
+}
+
+/// One query on its way.
+struct PairQuery {
+    const PairOptions& options;
+    PairRoom& room;
+    std::span<PairContact> out;
+    PairResult result{};
+
+    /// Vertices of a body in the solid of another.
+    void ask(const Body& solid, const Body& vertices, Side vertex_of)
+    {
+        if (solid.model == nullptr || vertices.probe == nullptr) return;
+        const FrameResult frame = query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose),
+                                              options.frame, room.found_);
+        result.found += frame.contacts;
+        result.status |= frame.status;
+        const model::Header& header = solid.model->header;
+        for (const FrameContact& c : std::span(room.found_).first(std::min(frame.contacts, room.found_.size()))) {
+            if (result.contacts == out.size()) {
+                result.status |= k_frame_full;
+                return;
+            }
+            const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
+            const double depth = static_cast<double>(c.depth) * header.unit;
+            const Vec3d surface = placed(solid.pose, model::to_mesh_units(header, c.point)), vertex = surface - depth * normal;
+            const bool of_b = vertex_of == Side::B;
+            out[result.contacts++] = {of_b ? surface : vertex, of_b ? vertex : surface, cast<float>(of_b ? normal : -normal),
+                                      static_cast<float>(depth), c.index, c.part, vertex_of, c.certain, false, c.status};
+        }
+    }
+
+    void merge(std::size_t split, double spacing)
+    {
+        // Far below the rounding of places nothing is the same, and cells could not be counted.
+        if (!(options.merge_distance > 1e-6f) || !(spacing > 0)) return;
+        const std::size_t lists = std::bit_ceil(std::max<std::size_t>(split, result.contacts - split));
+        const MergeRule rule{static_cast<double>(options.merge_distance) * spacing, options.merge_cosine};
+        result.contacts =
+            merge_mutual(out.first(result.contacts), split, rule, std::span(room.head_).first(lists), room.next_);
+    }
+};
+
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room, std::span<PairContact> contacts) noexcept
+{
+    PairQuery query{options, room, contacts};
+    query.ask(a, b, Side::B);
+    if (options.frame.first_only && query.result.found > 0) return query.result;
+    const std::size_t split = query.result.contacts;
+    query.ask(b, a, Side::A);
+    if (split > 0 && split < query.result.contacts) query.merge(split, std::max(a.probe->spacing(), b.probe->spacing()));
+    return query.result;
+}
+
+}  // namespace sqmap::query

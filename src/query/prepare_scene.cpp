@@ -1,0 +1,43 @@
+// What pairs and scenes set up outside the frame: the allocating half.
+#include "sqmap/query/scene.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace sqmap::query {
+
+PairRoom::PairRoom(std::size_t contacts) : found_(contacts), head_(std::bit_ceil(contacts)), next_(contacts) {}
+
+Scene::Scene(std::size_t contacts_in_a_direction) : room_(contacts_in_a_direction) {}
+
+BodyId Scene::add(const model::ModelView* model, const Probe* probe, const Pose& pose)
+{
+    BodyId id = static_cast<BodyId>(bodies_.size());
+    if (free_.empty()) {
+        bodies_.emplace_back();
+        spheres_.emplace_back();
+        // As many as there are bodies, so that removing them allocates nothing.
+        free_.reserve(bodies_.capacity());
+    } else {
+        id = free_.back();
+        free_.pop_back();
+    }
+    bodies_[id] = {model, probe, {}};
+    order_.push_back({0, id});
+    sorted_.resize(order_.size());
+    (void)set_pose(id, pose);
+    return id;
+}
+
+void Scene::remove(BodyId id)
+{
+    const auto at = std::find_if(order_.begin(), order_.end(), [&](const Entry& e) { return e.id == id; });
+    if (at == order_.end()) return;
+    order_.erase(at);
+    sorted_.resize(order_.size());
+    bodies_[id] = {};
+    free_.push_back(id);
+    stale_ = true;
+}
+
+}  // namespace sqmap::query

@@ -1,0 +1,147 @@
+#include "query/frame_by_points.h"
+#include "sqmap/query/scene.h"
+#include "support/bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace sqmap::query {
+namespace {
+
+/// Probe points posed into model space, as a frame sees them.
+Vec3f in_model(const model::ModelView& view, const Pose& pose, Vec3d p)
+{
+    return model::to_model_space(view.header, pose.rotation * p + pose.translation);
+}
+
+TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
+{
+    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
+        const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
+        const model::ModelView view = b.view();
+        ASSERT_GT(offset_reach(view, {.offset = true}), 0.f);
+        test::Random random(31);
+        std::vector<Vec3d> points;
+        for (int i = 0; i < 3000; ++i) points.push_back(0.6 * random.in_box({-1, -1, -1}, {1, 1, 1}));
+        const Probe probe(points);
+        std::vector<FrameContact> contacts(points.size());
+        std::size_t total = 0;
+        for (int i = 0; i < 5; ++i) {
+            const Pose pose = test::random_pose(random, 0.3);
+            const FrameResult r = query_frame(view, probe, pose, {.offset = true}, contacts);
+            std::vector<const FrameContact*> of_point(points.size(), nullptr);
+            for (const FrameContact& c : std::span(contacts).first(r.contacts)) {
+                EXPECT_EQ(of_point[c.index], nullptr);
+                of_point[c.index] = &c;
+                EXPECT_FALSE(c.certain);
+            }
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                const Contact c = query_point(view, in_model(view, pose, points[k]), {.layer = Layer::Three, .offset = true});
+                // Places are rounded in another order: points on the moved surface may change sides.
+                if (c.contact && c.depth > 1e-4f) {
+                    ASSERT_NE(of_point[k], nullptr);
+                    EXPECT_NEAR(of_point[k]->depth, c.depth, 2e-3f);
+                    ++total;
+                } else if (!c.contact && of_point[k] != nullptr) {
+                    EXPECT_LE(of_point[k]->depth, 1e-4f);
+                }
+            }
+        }
+        EXPECT_GT(total, 100u);
+    }
+}
+
+TEST(FrameOffset, FindsAtLeastTheContactsWithoutIt)
+{
+    const test::Solid hand(test::small_hand()), ring(test::small_torus());
+    test::Random random(32);
+    std::vector<FrameContact> plain(4096), moved(4096);
+    std::size_t more = 0, total = 0;
+    for (int i = 0; i < 30; ++i) {
+        const Pose pose = test::random_pose(random, 0.8);
+        const FrameResult without = query_frame(ring.view, hand.probe, pose, {}, plain);
+        const FrameResult with = query_frame(ring.view, hand.probe, pose, {.offset = true}, moved);
+        for (const FrameContact& c : std::span(plain).first(without.contacts))
+            // A kernel and a point's own query may disagree within the target of the bake.
+            EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max || std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
+                                                       [&](const FrameContact& m) { return m.index == c.index; }));
+        more += with.contacts > without.contacts ? 1u : 0u;
+        total += without.contacts;
+    }
+    EXPECT_GT(more, 3u);
+    EXPECT_GT(total, 300u);
+}
+
+TEST(FrameOffset, AMarginFindsThePointsWithinIt)
+{
+    const test::Solid ball(mesh::sphere(1, 4));
+    test::Random random(34);
+    std::vector<Vec3d> points;
+    for (int i = 0; i < 2000; ++i) points.push_back(random.between(0.9, 1.1) * random.direction());
+    const Probe probe(points);
+    std::vector<FrameContact> contacts(points.size());
+    for (const float margin : {0.01f, 0.02f, 0.04f})
+        for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
+            const FrameResult r = query_frame(ball.view, probe, {}, {.layer = layer, .margin = margin}, contacts);
+            std::vector<double> depth(points.size(), 0);
+            for (const FrameContact& c : std::span(contacts).first(r.contacts)) {
+                depth[c.index] = static_cast<double>(c.depth) * ball.view.header.unit;
+                if (layer == Layer::Two) continue;  // whose surface may lie beyond the point
+                EXPECT_GE(dot(cast<double>(c.normal), normalized(points[c.index])), 0.95);
+            }
+            for (std::size_t i = 0; i < points.size(); ++i)
+                EXPECT_NEAR(depth[i], std::max(1 + 2 * static_cast<double>(margin) - norm(points[i]), 0.), 0.01) << "a diameter is 2";
+        }
+}
+
+TEST(FrameOffset, BodiesWithinTheMarginAreAPair)
+{
+    const test::Solid ball(mesh::sphere(1, 3));
+    Scene scene;
+    (void)scene.add(&ball.view, &ball.probe);
+    (void)scene.add(&ball.view, &ball.probe, test::shifted({2.05, 0, 0}));
+    std::vector<ScenePair> pairs(2);
+    std::vector<PairContact> contacts(1000);
+    EXPECT_EQ(scene.query_pairs({}, pairs, contacts).pairs, 0u);
+    const SceneResult r = scene.query_pairs({.frame = {.margin = 0.05f}}, pairs, contacts);
+    EXPECT_EQ(r.pairs, 1u);
+    EXPECT_GT(r.contacts, 0u);
+    EXPECT_GT(scene.query_probe(ball.probe, test::shifted({-2.05, 0, 0}), {.margin = 0.05f}, pairs, contacts).contacts, 0u);
+    EXPECT_EQ(scene.query_probe(ball.probe, test::shifted({-2.05, 0, 0}), {}, pairs, contacts).contacts, 0u);
+}
+
+TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
+{
+    const test::Baked b = test::baked(test::small_hand());
+    const model::ModelView view = b.view();
+    ASSERT_TRUE(model::has_locator(view));
+    model::ModelView bare = view;
+    bare.locator = {};
+    bare.bricks = {};
+    const std::vector<Vec3d> points = mesh::sphere(0.3, 4).vertices;
+    const Probe probe(points);
+    std::vector<FrameContact> contacts(4096);
+    std::size_t total = 0;
+    test::Random random(33);
+    for (int i = 0; i < 10; ++i) {
+        const Pose pose = test::random_pose(random, 0.3);
+        for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
+            const FrameResult r = query_frame(bare, probe, pose, {.layer = layer}, contacts);
+            EXPECT_EQ(r.status, k_frame_ok);
+            EXPECT_EQ(query_frame(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0, r.contacts > 0);
+            std::size_t expected = 0;
+            for (const Vec3d& p : points) expected += query_point(view, in_model(view, pose, p), layer).contact ? 1u : 0u;
+            // Places are rounded in another order.
+            EXPECT_NEAR(static_cast<double>(r.contacts), static_cast<double>(expected), 1);
+            total += r.contacts;
+            const FrameResult few = query_frame(bare, probe, pose, {.layer = layer}, std::span(contacts).first(1));
+            EXPECT_EQ(few.contacts, r.contacts);
+            EXPECT_EQ(few.status, r.contacts > 1 ? k_frame_full : k_frame_ok);
+        }
+    }
+    EXPECT_GT(total, 100u);
+}
+
+}  // namespace
+}  // namespace sqmap::query
