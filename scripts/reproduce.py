@@ -218,10 +218,11 @@ def main():
     scale = Scale(20, "32,64", "3,4", "3,4", 5) if arguments.quick else Scale()
     models = subjects(arguments.folder, arguments.quick, out)
     if not arguments.redraw:
+        commit = measure.commit()  # of the programs that run, whatever happens to the sources meanwhile
         measure_memory(models, scale, out)
         measure_races(models, arguments.folder, scale, out)
         measure_density(models, arguments.folder, scale, out)
-        (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": measure.commit(),
+        (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": commit,
                                                   "stand_ins": {m.role: m.mesh.stem for m in models}}))
     draw_pictures(models, out, images)
     say("tables and plots")
