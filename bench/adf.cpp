@@ -3,22 +3,27 @@
 // distance at one of 19 test points (middles of edges, faces and the cell) by more than a tolerance. Cells that the solid
 // cannot reach are left alone: their only answer is "outside".
 #include "distance_grid.h"
+#include "field_bytes.h"
 #include "method.h"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace sqmap::bench {
 namespace {
 
-constexpr double k_tolerance = 1e-3;      // of the object's diagonal
-constexpr std::uint32_t k_max_depth = 9;  // 512 cells along the root's side
+struct Limits {
+    double tolerance = 1e-3;      ///< of the object's diagonal
+    std::uint32_t max_depth = 9;  ///< 512 cells along the root's side
+};
 constexpr std::uint32_t k_leaf = 0x80000000u;
 
 class Adf final : public Method {
 public:
-    explicit Adf(const Setting& setting) : setting_(setting), depths_(setting.probe.vertices.size())
+    explicit Adf(const Setting& setting, Limits limits = {})
+        : setting_(setting), limits_(limits), depths_(setting.probe.vertices.size())
     {
         for (const Vec3d& v : setting.probe.vertices) vertices_.push_back(cast<float>(v));
         const double start = process_seconds();
@@ -82,7 +87,7 @@ private:
         double error = 0;
         const double centre = signed_distance(setting_.solid, lo + 0.5 * side * Vec3d{1, 1, 1});
         const bool reached = centre <= 0.5 * std::sqrt(3.0) * side;
-        if (reached && depth < k_max_depth) {
+        if (reached && depth < limits_.max_depth) {
             for (int i = 0; i < 27; ++i) {
                 const Vec3d f{0.5 * (i % 3), 0.5 * (i / 3 % 3), 0.5 * (i / 9)};
                 const bool is_corner = i % 3 != 1 && i / 3 % 3 != 1 && i / 9 != 1;
@@ -92,7 +97,7 @@ private:
                 error = std::max(error, std::abs(exact[i] - trilinear(corners, f)));
             }
         }
-        if (error <= k_tolerance) {
+        if (error <= limits_.tolerance) {
             nodes_[node] = k_leaf | static_cast<std::uint32_t>(leaves_.size());
             Corners& leaf = leaves_.emplace_back();
             std::transform(corners.begin(), corners.end(), leaf.begin(), [](double v) { return static_cast<float>(v); });
@@ -130,6 +135,7 @@ private:
     }
 
     const Setting& setting_;
+    const Limits limits_;
     double side_ = 0;
     std::vector<std::uint32_t> nodes_;  ///< first of eight children, or k_leaf and a leaf
     std::vector<Corners> leaves_;
@@ -140,5 +146,11 @@ private:
 }  // namespace
 
 std::unique_ptr<Method> make_adf(const Setting& setting, int) { return std::make_unique<Adf>(setting); }
+
+std::size_t adf_bytes(const Setting& setting, FieldDensity density)
+{
+    const auto depth = static_cast<std::uint32_t>(std::countr_zero(density.cells));
+    return Adf(setting, {.max_depth = depth}).bytes;
+}
 
 }  // namespace sqmap::bench

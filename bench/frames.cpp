@@ -79,6 +79,7 @@ struct Lane {
     std::size_t stride = 1;                    ///< frames that are multiples of it are run
     std::vector<std::vector<double>> samples;  ///< a frame: a sample a pass
     std::vector<std::uint64_t> hashes;         ///< a frame, of the first pass
+    std::vector<std::uint32_t> frame_contacts;
     Judge judge;
     std::size_t contacts = 0;
 };
@@ -103,6 +104,7 @@ std::vector<Record> race(const Setting& setting, std::span<const Pose> path, std
             lanes[c].stride = std::max<std::size_t>(1, (path.size() + options.slow_frames - 1) / options.slow_frames);
         lanes[c].samples.resize((path.size() + lanes[c].stride - 1) / lanes[c].stride);
         lanes[c].hashes.resize(lanes[c].samples.size());
+        lanes[c].frame_contacts.resize(lanes[c].samples.size());
     }
     FrameAnswer answer;
     const auto turn = [&](std::size_t c, std::size_t begin, std::size_t end, std::uint32_t pass) {
@@ -121,6 +123,7 @@ std::vector<Record> race(const Setting& setting, std::span<const Pose> path, std
             std::uint64_t& hash = lane.hashes[f / lane.stride];
             if (pass == 0) {
                 hash = hash_of(answer);
+                lane.frame_contacts[f / lane.stride] = static_cast<std::uint32_t>(answer.vertices.size() + answer.pairs);
                 lane.contacts += answer.vertices.size() + answer.pairs;
                 if (!contestants[c].entry->pairs) lane.judge.add(path[f], truth[f], answer.vertices);
             } else if (hash != hash_of(answer)) {
@@ -156,7 +159,10 @@ std::vector<Record> race(const Setting& setting, std::span<const Pose> path, std
                       .contacts = static_cast<double>(lane.contacts) / static_cast<double>(lane.samples.size()),
                       .accuracy = {},
                       .hash = hash.value(),
-                      .frames = static_cast<std::uint32_t>(lane.samples.size())};
+                      .frames = static_cast<std::uint32_t>(lane.samples.size()),
+                      .stride = lane.stride,
+                      .frame_us = medians,
+                      .frame_contacts = lane.frame_contacts};
         if (!contestants[c].entry->pairs) record.accuracy = lane.judge.result();
         records.push_back(std::move(record));
     }

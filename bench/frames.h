@@ -37,6 +37,9 @@ struct Record {
     std::optional<Accuracy> accuracy;  ///< none where the method reports pairs
     std::uint64_t hash = 0;            ///< of the answers, frame by frame; depths in steps of 1e-5
     std::uint32_t frames = 0;
+    std::size_t stride = 1;                       ///< every so many frames of the path were run
+    std::vector<double> frame_us{};               ///< each frame's median over the passes
+    std::vector<std::uint32_t> frame_contacts{};  ///< and its contacts
 };
 
 struct Contestant {

@@ -3,6 +3,7 @@
 #include "frames.h"
 #include "make_path.h"
 #include "report.h"
+#include "reproduce.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
@@ -20,7 +21,7 @@ namespace {
 
 struct FramesOptions {
     Files files;
-    std::filesystem::path path, json, cache = SQMAP_BENCH_CACHE;
+    std::filesystem::path path, json, series, cache = SQMAP_BENCH_CACHE;
     std::vector<std::string> methods;
     RaceOptions race;
     double target_error = bake::BakeOptions{}.target_error;
@@ -74,6 +75,10 @@ void run_frames(const FramesOptions& options)
                                                  .object_triangles = setting->object.triangles.size(),
                                                  .probe_vertices = setting->probe.vertices.size()});
     io::replace_file(options.json, std::as_bytes(std::span(text)));
+    if (!options.series.empty()) {
+        const std::string series = series_text(records);
+        io::replace_file(options.series, std::as_bytes(std::span(series)));
+    }
     if (options.quiet) return;
     std::printf("%-14s %9s %9s %9s %11s %9s %9s %9s %9s\n", "method", "p50 us", "p99 us", "p99.9 us", "bytes", "contacts",
                 "missed %", "false %", "depth %");
@@ -110,6 +115,7 @@ void add_frames(CLI::App& app)
     command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
         ->capture_default_str();
     command->add_option("--json", options->json, "File to write")->required();
+    command->add_option("--series", options->series, "CSV to write: every frame's median time and contacts");
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->callback([options] { run_frames(*options); });
 }
@@ -162,6 +168,7 @@ int main(int argc, char** argv)
     sqmap::bench::add_frames(app);
     sqmap::bench::add_path(app);
     sqmap::bench::add_table(app);
+    sqmap::bench::add_reproduce(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

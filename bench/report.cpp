@@ -40,6 +40,26 @@ std::string cell(std::optional<double> value, const char* format)
 
 }  // namespace
 
+std::string series_text(std::span<const Record> records)
+{
+    std::string text = "frame";
+    std::size_t frames = 0;
+    for (const Record& r : records) {
+        text += "," + r.method + "_us," + r.method + "_contacts";
+        frames = std::max(frames, (r.frame_us.size() - 1) * r.stride + 1);
+    }
+    for (std::size_t f = 0; f < frames; ++f) {
+        text += "\n" + std::to_string(f);
+        for (const Record& r : records) {
+            char cells[64] = ",,";
+            if (const std::size_t i = f / r.stride; f % r.stride == 0 && i < r.frame_us.size())
+                std::snprintf(cells, sizeof cells, ",%.3f,%u", r.frame_us[i], r.frame_contacts[i]);
+            text += cells;
+        }
+    }
+    return text + "\n";
+}
+
 std::string json_text(std::span<const Record> records, const RunFacts& facts)
 {
     ordered_json out = ordered_json::array();

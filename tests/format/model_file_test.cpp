@@ -1,6 +1,7 @@
 // The .sqmap file: what is written comes back, and no other bytes are taken for a model.
 #include "sqmap/io/model_file.h"
 
+#include "sqmap/query/frame.h"
 #include "sqmap/query/query.h"
 #include "support/baked_shapes.h"
 
@@ -60,6 +61,28 @@ const ModelData& torus_model()
     return k_model;
 }
 
+/// A probe the size of the object, posed over it and beside it, in every layer that frames have. Answers must be numbers of
+/// contacts, indices of points and existing parts.
+void interrogate_frames(const ModelView& view, test::Random& random)
+{
+    std::vector<Vec3d> points(77);
+    const double size = view.header.unit * static_cast<double>(view.header.sphere[3]);
+    for (Vec3d& p : points) p = size * random.in_box({-1, -1, -1}, {1, 1, 1});
+    const query::Probe probe(points);
+    const Vec3d middle = model::to_mesh_units(view.header, model::vec3(view.header.sphere));
+    query::FrameContact contacts[80];
+    for (const double away : {0.0, 0.8})
+        for (const query::Layer layer : {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
+            const query::Pose pose{{}, middle + away * size * random.direction()};
+            const query::FrameResult result = query::query_frame(view, probe, pose, {.layer = layer}, contacts);
+            ASSERT_LE(result.contacts, points.size());
+            for (std::size_t i = 0; i < result.contacts; ++i) {
+                EXPECT_LT(contacts[i].index, points.size());
+                EXPECT_LT(contacts[i].part, static_cast<std::int32_t>(view.parts.size()));
+            }
+        }
+}
+
 /// Asks a model everything, about points on, in, around and far from its object. Answers must be numbers.
 void interrogate(const ModelView& view, std::uint64_t seed)
 {
@@ -78,6 +101,7 @@ void interrogate(const ModelView& view, std::uint64_t seed)
         float distance = 0;
         (void)query::distance_along_projection(view, random.below(view.parts.size()), p, query::Layer::Three, distance);
     }
+    interrogate_frames(view, random);
 }
 
 /// Parses a copy of the bytes; what verifies must also be safe to ask.
@@ -129,6 +153,12 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     EXPECT_TRUE(same_array(v.triangles16, data.triangles16));
     EXPECT_TRUE(same_array(v.triangles32, data.triangles32));
     EXPECT_TRUE(same_array(v.triangle_part, data.triangle_part));
+    EXPECT_EQ(std::memcmp(&v.locator, &data.locator, sizeof v.locator), 0);
+    EXPECT_TRUE(same_array(v.bricks, data.bricks));
+    EXPECT_TRUE(same_array(v.places, data.places));
+    EXPECT_TRUE(same_array(v.part_lists, data.part_lists));
+    EXPECT_TRUE(same_array(v.seeds, data.locator_seeds));
+    EXPECT_TRUE(model::has_locator(v));
     interrogate(v, 3);
 }
 
@@ -262,7 +292,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
     for (int i = 0; i < 1500; ++i) {
         ModelData data = torus_model();
         const std::uint32_t times = 1 + random.below(3);
-        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(12)) {
+        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(17)) {
                 case 0:
                     damage(data.samples);
                     break;
@@ -297,6 +327,23 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                 case 10:
                     damage(data.triangles16);
                     break;
+                case 11:
+                    damage(data.bricks);
+                    break;
+                case 12:
+                    damage(data.places);
+                    break;
+                case 13:
+                    damage(data.part_lists);
+                    break;
+                case 14:
+                    damage(data.locator_seeds);
+                    break;
+                case 15: {
+                    std::span<model::Locator> locator(&data.locator, 1);
+                    damage(locator);
+                    break;
+                }
                 default:
                     damage(data.parts);
                     break;
@@ -346,6 +393,35 @@ std::uint16_t& split_child(ModelData& m, std::size_t child)
                 return m.splits[model::k_split_size * (p.first_split + model::cell_payload(cell)) + model::k_split_cells + child];
         }
     throw std::logic_error("the model has no split cell");
+}
+
+/// The first place that is not free.
+std::uint32_t& occupied_place(ModelData& m)
+{
+    const auto it = std::find_if(m.places.begin(), m.places.end(),
+                                 [](std::uint32_t p) { return model::place_kind(p) != model::PlaceKind::Free; });
+    if (it == m.places.end()) throw std::logic_error("the model has no occupied place");
+    return *it;
+}
+
+/// The first place that has several seeds.
+std::uint32_t& place_of_a_chain(ModelData& m)
+{
+    const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
+        return model::place_kind(p) != model::PlaceKind::Free &&
+               (m.locator_seeds[model::place_seed(p)].extent & model::k_last_seed) == 0;
+    });
+    if (it == m.places.end()) throw std::logic_error("the model has no place of several seeds");
+    return *it;
+}
+
+/// The first brick that is stored place by place.
+std::uint32_t& stored_brick(ModelData& m)
+{
+    const auto it = std::find_if(m.bricks.begin(), m.bricks.end(),
+                                 [](std::uint32_t b) { return (b & (model::k_free_brick | model::k_deep_brick)) == 0; });
+    if (it == m.bricks.end()) throw std::logic_error("the model has no stored brick");
+    return *it;
 }
 
 const Lie k_lies[] = {
@@ -485,7 +561,131 @@ const Lie k_lies[] = {
     {"triangles_of_both_widths", [](ModelData& m) { m.triangles32.assign(3, 0); }},
     {"triangle_part_missing_one", [](ModelData& m) { m.triangle_part.pop_back(); }},
     {"triangle_of_no_part", [](ModelData& m) { m.triangle_part[0] = static_cast<std::uint16_t>(m.parts.size()); }},
+    {"locator_origin_nan", [](ModelData& m) { m.locator.origin[2] = k_nan; }},
+    {"locator_origin_inf", [](ModelData& m) { m.locator.origin[0] = -k_inf; }},
+    {"locator_cell_nan", [](ModelData& m) { m.locator.cell = k_nan; }},
+    {"locator_cell_inf", [](ModelData& m) { m.locator.cell = k_inf; }},
+    {"locator_cell_zero", [](ModelData& m) { m.locator.cell = 0; }},
+    {"locator_cell_negative", [](ModelData& m) { m.locator.cell = -m.locator.cell; }},
+    {"locator_bricks_zero", [](ModelData& m) { m.locator.bricks[1] = 0; }},
+    {"locator_bricks_one_more", [](ModelData& m) { ++m.locator.bricks[2]; }},
+    {"locator_bricks_wrap_around", [](ModelData& m) { m.locator.bricks[0] += 0x80000000u; }},
+    {"locator_bricks_huge",
+     [](ModelData& m) {
+         // As many as are stored, in a row that is longer than a column of cells may be.
+         m.locator.bricks[0] = 300;
+         m.locator.bricks[1] = m.locator.bricks[2] = 1;
+         m.bricks.assign(300, m.bricks.front());
+     }},
+    {"locator_header_without_bricks",
+     [](ModelData& m) {
+         m.bricks.clear();
+         m.places.clear();
+         m.part_lists.clear();
+         m.locator_seeds.clear();
+     }},
+    {"places_without_bricks",
+     [](ModelData& m) {
+         m.bricks.clear();
+         m.locator = {};
+     }},
+    {"seeds_without_bricks",
+     [](ModelData& m) {
+         m.bricks.clear();
+         m.places.clear();
+         m.part_lists.clear();
+         m.locator = {};
+     }},
+    {"bricks_missing_one", [](ModelData& m) { m.bricks.pop_back(); }},
+    {"brick_beyond_places", [](ModelData& m) { stored_brick(m) = static_cast<std::uint32_t>(m.places.size() - 63); }},
+    {"brick_far_away", [](ModelData& m) { stored_brick(m) = 0x3fffffffu; }},
+    {"deep_brick_beyond_places",
+     [](ModelData& m) { stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size()); }},
+    {"deep_brick_far_away", [](ModelData& m) { stored_brick(m) = 0x7fffffffu; }},
+    {"deep_brick_of_a_free_place",
+     [](ModelData& m) {
+         // What a deep brick holds is read as occupied, so that a free place's gap would be an index of seeds.
+         m.places.push_back(0xfffffffcu);
+         stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size() - 1);
+     }},
+    {"places_missing", [](ModelData& m) { m.places.clear(); }},
+    {"places_missing_one", [](ModelData& m) { m.places.pop_back(); }},
+    {"place_list_beyond_end",
+     [](ModelData& m) {
+         std::uint32_t& place = occupied_place(m);
+         place = (place & ~(0xfffu << 2)) | static_cast<std::uint32_t>(m.part_lists.size()) << 2;
+     }},
+    {"place_seed_beyond_end",
+     [](ModelData& m) {
+         std::uint32_t& place = occupied_place(m);
+         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.locator_seeds.size()) << 14;
+     }},
+    {"place_seed_far_away", [](ModelData& m) { occupied_place(m) |= 0xffffc000u; }},
+    {"part_lists_missing", [](ModelData& m) { m.part_lists.clear(); }},
+    {"list_of_no_part",
+     [](ModelData& m) { m.part_lists[0] = (m.part_lists[0] & 0xffff00ffu) | static_cast<std::uint32_t>(m.parts.size()) << 8; }},
+    {"seeds_missing", [](ModelData& m) { m.locator_seeds.clear(); }},
+    {"seed_of_no_part",
+     [](ModelData& m) {
+         std::uint32_t& direction = m.locator_seeds[model::place_seed(occupied_place(m))].direction;
+         direction = (direction & ~0xffu) | static_cast<std::uint32_t>(m.parts.size());
+     }},
+    {"seed_chain_without_end", [](ModelData& m) { m.locator_seeds.back().extent &= ~model::k_last_seed; }},
+    {"seed_chain_too_long",
+     [](ModelData& m) {
+         const std::uint32_t first = model::place_seed(place_of_a_chain(m));
+         for (std::uint32_t k = 0; k < model::k_most_seeds; ++k) {
+             m.locator_seeds[first + k].extent &= ~model::k_last_seed;
+             m.locator_seeds[first + k].direction &= ~0xffu;
+         }
+     }},
+    {"seed_choice_beyond_chain", [](ModelData& m) { m.locator_seeds[model::place_seed(place_of_a_chain(m)) - 1].direction |= 7u << 21; }},
+    {"seed_chain_without_choices",
+     [](ModelData& m) {
+         // The chain starts the array, so that nothing stands before it.
+         std::uint32_t& place = place_of_a_chain(m);
+         m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::place_seed(place));
+         const std::uint32_t kept = place & 0x3fffu;
+         for (std::uint32_t& p : m.places) p = model::place_kind(p) == model::PlaceKind::Free ? p : kept;
+     }},
+    {"locator_of_more_parts_than_a_byte_names",
+     [](ModelData& m) {
+         while (m.parts.size() < 300) m.parts.push_back(m.parts[0]);
+     }},
 };
+
+TEST(ModelFile, AGridWithoutAnyPlaceIsRefusedOrFree)
+{
+    const ParseStatus status = parse_changed([](ModelData& m) {
+        for (std::uint32_t& b : m.bricks) b = model::k_free_brick;
+        m.places.clear();
+    });
+    EXPECT_TRUE(status == ParseStatus::Ok || status == ParseStatus::BadStructure) << model::to_string(status);
+}
+
+TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
+{
+    test::Baked normal = test::baked(test::small_torus(), {.projection = model::Projection::Normal, .exact = false});
+    ModelData& m = normal.result.model;
+    const ModelData& central = torus_model();
+    m.locator = central.locator;
+    m.bricks = central.bricks;
+    m.places = central.places;
+    m.part_lists = central.part_lists;
+    m.locator_seeds = central.locator_seeds;
+    // Whatever that model's parts: the first alone.
+    for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
+    for (model::Seed& seed : m.locator_seeds) seed.direction &= ~0xffu;
+    for (std::uint32_t& p : m.places)
+        if (model::place_kind(p) != model::PlaceKind::Free) {
+            std::uint32_t last = model::place_seed(p);
+            while ((m.locator_seeds[last].extent & model::k_last_seed) == 0) ++last;
+            p = (p & 0x3fffu) | last << 14;
+        }
+    for (model::Part& part : m.parts) part.base = 0;
+    const ParseStatus status = parse_and_ask(serialize(m));
+    EXPECT_TRUE(status == ParseStatus::BadStructure || status == ParseStatus::BadValue) << model::to_string(status);
+}
 
 INSTANTIATE_TEST_SUITE_P(Format, InconsistentModel, testing::ValuesIn(k_lies),
                          [](const auto& lie) { return std::string(lie.param.name); });

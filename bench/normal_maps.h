@@ -1,0 +1,91 @@
+// The paper's own maps of an object, at any sampling density: what its evaluation sweeps (sections 4 and 7).
+#pragma once
+
+#include "method.h"
+#include "setting.h"
+#include "sqmap/bake/normal_map.h"
+#include "sqmap/query/normal_projection.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sqmap::bench {
+
+/// Decomposition and superquadrics of an object, found once and sampled at many densities. Model space, which is the
+/// setting's less origin, over unit.
+struct NormalParts {
+    explicit NormalParts(const Setting& setting);
+    NormalParts(const NormalParts&) = delete;
+    NormalParts& operator=(const NormalParts&) = delete;
+
+    struct Part {
+        shape::Superquadricd superquadric;
+        std::vector<std::uint32_t> triangles;
+        Vec3f centre;  ///< of the bounding sphere
+        float radius_sq;
+    };
+
+    const mesh::Mesh mesh;
+    const bake::MapRays rays;
+    Vec3d origin;
+    double unit, r_max;  ///< r_max: model units
+    Vec3f centre;        ///< bounding sphere of the object
+    float radius_sq;
+    std::vector<Part> parts;
+    double build_s;  ///< CPU seconds of decomposition and fit
+};
+
+/// How densely every part's superquadric is sampled: the base grid that layer 2 reads has 2^level + 1 rows and 2^(level+1)
+/// columns (eta_d and omega_d); layer 3's is finer by 2^subdivisions (A_S) along each.
+struct Density {
+    int level = 6;
+    int subdivisions = 1;
+};
+
+/// The maps at one density, and the layered query of section 4.2 on them.
+class NormalMaps {
+public:
+    NormalMaps(std::shared_ptr<const NormalParts> parts, Density density);
+
+    /// Bytes of the maps: 16-bit distances and normals of the finest grid, offsets, vertices of step 3, starts of the search;
+    /// without the smoothed map, which serves force alone.
+    std::size_t bytes = 0;
+    std::size_t samples = 0;  ///< of the finest grids
+    double spacing = 0;       ///< mean over the maps' surface: sqrt(area / samples), model units
+    double build_s = 0;       ///< CPU seconds of the maps and of the parts
+
+    [[nodiscard]] const NormalParts& parts() const { return *parts_; }
+    [[nodiscard]] std::span<const model::NormalMapView> views() const { return views_; }
+
+private:
+    std::shared_ptr<const NormalParts> parts_;
+    std::vector<bake::NormalMap> maps_;
+    std::vector<model::NormalMapView> views_;
+};
+
+/// As the paper asks: the pyramid search, and nothing behind the first surface.
+[[nodiscard]] query::ProjectionOptions paper_projection(query::Layer layer);
+
+/// Which search finds the foot.
+enum class Search : std::uint8_t {
+    Corrected,  ///< the project's: both directions, distance compared, the whole surface where the window fails
+    Printed,    ///< eqs. 16 to 19 to the letter; layer 2 only
+};
+
+/// A frame asks every vertex of the probe, past the two levels of bounding spheres. Parts are joined by the witness rule.
+[[nodiscard]] std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps,
+                                                        query::Layer layer, Search search = Search::Corrected);
+
+/// Eq. 35 as a mean: |D^ - D| along the superquadric's normal, over the points that lie inside a superquadric and whose line
+/// meets both the mesh and the map's surface; percent of R_max.
+struct ProjectionError {
+    double mean = 0, p99 = 0;
+    double one_sided_pct = 0;  ///< share of the points where only one of the two is met
+    std::size_t points = 0;
+};
+/// points: units of the setting.
+[[nodiscard]] ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> points, query::Layer layer);
+
+}  // namespace sqmap::bench

@@ -1,0 +1,12 @@
+// Subcommands that make the numbers of the paper's evaluation (section 7) which no race makes.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace sqmap::bench {
+
+void add_reproduce(CLI::App& app);
+
+}  // namespace sqmap::bench

@@ -1,0 +1,241 @@
+#!/usr/bin/env python3
+"""Repeats the paper's evaluation (its section 7): what ./dev reproduce runs once the programs are built.
+
+usage: reproduce.py [FOLDER] [--quick] [--redraw]
+
+FOLDER holds meshes/ and paths/ (default: SQMAP_SHARED_DIR, or ../shared) with stand-ins for the paper's five animals and its
+hand; without them the demo's meshes stand in. Numbers go to build/reproduce as JSON and CSV, plots to
+docs/images/reproduction, tables into docs/reproduction.md. --quick: shapes that the program makes itself, coarse and short,
+all in build/reproduce/quick. --redraw: pictures, plots and tables again from the numbers of the last run.
+"""
+import argparse
+import csv
+import dataclasses
+import json
+import math
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import time
+
+import demo
+import measure
+import reproduce_figures as figures
+
+ROOT = measure.ROOT
+BENCH = measure.PROGRAM.parent / "sqmap_bench"
+START = time.monotonic()
+
+
+@dataclasses.dataclass
+class Subject:
+    """One of the paper's models and what stands in for it."""
+    role: str
+    mesh: pathlib.Path
+    up: str = "y"
+    azimuth: str = ""
+
+
+# Role in the paper: stem of the shared stand-in, upward axis, the demo's stand-in.
+ROLES = {
+    "Virtual hand": ("hand_9344", "y", "hand"),
+    "Tiger": ("cat_8108", "y", "dino"),
+    "Horse": ("horse_5946", "y", "triceratops"),
+    "Elephant": ("elephant_10272", "y", "elephant"),
+    "Camel": ("camel_4512", "y", "camel"),
+    "Rhino": ("bull_7154", "y", "bull"),
+}
+QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "torus", "Horse": "dumbbell", "Elephant": "bent"}
+
+# What the races run. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
+METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_layer2", "sqmap_normal_layer3", "sqmap_layer3",
+           "sqmap_exact", "fcl_obb_all", "dense128", "adf")
+
+
+@dataclasses.dataclass
+class Scale:
+    """How much is measured."""
+    frames: int = 200
+    cells: str = "64,128,256,512"
+    levels: str = "3,4,5,6,7"
+    density_levels: str = "4,5,6"
+    density_frames: int = 25
+
+
+def say(text):
+    print(f"[{time.monotonic() - START:5.0f} s] {text}", flush=True)
+
+
+def bench(*arguments):
+    done = subprocess.run([BENCH, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"sqmap_bench {' '.join(map(str, arguments))}\n{done.stdout}{done.stderr}")
+
+
+def subjects(folder, quick, out):
+    """The paper's models as far as they are there; the hand first."""
+    if quick:
+        for shape in QUICK_ROLES.values():
+            measure.run("shapes", shape, "-o", out / f"{shape}.obj")
+        return [Subject(role, out / f"{shape}.obj", "z") for role, shape in QUICK_ROLES.items()]
+    if all((folder / "meshes" / f"{stem}.obj").exists() for stem, _, _ in ROLES.values()):
+        return [Subject(role, folder / "meshes" / f"{stem}.obj", up) for role, (stem, up, _) in ROLES.items()]
+    say(f"no stand-ins in {folder}: the demo's meshes are used")
+    for place in (demo.CACHE, demo.MESHES):
+        place.mkdir(parents=True, exist_ok=True)
+    demo.fetch_animals()
+    demo.fetch_hand()
+    found = {role: next(iter(sorted(demo.MESHES.glob(f"{stem}.o*"))), None) for role, (_, _, stem) in ROLES.items()}
+    missing = [role for role, mesh in found.items() if mesh is None]
+    if missing:
+        sys.exit(f"no mesh for: {', '.join(missing)}\n  cure: run where apt-get reaches a Debian mirror, or give a FOLDER")
+    return [Subject(role, mesh, demo.SUBJECTS[mesh.stem], str(demo.AZIMUTH.get(mesh.stem, ""))) for role, mesh in found.items()]
+
+
+def path_of(folder, subject, hand, kind, frames, out):
+    """A path along which the hand slides over the subject, thinned evenly."""
+    name = f"{subject.mesh.stem}.{hand.mesh.stem}.{kind}.csv"
+    whole = folder / "paths" / name
+    if not whole.exists():
+        whole = out / f"whole.{name}"
+        if not whole.exists():
+            bench("path", "--object", subject.mesh, "--probe", hand.mesh, "--kind", kind, "-o", whole)
+    rows = whole.read_text().splitlines()
+    stride = max(1, (len(rows) - 1) // frames)
+    path = out / name
+    path.write_text("\n".join(rows[:1] + rows[1::stride]) + "\n")
+    return path
+
+
+# --- What is measured --------------------------------------------------------------------------------------------------
+
+def measure_memory(models, scale, out):
+    """Table 1 and Fig. 12: bytes of the fields and of the paper's maps, and of the default model."""
+    for subject in models:
+        say(f"memory of {subject.role}: {subject.mesh.stem}")
+        bench("memory", "--object", subject.mesh, "--cells", scale.cells, "--levels", scale.levels, "--json",
+              out / f"memory.{subject.role}.json")
+        report, model = out / f"{subject.role}.bake.json", out / f"{subject.role}.sqmap"
+        measure.run("bake", subject.mesh, "-o", model, "--report", report)
+        baked, info = json.loads(report.read_text()), json.loads(measure.run("info", model, "--json"))
+        (out / f"model.{subject.role}.json").write_text(json.dumps({
+            "bytes": info["bytes"]["total"], "bytes_without_exact": info["bytes"]["without_exact"],
+            "parts": len(info["parts"]), "eq35_mean_pct": info["measured"]["eq35_percent"]["mean"],
+            "seconds": sum(baked["cpu_seconds"].values())}))
+
+
+def measure_races(models, folder, scale, out):
+    """Figs. 11a, 14a and 14b: every method's time in every frame."""
+    hand, animals = models[0], models[1:]
+    for subject in animals:
+        for kind in figures.kinds_of(subject.role):
+            say(f"the hand slides over {subject.role}, {kind}")
+            bench("frames", "--object", subject.mesh, "--probe", hand.mesh, "--path",
+                  path_of(folder, subject, hand, kind, scale.frames, out), "--methods", ",".join(METHODS), "--json",
+                  out / f"race.{subject.role}.{kind}.json", "--series", out / f"race.{subject.role}.{kind}.csv", "--quiet")
+
+
+def measure_density(models, folder, scale, out):
+    """Fig. 14c: time and eq. 35 at several densities and subdivisions."""
+    hand, subject = models[0], next(m for m in models if m.role == "Elephant")
+    say(f"densities on {subject.role}")
+    bench("density", "--object", subject.mesh, "--probe", hand.mesh, "--path",
+          path_of(folder, subject, hand, "deep", scale.frames, out), "--levels", scale.density_levels, "--frames",
+          scale.density_frames, "--json", out / "density.json")
+
+
+def two_spheres(path, apart=0.75, segments=96):
+    """Two unit spheres that overlap, as one closed surface of revolution: the object of Fig. 4."""
+    rim = math.acos(-apart)  # from a pole to where the spheres meet
+    profile = [(math.sin(t), apart + math.cos(t)) for t in (rim * i / 40 for i in range(1, 41))]
+    profile += [(r, -z) for r, z in reversed(profile[:-1])]
+    lines = [f"v 0 0 {1 + apart}"]
+    for r, z in profile:
+        lines += [f"v {r * math.cos(2 * math.pi * j / segments):.9g} {r * math.sin(2 * math.pi * j / segments):.9g} {z:.9g}"
+                  for j in range(segments)]
+    lines.append(f"v 0 0 {-1 - apart}")
+    last = 2 + len(profile) * segments
+    for j in range(segments):
+        k = (j + 1) % segments
+        lines.append(f"f 1 {2 + j} {2 + k}")
+        for i in range(len(profile) - 1):
+            a, b = 2 + i * segments, 2 + (i + 1) * segments
+            lines += [f"f {a + j} {b + j} {b + k}", f"f {a + j} {b + k} {a + k}"]
+        lines.append(f"f {last} {last - segments + k} {last - segments + j}")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def draw_pictures(models, out, images):
+    """Figs. 3, 4 and 10: what the project's own renderer draws, and the samples of a superquadric."""
+    say("pictures")
+    bench("sampling", "-o", out / "fig03.csv")
+    spheres, model = out / "two_spheres.obj", out / "two_spheres.sqmap"
+    two_spheres(spheres)
+    measure.run("bake", spheres, "-o", model, "--projection", "normal", "--max-parts", "1", "--no-exact", "--target-error", "0.2")
+    measure.run("render", model, spheres, "--what", "parts,superquadrics,map", "--up", "z", "--size", "560x400",
+                "-o", out / "fig04.png")
+    rows = []
+    for role in ("Elephant", "Tiger", "Horse"):
+        subject = next(m for m in models if m.role == role)
+        rows.append(out / f"fig10.{role}.png")
+        measure.run("render", out / f"{role}.sqmap", subject.mesh, "--what", "parts,superquadrics", "--up", subject.up, "--size",
+                    "430x340", *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", rows[-1])
+    figures.stack([out / "fig04.png"], images / "fig04.png")
+    figures.stack(rows, images / "fig10.png")
+
+
+# --- What is made of it ------------------------------------------------------------------------------------------------
+
+def load(models, out):
+    """All numbers of a run, by role."""
+    data = figures.Data(roles=[m.role for m in models])
+    for role in data.roles:
+        data.memory[role] = json.loads((out / f"memory.{role}.json").read_text())
+        data.model[role] = json.loads((out / f"model.{role}.json").read_text())
+    for role in data.roles[1:]:
+        for kind in figures.kinds_of(role):
+            with open(out / f"race.{role}.{kind}.csv", newline="") as rows:
+                data.series[role, kind] = [{k: float(v) for k, v in row.items() if v} for row in csv.DictReader(rows)]
+            data.records[role, kind] = json.loads((out / f"race.{role}.{kind}.json").read_text())
+    data.density = json.loads((out / "density.json").read_text())
+    with open(out / "fig03.csv", newline="") as rows:
+        data.sampling = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
+    return data
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("folder", nargs="?", type=pathlib.Path,
+                        default=pathlib.Path(os.environ.get("SQMAP_SHARED_DIR", ROOT.parent / "shared")))
+    parser.add_argument("--quick", action="store_true", help="the project's own shapes, coarse and short; docs stay as they are")
+    parser.add_argument("--redraw", action="store_true", help="from the numbers of the last run")
+    arguments = parser.parse_args()
+    out = ROOT / "build" / "reproduce" / ("quick" if arguments.quick else "")
+    images = out / "images" if arguments.quick else ROOT / "docs" / "images" / "reproduction"
+    for folder in (out, images):
+        folder.mkdir(parents=True, exist_ok=True)
+    scale = Scale(20, "32,64", "3,4", "3,4", 5) if arguments.quick else Scale()
+    models = subjects(arguments.folder, arguments.quick, out)
+    if not arguments.redraw:
+        measure_memory(models, scale, out)
+        measure_races(models, arguments.folder, scale, out)
+        measure_density(models, arguments.folder, scale, out)
+        (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": measure.commit(),
+                                                  "stand_ins": {m.role: m.mesh.stem for m in models}}))
+    draw_pictures(models, out, images)
+    say("tables and plots")
+    data = load(models, out)
+    data.run = json.loads((out / "run.json").read_text())
+    figures.write_csv(data, out)
+    figures.draw(data, images)
+    page = figures.tables(data)
+    (out / "tables.md").write_text("\n\n".join(f"{title}\n\n{text}" for title, text in page.items()) + "\n")
+    if not arguments.quick:
+        figures.renew_page(ROOT / "docs" / "reproduction.md", page)
+    say(f"done: numbers in {out.relative_to(ROOT)}, plots in {images.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,307 @@
+"""What reproduce.py makes of its numbers: CSV, plots, tables. One function a figure of the paper."""
+import csv
+import dataclasses
+import statistics
+
+import docs_images
+import measure
+import plot
+from plot import BLUE, GREEN, GREY, ORANGE, RED, VIOLET
+
+# Table 1 of the paper: polygons, DF, ADF and SQ in MB, segments.
+PAPER = {
+    "Virtual hand": (9344, 344, 55, 4.6, 16),
+    "Tiger": (8108, 312, 51, 4.3, 13),
+    "Horse": (5946, 231, 37, 2.9, 17),
+    "Elephant": (10272, 417, 68, 5.1, 16),
+    "Camel": (4512, 196, 31, 2.4, 14),
+    "Rhino": (7154, 295, 52, 3.8, 13),
+}
+MB = 1e6
+SCENE = "Scene"
+
+
+@dataclasses.dataclass
+class Data:
+    roles: list
+    memory: dict = dataclasses.field(default_factory=dict)   # role: what sqmap_bench memory wrote
+    model: dict = dataclasses.field(default_factory=dict)    # role: the default model
+    series: dict = dataclasses.field(default_factory=dict)   # role, kind: a row a frame
+    records: dict = dataclasses.field(default_factory=dict)  # role, kind: a record a method
+    density: list = dataclasses.field(default_factory=list)
+    sampling: list = dataclasses.field(default_factory=list)
+    run: dict = dataclasses.field(default_factory=dict)
+
+
+def stack(paths, path):
+    docs_images.stacked(paths, path)
+
+
+def rows_to(path, header, rows):
+    with open(path, "w", newline="") as out:
+        writer = csv.writer(out)
+        writer.writerow(header)
+        writer.writerows(rows)
+
+
+# --- Fig. 3 ------------------------------------------------------------------------------------------------------------
+
+def grids(data):
+    """The two grids of Fig. 3 as rows of points: before and after eq. 9."""
+    rows = int(max(r["row"] for r in data.sampling)) + 1
+    columns = len(data.sampling) // rows
+    cell = lambda i, j, p: tuple(data.sampling[i * columns + j][p + axis] for axis in "xyz")
+    return [[[cell(i, j, p) for j in range(columns)] for i in range(rows)] for p in ("", "spaced_")]
+
+
+def longest_gap(grid):
+    """Longest edge between neighbouring samples, in units of their mean."""
+    edges = []
+    for i in range(len(grid)):
+        for j in range(len(grid[i])):
+            near = [grid[i][(j + 1) % len(grid[i])]] + ([grid[i + 1][j]] if i + 1 < len(grid) else [])
+            edges += [sum((a - b) ** 2 for a, b in zip(grid[i][j], q)) ** 0.5 for q in near]
+    return max(edges) / statistics.mean(edges)
+
+
+def figure_3(data, images):
+    before, after = grids(data)
+    plot.save_meshes(images / "fig03.svg", [("(a) equal steps of the angles of eq. 8", before), ("(b) after eqs. 9 and 10", after)])
+
+
+# --- Figs. 11 and 14: times --------------------------------------------------------------------------------------------
+
+def kinds_of(role):
+    """Paths of a role. The elephant's also has one that comes near without touching, for Fig. 14b."""
+    return ("light", "deep", "near") if role == "Elephant" else ("light", "deep")
+
+
+def frames_of(data, role, kind):
+    """All frames of a role; of the scene, the frames of every animal in turn."""
+    roles = data.roles[1:] if role == SCENE else [role]
+    return [row for r in roles for row in data.series[r, kind]]
+
+
+def share_of_obb(data, role, kind, method):
+    """Median time in percent of the OBB tree's median."""
+    frames = frames_of(data, role, kind)
+    return 100 * statistics.median(f[method + "_us"] for f in frames) / statistics.median(f["fcl_obb_all_us"] for f in frames)
+
+
+LAYERS = [  # method, words, colour, shape, hollow
+    ("sqmap_normal_layer1", "paper's maps, layer 1", BLUE, "circle", False),
+    ("sqmap_normal_printed", "paper's maps, layer 2, search as printed", GREY, "circle", True),
+    ("sqmap_normal_layer2", "paper's maps, layer 2", ORANGE, "circle", False),
+    ("sqmap_normal_layer3", "paper's maps, layer 3", RED, "circle", False),
+    ("sqmap_layer3", "sqmap today, layer 3", RED, "square", True),
+    ("sqmap_exact", "sqmap today, exact layer", VIOLET, "square", True),
+    ("dense128", "dense field, 128 a side", GREEN, "diamond", True),
+    ("adf", "ADF, split to an error of 0.1 %", GREEN, "diamond", False),
+]
+
+
+def figure_11a(data, images):
+    roles = [*data.roles[1:], SCENE]
+    charts = []
+    for kind, words in (("light", "light contact"), ("deep", "deep contact")):
+        chart = plot.Chart(f"Fig. 11a: time of a frame, {words}", "object under the hand", "% of FCL's OBB tree, all contacts",
+                           y_log=True, categories=roles, height=470)
+        chart.level(100, "OBB tree")
+        for method, name, colour, shape, hollow in LAYERS:
+            chart.dots(name, [(r, share_of_obb(data, r, kind, method)) for r in roles], colour, shape=shape, hollow=hollow)
+        charts.append(chart)
+    plot.save(images / "fig11a.svg", *charts)
+
+
+TIMED = [
+    ("fcl_obb_all", "FCL OBB tree, all contacts", GREY),
+    ("sqmap_normal_layer3", "paper's maps, layer 3", RED),
+    ("sqmap_exact", "sqmap today, exact layer", VIOLET),
+    ("sqmap_layer3", "sqmap today, layer 3", BLUE),
+]
+
+
+def figure_14a(data, images):
+    role = "Elephant"
+    frames = data.series[role, "deep"]
+    chart = plot.Chart("Fig. 14a: collision detection while sliding over the elephant", "frame", "µs a frame", y_log=True, width=900)
+    for method, name, colour in TIMED:
+        chart.line(name, [(f["frame"], f[method + "_us"]) for f in frames], colour, width=1.4)
+    plot.save(images / "fig14a.svg", chart)
+
+
+def figure_14b(data, images):
+    frames = [f for kind in kinds_of("Elephant") for f in data.series["Elephant", kind]]
+    charts = []
+    for methods, title in ((TIMED[:2], "as in 2007"), (TIMED[2:], "today")):
+        chart = plot.Chart(f"Fig. 14b: time against contacts, {title}", "vertices of the hand inside the elephant", "µs a frame",
+                           y_from_zero=True)
+        for method, name, colour in methods:
+            chart.dots(name, [(f["sqmap_exact_contacts"], f[method + "_us"]) for f in frames], colour, size=2.4, opacity=0.6)
+        charts.append(chart)
+    plot.save(images / "fig14b.svg", *charts)
+
+
+def figure_14c(data, images):
+    chart = plot.Chart("Fig. 14c: performance against error", "eq. 35 as a mean, % of R_max", "frames a millisecond", x_log=True,
+                       y_from_zero=True, width=720)
+    bases = sorted({d["rows"] for d in data.density})
+    for rows, colour in zip(bases, (BLUE, ORANGE, GREEN, VIOLET)):
+        chain = [d for d in data.density if d["rows"] == rows]
+        points = [(d["eq35_mean_pct"], 1000 / d["p50_us"]) for d in chain]
+        chart.line(f"base grid {rows} x {chain[0]['columns']}: layer 3, A_S = 1 to {len(chain) - 1}", points, colour, shape="circle")
+        chart.dots("its layer 2", points[:1], colour, hollow=True, size=6)
+    plot.save(images / "fig14c.svg", chart)
+
+
+# --- Fig. 12 and Table 1: memory ---------------------------------------------------------------------------------------
+
+FIELDS = [
+    ("dense_bytes", "DF: dense grid of floats", GREY, False),
+    ("full_octree_bytes", "ADF, split all along the surface", ORANGE, False),
+    ("adf_bytes", "ADF, split to an error of 0.1 %", ORANGE, True),
+    ("tree512_bytes", "512-tree, three levels", GREEN, False),
+]
+
+
+def memory_curves(data, roles):
+    """Points (density, MB) of each structure, summed over roles. Density: cells along the longest side."""
+    curves = {}
+    for key, *_ in FIELDS:
+        per_role = [data.memory[r]["fields"] for r in roles]
+        curves[key] = [(level[0]["cells"], sum(f[key] for f in level) / MB) for level in zip(*per_role)]
+    per_role = [data.memory[r]["maps"] for r in roles]
+    curves["map"] = [(statistics.geometric_mean(m["cells"] for m in level), sum(m["bytes"] for m in level) / MB)
+                     for level in zip(*per_role)]
+    return curves
+
+
+def figure_12(data, images):
+    charts = []
+    for roles, title in ((["Tiger"], "(a) tiger"), (data.roles, "(b) whole scene")):
+        chart = plot.Chart(f"Fig. 12{title}", "samples along the object's longest side", "MB", x_log=True, y_log=True,
+                           x_ticks=[m["cells"] for m in data.memory[data.roles[0]]["fields"]], height=460)
+        curves = memory_curves(data, roles)
+        for key, name, colour, dashed in FIELDS:
+            chart.line(name, curves[key], colour, dashed=dashed, shape="circle")
+        chart.line("SQ-Map, the paper's maps", curves["map"], BLUE, shape="circle", width=2.4)
+        right = max(x for curve in curves.values() for x, _ in curve)
+        table = [sum(PAPER[r][k] for r in roles) for k in (1, 2, 3)]
+        for value, colour in zip(table, (GREY, ORANGE, BLUE)):
+            chart.dots("", [(right, value)], colour, shape="dash")
+        chart.dots("the paper's Table 1, unknown density", [], GREY, shape="dash")
+        charts.append(chart)
+    plot.save(images / "fig12.svg", *charts)
+
+
+def figure_12_error(data, images):
+    """Beyond the paper: the same memory against the error that it buys."""
+    role = "Tiger"
+    chart = plot.Chart("Memory against error, tiger", "mean error, % of R_max: depth of a field, eq. 35 of a map", "MB", x_log=True,
+                       y_log=True, width=720, height=430)
+    fields, maps, model = data.memory[role]["fields"], data.memory[role]["maps"], data.model[role]
+    for key, name, colour, dashed in (FIELDS[0], FIELDS[1], FIELDS[3]):
+        chart.line(name, [(f["error_pct"], f[key] / MB) for f in fields], colour, dashed=dashed, shape="circle")
+    chart.line("SQ-Map, the paper's maps", [(m["error_pct"], m["bytes"] / MB) for m in maps], BLUE, shape="circle", width=2.4)
+    chart.dots("sqmap today, default, without the exact layer", [(model["eq35_mean_pct"], model["bytes_without_exact"] / MB)], RED,
+               shape="square", size=5)
+    plot.save(images / "memory-error.svg", chart)
+
+
+# --- Files -------------------------------------------------------------------------------------------------------------
+
+def draw(data, images):
+    for figure in (figure_3, figure_11a, figure_12, figure_12_error, figure_14a, figure_14b, figure_14c):
+        figure(data, images)
+
+
+def write_csv(data, out):
+    roles = data.roles
+    for name, some in (("fig12a", ["Tiger"]), ("fig12b", roles)):
+        rows_to(out / f"{name}.csv", ("structure", "samples_along_longest_side", "MB"),
+                [(key, *point) for key, curve in memory_curves(data, some).items() for point in curve])
+    rows_to(out / "fig11a.csv", ("object", "path", "method", "percent_of_obb"),
+            [(r, kind, m, share_of_obb(data, r, kind, m)) for r in (*roles[1:], SCENE) for kind in ("light", "deep")
+             for m, *_ in LAYERS])
+    rows_to(out / "fig14a.csv", ("frame", *(m for m, *_ in TIMED)),
+            [(f["frame"], *(f[m + "_us"] for m, *_ in TIMED)) for f in data.series["Elephant", "deep"]])
+    rows_to(out / "fig14b.csv", ("path", "contacts", *(m for m, *_ in TIMED)),
+            [(kind, f["sqmap_exact_contacts"], *(f[m + "_us"] for m, *_ in TIMED)) for kind in kinds_of("Elephant")
+             for f in data.series["Elephant", kind]])
+    rows_to(out / "fig14c.csv", data.density[0], [d.values() for d in data.density])
+    rows_to(out / "table1.csv", ("model", "stand_in", "polygons", "segments_paper", "segments", "DF_paper_MB", "DF_MB", "ADF_paper_MB",
+                                 "ADF_full_MB", "ADF_error_MB", "tree512_MB", "SQ_paper_MB", "SQ_MB", "default_model_MB"), table_1(data))
+
+
+def table_1(data):
+    rows = []
+    for role in data.roles:
+        m, field = data.memory[role], data.memory[role]["fields"][-1]
+        polygons, df, adf, sq, segments = PAPER[role]
+        rows.append((role, data.run["stand_ins"][role], m["triangles"], segments, m["parts"], df, field["dense_bytes"] / MB, adf,
+                     field["full_octree_bytes"] / MB, field["adf_bytes"] / MB, field["tree512_bytes"] / MB, sq,
+                     m["usual_map"]["bytes"] / MB, data.model[role]["bytes_without_exact"] / MB))
+    rows.append((SCENE, "sum", *(sum(r[k] for r in rows) for k in range(2, 14))))
+    return rows
+
+
+def markdown(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|---|" + "---:|" * (len(header) - 1)]
+    return "\n".join(lines + ["| " + " | ".join(str(c) for c in row) + " |" for row in rows])
+
+
+def short(value):
+    """Three significant digits, without an exponent."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def tables(data):
+    """Title of a block of the page: its text."""
+    cells = data.memory[data.roles[0]]["fields"][-1]["cells"]
+    polygons = lambda row: f"{row[2]}"
+    page = {"run": f"Last run: {data.run['date']}, commit {data.run['commit']}."}
+    page["table 1"] = markdown(
+        ("model", "stand-in", "polygons", "segments: paper", "here", "DF: paper, MB", f"here, {cells}", "ADF: paper",
+         "here, full", "here, to 0.1 %", "512-tree", "SQ: paper", "here", "default model"),
+        [(r[0], r[1], polygons(r), r[3], r[4], *(short(v) for v in r[5:13]), f"{r[13]:.2f}") for r in table_1(data)])
+    page["fig 3"] = "Longest edge of the grid in units of the mean edge: {:.1f} before eqs. 9 and 10, {:.1f} after.".format(
+        *(longest_gap(g) for g in grids(data)))
+    roles = [*data.roles[1:], SCENE]
+    page["fig 11a"] = markdown(
+        ("percent of FCL's OBB tree (medians), light / deep", *roles),
+        [(name, *(f"{short(share_of_obb(data, r, 'light', m))} / {short(share_of_obb(data, r, 'deep', m))}" for r in roles))
+         for m, name, *_ in LAYERS])
+    def median_of(kind, method, field):
+        return statistics.median(next(rec for rec in data.records[r, kind] if rec["method"] == method)[field] for r in data.roles[1:])
+    page["accuracy"] = markdown(
+        ("medians over the animals, light / deep", "missed, %", "false, %", "mean depth error, % of R_max"),
+        [(name, *(f"{short(median_of('light', m, f))} / {short(median_of('deep', m, f))}"
+                  for f in ("missed_pct", "false_pct", "depth_error_mean_pct"))) for m, name, *_ in LAYERS])
+    elephant = {kind: data.series["Elephant", kind] for kind in kinds_of("Elephant")}
+    usual = lambda kind, column: statistics.median(f[column] for f in elephant[kind])
+    kinds = ("near", "light", "deep")
+    page["fig 14b"] = markdown(
+        ("median µs a frame on the elephant", *(f"{k} ({usual(k, 'sqmap_exact_contacts'):.0f} contacts)" for k in kinds), "deep / light"),
+        [(name, *(short(usual(k, m + "_us")) for k in kinds), short(usual("deep", m + "_us") / usual("light", m + "_us")))
+         for m, name, *_ in [TIMED[0], *LAYERS]])
+    page["fig 14c"] = markdown(
+        ("base grid", "A_S", "layer", "µs a frame", "eq. 35 mean, %", "p99, %", "MB"),
+        [(f"{d['rows']} x {d['columns']}", d["subdivisions"], d["layer"], short(d["p50_us"]), short(d["eq35_mean_pct"]),
+          short(d["eq35_p99_pct"]), short(d["bytes"] / MB)) for d in data.density])
+    page["precomputation"] = markdown(
+        ("CPU seconds", *data.roles),
+        [("decomposition, fit, the paper's maps", *(f"{data.memory[r]['usual_map']['build_s']:.1f}" for r in data.roles)),
+         ("default model, exact layer and its own measurement included", *(f"{data.model[r]['seconds']:.1f}" for r in data.roles))])
+    return page
+
+
+def renew_page(path, page):
+    """Puts each block between its marks."""
+    text = path.read_text()
+    for title, block in page.items():
+        before, mark, rest = text.partition(f"<!-- {title} -->\n")
+        _, end, after = rest.partition("<!-- end -->")
+        if not mark or not end:
+            raise SystemExit(f"{path.relative_to(measure.ROOT)}: no place for '{title}'")
+        text = before + mark + "\n" + block + "\n\n" + end + after
+    path.write_text(text)

@@ -1,0 +1,269 @@
+#include "bake/locator.h"
+
+#include "query/approach.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <iostream>
+
+namespace sqmap::bake {
+namespace {
+
+using model::ModelView;
+using model::PlaceKind;
+
+/// A cell, or a brick that is not divided.
+struct Place {
+    PlaceKind kind = PlaceKind::Free;
+    Vec3d centre;
+    double side = 0;
+    double gap = 0;  ///< Free
+    std::uint32_t word = 0;
+};
+
+std::vector<Place> places_of(const ModelView& v)
+{
+    std::vector<Place> out;
+    const model::Locator& l = v.locator;
+    const Vec3d origin = cast<double>(model::vec3(l.origin));
+    const double cell = l.cell, step = cell * static_cast<double>(model::k_gap_step);
+    constexpr std::uint32_t n = model::k_brick;
+    for (std::uint32_t i = 0; i < v.bricks.size(); ++i) {
+        const Vec3d at{double(i % l.bricks[0]), double(i / l.bricks[0] % l.bricks[1]), double(i / (l.bricks[0] * l.bricks[1]))};
+        const Vec3d corner = origin + n * cell * at, middle = corner + 0.5 * n * cell * Vec3d{1, 1, 1};
+        const std::uint32_t brick = v.bricks[i];
+        if ((brick & model::k_free_brick) != 0) {
+            out.push_back({PlaceKind::Free, middle, n * cell, step * (brick & ~model::k_free_brick), 0});
+        } else if ((brick & model::k_deep_brick) != 0) {
+            const std::uint32_t word = v.places[brick & ~model::k_deep_brick];
+            out.push_back({model::place_kind(word), middle, n * cell, 0, word});
+        } else {
+            for (std::uint32_t k = 0; k < n * n * n; ++k) {
+                const std::uint32_t word = v.places[brick + k];
+                const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
+                const bool is_free = model::place_kind(word) == PlaceKind::Free;
+                out.push_back({model::place_kind(word), centre, cell, is_free ? step * model::place_gap(word) : 0, word});
+            }
+        }
+    }
+    return out;
+}
+
+Vec3d point_in(const Place& place, test::Random& random)
+{
+    return place.centre + 0.4999 * place.side * random.in_box({-1, -1, -1}, {1, 1, 1});
+}
+
+std::vector<model::Seed> chain_of(const ModelView& v, const Place& place)
+{
+    std::vector<model::Seed> chain;
+    for (std::uint32_t i = model::place_seed(place.word);; ++i) {
+        chain.push_back(v.seeds[i]);
+        if ((v.seeds[i].extent & model::k_last_seed) != 0) return chain;
+    }
+}
+
+/// Every third place of the horse is enough.
+void each_model(const std::function<void(const std::string&, const test::Parsed&, std::size_t stride)>& check)
+{
+    check("torus", test::Parsed(test::small_torus()), 1);
+    check("dumbbell", test::Parsed(mesh::dumbbell({.segments = 24})), 1);
+    check("hand", test::Parsed(test::small_hand()), 3);
+    if (const auto horse = test::shared_mesh("horse_5946.obj")) check("horse", test::Parsed(*horse), 5);
+}
+
+TEST(Locator, HoldsTheWholeObject)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t) {
+        const model::Locator& l = m.view().locator;
+        for (const Vec3d& p : m.mesh().vertices)
+            for (int k = 0; k < 3; ++k) {
+                const double in_cells = (p[k] - static_cast<double>(l.origin[k])) / static_cast<double>(l.cell);
+                ASSERT_GT(in_cells, 0) << name;
+                ASSERT_LT(in_cells, model::k_brick * l.bricks[k]) << name;
+            }
+    });
+}
+
+TEST(Locator, FreePlacesHoldNoPointOfTheSolidAndTheirGapIsALowerBound)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
+        test::Random random(1);
+        const std::vector<Place> places = places_of(m.view());
+        std::size_t checked = 0;
+        double used = 0, possible = 0;
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            const Place& place = places[i];
+            if (place.kind != PlaceKind::Free) continue;
+            ++checked;
+            ASSERT_FALSE(m.solid().inside(place.centre)) << name;
+            const double distance = m.solid().closest_boundary(place.centre).distance;
+            ASSERT_LE(place.gap, distance) << name;
+            used += place.gap;
+            possible += distance;
+            for (int k = 0; k < 6; ++k) ASSERT_FALSE(m.solid().inside(point_in(place, random))) << name;
+        }
+        EXPECT_GT(checked, 100u) << name;
+        EXPECT_GT(used, 0.9 * possible) << name << ": a gap of nothing would be a lower bound, too";
+    });
+}
+
+TEST(Locator, InsidePlacesAreInside)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
+        test::Random random(2);
+        const std::vector<Place> places = places_of(m.view());
+        std::size_t checked = 0;
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            if (places[i].kind != PlaceKind::Inside) continue;
+            ++checked;
+            for (int k = 0; k < 8; ++k) ASSERT_TRUE(m.solid().inside(point_in(places[i], random))) << name;
+        }
+        EXPECT_GT(checked, 100u) << name;
+    });
+}
+
+TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
+        test::Random random(3);
+        const ModelView& v = m.view();
+        const std::vector<Place> places = places_of(v);
+        std::size_t inside = 0, first_right = 0, judged = 0, mixed = 0, asked = 0;
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            const Place& place = places[i];
+            asked += place.kind == PlaceKind::Ask ? 1u : 0u;
+            if (place.kind != PlaceKind::Mixed) continue;
+            ++mixed;
+            for (int k = 0; k < 4; ++k) {
+                const Vec3d p = cast<double>(cast<float>(point_in(place, random)));
+                const bool is_inside = m.solid().inside(p);
+                std::uint32_t list = v.part_lists[model::place_list(place.word)];
+                std::int64_t holder = -1;
+                for (std::uint32_t j = 0; j < model::k_list_length && holder < 0; ++j, list >>= 8) {
+                    const std::uint32_t part = list & 0xffu;
+                    if (part == model::k_no_part) break;
+                    const query::CentralMap map(v, v.parts[part]);
+                    if (map.in_domain(map.to_chart_frame(cast<float>(p)))) holder = part;
+                }
+                if (is_inside) {
+                    ++inside;
+                    ASSERT_GE(holder, 0) << name << " at " << p.x << ' ' << p.y << ' ' << p.z;
+                }
+                if (m.solid().closest_boundary(p).distance < 0.005 * m.r_max()) continue;
+                ++judged;
+                if (holder < 0) {
+                    ++first_right;
+                    continue;
+                }
+                const query::CentralMap map(v, v.parts[static_cast<std::size_t>(holder)]);
+                const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(p)));
+                first_right += query::classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w).inside == is_inside ? 1u : 0u;
+            }
+        }
+        EXPECT_GT(inside, 100u) << name;
+        EXPECT_EQ(first_right, judged) << name << ": verdicts of the first chart beyond 0.5 % of R_max";
+        EXPECT_LT(asked, mixed / 10) << name << ": places that ask all parts should be rare";
+    });
+}
+
+TEST(Locator, TheLowestPlaneOfAFlatPlaceIsTheSurface)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
+        test::Random random(4);
+        const ModelView& v = m.view();
+        const double tolerance = 0.002 * m.r_max();  // 0.4 of the default target error
+        std::vector<double> errors;
+        std::size_t flat = 0, all = 0;
+        const std::vector<Place> places = places_of(v);
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            const Place& place = places[i];
+            if (place.kind == PlaceKind::Free) continue;
+            ++all;
+            const std::vector<model::Seed> chain = chain_of(v, place);
+            const bool is_flat = (chain.front().extent & model::k_flat) != 0;
+            for (const model::Seed& seed : chain)
+                ASSERT_EQ((seed.extent & model::k_flat) != 0, is_flat) << name << ": a chain is flat as a whole";
+            if (!is_flat) continue;
+            ++flat;
+            for (int k = 0; k < 3; ++k) {
+                const Vec3d p = point_in(place, random);
+                if (!m.solid().inside(p)) continue;
+                float lowest = INFINITY;
+                for (const model::Seed& seed : chain)
+                    lowest = std::min(lowest, query::seed_gap(v.locator, seed, cast<float>(p - place.centre)));
+                errors.push_back(std::abs(static_cast<double>(lowest) - m.solid().closest_boundary(p).distance));
+            }
+        }
+        ASSERT_GT(errors.size(), 100u) << name;
+        std::sort(errors.begin(), errors.end());
+        const auto within = static_cast<double>(std::upper_bound(errors.begin(), errors.end(), tolerance) - errors.begin()) /
+                            static_cast<double>(errors.size());
+        std::cout << name << ": " << flat << " of " << all << " places flat; " << 100 * within << " % of points within the tolerance, median "
+                  << 100 * errors[errors.size() / 2] / m.r_max() << " %, p99 " << 100 * errors[errors.size() * 99 / 100] / m.r_max()
+                  << " %, worst " << 100 * errors.back() / m.r_max() << " % of R_max\n";
+        EXPECT_GT(within, 0.99) << name;
+        EXPECT_LT(errors.back(), 0.005 * m.r_max()) << name;
+    });
+}
+
+TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
+        test::Random random(5);
+        const ModelView& v = m.view();
+        std::vector<double> errors;
+        const std::vector<Place> places = places_of(v);
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            const Place& place = places[i];
+            if (place.kind == PlaceKind::Free) continue;
+            const std::vector<model::Seed> chain = chain_of(v, place);
+            if ((chain.front().extent & model::k_flat) != 0) continue;
+            const Vec3d p = point_in(place, random);
+            if (!m.solid().inside(p)) continue;
+            double best = INFINITY;
+            for (const model::Seed& seed : chain) {
+                const model::Part& part = v.parts[model::seed_part(seed)];
+                const query::CentralMap map(v, part);
+                const float gap = query::seed_gap(v.locator, seed, cast<float>(p - place.centre));
+                const Vec3f point = cast<float>(p), foot = point + gap * query::seed_normal(seed);
+                best = std::min<double>(
+                    best, std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
+            }
+            errors.push_back(std::abs(best - m.solid().closest_boundary(p).distance));
+        }
+        if (errors.size() < 100) return;
+        std::sort(errors.begin(), errors.end());
+        std::cout << name << ": " << errors.size() << " points, median " << 100 * errors[errors.size() / 2] / m.r_max() << " %, p95 "
+                  << 100 * errors[errors.size() * 95 / 100] / m.r_max() << " % of R_max\n";
+        EXPECT_LT(errors[errors.size() * 95 / 100], 0.005 * m.r_max()) << name;
+    });
+}
+
+TEST(Locator, IsTheSameOnAnyNumberOfThreads)
+{
+    BakeOptions one, three;
+    one.threads = 1;
+    three.threads = 3;
+    const model::ModelData a = bake(test::small_hand(), true, one).model, b = bake(test::small_hand(), true, three).model;
+    EXPECT_FALSE(a.bricks.empty());
+    EXPECT_EQ(a.bricks, b.bricks);
+    EXPECT_EQ(a.places, b.places);
+    EXPECT_EQ(a.part_lists, b.part_lists);
+    ASSERT_EQ(a.locator_seeds.size(), b.locator_seeds.size());
+    for (std::size_t i = 0; i < a.locator_seeds.size(); ++i) {
+        ASSERT_EQ(a.locator_seeds[i].direction, b.locator_seeds[i].direction);
+        ASSERT_EQ(a.locator_seeds[i].extent, b.locator_seeds[i].extent);
+    }
+}
+
+TEST(Locator, SurfacesHaveNone)
+{
+    EXPECT_FALSE(model::has_locator(bake(test::small_torus(), false, {}).model.view()));
+}
+
+}  // namespace
+}  // namespace sqmap::bake
