@@ -44,6 +44,8 @@ struct Item {
     FclModel fcl;
 };
 
+constexpr query::FrameOptions k_margin{.layer = query::Layer::Exact, .margin = 0.002f};
+
 struct Pair {
     std::uint32_t a, b;
 };
@@ -113,8 +115,8 @@ struct Count {
 
 struct Totals {
     std::size_t poses = 0, curves = 0;
-    Count exact, layer3, offset;
-    std::size_t apart_false = 0, apart = 0;  ///< poses a little off each other, and those reported by the offset
+    Count exact, layer3, offset, margin;
+    std::size_t apart = 0, offset_false = 0, margin_false = 0;  ///< poses a little off each other, and those reported
     std::vector<double> sagitta;             ///< of curves no vertex is in: nearest vertex to the other surface, over its spacing
 };
 
@@ -150,6 +152,7 @@ public:
         const std::vector<std::uint32_t> lost = count({.layer = query::Layer::Exact}, totals.exact);
         count({}, totals.layer3);
         count({.offset = true}, totals.offset);
+        count(k_margin, totals.margin);
         // How near a vertex comes to the other surface where none is in it.
         for (const std::uint32_t id : lost) {
             double least = std::numeric_limits<double>::infinity();
@@ -168,7 +171,8 @@ public:
     void apart(const query::Pose& pose, Totals& totals)
     {
         ++totals.apart;
-        totals.apart_false += ask(pose, {.offset = true}).contacts > 0 ? 1u : 0u;
+        totals.offset_false += ask(pose, {.offset = true}).contacts > 0 ? 1u : 0u;
+        totals.margin_false += ask(pose, k_margin).contacts > 0 ? 1u : 0u;
     }
 
 private:
@@ -201,11 +205,16 @@ void print(const char* depth, const Totals& t, double r_max)
     std::vector<double> s = t.sagitta;
     std::sort(s.begin(), s.end());
     const auto at = [&](double q) { return s.empty() ? 0. : 100 * s[static_cast<std::size_t>(q * static_cast<double>(s.size() - 1))] / r_max; };
-    std::printf("%-9s poses %4zu  missed %% exact %5.1f layer3 %5.1f offset %5.1f | curves %5zu  missed %% exact %5.1f layer3 %5.1f offset %5.1f"
-                " | margin %% p50 %.3f p99 %.3f max %.3f | false %zu of %zu\n",
-                depth, t.poses, share(t.exact.poses, t.poses), share(t.layer3.poses, t.poses), share(t.offset.poses, t.poses), t.curves,
-                share(t.exact.curves, t.curves), share(t.layer3.curves, t.curves), share(t.offset.curves, t.curves), at(0.5), at(0.99), at(1),
-                t.apart_false, t.apart);
+    const auto line = [&](const char* what, std::size_t of, auto missed) {
+        std::printf("  %-6s %4zu  missed %%: exact %5.1f  layer 3 %5.1f  offset %5.1f  margin %5.1f\n", what, of, share(missed(t.exact), of),
+                    share(missed(t.layer3), of), share(missed(t.offset), of), share(missed(t.margin), of));
+    };
+    std::printf("pressed %s of R_max\n", depth);
+    line("poses", t.poses, [](const Count& c) { return c.poses; });
+    line("curves", t.curves, [](const Count& c) { return c.curves; });
+    std::printf("  as far apart, in contact %%: offset %.1f  margin %.1f\n", share(t.offset_false, t.apart), share(t.margin_false, t.apart));
+    std::printf("  of curves that the exact layer misses, nearest vertex off the other surface, %% of R_max: median %.3f  p99 %.3f  max %.3f\n",
+                at(0.5), at(0.99), at(1));
 }
 
 int run(int poses, const char* path_a, const char* path_b)
@@ -235,9 +244,10 @@ int run(int poses, const char* path_a, const char* path_b)
             measure.apart(pose_at(out + k_press[k] * setting->r_max), totals[k]);
         }
     }
-    std::printf("R_max %.4f  offsets up to %.3f %% and %.3f %% of the object's R_max\n", setting->r_max,
-                100 * (sa.radius - static_cast<double>(a.view.header.sphere[3]) * a.view.header.unit) / setting->r_max,
-                100 * (sb.radius - static_cast<double>(b.view.header.sphere[3]) * b.view.header.unit) / setting->r_max);
+    const query::FrameOptions offset{.offset = true};
+    std::printf("offsets up to %.3f %% (a) and %.3f %% (b) of a's R_max, margin %.3f %% of each body's own\n",
+                100 * query::reach_of({&a.view, nullptr, {}}, offset) / setting->r_max,
+                100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max, 100 * static_cast<double>(k_margin.margin));
     for (std::size_t k = 0; k < std::size(k_press); ++k) {
         char name[32];
         std::snprintf(name, sizeof(name), "%.2f %%", 100 * k_press[k]);

@@ -115,7 +115,7 @@ class Chart:
         text(at_x + 16, middle, self.y_label, extra=f"transform='rotate(-90 {at_x + 16} {middle:.1f})'", colour=INK, size=12)
         for value, words in self.levels:
             out.append(f"<path d='M{left} {y(value):.1f}H{right}' stroke='{INK}' stroke-dasharray='5 4'/>")
-            text(right - 3, y(value) - 5, words, "end", colour=INK)
+            text(left + 4, y(value) - 5, words, "start", colour=INK)
         for s in self.series:
             places = [(x(a), y(b)) for a, b in s["points"]]
             if s["stroke"]:

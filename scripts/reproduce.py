@@ -6,7 +6,7 @@ usage: reproduce.py [FOLDER] [--quick] [--redraw]
 FOLDER holds meshes/ and paths/ (default: SQMAP_SHARED_DIR, or ../shared) with stand-ins for the paper's five animals and its
 hand; without them the demo's meshes stand in. Numbers go to build/reproduce as JSON and CSV, plots to
 docs/images/reproduction, tables into docs/reproduction.md. --quick: shapes that the program makes itself, coarse and short,
-all in build/reproduce/quick. --redraw: plots and tables again from the numbers of the last run.
+all in build/reproduce/quick. --redraw: pictures, plots and tables again from the numbers of the last run.
 """
 import argparse
 import csv
@@ -50,8 +50,8 @@ ROLES = {
 QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "torus", "Horse": "dumbbell", "Elephant": "bent"}
 
 # What the races run. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
-METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_layer2", "sqmap_normal_layer3", "sqmap_layer1",
-           "sqmap_layer3", "sqmap_exact", "fcl_obb_all", "dense128", "adf")
+METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_layer2", "sqmap_normal_layer3", "sqmap_layer3",
+           "sqmap_exact", "fcl_obb_all", "dense128", "adf")
 
 
 @dataclasses.dataclass
@@ -130,7 +130,7 @@ def measure_races(models, folder, scale, out):
     """Figs. 11a, 14a and 14b: every method's time in every frame."""
     hand, animals = models[0], models[1:]
     for subject in animals:
-        for kind in ("light", "deep"):
+        for kind in figures.kinds_of(subject.role):
             say(f"the hand slides over {subject.role}, {kind}")
             bench("frames", "--object", subject.mesh, "--probe", hand.mesh, "--path",
                   path_of(folder, subject, hand, kind, scale.frames, out), "--methods", ",".join(METHODS), "--json",
@@ -174,7 +174,7 @@ def draw_pictures(models, out, images):
     spheres, model = out / "two_spheres.obj", out / "two_spheres.sqmap"
     two_spheres(spheres)
     measure.run("bake", spheres, "-o", model, "--projection", "normal", "--max-parts", "1", "--no-exact", "--target-error", "0.2")
-    measure.run("render", model, spheres, "--what", "parts,superquadrics,map", "--up", "x", "--azimuth", "90", "--size", "420x300",
+    measure.run("render", model, spheres, "--what", "parts,superquadrics,map", "--up", "z", "--size", "560x400",
                 "-o", out / "fig04.png")
     rows = []
     for role in ("Elephant", "Tiger", "Horse"):
@@ -195,7 +195,7 @@ def load(models, out):
         data.memory[role] = json.loads((out / f"memory.{role}.json").read_text())
         data.model[role] = json.loads((out / f"model.{role}.json").read_text())
     for role in data.roles[1:]:
-        for kind in ("light", "deep"):
+        for kind in figures.kinds_of(role):
             with open(out / f"race.{role}.{kind}.csv", newline="") as rows:
                 data.series[role, kind] = [{k: float(v) for k, v in row.items() if v} for row in csv.DictReader(rows)]
             data.records[role, kind] = json.loads((out / f"race.{role}.{kind}.json").read_text())
@@ -222,9 +222,9 @@ def main():
         measure_memory(models, scale, out)
         measure_races(models, arguments.folder, scale, out)
         measure_density(models, arguments.folder, scale, out)
-        draw_pictures(models, out, images)
         (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": measure.commit(),
                                                   "stand_ins": {m.role: m.mesh.stem for m in models}}))
+    draw_pictures(models, out, images)
     say("tables and plots")
     data = load(models, out)
     data.run = json.loads((out / "run.json").read_text())

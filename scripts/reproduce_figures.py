@@ -71,6 +71,11 @@ def figure_3(data, images):
 
 # --- Figs. 11 and 14: times --------------------------------------------------------------------------------------------
 
+def kinds_of(role):
+    """Paths of a role. The elephant's also has one that comes near without touching, for Fig. 14b."""
+    return ("light", "deep", "near") if role == "Elephant" else ("light", "deep")
+
+
 def frames_of(data, role, kind):
     """All frames of a role; of the scene, the frames of every animal in turn."""
     roles = data.roles[1:] if role == SCENE else [role]
@@ -88,10 +93,10 @@ LAYERS = [  # method, words, colour, shape, hollow
     ("sqmap_normal_printed", "paper's maps, layer 2, search as printed", GREY, "circle", True),
     ("sqmap_normal_layer2", "paper's maps, layer 2", ORANGE, "circle", False),
     ("sqmap_normal_layer3", "paper's maps, layer 3", RED, "circle", False),
-    ("sqmap_layer1", "sqmap today, layer 1", BLUE, "square", True),
     ("sqmap_layer3", "sqmap today, layer 3", RED, "square", True),
     ("sqmap_exact", "sqmap today, exact layer", VIOLET, "square", True),
-    ("dense128", "dense field, 128 a side, plain", GREEN, "diamond", True),
+    ("dense128", "dense field, 128 a side", GREEN, "diamond", True),
+    ("adf", "ADF, split to an error of 0.1 %", GREEN, "diamond", False),
 ]
 
 
@@ -126,7 +131,7 @@ def figure_14a(data, images):
 
 
 def figure_14b(data, images):
-    frames = [f for kind in ("light", "deep") for f in frames_of(data, "Elephant", kind)]
+    frames = [f for kind in kinds_of("Elephant") for f in data.series["Elephant", kind]]
     charts = []
     for methods, title in ((TIMED[:2], "as in 2007"), (TIMED[2:], "today")):
         chart = plot.Chart(f"Fig. 14b: time against contacts, {title}", "vertices of the hand inside the elephant", "µs a frame",
@@ -184,7 +189,7 @@ def figure_12(data, images):
         table = [sum(PAPER[r][k] for r in roles) for k in (1, 2, 3)]
         for value, colour in zip(table, (GREY, ORANGE, BLUE)):
             chart.dots("", [(right, value)], colour, shape="dash")
-        chart.dots("dashes: the paper's Table 1 (density not stated)", [], GREY, shape="dash")
+        chart.dots("the paper's Table 1, unknown density", [], GREY, shape="dash")
         charts.append(chart)
     plot.save(images / "fig12.svg", *charts)
 
@@ -220,8 +225,8 @@ def write_csv(data, out):
              for m, *_ in LAYERS])
     rows_to(out / "fig14a.csv", ("frame", *(m for m, *_ in TIMED)),
             [(f["frame"], *(f[m + "_us"] for m, *_ in TIMED)) for f in data.series["Elephant", "deep"]])
-    rows_to(out / "fig14b.csv", ("contacts", *(m for m, *_ in TIMED)),
-            [(f["sqmap_exact_contacts"], *(f[m + "_us"] for m, *_ in TIMED)) for kind in ("light", "deep")
+    rows_to(out / "fig14b.csv", ("path", "contacts", *(m for m, *_ in TIMED)),
+            [(kind, f["sqmap_exact_contacts"], *(f[m + "_us"] for m, *_ in TIMED)) for kind in kinds_of("Elephant")
              for f in data.series["Elephant", kind]])
     rows_to(out / "fig14c.csv", data.density[0], [d.values() for d in data.density])
     rows_to(out / "table1.csv", ("model", "stand_in", "polygons", "segments_paper", "segments", "DF_paper_MB", "DF_MB", "ADF_paper_MB",
@@ -266,13 +271,19 @@ def tables(data):
         ("percent of FCL's OBB tree (medians), light / deep", *roles),
         [(name, *(f"{short(share_of_obb(data, r, 'light', m))} / {short(share_of_obb(data, r, 'deep', m))}" for r in roles))
          for m, name, *_ in LAYERS])
-    answers = [("sqmap_normal_layer1", "paper's maps, layer 1")] + [(m, n) for m, n, *_ in LAYERS[1:]]
     def median_of(kind, method, field):
         return statistics.median(next(rec for rec in data.records[r, kind] if rec["method"] == method)[field] for r in data.roles[1:])
     page["accuracy"] = markdown(
         ("medians over the animals, light / deep", "missed, %", "false, %", "mean depth error, % of R_max"),
         [(name, *(f"{short(median_of('light', m, f))} / {short(median_of('deep', m, f))}"
-                  for f in ("missed_pct", "false_pct", "depth_error_mean_pct"))) for m, name in answers])
+                  for f in ("missed_pct", "false_pct", "depth_error_mean_pct"))) for m, name, *_ in LAYERS])
+    elephant = {kind: data.series["Elephant", kind] for kind in kinds_of("Elephant")}
+    usual = lambda kind, column: statistics.median(f[column] for f in elephant[kind])
+    kinds = ("near", "light", "deep")
+    page["fig 14b"] = markdown(
+        ("median µs a frame on the elephant", *(f"{k} ({usual(k, 'sqmap_exact_contacts'):.0f} contacts)" for k in kinds), "deep / light"),
+        [(name, *(short(usual(k, m + "_us")) for k in kinds), short(usual("deep", m + "_us") / usual("light", m + "_us")))
+         for m, name, *_ in [TIMED[0], *LAYERS]])
     page["fig 14c"] = markdown(
         ("base grid", "A_S", "layer", "µs a frame", "eq. 35 mean, %", "p99, %", "MB"),
         [(f"{d['rows']} x {d['columns']}", d["subdivisions"], d["layer"], short(d["p50_us"]), short(d["eq35_mean_pct"]),

@@ -400,11 +400,12 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uin
     return contact;
 }
 
-void apply_offset(const ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept
+void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset& move, Contact& contact) noexcept
 {
     // How far out any part moves its surface.
-    float reach = 0.f;
-    for (const Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
+    float reach = move.least;
+    if (move.stored)
+        for (const Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
     Nearest best;
     if (contact.contact) {
         best = {contact.depth * contact.depth, contact.point, contact.normal, contact.part};
@@ -419,7 +420,7 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, Contact& con
     if (best.part < 0) return;
     const CentralMap map(model, model.parts[static_cast<std::size_t>(best.part)]);
     const ChartPoint q = to_chart(map.to_chart_frame(best.point));
-    const float offset = map.offset_at(q.face, q.s, q.t);
+    const float offset = move.stored ? std::max(move.least, map.offset_at(q.face, q.s, q.t)) : move.least;
     const float outside = contact.contact ? -contact.depth : std::sqrt(best.distance_sq);
     if (!(outside < offset)) return;
     contact.contact = true;

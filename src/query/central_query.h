@@ -22,8 +22,14 @@ struct PointVerdict {
 /// the chart, and again about what was found, while that comes nearer. @pre the model has the exact layer.
 void settle_on_triangles(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;
 
-/// Moves an answer out by the offset stored at the nearest surface point; a free point within it becomes a contact.
-void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, Contact& contact) noexcept;
+/// How far a surface is moved out.
+struct Offset {
+    bool stored;  ///< by what is stored at the nearest surface point
+    float least;  ///< at least by this, model units
+};
+
+/// Moves an answer out; a free point within the offset becomes a contact.
+void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, const Offset& move, Contact& contact) noexcept;
 
 /// Replaces depth, normal and point of a contact by those of the smoothed map on the point's own ray.
 void apply_smoothing(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;

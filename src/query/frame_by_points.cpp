@@ -9,9 +9,11 @@ namespace {
 
 class PointFrame {
 public:
-    PointFrame(const FrameJob& job, bool offset)
-        : job_(job), reach_(offset ? offset_reach(job.model) : 0.f),
-          options_{.layer = job.layer == Layer::Exact && !job.exact ? Layer::Three : job.layer, .offset = offset}
+    PointFrame(const FrameJob& job, const FrameOptions& options)
+        : job_(job), reach_(offset_reach(job.model, options)),
+          options_{.layer = job.layer == Layer::Exact && !job.exact ? Layer::Three : job.layer,
+                   .offset = options.offset,
+                   .margin = options.margin}
     {
     }
 
@@ -72,14 +74,15 @@ private:
 
 }  // namespace
 
-float offset_reach(const model::ModelView& model) noexcept
+float offset_reach(const model::ModelView& model, const FrameOptions& options) noexcept
 {
-    float reach = 0.f;
+    float reach = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    if (!options.offset) return reach;
     for (const model::Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
     for (const model::NormalPart& part : model.normal.parts) reach = std::max(reach, 255.f * part.offset_scale);
     return reach;
 }
 
-FrameResult run_frame_by_points(const FrameJob& job, bool offset) noexcept { return PointFrame(job, offset).run(); }
+FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept { return PointFrame(job, options).run(); }
 
 }  // namespace sqmap::query

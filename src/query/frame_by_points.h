@@ -5,11 +5,11 @@
 
 namespace sqmap::query {
 
-/// How far out the stored offset (eq. 12) moves a model's surface at most, model units.
-[[nodiscard]] float offset_reach(const model::ModelView& model) noexcept;
+/// How far out options move a model's surface at most, model units.
+[[nodiscard]] float offset_reach(const model::ModelView& model, const FrameOptions& options) noexcept;
 
-/// As the kernel, by query_point: for layer One, for models without a locator, and with offset for the moved surface.
+/// As the kernel, by query_point: for layer One, for models without a locator, and for a surface that is moved out.
 /// Cost: a sphere test a cluster and part; for each point of a near cluster a query_point.
-FrameResult run_frame_by_points(const FrameJob& job, bool offset) noexcept;
+FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept;
 
 }  // namespace sqmap::query

@@ -20,8 +20,7 @@ Sphere local_sphere(const Body& body)
 {
     if (body.model == nullptr) return body.probe == nullptr ? Sphere{} : body.probe->sphere();
     const model::Header& h = body.model->header;
-    const double radius = static_cast<double>(h.sphere[3]) + static_cast<double>(offset_reach(*body.model));
-    const Sphere map{model::to_mesh_units(h, model::vec3(h.sphere)), radius * h.unit};
+    const Sphere map{model::to_mesh_units(h, model::vec3(h.sphere)), static_cast<double>(h.sphere[3]) * h.unit};
     if (body.probe == nullptr || body.probe->size() == 0) return map;
     // Both hold the same vertices, but a probe may have been deformed since.
     const Sphere probe = body.probe->sphere();
@@ -34,6 +33,11 @@ Sphere sphere_of(const Body& body) noexcept
 {
     const Sphere local = local_sphere(body);
     return {placed(body.pose, local.centre), local.radius};
+}
+
+double reach_of(const Body& body, const FrameOptions& options) noexcept
+{
+    return body.model == nullptr ? 0. : static_cast<double>(offset_reach(*body.model, options)) * body.model->header.unit;
 }
 
 /// One query on its way.

@@ -64,8 +64,9 @@ Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
     }
     const Vec3f offset = point - model::vec3(model.header.sphere);
     contact.certain = true;
-    // An offset reaches a little past the object's sphere.
-    const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f);
+    // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
+    const float margin = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
     // The box first: squares of far coordinates overflow.
     if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius)
         return contact;
@@ -82,7 +83,7 @@ Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
     }
     Contact answer = query_central(model, point, layer, options.layer3_gate);
     if (options.smoothing && layer != Layer::Exact) apply_smoothing(model, point, answer);
-    if (options.offset) apply_offset(model, point, layer, answer);
+    if (options.offset || margin > 0.f) apply_offset(model, point, layer, {.stored = options.offset, .least = margin}, answer);
     return answer;
 }
 
@@ -92,7 +93,7 @@ Contact query_point(const ModelView& model, Vec3f point, const QueryOptions& opt
 {
     Contact contact = answer(model, point, options);
     // Proofs are about a closed solid, and about its surface where it is.
-    if (model.header.solid == 0 || options.offset || options.smoothing) contact.certain = false;
+    if (model.header.solid == 0 || options.offset || options.margin > 0.f || options.smoothing) contact.certain = false;
     return contact;
 }
 

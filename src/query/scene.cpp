@@ -16,9 +16,9 @@ bool is_finite(const Pose& pose)
            is_finite(pose.rotation.row[2]);
 }
 
-bool touch(const Sphere& a, const Sphere& b)
+bool touch(const Sphere& a, const Sphere& b, double slack)
 {
-    const double reach = a.radius + b.radius;
+    const double reach = a.radius + b.radius + slack;
     return norm_sq(a.centre - b.centre) <= reach * reach;
 }
 
@@ -124,7 +124,17 @@ void Scene::update() noexcept
     stale_ = false;
 }
 
-SceneResult Scene::pairs(std::span<ScenePair> pairs) noexcept
+double Scene::largest_reach(const FrameOptions& options) const noexcept
+{
+    double reach = 0;
+    if (options.offset || options.margin > 0.f)
+        for (const Entry& e : order_) reach = std::max(reach, reach_of(bodies_[e.id], options));
+    return reach;
+}
+
+SceneResult Scene::pairs(std::span<ScenePair> pairs) noexcept { return find(0, pairs); }
+
+SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
 {
     update();
     SceneResult result;
@@ -132,9 +142,9 @@ SceneResult Scene::pairs(std::span<ScenePair> pairs) noexcept
     PairList list{pairs, result};
     for (std::size_t i = 0; i < posed_; ++i) {
         const Sphere& s = sorted_[i];
-        const double hi = s.centre[axis_] + s.radius;
+        const double hi = s.centre[axis_] + s.radius + slack;
         for (std::size_t j = i + 1; j < posed_ && order_[j].lo <= hi; ++j)
-            if (touch(s, sorted_[j]) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id])) list.add(order_[i].id, order_[j].id);
+            if (touch(s, sorted_[j], slack) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id])) list.add(order_[i].id, order_[j].id);
     }
     list.sort();
     return result;
@@ -157,7 +167,7 @@ SceneResult Scene::ask(SceneResult result, const Body* probe, const PairOptions&
 
 SceneResult Scene::query_pairs(const PairOptions& options, std::span<ScenePair> near, std::span<PairContact> contacts) noexcept
 {
-    return ask(pairs(near), nullptr, options, near, contacts);
+    return ask(find(largest_reach(options.frame), near), nullptr, options, near, contacts);
 }
 
 SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const FrameOptions& options, std::span<ScenePair> near,
@@ -167,7 +177,8 @@ SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const Frame
     SceneResult result;
     if (posed_ < order_.size()) result.status |= k_frame_not_finite;
     const Body body{nullptr, &probe, pose};
-    const Sphere s = safe_sphere(body);
+    Sphere s = safe_sphere(body);
+    s.radius += largest_reach(options);
     if (!is_finite(pose) || !is_finite(s.centre)) {
         result.status |= k_frame_not_finite;
         return result;
@@ -177,7 +188,7 @@ SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const Frame
     const double lo = s.centre[axis_] - s.radius - 2 * largest_radius_, hi = s.centre[axis_] + s.radius;
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(posed_);
     for (auto at = std::lower_bound(order_.begin(), end, lo, [](const Entry& e, double v) { return e.lo < v; }); at != end && at->lo <= hi; ++at)
-        if (touch(s, sorted_[static_cast<std::size_t>(at - order_.begin())]) && bodies_[at->id].model != nullptr) list.add(at->id, k_no_body);
+        if (touch(s, sorted_[static_cast<std::size_t>(at - order_.begin())], 0) && bodies_[at->id].model != nullptr) list.add(at->id, k_no_body);
     list.sort();
     return ask(result, &body, {.frame = options}, near, contacts);
 }

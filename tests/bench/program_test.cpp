@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -71,6 +72,42 @@ TEST_F(BenchProgram, MakesAPathRacesOnItAndTabulates)
     ASSERT_EQ(run("table out.json"), 0);
     EXPECT_NE(text("out.txt").find("| dense64_simd |"), std::string::npos) << text("out.txt");
     EXPECT_NE(text("out.txt").find("### deep: medians over 1 path"), std::string::npos) << text("out.txt");
+}
+
+TEST_F(BenchProgram, WritesASeriesWithARowAFrame)
+{
+    std::ofstream(folder_ / "path.csv") << path_text(std::vector<Pose>(3));
+    ASSERT_EQ(run("frames --object ring.obj --probe egg.obj --path path.csv --methods dense64 --cache cache --json out.json --series "
+                  "out.csv"),
+              0)
+        << text("err.txt");
+    const std::string series = text("out.csv");
+    EXPECT_EQ(series.substr(0, series.find('\n')), "frame,dense64_us,dense64_contacts");
+    EXPECT_EQ(std::count(series.begin(), series.end(), '\n'), 4);
+}
+
+TEST_F(BenchProgram, MakesTheNumbersOfTheReproduction)
+{
+    ASSERT_EQ(run("memory --object ring.obj --cells 32,64 --levels 3,4 --json memory.json"), 0) << text("err.txt");
+    const auto memory = nlohmann::json::parse(text("memory.json"));
+    ASSERT_EQ(memory["fields"].size(), 2u);
+    ASSERT_EQ(memory["maps"].size(), 2u);
+    EXPECT_GT(memory["fields"][1]["dense_bytes"], memory["fields"][0]["dense_bytes"]);
+    EXPECT_GT(memory["maps"][1]["bytes"], memory["maps"][0]["bytes"]);
+    EXPECT_GT(memory["maps"][1]["cells"], memory["maps"][0]["cells"]);
+
+    ASSERT_EQ(run("path --object ring.obj --probe egg.obj --kind deep --frames 4 -o deep.csv --cache cache"), 0) << text("err.txt");
+    ASSERT_EQ(run("density --object ring.obj --probe egg.obj --path deep.csv --levels 3 --subdivisions 2 --json density.json"), 0)
+        << text("err.txt");
+    const auto density = nlohmann::json::parse(text("density.json"));
+    ASSERT_EQ(density.size(), 3u);
+    EXPECT_EQ(density[0]["layer"], 2);
+    EXPECT_EQ(density[2]["subdivisions"], 2);
+    EXPECT_LT(density[2]["eq35_mean_pct"], density[0]["eq35_mean_pct"]);
+
+    ASSERT_EQ(run("sampling --rows 3 --columns 4 -o sampling.csv"), 0) << text("err.txt");
+    const std::string points = text("sampling.csv");
+    EXPECT_EQ(std::count(points.begin(), points.end(), '\n'), 1 + 3 * 4);
 }
 
 TEST_F(BenchProgram, SaysWhatIsWrongAndLeavesNoFileBehind)

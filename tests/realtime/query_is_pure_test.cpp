@@ -149,7 +149,7 @@ public:
     {
         for (const query::Layer layer : k_layers)
             for (const bool offset : {false, true})
-                for (const query::Pose& pose : poses_) frame({.layer = layer, .offset = offset}, pose);
+                for (const query::Pose& pose : poses_) frame({.layer = layer, .offset = offset, .margin = offset ? 0.01f : 0.f}, pose);
         deforming_.move(hand_.mesh.vertices);
     }
     [[nodiscard]] std::size_t contacts() const { return total_; }

@@ -84,9 +84,10 @@ enum FrameStatus : std::uint8_t {
 struct FrameOptions {
     Layer layer = Layer::Three;  ///< Auto is answered by Three
     bool first_only = false;     ///< stop at the first contact: a yes or no
-    /// Move the surface out by the stored offset (eq. 12; not layer One), as QueryOptions::offset does: for probes that are
-    /// the corners of triangles. Points are asked one by one: slower by an order of magnitude.
+    /// Move the surface out, as QueryOptions::offset and margin do (not layer One): for probes that are the corners of triangles.
+    /// Points are asked one by one: slower by an order of magnitude.
     bool offset = false;
+    float margin = 0;
 };
 
 struct FrameResult {

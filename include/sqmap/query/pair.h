@@ -18,8 +18,10 @@ struct Body {
     Pose pose{};                              ///< rigid: mesh frame -> world
 };
 
-/// Holds all of a body, with its surface moved out by the stored offset; the world's frame and units.
+/// Holds all of a body; the world's frame and units.
 [[nodiscard]] Sphere sphere_of(const Body& body) noexcept;
+/// How far options move the body's surface out at most; the world's units.
+[[nodiscard]] double reach_of(const Body& body, const FrameOptions& options) noexcept;
 
 enum class Side : std::uint8_t { A, B };
 

@@ -42,11 +42,13 @@ struct Contact {
     std::uint8_t status = k_ok;
 };
 
-/// How to ask. offset and smoothing are for probes made of triangles and for force; point queries leave them off.
+/// How to ask. offset, margin and smoothing are for probes made of triangles and for force; point queries leave them off.
 struct QueryOptions {
     Layer layer = Layer::Auto;
     std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L for Layer::Auto; 0: never Layer 3
     bool offset = false;     ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
+    /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps.
+    float margin = 0;
     bool smoothing = false;  ///< layers Two, Three and Auto: depth and normal of the smoothed map
 };
 
@@ -54,8 +56,8 @@ struct QueryOptions {
 /// Cost: a sphere and a box test a part; where the point is inside, a search bounded by the part's cells.
 [[nodiscard]] Contact query_point(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
 
-/// The same with options. With offset, points up to the offset outside the surface are in contact too, and depth is
-/// measured from the moved surface; with offset or smoothing no verdict is called certain.
+/// The same with options. With offset or margin, points up to that far outside the surface are in contact too, and depth is
+/// measured from the moved surface; with offset, margin or smoothing no verdict is called certain.
 [[nodiscard]] Contact query_point(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
 /// A batch: contacts[i] answers points[i]. Returns the number of contacts.

@@ -56,7 +56,7 @@ public:
     /// Cost: near linear in the bodies, and in the pairs that overlap along the world axis on which fewest do.
     SceneResult pairs(std::span<ScenePair> pairs) noexcept;
 
-    /// The same with their contacts, pair after pair.
+    /// The same with their contacts, pair after pair; spheres count as larger by what the options move surfaces out.
     SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs, std::span<PairContact> contacts) noexcept;
 
     /// Contacts of a probe with the maps of all bodies: the probe is b of each pair.
@@ -71,6 +71,10 @@ private:
     struct PairList;
 
     void update() noexcept;
+    /// Pairs of bodies at most slack apart.
+    SceneResult find(double slack, std::span<ScenePair> pairs) noexcept;
+    /// The most that options move any body's surface out.
+    double largest_reach(const FrameOptions& options) const noexcept;
     void choose_axis() noexcept;
     void sort() noexcept;
     SceneResult ask(SceneResult result, const Body* probe, const PairOptions& options, std::span<ScenePair> pairs,

@@ -1,0 +1,73 @@
+// What a scene's broad phase and a pile cost in a frame: run under callgrind, whose counts do not depend on the machine's load.
+// usage: sqmap_scene_cost far|pile|probe BODIES FRAMES     prints pairs and contacts; with 0 FRAMES only sets up
+#include "sqmap/bake/bake.h"
+#include "sqmap/math/random.h"
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/query/scene.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using namespace sqmap;
+
+Mat3d about_z(double angle) { return {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}}; }
+
+int run(std::string_view kind, std::size_t bodies, int frames)
+{
+    const mesh::Mesh shape = mesh::polygonized(mesh::hand_capsules(), 0.06);
+    const bake::BakeResult bake = bake::bake(shape, true, {});
+    const model::ModelView view = bake.model.view();
+    const query::Probe probe(shape.vertices);
+    query::Scene scene;
+    SplitMix64 random(3);
+    // A grid, shaken: as many to the volume whatever their number. The hand is about 1 long and half as wide: in the pile it
+    // touches its neighbours.
+    const auto side = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(bodies))));
+    const double apart = kind == "pile" ? 0.8 : 4.0;
+    const double extent = apart * static_cast<double>(side);
+    std::vector<Vec3d> places, velocities;
+    for (std::size_t i = 0; i < bodies; ++i) {
+        const Vec3d cell{static_cast<double>(i % side), static_cast<double>(i / side % side), static_cast<double>(i / side / side)};
+        places.push_back(apart * (cell + 0.3 * Vec3d{random.uniform(), random.uniform(), random.uniform()}));
+        velocities.push_back(0.005 * Vec3d{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)});
+        (void)scene.add(&view, &probe, {{}, places.back()});
+    }
+    std::vector<query::ScenePair> pairs(20000);
+    std::vector<query::PairContact> contacts(400000);
+    std::size_t near = 0, found = 0;
+    for (int frame = 0; frame < frames; ++frame) {
+        if (kind == "probe") {  // what moves is the probe
+            const query::SceneResult r =
+                scene.query_probe(probe, {about_z(0.01 * frame), {extent * random.uniform(), extent * random.uniform(), -2}}, {}, pairs, contacts);
+            near += r.pairs;
+            found += r.contacts;
+            continue;
+        }
+        for (std::size_t i = 0; i < bodies; ++i) {
+            places[i] += velocities[i];
+            (void)scene.set_pose(static_cast<query::BodyId>(i), {about_z(0.01 * frame + static_cast<double>(i)), places[i]});
+        }
+        const query::SceneResult r = scene.query_pairs({}, pairs, contacts);
+        near += r.pairs;
+        found += r.contacts;
+    }
+    if (frames > 0)
+        std::printf("%zu bodies: %.1f pairs, %.1f contacts a frame\n", bodies, static_cast<double>(near) / frames, static_cast<double>(found) / frames);
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    if (argc != 4) {
+        std::fprintf(stderr, "usage: %s far|pile|probe BODIES FRAMES\n", argv[0]);
+        return 64;
+    }
+    return run(argv[1], static_cast<std::size_t>(std::atoi(argv[2])), std::atoi(argv[3]));
+}
