@@ -1,9 +1,7 @@
 // Subcommands that make the numbers of the paper's evaluation (section 7) which no race makes.
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <CLI/App.hpp>
 
 namespace sqmap::bench {
 
