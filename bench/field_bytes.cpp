@@ -69,18 +69,14 @@ std::size_t lowest_cells(const mesh::Solid& solid, const Cube& cube, int along, 
 
 }  // namespace
 
-double cell_side(const Setting& setting, FieldDensity density)
-{
-    return longest(box_of(setting.object)) / density.cells;
-}
+double cell_side(const Setting& setting, FieldDensity density) { return longest(box_of(setting.object)) / density.cells; }
 
 std::size_t dense_bytes(const Setting& setting, FieldDensity density)
 {
     const Box box = box_of(setting.object);
     const double side = cell_side(setting, density);
     std::size_t samples = 1;
-    for (int k = 0; k < 3; ++k)
-        samples *= static_cast<std::size_t>(std::ceil((box.hi[k] - box.lo[k]) / side - 1e-9)) + 3;
+    for (int k = 0; k < 3; ++k) samples *= static_cast<std::size_t>(std::ceil((box.hi[k] - box.lo[k]) / side - 1e-9)) + 3;
     return k_value * samples;
 }
 

@@ -32,7 +32,7 @@ double surface_area(const shape::Superquadricd& sq)
     constexpr int k_rows = 64, k_columns = 128;
     const auto at = [&](int i, int j) {
         return shape::surface_point(sq, shape::SurfaceAngles<double>{std::numbers::pi * (static_cast<double>(i) / k_rows - 0.5),
-                                         std::numbers::pi * (2.0 * j / k_columns - 1)})
+                                                                     std::numbers::pi * (2.0 * j / k_columns - 1)})
             .point;
     };
     double area = 0;
@@ -98,7 +98,8 @@ public:
             }
             const query::CombinedAnswer all = query::combine(answers_);
             if (all.contact)
-                contacts_.push_back({i, all.has_surface ? std::max(answers_[static_cast<std::size_t>(all.part)].depth, 0.f) : 0.f});
+                contacts_.push_back(
+                    {i, all.has_surface ? std::max(answers_[static_cast<std::size_t>(all.part)].depth, 0.f) : 0.f});
         }
     }
 
@@ -198,8 +199,8 @@ ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> 
             const shape::Foot<float> foot = query::find_foot(maps.views()[k], p, query::Projector::Newton, &flags);
             if ((flags & query::k_projection_unproven) != 0) continue;
             const Vec3d n = cast<double>(foot.normal);
-            const bake::MapRays::Surface met = parts.rays.surface_along(
-                cast<double>(foot.point) + lift * n, -n, std::numeric_limits<double>::infinity(), lift);
+            const bake::MapRays::Surface met =
+                parts.rays.surface_along(cast<double>(foot.point) + lift * n, -n, std::numeric_limits<double>::infinity(), lift);
             const bool on_mesh = met.kind == bake::MapRays::Kind::Hit, on_map = (answer.flags & k_no_distance) == 0;
             one_sided += on_mesh != on_map ? 1 : 0;
             if (on_mesh && on_map)

@@ -55,7 +55,8 @@ void add_sampling(CLI::App& app)
     command->add_option("--rows", options->rows)->check(CLI::Range(2, 1000))->capture_default_str();
     command->add_option("--columns", options->columns)->check(CLI::Range(3, 1000))->capture_default_str();
     command->add_option("-o,--output", options->output, "CSV to write")->required();
-    command->callback([options] { write(options->output, sampling_text(options->superquadric, options->rows, options->columns)); });
+    command->callback(
+        [options] { write(options->output, sampling_text(options->superquadric, options->rows, options->columns)); });
 }
 
 void add_memory(CLI::App& app)
@@ -132,7 +133,9 @@ void add_density(CLI::App& app)
     command->add_option("--subdivisions", options->subdivisions, "Layer 3 with A_S from 1 to this")
         ->check(CLI::Range(0, 4))
         ->capture_default_str();
-    command->add_option("--frames", options->frames, "Of the path, evenly spread")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--frames", options->frames, "Of the path, evenly spread")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     command->add_option("--json", options->json, "File to write")->required();
     command->callback([options] {
         const std::vector<Pose> path = read_path(options->path);

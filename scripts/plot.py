@@ -28,16 +28,17 @@ def log_ticks(low, high):
     return ticks
 
 
-def marker(shape, x, y, colour, hollow, size=4):
-    paint = f"fill='{GROUND if hollow else colour}' stroke='{colour}' stroke-width='1.6'"
-    if shape == "dash":
-        return f"<path d='M{x - 9:.1f} {y:.1f}h18' stroke='{colour}' stroke-width='2.2' fill='none'/>"
-    if shape == "square":
-        return f"<rect x='{x - size:.1f}' y='{y - size:.1f}' width='{2 * size}' height='{2 * size}' {paint}/>"
-    if shape == "diamond":
-        s = size * 1.35
-        return f"<path d='M{x:.1f} {y - s:.1f}l{s} {s}l-{s} {s}l-{s} -{s}z' {paint}/>"
-    return f"<circle cx='{x:.1f}' cy='{y:.1f}' r='{size}' {paint}/>"
+def markers(shape, places, colour, hollow, size=4, opacity=1):
+    """The marks of a series as one group, which holds their paint."""
+    s = size * 1.35
+    mark = {
+        "dash": lambda x, y: f"<path d='M{x - 9:.1f} {y:.1f}h18'/>",
+        "square": lambda x, y: f"<rect x='{x - size:.1f}' y='{y - size:.1f}' width='{2 * size}' height='{2 * size}'/>",
+        "diamond": lambda x, y: f"<path d='M{x:.1f} {y - s:.1f}l{s} {s}l-{s} {s}l-{s} -{s}z'/>",
+        "circle": lambda x, y: f"<circle cx='{x:.1f}' cy='{y:.1f}' r='{size}'/>",
+    }[shape]
+    return (f"<g fill='{GROUND if hollow else colour}' stroke='{colour}' stroke-width='1.6' opacity='{opacity}'>"
+            + "".join(mark(x, y) for x, y in places) + "</g>")
 
 
 class Chart:
@@ -115,7 +116,8 @@ class Chart:
         text(at_x + 16, middle, self.y_label, extra=f"transform='rotate(-90 {at_x + 16} {middle:.1f})'", colour=INK, size=12)
         for value, words in self.levels:
             out.append(f"<path d='M{left} {y(value):.1f}H{right}' stroke='{INK}' stroke-dasharray='5 4'/>")
-            text(left + 4, y(value) - 5, words, "start", colour=INK)
+            between = left + (right - left) / len(self.categories) if self.categories else left + 30
+            text(between, y(value) - 5, words, colour=INK)
         for s in self.series:
             places = [(x(a), y(b)) for a, b in s["points"]]
             if s["stroke"]:
@@ -124,8 +126,7 @@ class Chart:
                 out.append(f"<path d='M{path}' fill='none' stroke='{s['colour']}' stroke-width='{s['stroke']}' "
                            f"stroke-linejoin='round'{dash}/>")
             if s["shape"]:
-                out.append(f"<g opacity='{s.get('opacity', 1)}'>" +
-                           "".join(marker(s["shape"], a, b, s["colour"], s["hollow"], s.get("size", 4)) for a, b in places) + "</g>")
+                out.append(markers(s["shape"], places, s["colour"], s["hollow"], s.get("size", 4), s.get("opacity", 1)))
         for i, s in enumerate(legend):
             px = left - 20 + (right - left + 20) / columns * (i % columns)
             py = self.height - 17 * rows + 17 * (i // columns) + 1
@@ -133,7 +134,7 @@ class Chart:
                 dash = " stroke-dasharray='5 3'" if s["dashed"] else ""
                 out.append(f"<path d='M{px} {py - 4}h20' stroke='{s['colour']}' stroke-width='{s['stroke']}'{dash}/>")
             if s["shape"]:
-                out.append(marker(s["shape"], px + 10, py - 4, s["colour"], s["hollow"], min(s.get("size", 4), 4) if s["shape"] != "dash" else 4))
+                out.append(markers(s["shape"], [(px + 10, py - 4)], s["colour"], s["hollow"], min(s.get("size", 4), 4)))
             text(px + 27, py, s["name"], "start", colour=INK, size=11.5)
         return "\n".join(out)
 
@@ -170,7 +171,9 @@ def save_meshes(path, panels, size=420):
             for j in range(len(flat[i])):
                 k = (j + 1) % len(flat[i])
                 quad = [flat[i][j], flat[i][k], flat[i + 1][k], flat[i + 1][j]]
-                quads.append((sum(p[2] for p in quad), quad))
+                (ax, ay, _), (bx, by, _), (cx, cy, _), (dx, dy, _) = quad
+                if (cx - ax) * (dy - by) - (cy - ay) * (dx - bx) > 0:  # it faces the eye
+                    quads.append((sum(p[2] for p in quad), quad))
         x0, y0 = size * index + size / 2, size / 2 + 22
         for _, quad in sorted(quads):
             points = " ".join(f"{x0 + scale * p[0]:.1f},{y0 - scale * p[1]:.1f}" for p in quad)

@@ -15,7 +15,6 @@ import json
 import math
 import os
 import pathlib
-import statistics
 import subprocess
 import sys
 import time
@@ -42,7 +41,7 @@ class Subject:
 ROLES = {
     "Virtual hand": ("hand_9344", "y", "hand"),
     "Tiger": ("cat_8108", "y", "dino"),
-    "Horse": ("horse_5946", "y", "triceratops"),
+    "Horse": ("horse_5946", "z", "triceratops"),
     "Elephant": ("elephant_10272", "y", "elephant"),
     "Camel": ("camel_4512", "y", "camel"),
     "Rhino": ("bull_7154", "y", "bull"),
@@ -57,7 +56,7 @@ METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_layer2",
 @dataclasses.dataclass
 class Scale:
     """How much is measured."""
-    frames: int = 200
+    frames: int = 120
     cells: str = "64,128,256,512"
     levels: str = "3,4,5,6,7"
     density_levels: str = "4,5,6"

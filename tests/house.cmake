@@ -5,6 +5,10 @@ add_test(NAME house.layers COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/sc
 add_test(NAME house.layers_check_finds_bad_includes
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/layers/check_layers_test.py)
 
+# The reproduction's charts, page and shapes, without a run.
+add_test(NAME house.reproduction
+  COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/bench/reproduce_test.py)
+
 # The README quotes the first example as it is compiled.
 add_test(NAME house.readme_quotes_the_example
   COMMAND ${CMAKE_COMMAND} -DTEXT=${PROJECT_SOURCE_DIR}/README.md -DQUOTED=${PROJECT_SOURCE_DIR}/examples/01_query.cpp

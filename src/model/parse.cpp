@@ -185,6 +185,8 @@ ParseStatus check_locator(const ModelView& v)
                    ? ParseStatus::Ok
                    : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
+    for (const Part& part : v.parts)
+        if (part.base == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t n : l.bricks)
         if (n == 0 || n > 256) return ParseStatus::BadStructure;
     if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;

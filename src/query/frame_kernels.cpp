@@ -316,6 +316,7 @@ public:
 private:
     static constexpr std::size_t k_queue = 1024;
     static constexpr int k_first_steps = 2;
+    static constexpr float k_doubt = 0.25f;  // of a cell: planes whose gaps differ by less are both looked at
     enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4, k_single = 8 };
 
     Vec3f transformed(float x, float y, float z) const
@@ -494,19 +495,27 @@ private:
         I direction = gather_word(words, word), extent = gather_word(words + 1, word);
         const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
         if (!any(flat)) return flat;
-        Planes lowest = planes_of(direction, extent, at.offset);
+        Planes lowest = planes_of(direction, extent, at.offset), second = lowest;
+        second.gap = set(INFINITY);
         for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
             word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
             direction = gather_word(words, word);
             extent = gather_word(words + 1, word);
             const Planes next = planes_of(direction, extent, at.offset);
             const M lower = hn::And(more, hn::Lt(next.gap, lowest.gap));
+            if (job_.exact) {
+                // The one that is lowest but for this.
+                const M next_second = hn::And(hn::AndNot(lower, more), hn::Lt(next.gap, second.gap));
+                second.gap = blend(lower, lowest.gap, blend(next_second, next.gap, second.gap));
+                second.normal = blend(lower, lowest.normal, blend(next_second, next.normal, second.normal));
+                second.part = blend(lower, lowest.part, blend(next_second, next.part, second.part));
+            }
             lowest.gap = blend(lower, next.gap, lowest.gap);
             lowest.normal = blend(lower, next.normal, lowest.normal);
             lowest.part = blend(lower, next.part, lowest.part);
         }
         const M contact = hn::And(flat, hn::Or(inside, hn::Gt(lowest.gap, hn::Zero(df))));
-        if (any(contact)) write_flat(slot, p, lowest, contact, certain);
+        if (any(contact)) write_flat(slot, p, lowest, second, contact, certain);
         return flat;
     }
 
@@ -540,8 +549,17 @@ private:
         return start;
     }
 
-    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, M contact, M certain)
+    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, const Planes& second, M contact, M certain)
     {
+        HWY_ALIGN float other[4][k_lanes];
+        HWY_ALIGN std::int32_t other_parts[k_lanes];
+        if (job_.exact) {
+            hn::Store(mul_add(second.gap, second.normal.x, p.x), df, other[0]);
+            hn::Store(mul_add(second.gap, second.normal.y, p.y), df, other[1]);
+            hn::Store(mul_add(second.gap, second.normal.z, p.z), df, other[2]);
+            hn::Store(hn::Sub(second.gap, planes.gap), df, other[3]);
+            hn::Store(second.part, di, other_parts);
+        }
         HWY_ALIGN float v[7][k_lanes], at[3][k_lanes];
         HWY_ALIGN std::int32_t parts[k_lanes], sure[k_lanes];
         hn::Store(p.x, df, at[0]);
@@ -559,6 +577,11 @@ private:
         each_lane(contact, [&](std::size_t i) {
             write(job_.point[slot + i], {at[0][i], at[1][i], at[2][i]}, parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i],
                   sure[i] != 0);
+            // Planes err: a surface that seems almost as near may be nearer.
+            if (job_.exact && loose_ > 0 && other[3][i] < k_doubt * locator_.cell) {
+                loose_other_[loose_ - 1] = {other[0][i], other[1][i], other[2][i]};
+                loose_part_[loose_ - 1] = static_cast<std::int16_t>(other_parts[i]);
+            }
         });
     }
 
@@ -896,9 +919,10 @@ private:
         }
         job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
         if (!job_.exact) return;
+        if (loose_ == k_loose) settle_loose();
         loose_point_[loose_] = p;
         loose_at_[loose_] = static_cast<std::uint32_t>(at);
-        if (++loose_ == k_loose) settle_loose();
+        loose_part_[loose_++] = -1;
     }
 
     /// Moves the contacts written since the last time onto the mesh's own triangles.
@@ -952,6 +976,15 @@ private:
             });
             active = hn::And(active, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, goes_on))));
         }
+        // Then about the other surface that seemed as near.
+        bool doubts = false;
+        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
+            length[i] = 0;
+            if (i >= count || loose_part_[first + i] < 0) continue;
+            find_list(loose_part_[first + i], loose_other_[first + i], ref[i], local[i], length[i]);
+            doubts = true;
+        }
+        if (doubts) touch_lists(p, hn::Load(di, ref), hn::Load(di, local), hn::Load(di, length), hn::FirstN(df, count), best);
         write_settled(first, count, p, best);
     }
 
@@ -1153,6 +1186,8 @@ private:
     std::size_t loose_ = 0;
     Vec3f loose_point_[k_loose];
     std::uint32_t loose_at_[k_loose];
+    std::int16_t loose_part_[k_loose];  // of the other surface that seemed as near; -1: none
+    Vec3f loose_other_[k_loose];        // on it
 };
 
 }  // namespace

@@ -25,6 +25,7 @@ BodyId Scene::add(const model::ModelView* model, const Probe* probe, const Pose&
     bodies_[id] = {model, probe, {}};
     order_.push_back({0, id});
     sorted_.resize(order_.size());
+    for (auto* v : {&x_, &y_, &z_, &radius_}) v->resize(order_.size() + k_block);
     (void)set_pose(id, pose);
     return id;
 }
@@ -34,7 +35,6 @@ void Scene::remove(BodyId id)
     const auto at = std::find_if(order_.begin(), order_.end(), [&](const Entry& e) { return e.id == id; });
     if (at == order_.end()) return;
     order_.erase(at);
-    sorted_.resize(order_.size());
     bodies_[id] = {};
     free_.push_back(id);
     stale_ = true;

@@ -105,6 +105,35 @@ void Scene::sort() noexcept
     }
 }
 
+/// Spheres in float, larger by what that loses.
+void Scene::narrow() noexcept
+{
+    const Vec3d origin = posed_ > 0 ? sorted_[0].centre : Vec3d{};
+    for (std::size_t i = 0; i < posed_; ++i) {
+        const Vec3d c = sorted_[i].centre - origin;
+        x_[i] = static_cast<float>(c.x);
+        y_[i] = static_cast<float>(c.y);
+        z_[i] = static_cast<float>(c.z);
+        radius_[i] = static_cast<float>(1.00001 * sorted_[i].radius + 1e-6 * (std::abs(c.x) + std::abs(c.y) + std::abs(c.z)));
+    }
+    // Far away; what overflows is not ruled out but left to the test in double.
+    for (std::size_t i = posed_; i < x_.size(); ++i) {
+        x_[i] = y_[i] = z_[i] = 1e18f;
+        radius_[i] = 0.f;
+    }
+}
+
+bool Scene::any_near(std::size_t s, std::size_t first, float slack) const noexcept
+{
+    const float x = x_[s], y = y_[s], z = z_[s], radius = radius_[s] + slack;
+    int any = 0;
+    for (std::size_t j = first; j < first + k_block; ++j) {
+        const float dx = x_[j] - x, dy = y_[j] - y, dz = z_[j] - z, reach = radius_[j] + radius;
+        any |= static_cast<int>(!(dx * dx + dy * dy + dz * dz > reach * reach));
+    }
+    return any != 0;
+}
+
 void Scene::update() noexcept
 {
     if (!stale_) return;
@@ -121,6 +150,7 @@ void Scene::update() noexcept
         largest_radius_ = std::max(largest_radius_, spheres_[e.id].radius);
         sorted_[posed_++] = spheres_[e.id];
     }
+    narrow();
     stale_ = false;
 }
 
@@ -140,11 +170,15 @@ SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
     SceneResult result;
     if (posed_ < order_.size()) result.status |= k_frame_not_finite;
     PairList list{pairs, result};
+    const float slack_above = static_cast<float>(1.00001 * slack);
     for (std::size_t i = 0; i < posed_; ++i) {
         const Sphere& s = sorted_[i];
         const double hi = s.centre[axis_] + s.radius + slack;
-        for (std::size_t j = i + 1; j < posed_ && order_[j].lo <= hi; ++j)
-            if (touch(s, sorted_[j], slack) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id])) list.add(order_[i].id, order_[j].id);
+        for (std::size_t first = i + 1; first < posed_ && order_[first].lo <= hi; first += k_block) {
+            if (!any_near(i, first, slack_above)) continue;
+            for (std::size_t j = first; j < std::min(first + k_block, posed_); ++j)
+                if (touch(s, sorted_[j], slack) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id])) list.add(order_[i].id, order_[j].id);
+        }
     }
     list.sort();
     return result;

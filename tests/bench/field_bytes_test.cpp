@@ -12,10 +12,7 @@ namespace sqmap::bench {
 namespace {
 
 /// A long egg and a ball, scaled to a box diagonal of 1.
-std::unique_ptr<Setting> egg()
-{
-    return std::make_unique<Setting>(mesh::ellipsoid({4, 2, 1}, 3), mesh::sphere(1, 1));
-}
+std::unique_ptr<Setting> egg() { return std::make_unique<Setting>(mesh::ellipsoid({4, 2, 1}, 3), mesh::sphere(1, 1)); }
 
 TEST(FieldBytes, DenseHasAFloatAGridPointOfTheBoxAndItsMargin)
 {

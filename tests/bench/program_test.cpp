@@ -77,9 +77,10 @@ TEST_F(BenchProgram, MakesAPathRacesOnItAndTabulates)
 TEST_F(BenchProgram, WritesASeriesWithARowAFrame)
 {
     std::ofstream(folder_ / "path.csv") << path_text(std::vector<Pose>(3));
-    ASSERT_EQ(run("frames --object ring.obj --probe egg.obj --path path.csv --methods dense64 --cache cache --json out.json --series "
-                  "out.csv"),
-              0)
+    ASSERT_EQ(
+        run("frames --object ring.obj --probe egg.obj --path path.csv --methods dense64 --cache cache --json out.json --series "
+            "out.csv"),
+        0)
         << text("err.txt");
     const std::string series = text("out.csv");
     EXPECT_EQ(series.substr(0, series.find('\n')), "frame,dense64_us,dense64_contacts");
@@ -96,7 +97,8 @@ TEST_F(BenchProgram, MakesTheNumbersOfTheReproduction)
     EXPECT_GT(memory["maps"][1]["bytes"], memory["maps"][0]["bytes"]);
     EXPECT_GT(memory["maps"][1]["cells"], memory["maps"][0]["cells"]);
 
-    ASSERT_EQ(run("path --object ring.obj --probe egg.obj --kind deep --frames 4 -o deep.csv --cache cache"), 0) << text("err.txt");
+    ASSERT_EQ(run("path --object ring.obj --probe egg.obj --kind deep --frames 4 -o deep.csv --cache cache"), 0)
+        << text("err.txt");
     ASSERT_EQ(run("density --object ring.obj --probe egg.obj --path deep.csv --levels 3 --subdivisions 2 --json density.json"), 0)
         << text("err.txt");
     const auto density = nlohmann::json::parse(text("density.json"));

@@ -43,7 +43,7 @@ struct PairOptions {
     /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
     /// coarser body (Probe::spacing), normals with at least this cosine. Distance 0: none is.
     float merge_distance = 0.5f;
-    float merge_cosine = 0.9f;
+    float merge_cosine = 0.7f;
 };
 
 /// What a pair query works in, made outside the frame: one a thread.

@@ -69,6 +69,7 @@ private:
         BodyId id;
     };
     struct PairList;
+    static constexpr std::size_t k_block = 8;
 
     void update() noexcept;
     /// Pairs of bodies at most slack apart.
@@ -77,6 +78,9 @@ private:
     double largest_reach(const FrameOptions& options) const noexcept;
     void choose_axis() noexcept;
     void sort() noexcept;
+    void narrow() noexcept;
+    /// Some sphere of sorted_[first, first + k_block) may be at most slack from s.
+    bool any_near(std::size_t s, std::size_t first, float slack) const noexcept;
     SceneResult ask(SceneResult result, const Body* probe, const PairOptions& options, std::span<ScenePair> pairs,
                     std::span<PairContact> contacts) noexcept;
 
@@ -85,6 +89,7 @@ private:
     std::vector<BodyId> free_;
     std::vector<Entry> order_;     // of bodies in the scene, by lo
     std::vector<Sphere> sorted_;   // their spheres, in that order
+    std::vector<float> x_, y_, z_, radius_;  // and again, about the first, a little larger; whole blocks
     std::size_t posed_ = 0;        // of order_: those with a finite pose come first
     double largest_radius_ = 0;
     int axis_ = 0;

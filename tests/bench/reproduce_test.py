@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""The reproduction's charts and page, without a run."""
+import pathlib
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as xml
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import plot
+import reproduce
+import reproduce_figures as figures
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+class Charts(unittest.TestCase):
+    def test_ticks_are_round_and_within_range(self):
+        self.assertEqual(plot.linear_ticks(0, 10, 5), [0, 2, 4, 6, 8, 10])
+        self.assertEqual(plot.log_ticks(0.9, 110), [1, 2, 5, 10, 20, 50, 100])
+
+    def test_a_logarithmic_axis_puts_equal_ratios_at_equal_distances(self):
+        chart = plot.Chart("t", "x", "y", x_log=True, y_log=True)
+        chart.line("a & b", [(1, 10), (10, 100), (100, 1000)], plot.BLUE, shape="circle")
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "chart.svg"
+            plot.save(path, chart)
+            circles = xml.parse(path).getroot().findall(f".//{SVG}circle")
+        x = [float(c.get("cx")) for c in circles[:3]]
+        y = [float(c.get("cy")) for c in circles[:3]]
+        self.assertAlmostEqual(x[1] - x[0], x[2] - x[1], delta=0.11)
+        self.assertAlmostEqual(y[0] - y[1], y[1] - y[2], delta=0.11)
+        self.assertGreater(x[1], x[0])
+        self.assertLess(y[1], y[0])
+
+
+class Page(unittest.TestCase):
+    def test_blocks_are_renewed_between_their_marks_and_nothing_else(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "page.md"
+            path.write_text("before\n<!-- one -->\nold\n<!-- end -->\nbetween\n<!-- two -->\n<!-- end -->\nafter\n")
+            figures.renew_page(path, {"one": "new", "two": "second"})
+            self.assertEqual(path.read_text(), "before\n<!-- one -->\n\nnew\n\n<!-- end -->\nbetween\n<!-- two -->\n\nsecond\n\n"
+                                               "<!-- end -->\nafter\n")
+
+    def test_the_documentation_has_a_place_for_every_block(self):
+        text = (figures.measure.ROOT / "docs" / "reproduction.md").read_text()
+        for title in ("run", "table 1", "fig 3", "fig 11a", "accuracy", "fig 14b", "fig 14c", "precomputation"):
+            self.assertEqual(text.count(f"<!-- {title} -->\n"), 1, title)
+
+
+class TwoSpheres(unittest.TestCase):
+    def test_they_are_one_closed_surface_that_faces_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "spheres.obj"
+            reproduce.two_spheres(path, apart=0.75, segments=48)
+            lines = [line.split() for line in path.read_text().splitlines()]
+        vertices = [tuple(map(float, line[1:])) for line in lines if line[0] == "v"]
+        faces = [tuple(int(i) - 1 for i in line[1:]) for line in lines if line[0] == "f"]
+        edges = [(f[i], f[(i + 1) % 3]) for f in faces for i in range(3)]
+        self.assertEqual(len(edges), len(set(edges)))
+        self.assertEqual(set(edges), {(b, a) for a, b in edges})
+        self.assertEqual(len(vertices) - len(edges) // 2 + len(faces), 2)
+        for x, y, z in vertices:
+            self.assertAlmostEqual(x * x + y * y + (abs(z) - 0.75) ** 2, 1, places=6)
+        volume = sum(a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+                     for a, b, c in (tuple(vertices[i] for i in f) for f in faces)) / 6
+        # Each sphere without its cap of height 1 - 0.75.
+        cap = 3.14159265 * 0.25**2 * (3 - 0.25) / 3
+        self.assertAlmostEqual(volume, 2 * (4 * 3.14159265 / 3 - cap), delta=0.06)
+
+
+if __name__ == "__main__":
+    unittest.main()
