@@ -2,6 +2,7 @@
 
 #include "parallel.h"
 #include "query/approach.h"
+#include "sqmap/mesh/error.h"
 
 #include <algorithm>
 #include <array>
@@ -21,6 +22,12 @@ constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // of the cell.
 constexpr double k_cells_along = 40;
 constexpr double k_cells_target = 0.5;
+constexpr double k_least_cells = 20;
+// Bytes that maps and locator together may take at that target, for a mesh of ten thousand triangles or fewer. The maps come
+// first: the locator makes do with larger cells where little is left.
+constexpr double k_budget = 480e3;
+constexpr double k_budget_triangles = 10e3;
+constexpr double k_least_share = 0.12;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
@@ -38,9 +45,8 @@ struct Grid {
     int n[3] = {};  ///< cells
 };
 
-Grid grid_about(const mesh::Mesh& mesh, double target_error)
+Grid grid_about(const mesh::Mesh& mesh, double cells)
 {
-    const double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), 24.0, 160.0);
     Vec3d lo = mesh.vertices.front(), hi = lo;
     for (const Vec3d& v : mesh.vertices)
         for (int k = 0; k < 3; ++k) {
@@ -93,8 +99,9 @@ DomainTest test_domain(const model::Part& part, Vec3d c, double h)
 
 class LocatorBaker {
 public:
-    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, model::ModelData& data)
-        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), grid_(grid_about(solid.mesh(), target_error)),
+    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, double cells,
+                 model::ModelData& data)
+        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), grid_(grid_about(solid.mesh(), cells)),
           flat_tolerance_(0.01 * k_flat_share * target_error * data.header.r_max)
     {
         for (int k = 0; k < 3; ++k) {
@@ -409,6 +416,7 @@ private:
         auto& seeds = data_.locator_seeds;
         if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
         const auto chain = static_cast<std::uint32_t>(seeds.size());
+        if (chain > model::k_most_seed_index) throw mesh::InvalidInput("the locator needs more seeds than a place can name: ask for a larger target error");
         seeds.insert(seeds.end(), place.seeds.begin(), place.seeds.end());
         seeds.back().extent |= model::k_last_seed;
         return static_cast<std::uint32_t>(kind) | index << 2 | chain << 14;
@@ -432,7 +440,27 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
         if (part.base == 0) return;
-    LocatorBaker(solid, part_of_triangle, target_error, data).run(threads);
+    const auto bytes_of = [&] {
+        const model::ModelView v = data.view();
+        return static_cast<double>(v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes());
+    };
+    const model::ModelView v = data.view();
+    const auto maps = static_cast<double>(v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
+                                          v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes());
+    const double all = k_budget * (k_cells_target / target_error) *
+                       std::max(1.0, static_cast<double>(solid.mesh().triangles.size()) / k_budget_triangles);
+    const double budget = std::max(all - maps, k_least_share * all);
+    double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), k_least_cells, 160.0);
+    for (;;) {
+        data.bricks.clear();
+        data.places.clear();
+        data.part_lists.clear();
+        data.locator_seeds.clear();
+        LocatorBaker(solid, part_of_triangle, target_error, cells, data).run(threads);
+        if (bytes_of() <= budget || cells <= k_least_cells) return;
+        // Bytes grow with the square of the cells, as the surface does.
+        cells = std::max(k_least_cells, std::floor(0.97 * cells * std::sqrt(budget / bytes_of())));
+    }
 }
 
 }  // namespace sqmap::bake

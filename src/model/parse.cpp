@@ -185,15 +185,19 @@ ParseStatus check_locator(const ModelView& v)
                    ? ParseStatus::Ok
                    : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
+    // A byte names a part, and what a place is asked with is a central map.
+    if (v.parts.size() >= k_no_part || v.places.empty()) return ParseStatus::BadStructure;
     for (const Part& part : v.parts)
         if (part.base == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t n : l.bricks)
         if (n == 0 || n > 256) return ParseStatus::BadStructure;
     if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
     for (const std::uint32_t b : v.bricks)
-        if ((b & k_free_brick) == 0 &&
-            !within(b & ~k_deep_brick, (b & k_deep_brick) != 0 ? 1 : k_brick * k_brick * k_brick, v.places.size()))
-            return ParseStatus::BadStructure;
+        if ((b & k_free_brick) == 0) {
+            const bool deep = (b & k_deep_brick) != 0;
+            if (!within(b & ~k_deep_brick, deep ? 1 : k_brick * k_brick * k_brick, v.places.size())) return ParseStatus::BadStructure;
+            if (deep && place_kind(v.places[b & ~k_deep_brick]) == PlaceKind::Free) return ParseStatus::BadStructure;
+        }
     for (const std::uint32_t p : v.places)
         if (place_kind(p) != PlaceKind::Free && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
             return ParseStatus::BadStructure;

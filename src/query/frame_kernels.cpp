@@ -660,9 +660,7 @@ private:
     HWY_INLINE M base_verdict(const PartLanes& part, const Chart& q, M held, M sure, M in) const
     {
         const Leaves base = part.leaves_at(q.face, q.s, q.t, held, false);
-        const I missing = set_int(model::k_no_surface);
-        M open = hn::AndNot(sure, held);
-        for (const I c : {base.c00, base.c10, base.c01, base.c11}) open = hn::AndNot(equal(c, missing), open);
+        const M open = with_corners(base, hn::AndNot(sure, held));
         const M nearer = hn::Gt(q.w, part.value(base, q.s, q.t).w);
         return hn::Or(hn::AndNot(open, in), hn::And(open, part.centre_inside() ? nearer : hn::Not(nearer)));
     }
@@ -764,8 +762,9 @@ private:
             Sheet sheet = part.value(leaf, q.s, q.t);
             const I kind = kind_of(leaf.cell);
             M valid = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
+            if (job_.layer == Layer::Two) valid = with_corners(leaf, active);
             M exits = part.centre_inside() ? valid : none();
-            const M layered = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
+            const M layered = hn::AndNot(valid, hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered)))));
             if (any(layered)) pick_layer(data, q, leaf, reach, layered, sheet, valid, exits);
             valid = hn::And(valid, hn::Gt(sheet.w, set(1e-6f)));
             if (step == 0 && any(hn::AndNot(valid, active))) {
@@ -778,8 +777,9 @@ private:
                 Sheet other = part.value(second, there.s, there.t);
                 const I other_kind = kind_of(second.cell);
                 M found = hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
+                if (job_.layer == Layer::Two) found = with_corners(second, lost);
                 M other_exits = part.centre_inside() ? found : none();
-                const M layers = hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Layered))));
+                const M layers = hn::AndNot(found, hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Layered)))));
                 if (any(layers)) pick_layer(data, there, second, there_reach, layers, other, found, other_exits);
                 found = hn::And(found, hn::Gt(other.w, set(1e-6f)));
                 sheet = {blend(found, other.w, sheet.w), blend(found, other.ws, sheet.ws), blend(found, other.wt, sheet.wt)};
@@ -828,6 +828,15 @@ private:
         const V3 minus{hn::Neg(kept_n.x), hn::Neg(kept_n.y), hn::Neg(kept_n.z)};
         return {found_sq, part.from_frame(f.unpermute(blend(all_near, in_plane, kept_d))), part.from_frame(f.unpermute(blend(kept_exits, kept_n, minus))),
                 all_near, all_inside};
+    }
+
+    /// Base cells with a surface at every corner: what Layer 2 reads.
+    HWY_INLINE static M with_corners(const Leaves& base, M active)
+    {
+        const I missing = set_int(model::k_no_surface);
+        M all = hn::AndNot(equal(kind_of(base.cell), hn::Zero(di)), active);
+        for (const I c : {base.c00, base.c10, base.c01, base.c11}) all = hn::AndNot(equal(c, missing), all);
+        return all;
     }
 
     HWY_INLINE static V3 times(const V3& a, const V3& b) { return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)}; }

@@ -602,6 +602,12 @@ const Lie k_lies[] = {
     {"deep_brick_beyond_places",
      [](ModelData& m) { stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size()); }},
     {"deep_brick_far_away", [](ModelData& m) { stored_brick(m) = 0x7fffffffu; }},
+    {"deep_brick_of_a_free_place",
+     [](ModelData& m) {
+         // What a deep brick holds is read as occupied, so that a free place's gap would be an index of seeds.
+         m.places.push_back(0xfffffffcu);
+         stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size() - 1);
+     }},
     {"places_missing", [](ModelData& m) { m.places.clear(); }},
     {"places_missing_one", [](ModelData& m) { m.places.pop_back(); }},
     {"place_list_beyond_end",
@@ -642,16 +648,11 @@ const Lie k_lies[] = {
          const std::uint32_t kept = place & 0x3fffu;
          for (std::uint32_t& p : m.places) p = model::place_kind(p) == model::PlaceKind::Free ? p : kept;
      }},
+    {"locator_of_more_parts_than_a_byte_names",
+     [](ModelData& m) {
+         while (m.parts.size() < 300) m.parts.push_back(m.parts[0]);
+     }},
 };
-
-TEST(ModelFile, AGridWithoutAnyPlaceIsRefusedOrFree)
-{
-    const ParseStatus status = parse_changed([](ModelData& m) {
-        for (std::uint32_t& b : m.bricks) b = model::k_free_brick;
-        m.places.clear();
-    });
-    EXPECT_TRUE(status == ParseStatus::Ok || status == ParseStatus::BadStructure) << model::to_string(status);
-}
 
 TEST(ModelFile, AGridOfAbsurdSizeIsSafeToAsk)
 {
@@ -690,6 +691,38 @@ TEST(ModelFile, AFieldThatIsNotThereIsNeverFollowed)
     ask_without_each_field(torus_model());
     test::Baked surface{{}, bake::bake(test::small_torus(), false, {.exact = false})};
     ask_without_each_field(surface.result.model);
+}
+
+TEST(ModelFile, AFieldThatIsNotThereIsNeverFollowedFromAnEmptyGrid)
+{
+    ModelData empty_grid = torus_model();
+    for (std::uint32_t& b : empty_grid.bricks) b = model::k_free_brick;
+    empty_grid.places.clear();
+    ask_without_each_field(empty_grid);
+}
+
+TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
+{
+    test::Baked normal = test::baked(test::small_torus(), {.projection = model::Projection::Normal, .exact = false});
+    ModelData& m = normal.result.model;
+    const ModelData& central = torus_model();
+    m.locator = central.locator;
+    m.bricks = central.bricks;
+    m.places = central.places;
+    m.part_lists = central.part_lists;
+    m.locator_seeds = central.locator_seeds;
+    // Whatever that model's parts: the first alone.
+    for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
+    for (model::Seed& seed : m.locator_seeds) seed.direction &= ~0xffu;
+    for (std::uint32_t& p : m.places)
+        if (model::place_kind(p) != model::PlaceKind::Free) {
+            std::uint32_t last = model::place_seed(p);
+            while ((m.locator_seeds[last].extent & model::k_last_seed) == 0) ++last;
+            p = (p & 0x3fffu) | last << 14;
+        }
+    for (model::Part& part : m.parts) part.base = 0;
+    const ParseStatus status = parse_and_ask(serialize(m));
+    EXPECT_TRUE(status == ParseStatus::BadStructure || status == ParseStatus::BadValue) << model::to_string(status);
 }
 
 INSTANTIATE_TEST_SUITE_P(Format, InconsistentModel, testing::ValuesIn(k_lies),

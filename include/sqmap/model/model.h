@@ -167,6 +167,7 @@ inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: 
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
 inline constexpr std::uint32_t k_most_lists = 0xfff;
+inline constexpr std::uint32_t k_most_seed_index = 0x3ffff;  ///< greatest index of seeds that a place can hold
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
 /// from the cell's centre to the solid. Else 12 bits of index into part_lists and 18 bits of index into seeds.

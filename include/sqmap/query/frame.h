@@ -96,10 +96,10 @@ struct FrameResult {
     std::uint32_t unseen = 0;        ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
 };
 
-/// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in the order of the
-/// probe's clusters. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model without a
+/// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in an order
+/// that depends on nothing else. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model without a
 /// locator (a surface, or only normal maps) is asked point by point.
-/// @pre model came from model::parse.
+/// @pre model came from model::parse: its arrays lie in one blob.
 FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
                         std::span<FrameContact> contacts) noexcept;
 
