@@ -27,7 +27,8 @@ namespace {
 using FclModel = fcl::BVHModel<fcl::OBBRSS<double>>;
 
 struct Item {
-    explicit Item(mesh::Mesh m) : mesh(std::move(m)), bake(bake::bake(mesh, true, {})), view(bake.model.view()), probe(mesh.vertices)
+    explicit Item(mesh::Mesh m)
+        : mesh(std::move(m)), bake(bake::bake(mesh, true, {})), view(bake.model.view()), probe(mesh.vertices)
     {
         std::vector<fcl::Vector3d> points;
         for (const Vec3d& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
@@ -67,7 +68,8 @@ std::vector<Pair> cutting(const Item& a, const Item& b, const query::Pose& pose,
     fcl::collide(&a.fcl, fcl::Transform3d::Identity(), &b.fcl, transform_of(pose), fcl::CollisionRequestd(most, false), result);
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < result.numContacts(); ++i)
-        pairs.push_back({static_cast<std::uint32_t>(result.getContact(i).b1), static_cast<std::uint32_t>(result.getContact(i).b2)});
+        pairs.push_back(
+            {static_cast<std::uint32_t>(result.getContact(i).b1), static_cast<std::uint32_t>(result.getContact(i).b2)});
     return pairs;
 }
 
@@ -117,7 +119,7 @@ struct Totals {
     std::size_t poses = 0, curves = 0;
     Count exact, layer3, offset, margin;
     std::size_t apart = 0, offset_false = 0, margin_false = 0;  ///< poses a little off each other, and those reported
-    std::vector<double> sagitta;             ///< of curves no vertex is in: nearest vertex to the other surface, over its spacing
+    std::vector<double> sagitta;  ///< of curves no vertex is in: nearest vertex to the other surface, over its spacing
 };
 
 class Measure {
@@ -159,9 +161,12 @@ public:
             for (std::size_t i = 0; i < pairs.size(); ++i) {
                 if (ids[i] != id) continue;
                 for (const std::uint32_t v : b_.mesh.triangles[pairs[i].b])
-                    least = std::min(least, tree_a_.closest_point(pose.rotation * b_.mesh.vertices[v] + pose.translation).distance);
+                    least =
+                        std::min(least, tree_a_.closest_point(pose.rotation * b_.mesh.vertices[v] + pose.translation).distance);
                 for (const std::uint32_t v : a_.mesh.triangles[pairs[i].a])
-                    least = std::min(least, tree_b_.closest_point(transpose_mul(pose.rotation, a_.mesh.vertices[v] - pose.translation)).distance);
+                    least = std::min(
+                        least,
+                        tree_b_.closest_point(transpose_mul(pose.rotation, a_.mesh.vertices[v] - pose.translation)).distance);
             }
             totals.sagitta.push_back(least);
         }
@@ -188,7 +193,9 @@ private:
     }
     bool is_marked(const Pair& p) const
     {
-        const auto any = [](const mesh::Triangle& t, const std::vector<char>& marked) { return marked[t[0]] || marked[t[1]] || marked[t[2]]; };
+        const auto any = [](const mesh::Triangle& t, const std::vector<char>& marked) {
+            return marked[t[0]] || marked[t[1]] || marked[t[2]];
+        };
         return any(a_.mesh.triangles[p.a], in_a_) || any(b_.mesh.triangles[p.b], in_b_);
     }
 
@@ -201,20 +208,28 @@ private:
 
 void print(const char* depth, const Totals& t, double r_max)
 {
-    const auto share = [](std::size_t part, std::size_t of) { return of == 0 ? 0. : 100. * static_cast<double>(part) / static_cast<double>(of); };
+    const auto share = [](std::size_t part, std::size_t of) {
+        return of == 0 ? 0. : 100. * static_cast<double>(part) / static_cast<double>(of);
+    };
     std::vector<double> s = t.sagitta;
     std::sort(s.begin(), s.end());
-    const auto at = [&](double q) { return s.empty() ? 0. : 100 * s[static_cast<std::size_t>(q * static_cast<double>(s.size() - 1))] / r_max; };
+    const auto at = [&](double q) {
+        return s.empty() ? 0. : 100 * s[static_cast<std::size_t>(q * static_cast<double>(s.size() - 1))] / r_max;
+    };
     const auto line = [&](const char* what, std::size_t of, auto missed) {
-        std::printf("  %-6s %4zu  missed %%: exact %5.1f  layer 3 %5.1f  offset %5.1f  margin %5.1f\n", what, of, share(missed(t.exact), of),
-                    share(missed(t.layer3), of), share(missed(t.offset), of), share(missed(t.margin), of));
+        std::printf("  %-6s %4zu  missed %%: exact %5.1f  layer 3 %5.1f  offset %5.1f  margin %5.1f\n", what, of,
+                    share(missed(t.exact), of), share(missed(t.layer3), of), share(missed(t.offset), of),
+                    share(missed(t.margin), of));
     };
     std::printf("pressed %s of R_max\n", depth);
     line("poses", t.poses, [](const Count& c) { return c.poses; });
     line("curves", t.curves, [](const Count& c) { return c.curves; });
-    std::printf("  as far apart, in contact %%: offset %.1f  margin %.1f\n", share(t.offset_false, t.apart), share(t.margin_false, t.apart));
-    std::printf("  of curves that the exact layer misses, nearest vertex off the other surface, %% of R_max: median %.3f  p99 %.3f  max %.3f\n",
-                at(0.5), at(0.99), at(1));
+    std::printf("  as far apart, in contact %%: offset %.1f  margin %.1f\n", share(t.offset_false, t.apart),
+                share(t.margin_false, t.apart));
+    std::printf(
+        "  of curves that the exact layer misses, nearest vertex off the other surface, %% of R_max: median %.3f  p99 %.3f  max "
+        "%.3f\n",
+        at(0.5), at(0.99), at(1));
 }
 
 int run(int poses, const char* path_a, const char* path_b)
@@ -247,7 +262,8 @@ int run(int poses, const char* path_a, const char* path_b)
     const query::FrameOptions offset{.offset = true};
     std::printf("offsets up to %.3f %% (a) and %.3f %% (b) of a's R_max, margin %.3f %% of each body's own\n",
                 100 * query::reach_of({&a.view, nullptr, {}}, offset) / setting->r_max,
-                100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max, 100 * static_cast<double>(k_margin.margin));
+                100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max,
+                100 * static_cast<double>(k_margin.margin));
     for (std::size_t k = 0; k < std::size(k_press); ++k) {
         char name[32];
         std::snprintf(name, sizeof(name), "%.2f %%", 100 * k_press[k]);

@@ -15,7 +15,10 @@ namespace {
 
 using namespace sqmap;
 
-Mat3d about_z(double angle) { return {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}}; }
+Mat3d about_z(double angle)
+{
+    return {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+}
 
 int run(std::string_view kind, std::size_t bodies, int frames)
 {
@@ -32,7 +35,8 @@ int run(std::string_view kind, std::size_t bodies, int frames)
     const double extent = apart * static_cast<double>(side);
     std::vector<Vec3d> places, velocities;
     for (std::size_t i = 0; i < bodies; ++i) {
-        const Vec3d cell{static_cast<double>(i % side), static_cast<double>(i / side % side), static_cast<double>(i / side / side)};
+        const Vec3d cell{static_cast<double>(i % side), static_cast<double>(i / side % side),
+                         static_cast<double>(i / side / side)};
         places.push_back(apart * (cell + 0.3 * Vec3d{random.uniform(), random.uniform(), random.uniform()}));
         velocities.push_back(0.005 * Vec3d{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)});
         (void)scene.add(&view, &probe, {{}, places.back()});
@@ -42,8 +46,8 @@ int run(std::string_view kind, std::size_t bodies, int frames)
     std::size_t near = 0, found = 0;
     for (int frame = 0; frame < frames; ++frame) {
         if (kind == "probe") {  // what moves is the probe
-            const query::SceneResult r =
-                scene.query_probe(probe, {about_z(0.01 * frame), {extent * random.uniform(), extent * random.uniform(), -2}}, {}, pairs, contacts);
+            const query::SceneResult r = scene.query_probe(
+                probe, {about_z(0.01 * frame), {extent * random.uniform(), extent * random.uniform(), -2}}, {}, pairs, contacts);
             near += r.pairs;
             found += r.contacts;
             continue;
@@ -57,7 +61,8 @@ int run(std::string_view kind, std::size_t bodies, int frames)
         found += r.contacts;
     }
     if (frames > 0)
-        std::printf("%zu bodies: %.1f pairs, %.1f contacts a frame\n", bodies, static_cast<double>(near) / frames, static_cast<double>(found) / frames);
+        std::printf("%zu bodies: %.1f pairs, %.1f contacts a frame\n", bodies, static_cast<double>(near) / frames,
+                    static_cast<double>(found) / frames);
     return 0;
 }
 

@@ -41,7 +41,11 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
 class Sqmap final : public Method {
 public:
     Sqmap(const Setting& setting, query::Layer layer, bool first_only)
-        : baked_(baked_model(setting)), layer_(layer), first_only_(first_only), probe_(setting.probe.vertices), contacts_(probe_.size())
+        : baked_(baked_model(setting)),
+          layer_(layer),
+          first_only_(first_only),
+          probe_(setting.probe.vertices),
+          contacts_(probe_.size())
     {
         bytes = baked_->sections.total;
         if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
@@ -50,8 +54,8 @@ public:
 
     void run(const Pose& pose) override
     {
-        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_, .first_only = first_only_},
-                                     contacts_);
+        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation},
+                                     {.layer = layer_, .first_only = first_only_}, contacts_);
     }
 
     void read(FrameAnswer& out) const override

@@ -35,9 +35,9 @@ constexpr double k_flat_share = 0.4;
 constexpr std::size_t k_most_planes = 4;
 
 /// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
-constexpr Vec3d k_samples[] = {{0, 0, 0},          {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48}, {-.48, .48, -.48},
-                               {-.48, .48, .48},   {.48, .48, .48},    {.48, -.48, .48},  {-.48, -.48, .48}, {-.48, 0, 0},
-                               {0, -.48, 0},       {.48, 0, 0},        {0, .48, 0},       {0, 0, .48},       {0, 0, -.48}};
+constexpr Vec3d k_samples[] = {{0, 0, 0},        {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48},  {-.48, .48, -.48},
+                               {-.48, .48, .48}, {.48, .48, .48},    {.48, -.48, .48},  {-.48, -.48, .48}, {-.48, 0, 0},
+                               {0, -.48, 0},     {.48, 0, 0},        {0, .48, 0},       {0, 0, .48},       {0, 0, -.48}};
 
 struct Grid {
     Vec3d origin;
@@ -101,7 +101,10 @@ class LocatorBaker {
 public:
     LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, double cells,
                  model::ModelData& data)
-        : solid_(solid), part_of_triangle_(part_of_triangle), data_(data), grid_(grid_about(solid.mesh(), cells)),
+        : solid_(solid),
+          part_of_triangle_(part_of_triangle),
+          data_(data),
+          grid_(grid_about(solid.mesh(), cells)),
           flat_tolerance_(0.01 * k_flat_share * target_error * data.header.r_max)
     {
         for (int k = 0; k < 3; ++k) {
@@ -116,7 +119,8 @@ public:
     {
         const auto* n = data_.locator.bricks;
         bricks_.resize(static_cast<std::size_t>(n[0]) * n[1] * n[2]);
-        parallel_for(bricks_.size(), threads, [&](std::size_t i) { bake_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1])); });
+        parallel_for(bricks_.size(), threads,
+                     [&](std::size_t i) { bake_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1])); });
         pack();
     }
 
@@ -137,7 +141,8 @@ private:
             return;
         }
         for (int i = 0; i < k_places; ++i)
-            brick.places.push_back(bake_place(corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5}, grid_.cell));
+            brick.places.push_back(
+                bake_place(corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5}, grid_.cell));
     }
 
     Place bake_place(Vec3d centre, double side) const
@@ -191,10 +196,12 @@ private:
         const auto& v = solid_.mesh().vertices;
         const Vec3d n = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]), d = p - nearest.point;
         const double height = dot(n, d), sideways = norm(cross(n, d));
-        const double u = dot(cross(v[t[1]] - nearest.point, v[t[2]] - nearest.point), n), w = dot(cross(v[t[2]] - nearest.point, v[t[0]] - nearest.point), n),
+        const double u = dot(cross(v[t[1]] - nearest.point, v[t[2]] - nearest.point), n),
+                     w = dot(cross(v[t[2]] - nearest.point, v[t[0]] - nearest.point), n),
                      x = dot(cross(v[t[0]] - nearest.point, v[t[1]] - nearest.point), n);
         const double corner = 1e-6 * norm_sq(n);
-        if (!solid_.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner) return height < 0;
+        if (!solid_.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner)
+            return height < 0;
         return solid_.inside(p);
     }
 
@@ -221,7 +228,9 @@ private:
             if (worst == nullptr) {
                 // A surface that bends towards the point is met in the middle.
                 if (least < -tolerance)
-                    for (Seed& seed : seeds) seed.extent = extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance);
+                    for (Seed& seed : seeds)
+                        seed.extent =
+                            extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance);
                 return true;
             }
             if (seeds.size() == k_most_planes) return false;
@@ -329,7 +338,9 @@ private:
         n = n / std::max(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), 1e-300);
         const double x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
         const double y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
-        const auto code = [](double v) { return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1)); };
+        const auto code = [](double v) {
+            return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1));
+        };
         Seed seed{part | code(x) << 8 | code(y) << (8 + model::k_seed_normal_bits), 0};
         // With the direction as stored.
         seed.extent = extent_of(dot(cast<double>(query::seed_normal(seed)), nearest.point - centre));
@@ -416,7 +427,8 @@ private:
         auto& seeds = data_.locator_seeds;
         if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
         const auto chain = static_cast<std::uint32_t>(seeds.size());
-        if (chain > model::k_most_seed_index) throw mesh::InvalidInput("the locator needs more seeds than a place can name: ask for a larger target error");
+        if (chain > model::k_most_seed_index)
+            throw mesh::InvalidInput("the locator needs more seeds than a place can name: ask for a larger target error");
         seeds.insert(seeds.end(), place.seeds.begin(), place.seeds.end());
         seeds.back().extent |= model::k_last_seed;
         return static_cast<std::uint32_t>(kind) | index << 2 | chain << 14;
@@ -434,19 +446,21 @@ private:
 
 }  // namespace
 
-void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, unsigned threads,
-                  model::ModelData& data)
+void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error,
+                  unsigned threads, model::ModelData& data)
 {
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
         if (part.base == 0) return;
     const auto bytes_of = [&] {
         const model::ModelView v = data.view();
-        return static_cast<double>(v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes());
+        return static_cast<double>(v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
+                                   v.seeds.size_bytes());
     };
     const model::ModelView v = data.view();
-    const auto maps = static_cast<double>(v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
-                                          v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes());
+    const auto maps =
+        static_cast<double>(v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
+                            v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes());
     const double all = k_budget * (k_cells_target / target_error) *
                        std::max(1.0, static_cast<double>(solid.mesh().triangles.size()) / k_budget_triangles);
     const double budget = std::max(all - maps, k_least_share * all);

@@ -117,8 +117,8 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         return ParseStatus::BadStructure;
     if (!within(part.first_sample, part.sample_count, view.samples.size()) ||
         !within(part.first_cell, part.cell_count, view.cells.size()) ||
-        !within(part.first_block, part.block_count, view.blocks.size()) ||
-        view.splits.size() % k_split_size != 0 || !within(part.first_split, part.split_count, view.splits.size() / k_split_size) ||
+        !within(part.first_block, part.block_count, view.blocks.size()) || view.splits.size() % k_split_size != 0 ||
+        !within(part.first_split, part.split_count, view.splits.size() / k_split_size) ||
         !within(part.first_special, part.special_count, view.specials.size()) ||
         !within(part.first_pool, part.pool_count, view.pool.size()))
         return ParseStatus::BadStructure;
@@ -181,9 +181,8 @@ ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
     if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty()
-                   ? ParseStatus::Ok
-                   : ParseStatus::BadStructure;
+        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() ? ParseStatus::Ok
+                                                                                               : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
     // A byte names a part, and what a place is asked with is a central map.
     if (v.parts.size() >= k_no_part || v.places.empty()) return ParseStatus::BadStructure;
@@ -195,7 +194,8 @@ ParseStatus check_locator(const ModelView& v)
     for (const std::uint32_t b : v.bricks)
         if ((b & k_free_brick) == 0) {
             const bool deep = (b & k_deep_brick) != 0;
-            if (!within(b & ~k_deep_brick, deep ? 1 : k_brick * k_brick * k_brick, v.places.size())) return ParseStatus::BadStructure;
+            if (!within(b & ~k_deep_brick, deep ? 1 : k_brick * k_brick * k_brick, v.places.size()))
+                return ParseStatus::BadStructure;
             if (deep && place_kind(v.places[b & ~k_deep_brick]) == PlaceKind::Free) return ParseStatus::BadStructure;
         }
     for (const std::uint32_t p : v.places)

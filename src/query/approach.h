@@ -25,7 +25,8 @@ inline Vec3f seed_normal(model::Seed seed)
 /// How far a point is below a seed's plane, model units. offset: from the centre of the seed's place.
 inline float seed_gap(const model::Locator& locator, model::Seed seed, Vec3f offset)
 {
-    return static_cast<float>(model::seed_distance(seed)) * (model::k_seed_distance_step * locator.cell) - dot(seed_normal(seed), offset);
+    return static_cast<float>(model::seed_distance(seed)) * (model::k_seed_distance_step * locator.cell) -
+           dot(seed_normal(seed), offset);
 }
 
 struct Approach {

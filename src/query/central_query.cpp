@@ -364,7 +364,8 @@ void settle_on_triangles(const ModelView& model, Vec3f point, Contact& contact) 
     contact.part = best.part;
     contact.depth = std::sqrt(best.distance_sq);
     contact.point = best.point;
-    contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? (1.f / contact.depth) * (contact.point - point) : best.normal;
+    contact.normal =
+        contact.depth > 1e-4f * model.header.sphere[3] ? (1.f / contact.depth) * (contact.point - point) : best.normal;
 }
 
 Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept

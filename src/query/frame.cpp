@@ -10,11 +10,26 @@ namespace sqmap::query {
 
 FrameJob::FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, const FrameOptions& o,
                    std::span<FrameContact> contacts) noexcept
-    : model(m), x(p.x_.data()), y(p.y_.data()), z(p.z_.data()), point(p.point_.data()), centre_x(p.centre_x_.data()),
-      centre_y(p.centre_y_.data()), centre_z(p.centre_z_.data()), radius(p.radius_.data()), group_x(p.group_x_.data()),
-      group_y(p.group_y_.data()), group_z(p.group_z_.data()), group_radius(p.group_radius_.data()), clusters(p.clusters()),
-      groups(p.group_radius_.size()), points(p.size_), layer(o.layer == Layer::Auto || (o.layer == Layer::Exact && !model::has_exact(m)) ? Layer::Three : o.layer),
-      exact(o.layer == Layer::Exact && model::has_exact(m)), first_only(o.first_only), out(contacts)
+    : model(m),
+      x(p.x_.data()),
+      y(p.y_.data()),
+      z(p.z_.data()),
+      point(p.point_.data()),
+      centre_x(p.centre_x_.data()),
+      centre_y(p.centre_y_.data()),
+      centre_z(p.centre_z_.data()),
+      radius(p.radius_.data()),
+      group_x(p.group_x_.data()),
+      group_y(p.group_y_.data()),
+      group_z(p.group_z_.data()),
+      group_radius(p.group_radius_.data()),
+      clusters(p.clusters()),
+      groups(p.group_radius_.size()),
+      points(p.size_),
+      layer(o.layer == Layer::Auto || (o.layer == Layer::Exact && !model::has_exact(m)) ? Layer::Three : o.layer),
+      exact(o.layer == Layer::Exact && model::has_exact(m)),
+      first_only(o.first_only),
+      out(contacts)
 {
     for (int k = 0; k < 4; ++k) sphere[k] = p.sphere_[k];
     // In double up to here: a mesh may lie far from its origin.

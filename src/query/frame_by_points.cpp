@@ -10,7 +10,8 @@ namespace {
 class PointFrame {
 public:
     PointFrame(const FrameJob& job, const FrameOptions& options)
-        : job_(job), reach_(offset_reach(job.model, options)),
+        : job_(job),
+          reach_(offset_reach(job.model, options)),
           options_{.layer = job.layer == Layer::Exact && !job.exact ? Layer::Three : job.layer,
                    .offset = options.offset,
                    .margin = options.margin}
@@ -51,8 +52,8 @@ private:
             const float within = (margin + sphere[3]) * 1.0001f;
             return !(norm_sq(c - model::vec3(sphere)) <= within * within);
         };
-        return apart(job_.model.header.sphere) ||
-               std::all_of(job_.model.parts.begin(), job_.model.parts.end(), [&](const model::Part& part) { return apart(part.sphere); });
+        return apart(job_.model.header.sphere) || std::all_of(job_.model.parts.begin(), job_.model.parts.end(),
+                                                              [&](const model::Part& part) { return apart(part.sphere); });
     }
 
     void ask(std::size_t slot)
@@ -83,6 +84,9 @@ float offset_reach(const model::ModelView& model, const FrameOptions& options) n
     return reach;
 }
 
-FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept { return PointFrame(job, options).run(); }
+FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept
+{
+    return PointFrame(job, options).run();
+}
 
 }  // namespace sqmap::query

@@ -6,7 +6,8 @@
 namespace sqmap::query {
 
 struct FrameJob {
-    FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, const FrameOptions& o, std::span<FrameContact> out) noexcept;
+    FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, const FrameOptions& o,
+             std::span<FrameContact> out) noexcept;
 
     const model::ModelView& model;
     const float *x, *y, *z;

@@ -68,9 +68,15 @@ HWY_INLINE I kind_of(I cell) { return shift_right<14>(cell); }
 struct V3 {
     F x, y, z;
 };
-HWY_INLINE V3 blend(M m, const V3& yes, const V3& no) { return {blend(m, yes.x, no.x), blend(m, yes.y, no.y), blend(m, yes.z, no.z)}; }
+HWY_INLINE V3 blend(M m, const V3& yes, const V3& no)
+{
+    return {blend(m, yes.x, no.x), blend(m, yes.y, no.y), blend(m, yes.z, no.z)};
+}
 HWY_INLINE F dot(const V3& a, const V3& b) { return mul_add(a.x, b.x, mul_add(a.y, b.y, hn::Mul(a.z, b.z))); }
-HWY_INLINE F row_dot(const float* r, const V3& v) { return mul_add(set(r[0]), v.x, mul_add(set(r[1]), v.y, hn::Mul(set(r[2]), v.z))); }
+HWY_INLINE F row_dot(const float* r, const V3& v)
+{
+    return mul_add(set(r[0]), v.x, mul_add(set(r[1]), v.y, hn::Mul(set(r[2]), v.z)));
+}
 
 /// Points of a chart frame by face: major is the largest coordinate, u and v the next two in cyclic order.
 struct FacePoint {
@@ -167,11 +173,19 @@ public:
 
     HWY_INLINE M in_domain(const V3& x) const
     {
-        const F values[9] = {x.x, x.y, x.z, hn::Add(x.x, x.y), hn::Sub(x.x, x.y), hn::Add(x.x, x.z), hn::Sub(x.x, x.z),
-                             hn::Add(x.y, x.z), hn::Sub(x.y, x.z)};
+        const F values[9] = {x.x,
+                             x.y,
+                             x.z,
+                             hn::Add(x.x, x.y),
+                             hn::Sub(x.x, x.y),
+                             hn::Add(x.x, x.z),
+                             hn::Sub(x.x, x.z),
+                             hn::Add(x.y, x.z),
+                             hn::Sub(x.y, x.z)};
         M inside = hn::Ge(values[0], set(part_.chart_lo[0]));
         for (int i = 0; i < 9; ++i)
-            inside = hn::And(inside, hn::And(hn::Ge(values[i], set(part_.chart_lo[i])), hn::Le(values[i], set(part_.chart_hi[i]))));
+            inside =
+                hn::And(inside, hn::And(hn::Ge(values[i], set(part_.chart_lo[i])), hn::Le(values[i], set(part_.chart_hi[i]))));
         return inside;
     }
 
@@ -205,11 +219,13 @@ public:
                 leaf.s0 = blend(right, s1, leaf.s0);
                 leaf.t0 = blend(up, t1, leaf.t0);
                 leaf.inverse_size = blend(split, hn::Add(leaf.inverse_size, leaf.inverse_size), leaf.inverse_size);
-                const I record = hn::Mul(blend(split, hn::And(leaf.cell, set_int(0x3fff)), hn::Zero(di)), set_int(model::k_split_size));
+                const I record =
+                    hn::Mul(blend(split, hn::And(leaf.cell, set_int(0x3fff)), hn::Zero(di)), set_int(model::k_split_size));
                 const I x = blend(right, set_int(1), hn::Zero(di)), y = blend(up, set_int(1), hn::Zero(di));
                 const I cell = hn::Add(hn::Add(record, set_int(model::k_split_cells)), hn::Add(x, hn::Add(y, y)));
                 leaf.cell = blend(split, low(gather_pair(splits_, cell)), leaf.cell);
-                corner = blend(split, hn::Add(hn::Add(record, set_int(split_shift_)), hn::Add(x, hn::Add(y, hn::Add(y, y)))), corner);
+                corner =
+                    blend(split, hn::Add(hn::Add(record, set_int(split_shift_)), hn::Add(x, hn::Add(y, hn::Add(y, y)))), corner);
                 stride = blend(split, set_int(3), stride);
             }
         }
@@ -229,7 +245,8 @@ public:
         const F c00 = decode(leaf.c00), c10 = decode(leaf.c10), c01 = decode(leaf.c01), c11 = decode(leaf.c11);
         const F d0 = hn::Sub(c10, c00), d1 = hn::Sub(c11, c01);
         const F bottom = mul_add(u, d0, c00), top = mul_add(u, d1, c01), rise = hn::Sub(top, bottom);
-        return {mul_add(v, rise, bottom), hn::Mul(mul_add(v, hn::Sub(d1, d0), d0), leaf.inverse_size), hn::Mul(rise, leaf.inverse_size)};
+        return {mul_add(v, rise, bottom), hn::Mul(mul_add(v, hn::Sub(d1, d0), d0), leaf.inverse_size),
+                hn::Mul(rise, leaf.inverse_size)};
     }
 
     /// Certified deviation of Single cells.
@@ -344,7 +361,9 @@ private:
         // Also where the sum overflows.
         if (!(outside_sq <= reach * reach * 1.0001f)) return true;
         const auto* n = locator_.bricks;
-        const std::uint32_t brick = model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * n[1] + static_cast<std::size_t>(at[1] / model::k_brick)) * n[0] +
+        const std::uint32_t brick = model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * n[1] +
+                                                   static_cast<std::size_t>(at[1] / model::k_brick)) *
+                                                      n[0] +
                                                   static_cast<std::size_t>(at[0] / model::k_brick)];
         if ((brick & model::k_free_brick) == 0) return false;
         const float half = 0.5f * model::k_brick;
@@ -358,7 +377,8 @@ private:
     HWY_NOINLINE M near_clusters(std::size_t first) const
     {
         const F zero = hn::Zero(df);
-        const V3 c = posed({hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
+        const V3 c = posed(
+            {hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
         const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
         const F reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
         const V3 g = in_cells(c);
@@ -400,16 +420,20 @@ private:
     HWY_INLINE Located locate(const V3& at, M active) const
     {
         const I nil = hn::Zero(di);
-        const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil), iz = blend(active, truncate(at.z), nil);
-        const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])), ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
+        const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil),
+                iz = blend(active, truncate(at.z), nil);
+        const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])),
+                ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
         const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
         const I brick = gather_word(model_.bricks.data(), hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx));
         const M free_brick = hn::AndNot(not_negative(brick), active);
         const M whole = hn::Or(free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
         const I three = set_int(3);
-        const I within = hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
+        const I within =
+            hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
         const I low_bits = hn::And(brick, set_int(0x3fffffff));
-        const I place = gather_word(model_.places.data(), blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
+        const I place = gather_word(model_.places.data(),
+                                    blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
         const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
         Located found;
         found.is_free = hn::Or(free_brick, hn::And(active, free_place));
@@ -439,12 +463,14 @@ private:
         const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(direction), mask)), half), step), one);
         const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(direction), mask)), half), step), one);
         const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), zero);
-        const V3 n{blend(hn::Lt(x, zero), hn::Add(x, fold), hn::Sub(x, fold)), blend(hn::Lt(y, zero), hn::Add(y, fold), hn::Sub(y, fold)), z};
+        const V3 n{blend(hn::Lt(x, zero), hn::Add(x, fold), hn::Sub(x, fold)),
+                   blend(hn::Lt(y, zero), hn::Add(y, fold), hn::Sub(y, fold)), z};
         const F inverse = hn::Div(one, hn::Sqrt(dot(n, n)));
         Planes planes;
         planes.part = hn::And(direction, set_int(0xff));
         planes.normal = {hn::Mul(n.x, inverse), hn::Mul(n.y, inverse), hn::Mul(n.z, inverse)};
-        planes.length = hn::Mul(to_float(hn::Sub(hn::And(extent, set_int(0xffff)), set_int(0x8000))), set(model::k_seed_distance_step * locator_.cell));
+        planes.length = hn::Mul(to_float(hn::Sub(hn::And(extent, set_int(0xffff)), set_int(0x8000))),
+                                set(model::k_seed_distance_step * locator_.cell));
         planes.gap = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
         return planes;
     }
@@ -456,7 +482,8 @@ private:
         const V3 g = in_cells(p);
         const F zero = hn::Zero(df);
         M in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
-        in_grid = hn::And(in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
+        in_grid = hn::And(
+            in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
         // The padding of the last cluster is nobody.
         if (slot + hn::Lanes(df) > job_.points)
             in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
@@ -545,7 +572,8 @@ private:
             extent = gather_word(words + 1, word);
         }
         start.planes = planes_of(direction, extent, at.offset);
-        start.reach = hn::Mul(to_float(hn::And(shift_right<16>(extent), set_int(0xff))), set(model::k_seed_reach_step * locator_.cell));
+        start.reach =
+            hn::Mul(to_float(hn::And(shift_right<16>(extent), set_int(0xff))), set(model::k_seed_reach_step * locator_.cell));
         return start;
     }
 
@@ -575,8 +603,8 @@ private:
         hn::Store(hn::Max(planes.gap, hn::Zero(df)), df, v[6]);
         hn::Store(planes.part, di, parts);
         each_lane(contact, [&](std::size_t i) {
-            write(job_.point[slot + i], {at[0][i], at[1][i], at[2][i]}, parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i],
-                  sure[i] != 0);
+            write(job_.point[slot + i], {at[0][i], at[1][i], at[2][i]}, parts[i], {v[0][i], v[1][i], v[2][i]},
+                  {v[3][i], v[4][i], v[5][i]}, v[6][i], sure[i] != 0);
             // Planes err: a surface that seems almost as near may be nearer.
             if (job_.exact && loose_ > 0 && other[3][i] < k_doubt * locator_.cell) {
                 loose_other_[loose_ - 1] = {other[0][i], other[1][i], other[2][i]};
@@ -604,7 +632,8 @@ private:
         }
     }
 
-    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, const Located& at, const Start& start, M which, M known_inside, M certain)
+    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, const Located& at, const Start& start, M which, M known_inside,
+                              M certain)
     {
         const I flags = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, known_inside), set_int(k_inside)),
                                hn::Or(hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)),
@@ -612,8 +641,16 @@ private:
         const I point = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
         const Planes& planes = start.planes;
         const std::size_t n = queued_;
-        const F floats[10] = {p.x, p.y, p.z, at.offset.x, at.offset.y, at.offset.z, mul_add(planes.gap, planes.normal.x, p.x),
-                              mul_add(planes.gap, planes.normal.y, p.y), mul_add(planes.gap, planes.normal.z, p.z), start.reach};
+        const F floats[10] = {p.x,
+                              p.y,
+                              p.z,
+                              at.offset.x,
+                              at.offset.y,
+                              at.offset.z,
+                              mul_add(planes.gap, planes.normal.x, p.x),
+                              mul_add(planes.gap, planes.normal.y, p.y),
+                              mul_add(planes.gap, planes.normal.z, p.z),
+                              start.reach};
         for (int k = 0; k < 10; ++k) hn::CompressBlendedStore(floats[k], which, df, queue_[k] + n);
         const auto which_int = hn::RebindMask(di, which);
         hn::CompressBlendedStore(at.place, which_int, di, queue_place_ + n);
@@ -706,7 +743,8 @@ private:
             const bool certain = (queue_flags_[i] & k_certain) != 0;
             const auto point = static_cast<std::uint32_t>(queue_point_[i]);
             result_.unseen += best_by_plane_[i] ? 1u : 0u;
-            write(point, queued_point(i), best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
+            write(point, queued_point(i), best_part_[i], {best_[0][i], best_[1][i], best_[2][i]},
+                  {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
         }
         queued_ = 0;
     }
@@ -718,7 +756,8 @@ private:
     {
         std::uint16_t first[257] = {};
         for (std::size_t k = 0; k < open; ++k) ++first[queue_part_[todo_[k]] + 1];
-        for (std::size_t part = 0; part < model_.parts.size(); ++part) first[part + 1] = static_cast<std::uint16_t>(first[part + 1] + first[part]);
+        for (std::size_t part = 0; part < model_.parts.size(); ++part)
+            first[part + 1] = static_cast<std::uint16_t>(first[part + 1] + first[part]);
         for (std::size_t k = 0; k < open; ++k) sorted_[first[queue_part_[todo_[k]]]++] = todo_[k];
         std::size_t next = 0;
         for (std::size_t k = 0; k < open;) {
@@ -740,7 +779,8 @@ private:
     };
 
     /// The nearest surface of one part about a start, or where there is none about origin: the surface over there, the foot on
-    /// the tangent plane for the next start, while that comes nearer. Lanes stop on their own, so that an answer does not depend on its neighbours.
+    /// the tangent plane for the next start, while that comes nearer. Lanes stop on their own, so that an answer does not depend
+    /// on its neighbours.
     HWY_NOINLINE Found approach(std::size_t index, const V3& p, const V3& start, const V3& origin, M active, int steps) const
     {
         const Part& data = model_.parts[index];
@@ -764,7 +804,8 @@ private:
             M valid = hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
             if (job_.layer == Layer::Two) valid = with_corners(leaf, active);
             M exits = part.centre_inside() ? valid : none();
-            const M layered = hn::AndNot(valid, hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered)))));
+            const M layered =
+                hn::AndNot(valid, hn::And(active, equal(kind, set_int(static_cast<std::int32_t>(CellKind::Layered)))));
             if (any(layered)) pick_layer(data, q, leaf, reach, layered, sheet, valid, exits);
             valid = hn::And(valid, hn::Gt(sheet.w, set(1e-6f)));
             if (step == 0 && any(hn::AndNot(valid, active))) {
@@ -779,7 +820,8 @@ private:
                 M found = hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Single))));
                 if (job_.layer == Layer::Two) found = with_corners(second, lost);
                 M other_exits = part.centre_inside() ? found : none();
-                const M layers = hn::AndNot(found, hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Layered)))));
+                const M layers =
+                    hn::AndNot(found, hn::And(lost, equal(other_kind, set_int(static_cast<std::int32_t>(CellKind::Layered)))));
                 if (any(layers)) pick_layer(data, there, second, there_reach, layers, other, found, other_exits);
                 found = hn::And(found, hn::Gt(other.w, set(1e-6f)));
                 sheet = {blend(found, other.w, sheet.w), blend(found, other.ws, sheet.ws), blend(found, other.wt, sheet.wt)};
@@ -826,8 +868,8 @@ private:
         f.y_major = equal(hn::ShiftRight<1>(kept_face), set_int(1));
         const V3 in_plane{hn::Mul(kept_along, kept_n.x), hn::Mul(kept_along, kept_n.y), hn::Mul(kept_along, kept_n.z)};
         const V3 minus{hn::Neg(kept_n.x), hn::Neg(kept_n.y), hn::Neg(kept_n.z)};
-        return {found_sq, part.from_frame(f.unpermute(blend(all_near, in_plane, kept_d))), part.from_frame(f.unpermute(blend(kept_exits, kept_n, minus))),
-                all_near, all_inside};
+        return {found_sq, part.from_frame(f.unpermute(blend(all_near, in_plane, kept_d))),
+                part.from_frame(f.unpermute(blend(kept_exits, kept_n, minus))), all_near, all_inside};
     }
 
     /// Base cells with a surface at every corner: what Layer 2 reads.
@@ -841,7 +883,8 @@ private:
 
     HWY_INLINE static V3 times(const V3& a, const V3& b) { return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)}; }
 
-    /// A round's seeds of one part: the nearest surfaces of sorted_[first, first + count). Lanes that are not settled go to todo_.
+    /// A round's seeds of one part: the nearest surfaces of sorted_[first, first + count). Lanes that are not settled go to
+    /// todo_.
     void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, bool first_round, std::size_t& next_open)
     {
         HWY_ALIGN std::int32_t order[k_lanes];
@@ -859,8 +902,11 @@ private:
             const Planes planes = planes_of(gather_word(words, word), gather_word(words + 1, word), offset);
             plane_normal = planes.normal;
             plane_gap = hn::Max(planes.gap, hn::Zero(df));
-            start = {mul_add(planes.gap, planes.normal.x, p.x), mul_add(planes.gap, planes.normal.y, p.y), mul_add(planes.gap, planes.normal.z, p.z)};
-            const auto foot_of_centre = [&](F v, F off, F n) { return mul_add(planes.length, n, hn::Sub(v, hn::Mul(off, set(locator_.cell)))); };
+            start = {mul_add(planes.gap, planes.normal.x, p.x), mul_add(planes.gap, planes.normal.y, p.y),
+                     mul_add(planes.gap, planes.normal.z, p.z)};
+            const auto foot_of_centre = [&](F v, F off, F n) {
+                return mul_add(planes.length, n, hn::Sub(v, hn::Mul(off, set(locator_.cell))));
+            };
             origin = {foot_of_centre(p.x, offset.x, planes.normal.x), foot_of_centre(p.y, offset.y, planes.normal.y),
                       foot_of_centre(p.z, offset.z, planes.normal.z)};
         }
@@ -883,7 +929,8 @@ private:
         hn::Store(hn::Mul(along.z, inverse), df, v[5]);
         hn::Store(depth, df, v[6]);
         if (first_round) {
-            const M single = hn::RebindMask(df, hn::Ne(hn::And(hn::GatherIndex(di, queue_flags_, at), set_int(k_single)), hn::Zero(di)));
+            const M single =
+                hn::RebindMask(df, hn::Ne(hn::And(hn::GatherIndex(di, queue_flags_, at), set_int(k_single)), hn::Zero(di)));
             const F enough = column(9);
             const M settled = hn::And(hn::And(active, found.near), hn::Or(single, hn::Le(depth, enough)));
             HWY_ALIGN std::int32_t in[k_lanes], done[k_lanes];
@@ -895,8 +942,8 @@ private:
                 if (done[i] == 0 || open)
                     todo_[next_open++] = static_cast<std::uint16_t>(k);
                 else if (in[i] != 0 || (queue_flags_[k] & k_inside) != 0)
-                    write(static_cast<std::uint32_t>(queue_point_[k]), queued_point(k), static_cast<std::int32_t>(index), {v[0][i], v[1][i], v[2][i]},
-                          {v[3][i], v[4][i], v[5][i]}, v[6][i], (queue_flags_[k] & k_certain) != 0);
+                    write(static_cast<std::uint32_t>(queue_point_[k]), queued_point(k), static_cast<std::int32_t>(index),
+                          {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], (queue_flags_[k] & k_certain) != 0);
             }
             return;
         }
@@ -905,7 +952,8 @@ private:
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t k = static_cast<std::size_t>(order[i]);
             const bool by_plane = by_planes[i] != 0;
-            if (best_part_[k] < 0 || (best_by_plane_[k] && !by_plane) || (best_by_plane_[k] == by_plane && v[6][i] < best_[6][k])) {
+            if (best_part_[k] < 0 || (best_by_plane_[k] && !by_plane) ||
+                (best_by_plane_[k] == by_plane && v[6][i] < best_[6][k])) {
                 best_by_plane_[k] = by_plane;
                 best_part_[k] = static_cast<std::int16_t>(index);
                 for (int j = 0; j < 7; ++j) best_[j][k] = v[j][i];
@@ -937,7 +985,8 @@ private:
     /// Moves the contacts written since the last time onto the mesh's own triangles.
     HWY_NOINLINE void settle_loose()
     {
-        for (std::size_t first = 0; first < loose_; first += hn::Lanes(df)) settle_batch(first, std::min(hn::Lanes(df), loose_ - first));
+        for (std::size_t first = 0; first < loose_; first += hn::Lanes(df))
+            settle_batch(first, std::min(hn::Lanes(df), loose_ - first));
         loose_ = 0;
     }
 
@@ -1027,7 +1076,8 @@ private:
                 c.point = {v[0][i], v[1][i], v[2][i]};
                 c.normal = {v[3][i], v[4][i], v[5][i]};
                 c.depth = v[6][i];
-                c.part = static_cast<std::int16_t>(model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask);
+                c.part =
+                    static_cast<std::int16_t>(model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask);
             }
         }
     }
@@ -1073,7 +1123,8 @@ private:
             };
             best.crossed = hn::Or(best.crossed, has(model::k_crossed));
             const I triangle3 = hn::Add(hn::Add(triangle, triangle), triangle);
-            const V3 a = place_of(vertex_of(triangle3, 0)), b = place_of(vertex_of(triangle3, 1)), c = place_of(vertex_of(triangle3, 2));
+            const V3 a = place_of(vertex_of(triangle3, 0)), b = place_of(vertex_of(triangle3, 1)),
+                     c = place_of(vertex_of(triangle3, 2));
             const V3 ab = minus(b, a), ac = minus(c, a), ap = minus(p, a), bp = minus(p, b), cp = minus(p, c);
             const F d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
             const F va = hn::Sub(hn::Mul(d3, d6), hn::Mul(d5, d4)), vb = hn::Sub(hn::Mul(d5, d2), hn::Mul(d1, d6)),
@@ -1087,9 +1138,11 @@ private:
             const F d43 = hn::Sub(d4, d3), d56 = hn::Sub(d5, d6);
             const F along_bc = hn::Div(d43, hn::Max(hn::Add(d43, d56), tiny));
             override(hn::And(hn::And(hn::Le(va, zero), hn::Ge(d43, zero)), hn::Ge(d56, zero)), hn::Sub(one, along_bc), along_bc);
-            override(hn::And(hn::And(hn::Le(vb, zero), hn::Ge(d2, zero)), hn::Le(d6, zero)), zero, hn::Div(d2, hn::Max(hn::Sub(d2, d6), tiny)));
+            override(hn::And(hn::And(hn::Le(vb, zero), hn::Ge(d2, zero)), hn::Le(d6, zero)), zero,
+                     hn::Div(d2, hn::Max(hn::Sub(d2, d6), tiny)));
             override(hn::And(hn::Ge(d6, zero), hn::Le(d5, d6)), zero, one);
-            override(hn::And(hn::And(hn::Le(vc, zero), hn::Ge(d1, zero)), hn::Le(d3, zero)), hn::Div(d1, hn::Max(hn::Sub(d1, d3), tiny)), zero);
+            override(hn::And(hn::And(hn::Le(vc, zero), hn::Ge(d1, zero)), hn::Le(d3, zero)),
+                     hn::Div(d1, hn::Max(hn::Sub(d1, d3), tiny)), zero);
             override(hn::And(hn::Ge(d3, zero), hn::Le(d4, d3)), one, zero);
             override(hn::And(hn::Le(d1, zero), hn::Le(d2, zero)), zero, zero);
             const V3 offset{hn::Sub(mul_add(v, ab.x, hn::Mul(w, ac.x)), ap.x), hn::Sub(mul_add(v, ab.y, hn::Mul(w, ac.y)), ap.y),
@@ -1112,7 +1165,8 @@ private:
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
-    HWY_NOINLINE void pick_layer(const Part& data, const Chart& q, const Leaves& leaves, F reach, M layered, Sheet& sheet, M& valid, M& exits) const
+    HWY_NOINLINE void pick_layer(const Part& data, const Chart& q, const Leaves& leaves, F reach, M layered, Sheet& sheet,
+                                 M& valid, M& exits) const
     {
         const CentralMap map(model_, data);
         HWY_ALIGN float s[k_lanes], t[k_lanes], expected[k_lanes], w[k_lanes] = {}, ws[k_lanes] = {}, wt[k_lanes] = {};
@@ -1130,7 +1184,8 @@ private:
             is_valid[i] = found.value.w > 0.f ? -1 : 0;
             is_exit[i] = found.exits ? -1 : 0;
         });
-        sheet = {blend(layered, hn::Load(df, w), sheet.w), blend(layered, hn::Load(df, ws), sheet.ws), blend(layered, hn::Load(df, wt), sheet.wt)};
+        sheet = {blend(layered, hn::Load(df, w), sheet.w), blend(layered, hn::Load(df, ws), sheet.ws),
+                 blend(layered, hn::Load(df, wt), sheet.wt)};
         valid = hn::Or(valid, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, is_valid))));
         exits = hn::Or(hn::AndNot(layered, exits), hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, is_exit))));
     }
@@ -1144,9 +1199,11 @@ private:
                 HWY_ALIGN std::int32_t order[k_lanes];
                 for (std::size_t i = 0; i < hn::Lanes(df); ++i) order[i] = todo_[first + std::min(i, count - 1)];
                 const I at = hn::Load(di, order);
-                const V3 p{hn::GatherIndex(df, queue_[0], at), hn::GatherIndex(df, queue_[1], at), hn::GatherIndex(df, queue_[2], at)};
+                const V3 p{hn::GatherIndex(df, queue_[0], at), hn::GatherIndex(df, queue_[1], at),
+                           hn::GatherIndex(df, queue_[2], at)};
                 const I place = hn::GatherIndex(di, queue_place_, at);
-                const M mixed = hn::And(hn::FirstN(df, count), equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
+                const M mixed = hn::And(hn::FirstN(df, count),
+                                        equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
                 if (!any(mixed)) continue;
                 M inside = none(), certain = none();
                 verdicts(p, place, mixed, inside, certain);
@@ -1179,7 +1236,8 @@ private:
     float cells_[3];
     FrameResult result_;
     std::size_t queued_ = 0;
-    // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's reach.
+    // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's
+    // reach.
     static constexpr std::size_t k_room = k_queue + 2 * Probe::k_cluster;
     float queue_[10][k_room];
     std::int32_t queue_point_[k_room], queue_place_[k_room], queue_flags_[k_room];

@@ -22,9 +22,10 @@ void order_by_halves(std::span<std::uint32_t> order, std::span<const Vec3d> poin
     const int axis = side.x >= side.y && side.x >= side.z ? 0 : (side.y >= side.z ? 1 : 2);
     const std::size_t clusters = (order.size() + Probe::k_cluster - 1) / Probe::k_cluster;
     const std::size_t half = clusters / 2 * Probe::k_cluster;
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b;
-    });
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                         return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b;
+                     });
     order_by_halves(order.first(half), points);
     order_by_halves(order.subspan(half), points);
 }

@@ -41,12 +41,12 @@ void fit_sphere(std::size_t count, At&& at, float sphere[4])
 
 }  // namespace
 
-Pose compose(const Pose& a, const Pose& b) noexcept { return {a.rotation * b.rotation, a.rotation * b.translation + a.translation}; }
-
-Pose inverse(const Pose& pose) noexcept
+Pose compose(const Pose& a, const Pose& b) noexcept
 {
-    return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)};
+    return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};
 }
+
+Pose inverse(const Pose& pose) noexcept { return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)}; }
 
 void Probe::move(std::span<const Vec3d> points) noexcept
 {
@@ -70,7 +70,8 @@ void Probe::refit() noexcept
     const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
     float s[4], sum = 0.f;
     for (std::size_t c = 0; c < clusters(); ++c) {
-        fit_sphere(k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
+        fit_sphere(
+            k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
         centre_x_[c] = s[0];
         centre_y_[c] = s[1];
         centre_z_[c] = s[2];
@@ -79,7 +80,8 @@ void Probe::refit() noexcept
     }
     for (std::size_t g = 0; g < group_radius_.size(); ++g) {
         const std::size_t first = g * k_cluster * k_cluster, last = std::min(point_.size(), first + k_cluster * k_cluster);
-        fit_sphere(last - first, [&](std::size_t i) { return place(first + i); }, s);
+        fit_sphere(
+            last - first, [&](std::size_t i) { return place(first + i); }, s);
         group_x_[g] = s[0];
         group_y_[g] = s[1];
         group_z_[g] = s[2];

@@ -14,7 +14,8 @@ namespace sqmap::test {
 class Parsed {
 public:
     explicit Parsed(const mesh::Mesh& mesh, bool solid = true, const bake::BakeOptions& options = {})
-        : mesh_(bake::model_space(mesh)), solid_(mesh_, mesh::find_self_intersections(mesh_).crossed),
+        : mesh_(bake::model_space(mesh)),
+          solid_(mesh_, mesh::find_self_intersections(mesh_).crossed),
           bytes_(io::serialize(bake::bake(mesh, solid, options).model))
     {
         if (model::parse(bytes_, view_) != model::ParseStatus::Ok) throw std::logic_error("a baked model does not parse");

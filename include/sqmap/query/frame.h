@@ -91,14 +91,14 @@ struct FrameOptions {
 };
 
 struct FrameResult {
-    std::size_t contacts = 0;        ///< found; at most the span's size are written
+    std::size_t contacts = 0;          ///< found; at most the span's size are written
     std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
-    std::uint32_t unseen = 0;        ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
+    std::uint32_t unseen = 0;  ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
 };
 
 /// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in an order
-/// that depends on nothing else. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model without a
-/// locator (a surface, or only normal maps) is asked point by point.
+/// that depends on nothing else. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model
+/// without a locator (a surface, or only normal maps) is asked point by point.
 /// @pre model came from model::parse: its arrays lie in one blob.
 FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
                         std::span<FrameContact> contacts) noexcept;

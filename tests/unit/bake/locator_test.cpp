@@ -202,9 +202,10 @@ TEST(Locator, TheLowestPlaneOfAFlatPlaceIsTheSurface)
         std::sort(errors.begin(), errors.end());
         const auto within = static_cast<double>(std::upper_bound(errors.begin(), errors.end(), tolerance) - errors.begin()) /
                             static_cast<double>(errors.size());
-        std::cout << name << ": " << flat << " of " << all << " places flat; " << 100 * within << " % of points within the tolerance, median "
-                  << 100 * errors[errors.size() / 2] / m.r_max() << " %, p99 " << 100 * errors[errors.size() * 99 / 100] / m.r_max()
-                  << " %, worst " << 100 * errors.back() / m.r_max() << " % of R_max\n";
+        std::cout << name << ": " << flat << " of " << all << " places flat; " << 100 * within
+                  << " % of points within the tolerance, median " << 100 * errors[errors.size() / 2] / m.r_max() << " %, p99 "
+                  << 100 * errors[errors.size() * 99 / 100] / m.r_max() << " %, worst " << 100 * errors.back() / m.r_max()
+                  << " % of R_max\n";
         EXPECT_GT(within, 0.98) << name;
         EXPECT_LT(errors.back(), 0.005 * m.r_max()) << name;
     });
@@ -237,8 +238,8 @@ TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
         }
         if (errors.size() < 100) return;
         std::sort(errors.begin(), errors.end());
-        std::cout << name << ": " << errors.size() << " points, median " << 100 * errors[errors.size() / 2] / m.r_max() << " %, p95 "
-                  << 100 * errors[errors.size() * 95 / 100] / m.r_max() << " % of R_max\n";
+        std::cout << name << ": " << errors.size() << " points, median " << 100 * errors[errors.size() / 2] / m.r_max()
+                  << " %, p95 " << 100 * errors[errors.size() * 95 / 100] / m.r_max() << " % of R_max\n";
         EXPECT_LT(errors[errors.size() * 95 / 100], 0.005 * m.r_max()) << name;
     });
 }
@@ -260,10 +261,7 @@ TEST(Locator, IsTheSameOnAnyNumberOfThreads)
     }
 }
 
-TEST(Locator, SurfacesHaveNone)
-{
-    EXPECT_FALSE(model::has_locator(bake(test::small_torus(), false, {}).model.view()));
-}
+TEST(Locator, SurfacesHaveNone) { EXPECT_FALSE(model::has_locator(bake(test::small_torus(), false, {}).model.view())); }
 
 }  // namespace
 }  // namespace sqmap::bake

@@ -64,8 +64,9 @@ TEST(FrameOffset, FindsAtLeastTheContactsWithoutIt)
         const FrameResult with = query_frame(ring.view, hand.probe, pose, {.offset = true}, moved);
         for (const FrameContact& c : std::span(plain).first(without.contacts))
             // A kernel and a point's own query may disagree within the target of the bake.
-            EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max || std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
-                                                       [&](const FrameContact& m) { return m.index == c.index; }));
+            EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max ||
+                        std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
+                                    [&](const FrameContact& m) { return m.index == c.index; }));
         more += with.contacts > without.contacts ? 1u : 0u;
         total += without.contacts;
     }
@@ -91,7 +92,8 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
                 EXPECT_GE(dot(cast<double>(c.normal), normalized(points[c.index])), 0.95);
             }
             for (std::size_t i = 0; i < points.size(); ++i)
-                EXPECT_NEAR(depth[i], std::max(1 + 2 * static_cast<double>(margin) - norm(points[i]), 0.), 0.01) << "a diameter is 2";
+                EXPECT_NEAR(depth[i], std::max(1 + 2 * static_cast<double>(margin) - norm(points[i]), 0.), 0.01)
+                    << "a diameter is 2";
         }
 }
 
@@ -129,7 +131,8 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
             const FrameResult r = query_frame(bare, probe, pose, {.layer = layer}, contacts);
             EXPECT_EQ(r.status, k_frame_ok);
-            EXPECT_EQ(query_frame(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0, r.contacts > 0);
+            EXPECT_EQ(query_frame(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0,
+                      r.contacts > 0);
             std::size_t expected = 0;
             for (const Vec3d& p : points) expected += query_point(view, in_model(view, pose, p), layer).contact ? 1u : 0u;
             // Places are rounded in another order.

@@ -36,7 +36,8 @@ std::vector<Pose> touching_poses(std::span<const Vec3d> probe, std::span<const V
     std::vector<Pose> poses;
     for (int i = 0; i < count; ++i) {
         Pose pose{random_rotation(random), {}};
-        pose.translation = mesh[random.below(mesh.size())] + 0.1 * random.direction() - pose.rotation * probe[random.below(probe.size())];
+        pose.translation =
+            mesh[random.below(mesh.size())] + 0.1 * random.direction() - pose.rotation * probe[random.below(probe.size())];
         poses.push_back(pose);
     }
     return poses;
@@ -60,8 +61,8 @@ Answer ask(const model::ModelView& view, const Probe& probe, const Pose& pose, c
 bool same_bits(const FrameContact& a, const FrameContact& b)
 {
     return std::memcmp(&a.point, &b.point, sizeof a.point) == 0 && std::memcmp(&a.normal, &b.normal, sizeof a.normal) == 0 &&
-           std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0 && a.index == b.index && a.part == b.part && a.certain == b.certain &&
-           a.status == b.status;
+           std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0 && a.index == b.index && a.part == b.part &&
+           a.certain == b.certain && a.status == b.status;
 }
 
 void expect_same(const Answer& a, const Answer& b, const std::string& what)
@@ -103,7 +104,7 @@ std::vector<Target> targets()
 }
 
 struct Limits {
-    double verdict_band;  ///< of R_max: verdicts farther from the surface are right
+    double verdict_band;              ///< of R_max: verdicts farther from the surface are right
     double depth_share, depth_error;  ///< that share of depths errs by that much of R_max at most
 };
 
@@ -134,7 +135,8 @@ void check_against_oracle(Layer layer, const Limits& limits)
                     if (distance <= limits.verdict_band * r_max) continue;
                     ++wrong;
                     ADD_FAILURE() << target.name << ": point " << i << ' ' << (inside ? "missed" : "falsely in contact") << ' '
-                                  << 100 * distance / r_max << " % of R_max from the surface, at " << p.x << ' ' << p.y << ' ' << p.z;
+                                  << 100 * distance / r_max << " % of R_max from the surface, at " << p.x << ' ' << p.y << ' '
+                                  << p.z;
                     ASSERT_LT(wrong, 10u);
                     continue;
                 }
@@ -155,12 +157,14 @@ void check_against_oracle(Layer layer, const Limits& limits)
         ASSERT_GT(errors.size(), 200u) << target.name;
         std::sort(errors.begin(), errors.end());
         std::sort(tilts.begin(), tilts.end());
-        const auto within = static_cast<double>(std::upper_bound(errors.begin(), errors.end(), limits.depth_error) - errors.begin()) /
-                            static_cast<double>(errors.size());
-        std::cout << target.name << ": " << contacts << " contacts, " << judged << " verdicts right, " << unseen << " unseen, depth median "
-                  << 100 * errors[errors.size() / 2] << " %, p95 " << 100 * errors[errors.size() * 95 / 100] << " %, p99 "
-                  << 100 * errors[errors.size() * 99 / 100] << " %, worst " << 100 * errors.back() << " % of R_max, within "
-                  << 100 * limits.depth_error << " %: " << 100 * within << " %\n";
+        const auto within =
+            static_cast<double>(std::upper_bound(errors.begin(), errors.end(), limits.depth_error) - errors.begin()) /
+            static_cast<double>(errors.size());
+        std::cout << target.name << ": " << contacts << " contacts, " << judged << " verdicts right, " << unseen
+                  << " unseen, depth median " << 100 * errors[errors.size() / 2] << " %, p95 "
+                  << 100 * errors[errors.size() * 95 / 100] << " %, p99 " << 100 * errors[errors.size() * 99 / 100]
+                  << " %, worst " << 100 * errors.back() << " % of R_max, within " << 100 * limits.depth_error
+                  << " %: " << 100 * within << " %\n";
         EXPECT_GE(within, limits.depth_share) << target.name;
         if (layer != Layer::Two) {
             EXPECT_LE(unseen, contacts / 50) << target.name;
@@ -208,7 +212,8 @@ TEST(Frame, AnswersAsPointQueriesDo)
                 const Contact c = query_point(m.view(), cast<float>(m.to_model(posed(pose, points[i]))), layer);
                 ++all;
                 differ += c.contact != (contact_of[i] != nullptr) ? 1u : 0u;
-                if (c.contact && contact_of[i] != nullptr && c.status == k_ok) apart.push_back(std::abs(c.depth - contact_of[i]->depth));
+                if (c.contact && contact_of[i] != nullptr && c.status == k_ok)
+                    apart.push_back(std::abs(c.depth - contact_of[i]->depth));
             }
         }
         EXPECT_LE(differ, all / 500) << static_cast<int>(layer);
@@ -272,7 +277,8 @@ TEST(Frame, MovingBothBodiesChangesNothing)
     test::Random random(17);
     for (const Pose& pose : touching_poses(points, test::small_torus().vertices, 6, 17)) {
         // Both in a world that is moved as a whole, and the probe's points told in another frame of its own.
-        const Pose object{random_rotation(random), 3. * random.direction()}, world{random_rotation(random), 50. * random.direction()};
+        const Pose object{random_rotation(random), 3. * random.direction()},
+            world{random_rotation(random), 50. * random.direction()};
         const Pose moved = compose(inverse(compose(world, object)), compose(world, compose(object, pose)));
         const Pose frame{random_rotation(random), 2. * random.direction()};
         std::vector<Vec3d> retold;
