@@ -117,8 +117,8 @@ void add_info(CLI::App& app, int& exit_code)
                 std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(),
                             m.parts.size(), central ? "central" : "normal", m.header.triangle_count,
                             std::string(m.made_by).c_str(), std::string(m.source).c_str());
-                std::printf("  %zu bytes: superquadrics %zu, %smap %zu, exact layer %zu + %zu\n", bytes.total,
-                            bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map,
+                std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu\n", bytes.total,
+                            bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
                             bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
                 std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n",
                             m.header.r_max * m.header.unit, 100 * m.header.quantisation / m.header.r_max);
