@@ -1,5 +1,5 @@
 include(CMakePackageConfigHelpers)
-install(TARGETS sqmap_runtime sqmap_io sqmap_build EXPORT sqmapTargets FILE_SET HEADERS)
+install(TARGETS sqmap_runtime sqmap_io sqmap_build sqmap_device EXPORT sqmapTargets FILE_SET HEADERS)
 install(EXPORT sqmapTargets NAMESPACE sqmap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
 configure_package_config_file(cmake/sqmapConfig.cmake.in ${PROJECT_BINARY_DIR}/sqmapConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)

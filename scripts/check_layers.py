@@ -8,7 +8,7 @@ import pathlib
 import re
 import sys
 
-RUNTIME = ["math", "shape", "model", "query"]
+RUNTIME = ["math", "shape", "model", "query", "haptic"]
 BUILD = ["math", "shape", "mesh", "decompose", "fit", "bake"]
 ALLOWED = {folder: set(RUNTIME[: i + 1]) for i, folder in enumerate(RUNTIME)}
 ALLOWED["io"] = {"math", "shape", "model", "io"}
@@ -16,6 +16,8 @@ for i, folder in enumerate(BUILD):
     ALLOWED.setdefault(folder, set()).update(BUILD[: i + 1])
 # Baking writes models and judges the map it has just made with the query that will read it.
 ALLOWED["bake"] |= {"model", "query"}
+
+ALLOWED["device"] = ALLOWED["haptic"] | {"haptic", "device"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]', re.MULTILINE)
 SOURCES = {".h", ".hpp", ".cpp", ".inl"}

@@ -1,0 +1,1 @@
+#include "sqmap/device/device.h"
