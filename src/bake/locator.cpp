@@ -97,6 +97,31 @@ DomainTest test_domain(const model::Part& part, Vec3d c, double h)
     return test;
 }
 
+/// A triangle cut to a cube leaves at most nine corners.
+struct ClippedTriangle {
+    Vec3d corners[9];
+    int count = 0;
+};
+
+/// Cut to the cube about the origin (Sutherland and Hodgman 1974).
+ClippedTriangle clip_to_cube(const std::array<Vec3d, 3>& triangle, double half)
+{
+    ClippedTriangle piece{{triangle[0], triangle[1], triangle[2]}, 3};
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {1.0, -1.0}) {
+            const auto room = [&](Vec3d p) { return half - sign * p[axis]; };
+            ClippedTriangle next;
+            for (int i = 0; i < piece.count; ++i) {
+                const Vec3d a = piece.corners[i], b = piece.corners[(i + 1) % piece.count];
+                const double at_a = room(a), at_b = room(b);
+                if (at_a >= 0) next.corners[next.count++] = a;
+                if ((at_a < 0) != (at_b < 0)) next.corners[next.count++] = a + (at_a / (at_a - at_b)) * (b - a);
+            }
+            piece = next;
+        }
+    return piece;
+}
+
 class LocatorBaker {
 public:
     LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, double cells,
@@ -166,20 +191,17 @@ private:
         Vec3d point;
         mesh::ClosestPoint truth;
         bool inside;
-        double best;  ///< distance that some seed finds; inside only
+        double best;  ///< distance that some seed finds
     };
 
     void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        std::vector<Sample> samples;
-        mesh::ClosestPoint truth = nearest;
-        for (const Vec3d& offset : k_samples) {
-            const Vec3d p = centre + side * offset;
-            truth = solid_.closest_boundary(p, 1.000001 * norm(p - truth.point) + 1e-12);  // no farther than the last one's
-            samples.push_back({p, truth, place.kind == PlaceKind::Inside || is_inside(p, truth), 0});
-        }
+        std::vector<Sample> samples = sample(place, centre, side);
         place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
+        const std::size_t within = samples.size();
+        if (place.kind == PlaceKind::Mixed) add_surface(samples, centre, side);
         const bool flat = add_planes(place.seeds, centre, samples);
+        samples.resize(within);
         if (!flat) {
             place.seeds.resize(1);
             add_seeds(place.seeds, centre, samples);
@@ -187,6 +209,38 @@ private:
         if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
         if (flat)
             for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+    }
+
+    std::vector<Sample> sample(const Place& place, Vec3d centre, double side) const
+    {
+        std::vector<Sample> samples;
+        for (const Vec3d& offset : k_samples) {
+            const Vec3d p = centre + side * offset;
+            // No farther than the last one's.
+            const double within = samples.empty() ? INFINITY : 1.000001 * norm(p - samples.back().truth.point) + 1e-12;
+            const mesh::ClosestPoint truth = solid_.closest_boundary(p, within);
+            samples.push_back({p, truth, place.kind == PlaceKind::Inside || is_inside(p, truth), 0});
+        }
+        return samples;
+    }
+
+    /// The surface within the place: corners and middles of the triangles' pieces. Where planes are near all of it, a point
+    /// farther from them is on the side of a corner of the place, which is a sample: so their side is right but for a band.
+    void add_surface(std::vector<Sample>& samples, Vec3d centre, double side) const
+    {
+        const double half = 0.5 * side, radius_sq = 3.0003 * half * half;
+        solid_.bvh().visit_nearest(centre, radius_sq, [&](std::uint32_t triangle, double) {
+            const mesh::Triangle& t = solid_.mesh().triangles[triangle];
+            const auto& v = solid_.mesh().vertices;
+            const ClippedTriangle piece = clip_to_cube({v[t[0]] - centre, v[t[1]] - centre, v[t[2]] - centre}, half);
+            Vec3d middle{};
+            for (int i = 0; i < piece.count; ++i) middle += piece.corners[i] / double(piece.count);
+            for (int i = 0; i <= piece.count && piece.count > 0; ++i) {
+                const Vec3d p = centre + (i < piece.count ? piece.corners[i] : middle);
+                samples.push_back({p, {p, triangle, 0}, true, 0});
+            }
+            return radius_sq;
+        });
     }
 
     /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
@@ -238,12 +292,12 @@ private:
         }
     }
 
-    /// Enough seeds that every sample of the place that lies in the solid finds its nearest surface from one of them.
+    /// Enough seeds that every sample of the place finds its nearest surface from one of them: outside too, for the side is
+    /// told by the surface found.
     void add_seeds(std::vector<Seed>& seeds, Vec3d centre, std::vector<Sample>& samples) const
     {
         const double tolerance = k_seed_tolerance * view_.header.r_max;
         for (Sample& sample : samples) {
-            if (!sample.inside) continue;
             sample.best = INFINITY;
             for (const Seed& seed : seeds) sample.best = std::min(sample.best, reach_from(centre, seed, sample.point));
             if (sample.best <= sample.truth.distance + tolerance || seeds.size() == model::k_most_seeds) continue;
@@ -260,7 +314,6 @@ private:
         const double tolerance = k_seed_tolerance * view_.header.r_max;
         std::vector<std::vector<double>> found(place.seeds.size());
         for (Sample& sample : samples) {
-            if (!sample.inside) continue;
             sample.best = INFINITY;
             for (std::size_t k = 0; k < place.seeds.size(); ++k) {
                 found[k].push_back(reach_from(centre, place.seeds[k], sample.point));
@@ -272,7 +325,6 @@ private:
             double reach = INFINITY;
             std::size_t i = 0;
             for (const Sample& sample : samples) {
-                if (!sample.inside) continue;
                 const double d_found = found[k][i++];
                 if (d_found > sample.best + tolerance) reach = std::min(reach, d_found);
                 const Vec3d d = sample.point - centre;

@@ -181,6 +181,27 @@ TEST(Frame, ExactVerdictsAreTheWindingNumbersAndDepthsTheDistances) { check_agai
 
 TEST(Frame, LayerThreeIsRightBeyondHalfAPercentAndItsDepthIsNear) { check_against_oracle(Layer::Three, {0.005, 0.95, 0.003}); }
 
+TEST(Frame, LayerThreeVerdictsOfPointsBesideARealSurfaceAreRightBeyondHalfAPercent)
+{
+    const auto bull = test::shared_mesh("bull_7154.obj");
+    if (!bull) GTEST_SKIP() << "no bull_7154.obj in " << SQMAP_SHARED_DIR << "/meshes";
+    const test::Parsed m(*bull);
+    test::Random random(5);
+    std::vector<Vec3d> points;
+    for (const Vec3d& v : bull->vertices)
+        for (int i = 0; i < 4; ++i)
+            points.push_back(v + random.between(0, 0.04) * m.r_max() * m.view().header.unit * random.direction());
+    const Probe probe(points);
+    const auto contact_of = by_point(ask(m.view(), probe, {.rotation = test::rotation_about({1, 0, 0}, 0)}), points.size());
+    int wrong = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec3d p = m.to_model(points[i]);
+        if (m.solid().inside(p) == (contact_of[i] != nullptr)) continue;
+        if (m.solid().closest_boundary(p).distance > 0.005 * m.r_max()) ++wrong;
+    }
+    EXPECT_LE(wrong, 1) << "of " << points.size();
+}
+
 TEST(Frame, LayerTwoIsCoarser) { check_against_oracle(Layer::Two, {0.03, 0.9, 0.02}); }
 
 TEST(Frame, LayerOneMissesNothing)
