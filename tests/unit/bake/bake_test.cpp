@@ -323,8 +323,11 @@ TEST(Bake, WithoutTheExactLayerIsSmallerAndSaysSo)
     EXPECT_GT(of_full.mesh, 0u);
     EXPECT_EQ(of_lean.exact, 0u);
     EXPECT_EQ(of_lean.mesh, 0u);
-    // All that goes is what went; a few bytes of alignment aside.
-    EXPECT_NEAR(static_cast<double>(of_full.total - of_lean.total), static_cast<double>(of_full.exact + of_full.mesh), 64.0);
+    // All that goes is what went, and a little more where a base grid is cheaper without its lists; alignment aside.
+    const auto gone = static_cast<double>(of_full.total - of_lean.total),
+               went = static_cast<double>(of_full.exact + of_full.mesh);
+    EXPECT_GE(gone, went - 64);
+    EXPECT_LE(gone, 1.02 * went + 64);
     EXPECT_FALSE(model::has_exact(lean.model.view()));
     const Vec3f p = model::vec3(lean.model.parts[0].chart_centre);
     EXPECT_EQ(query::query_point(full.model.view(), p, query::Layer::Exact).status, query::k_ok);
