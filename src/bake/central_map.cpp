@@ -2,6 +2,7 @@
 // stay straight and planes stay linear in w = 1/rho, so that every deviation below is exact up to rounding.
 #include "central_map.h"
 
+#include "footprint.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>
@@ -16,93 +17,8 @@ namespace {
 using model::CellKind;
 
 constexpr double k_border = 4e-6;         // of a face: more than float rounding moves a point between cells
-constexpr int k_max_corners = 40;         // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
 constexpr int k_max_bilinear = 3;         // surfaces over one cell that are worth corner samples of their own
 constexpr double k_division_share = 0.6;  // a mixed cell is divided where that leaves at most this share of its misfit
-
-struct Stw {
-    double s, t, w;
-};
-
-double domain_coordinate(Vec3d x, std::size_t k)
-{
-    switch (k) {
-        case 0:
-            return x.x;
-        case 1:
-            return x.y;
-        case 2:
-            return x.z;
-        case 3:
-            return x.x + x.y;
-        case 4:
-            return x.x - x.y;
-        case 5:
-            return x.x + x.z;
-        case 6:
-            return x.x - x.z;
-        case 7:
-            return x.y + x.z;
-        default:
-            return x.y - x.z;
-    }
-}
-
-/// A triangle's footprint on a face, clipped; w is affine over it.
-struct Polygon {
-    std::uint32_t triangle = 0;
-    int count = 0;
-    std::array<Stw, k_max_corners> corner;
-
-    Polygon() = default;
-    /// Of the corners, those in use: a polygon has five or so, and most of baking is copying them.
-    Polygon(const Polygon& other) { *this = other; }
-    Polygon& operator=(const Polygon& other)
-    {
-        triangle = other.triangle;
-        count = other.count;
-        std::copy_n(other.corner.begin(), other.count, corner.begin());
-        return *this;
-    }
-};
-
-/// Keeps the side where value(corner) >= 0.
-template <class Value>
-void clip(Polygon& p, Value&& value)
-{
-    Polygon out;
-    out.triangle = p.triangle;
-    for (int i = 0; i < p.count; ++i) {
-        const Stw& a = p.corner[static_cast<std::size_t>(i)];
-        const Stw& b = p.corner[static_cast<std::size_t>((i + 1) % p.count)];
-        const double va = value(a), vb = value(b);
-        if (va >= 0) out.corner[static_cast<std::size_t>(out.count++)] = a;
-        if ((va >= 0) != (vb >= 0)) {
-            const double f = va / (va - vb);
-            out.corner[static_cast<std::size_t>(out.count++)] = {a.s + f * (b.s - a.s), a.t + f * (b.t - a.t),
-                                                                 a.w + f * (b.w - a.w)};
-        }
-        if (out.count >= k_max_corners - 2) break;
-    }
-    p = out;
-}
-
-void clip_to_cell(Polygon& p, double s0, double s1, double t0, double t1)
-{
-    double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
-    for (int i = 0; i < p.count; ++i) {
-        const Stw& c = p.corner[static_cast<std::size_t>(i)];
-        lo_s = std::min(lo_s, c.s);
-        hi_s = std::max(hi_s, c.s);
-        lo_t = std::min(lo_t, c.t);
-        hi_t = std::max(hi_t, c.t);
-    }
-    if (hi_s < s0 || lo_s > s1 || hi_t < t0 || lo_t > t1) p.count = 0;
-    if (p.count > 0 && lo_s < s0) clip(p, [&](const Stw& c) { return c.s - s0; });
-    if (p.count > 0 && hi_s > s1) clip(p, [&](const Stw& c) { return s1 - c.s; });
-    if (p.count > 0 && lo_t < t0) clip(p, [&](const Stw& c) { return c.t - t0; });
-    if (p.count > 0 && hi_t > t1) clip(p, [&](const Stw& c) { return t1 - c.t; });
-}
 
 /// Surface crossings of one ray from the centre, nearest first: values of w where the verdict flips.
 struct RaySample {
@@ -1046,92 +962,6 @@ private:
 };
 
 }  // namespace
-
-ChartDomain chart_domain(const shape::Superquadricd& sq, Vec3f centre, std::span<const Vec3d> points)
-{
-    // The centre is in it: the way from there to any point of the domain then stays in the domain.
-    double lo[9] = {}, hi[9] = {};
-    for (const Vec3d& p : points) {
-        const Vec3d q = sq.rotation * (p - cast<double>(centre));
-        const Vec3d x{q.x / sq.a.x, q.y / sq.a.y, q.z / sq.a.z};
-        for (std::size_t k = 0; k < 9; ++k) {
-            lo[k] = std::min(lo[k], domain_coordinate(x, k));
-            hi[k] = std::max(hi[k], domain_coordinate(x, k));
-        }
-    }
-    constexpr double k_hair = 2e-5;
-    ChartDomain domain;
-    for (std::size_t k = 0; k < 9; ++k) {
-        domain.lo[k] = static_cast<float>(lo[k] - k_hair);
-        domain.hi[k] = static_cast<float>(hi[k] + k_hair);
-    }
-    return domain;
-}
-
-Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& sq, std::span<const std::uint32_t> own)
-{
-    // Clearance in the chart's metric, from the part's own triangles (their corners and centroids).
-    std::vector<Vec3d> surface;
-    for (const std::uint32_t t : own) {
-        for (const std::uint32_t v : context.mesh.triangles[t]) surface.push_back(context.mesh.vertices[v]);
-        surface.push_back(mesh::triangle_centroid(context.mesh, t));
-    }
-    const auto chart = [&](Vec3d p) {
-        const Vec3d q = sq.rotation * (p - sq.translation);
-        return Vec3d{q.x / sq.a.x, q.y / sq.a.y, q.z / sq.a.z};
-    };
-    std::vector<Vec3d> x;
-    const std::size_t stride = std::max<std::size_t>(1, surface.size() / 1500);
-    for (std::size_t i = 0; i < surface.size(); i += stride) x.push_back(chart(surface[i]));
-
-    const auto score = [&](Vec3d p) {
-        const Vec3d c = chart(p);
-        double clearance_sq = std::numeric_limits<double>::infinity();
-        for (const Vec3d& v : x) clearance_sq = std::min(clearance_sq, norm_sq(v - c));
-        return std::sqrt(clearance_sq) - 0.35 * norm(c);
-    };
-    std::vector<std::pair<double, Vec3d>> candidates;
-    constexpr int k_side = 4;
-    for (int i = -k_side; i <= k_side; ++i)
-        for (int j = -k_side; j <= k_side; ++j)
-            for (int k = -k_side; k <= k_side; ++k) {
-                const Vec3d l{sq.a.x * i / (k_side + 1.0), sq.a.y * j / (k_side + 1.0), sq.a.z * k / (k_side + 1.0)};
-                const Vec3d p = shape::to_model(sq, l);
-                candidates.emplace_back(score(p), p);
-            }
-    // Points half way through the part's thickness, for parts that the superquadric's middle misses.
-    const std::size_t own_stride = std::max<std::size_t>(1, own.size() / 40);
-    for (std::size_t i = 0; i < own.size(); i += own_stride) {
-        const mesh::Triangle& tri = context.mesh.triangles[own[i]];
-        const Vec3d a = context.mesh.vertices[tri[0]];
-        const Vec3d n = normalized(cross(context.mesh.vertices[tri[1]] - a, context.mesh.vertices[tri[2]] - a));
-        const Vec3d c = mesh::triangle_centroid(context.mesh, own[i]);
-        for (double depth = 0.5 * std::min({sq.a.x, sq.a.y, sq.a.z}); depth > 1e-4; depth *= 0.5) {
-            const Vec3d p = c - depth * n;
-            if (context.bvh.closest_point(p).distance > 0.7 * depth) {
-                candidates.emplace_back(score(p), p);
-                break;
-            }
-        }
-    }
-    std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
-    // The floor: no surface nearer than a fraction of the least axis, or distances along rays would lose their digits.
-    const double floor = 0.02 * std::min({sq.a.x, sq.a.y, sq.a.z});
-    Vec3d best = candidates.front().second;
-    double best_clearance = -1;
-    for (const auto& [value, p] : candidates) {
-        const Vec3d rounded = cast<double>(cast<float>(p));
-        const bool inside = context.bvh.winding_number(rounded) > 0;
-        const double clearance = context.bvh.closest_point(rounded).distance;
-        if (inside && clearance > floor) return cast<float>(rounded);
-        const double rank = inside ? clearance : -1.0;
-        if (rank > best_clearance) {
-            best_clearance = rank;
-            best = rounded;
-        }
-    }
-    return cast<float>(best);
-}
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
                                 const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,

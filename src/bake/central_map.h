@@ -1,7 +1,7 @@
 // Baking the central map and the exact layer of one part. See query/central_map.h for what the stored numbers mean.
 #pragma once
 
-#include "sqmap/mesh/bvh.h"
+#include "chart_frame.h"
 #include "sqmap/model/model.h"
 #include "sqmap/shape/superquadric.h"
 
@@ -10,16 +10,6 @@
 #include <vector>
 
 namespace sqmap::bake {
-
-/// What the parts of a model share.
-struct SurfaceContext {
-    const mesh::Mesh& mesh;  ///< model space, every coordinate representable as float
-    const mesh::Bvh& bvh;
-    std::span<const std::uint16_t> flags;  ///< #triangles: model::SurfaceFlag bits
-    double r_max;
-    const mesh::Mesh& canonical;  ///< mesh in its own principal frame, triangle by triangle: what fits look at
-    Mat3d frame;                  ///< turns model space into the canonical frame
-};
 
 struct CentralOptions {
     double tolerance = 0.001;          ///< a cell is split while its certified deviation exceeds this share of R_max
@@ -33,12 +23,6 @@ struct CentralOptions {
     double offset_constant = 1.5;   ///< a_N of eq. 12
     int smoothing_radius = 1;       ///< of the binomial kernel that smooths the map, in base samples
     bool exact = true;
-};
-
-/// Where a chart answers: bounds of x, y, z, x+y, x-y, x+z, x-z, y+z, y-z in the superquadric's frame divided by its
-/// axes, relative to the projection centre.
-struct ChartDomain {
-    float lo[9], hi[9];
 };
 
 /// One part's arrays, offsets relative to the part.
@@ -71,15 +55,6 @@ struct CentralMapData {
     }
     std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };
-
-/// Projection centre of a part: inside the solid, with large clearance from the part's own surface in the chart's
-/// metric (a centre close to the surface would spread a few triangles over half the chart). Candidates are points of a
-/// lattice in the superquadric's box and the depth centres below the part's triangles.
-[[nodiscard]] Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& superquadric,
-                                  std::span<const std::uint32_t> own_triangles);
-
-/// The smallest domain that holds the points and the centre, and a hair more.
-[[nodiscard]] ChartDomain chart_domain(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
 
 /// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the
 /// solid that is its.

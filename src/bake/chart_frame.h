@@ -1,0 +1,41 @@
+// Where a part's chart stands and answers: its centre and its domain, in the superquadric's frame divided by its axes.
+#pragma once
+
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/shape/superquadric.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sqmap::bake {
+
+/// What the parts of a model share.
+struct SurfaceContext {
+    const mesh::Mesh& mesh;  ///< model space, every coordinate representable as float
+    const mesh::Bvh& bvh;
+    std::span<const std::uint16_t> flags;  ///< #triangles: model::SurfaceFlag bits
+    double r_max;
+    const mesh::Mesh& canonical;  ///< mesh in its own principal frame, triangle by triangle: what fits look at
+    Mat3d frame;                  ///< turns model space into the canonical frame
+};
+
+/// Where a chart answers: bounds of x, y, z, x+y, x-y, x+z, x-z, y+z, y-z in the superquadric's frame divided by its
+/// axes, relative to the projection centre.
+struct ChartDomain {
+    float lo[9], hi[9];
+};
+
+/// The k-th of the nine directions of a domain.
+[[nodiscard]] double domain_coordinate(Vec3d x, std::size_t k);
+
+/// Projection centre of a part: inside the solid, with large clearance from the part's own surface in the chart's
+/// metric (a centre close to the surface would spread a few triangles over half the chart). Candidates are points of a
+/// lattice in the superquadric's box and the depth centres below the part's triangles.
+[[nodiscard]] Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& superquadric,
+                                  std::span<const std::uint32_t> own_triangles);
+
+/// The smallest domain that holds the points and the centre, and a hair more.
+[[nodiscard]] ChartDomain chart_domain(const shape::Superquadricd& superquadric, Vec3f centre, std::span<const Vec3d> points);
+
+}  // namespace sqmap::bake

@@ -1,0 +1,73 @@
+// A triangle as a face of the chart sees it: convex polygons over which w is affine, clipped to cells.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace sqmap::bake {
+
+inline constexpr int k_max_corners = 40;  // 3, one more for each of 18 + 5 + 4 planes at most, and room to clip
+
+struct Stw {
+    double s, t, w;
+};
+
+/// A triangle's footprint on a face, clipped; w is affine over it.
+struct Polygon {
+    std::uint32_t triangle = 0;
+    int count = 0;
+    std::array<Stw, k_max_corners> corner;
+
+    Polygon() = default;
+    /// Of the corners, those in use: a polygon has five or so, and most of baking is copying them.
+    Polygon(const Polygon& other) { *this = other; }
+    Polygon& operator=(const Polygon& other)
+    {
+        triangle = other.triangle;
+        count = other.count;
+        std::copy_n(other.corner.begin(), other.count, corner.begin());
+        return *this;
+    }
+};
+
+/// Keeps the side where value(corner) >= 0.
+template <class Value>
+void clip(Polygon& p, Value&& value)
+{
+    Polygon out;
+    out.triangle = p.triangle;
+    for (int i = 0; i < p.count; ++i) {
+        const Stw& a = p.corner[static_cast<std::size_t>(i)];
+        const Stw& b = p.corner[static_cast<std::size_t>((i + 1) % p.count)];
+        const double va = value(a), vb = value(b);
+        if (va >= 0) out.corner[static_cast<std::size_t>(out.count++)] = a;
+        if ((va >= 0) != (vb >= 0)) {
+            const double f = va / (va - vb);
+            out.corner[static_cast<std::size_t>(out.count++)] = {a.s + f * (b.s - a.s), a.t + f * (b.t - a.t),
+                                                                 a.w + f * (b.w - a.w)};
+        }
+        if (out.count >= k_max_corners - 2) break;
+    }
+    p = out;
+}
+
+inline void clip_to_cell(Polygon& p, double s0, double s1, double t0, double t1)
+{
+    double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
+    for (int i = 0; i < p.count; ++i) {
+        const Stw& c = p.corner[static_cast<std::size_t>(i)];
+        lo_s = std::min(lo_s, c.s);
+        hi_s = std::max(hi_s, c.s);
+        lo_t = std::min(lo_t, c.t);
+        hi_t = std::max(hi_t, c.t);
+    }
+    if (hi_s < s0 || lo_s > s1 || hi_t < t0 || lo_t > t1) p.count = 0;
+    if (p.count > 0 && lo_s < s0) clip(p, [&](const Stw& c) { return c.s - s0; });
+    if (p.count > 0 && hi_s > s1) clip(p, [&](const Stw& c) { return s1 - c.s; });
+    if (p.count > 0 && lo_t < t0) clip(p, [&](const Stw& c) { return c.t - t0; });
+    if (p.count > 0 && hi_t > t1) clip(p, [&](const Stw& c) { return t1 - c.t; });
+}
+
+}  // namespace sqmap::bake
