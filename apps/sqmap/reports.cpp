@@ -42,7 +42,11 @@ ordered_json evaluation_json(const bake::Evaluation& e)
             {"eq35_left_out_percent", e.eq35_left_out},
             {"eq35_one_sided_percent", e.eq35_one_sided},
             {"depth_percent", distribution_json(e.depth)},
-            {"normal_degrees", distribution_json(e.normal)}};
+            {"normal_degrees", distribution_json(e.normal)},
+            {"frame",
+             {{"missed", e.frame.missed},
+              {"false_contacts", e.frame.false_contacts},
+              {"depth_percent", distribution_json(e.frame.depth)}}}};
 }
 
 void print_measured(const model::Measured& m)

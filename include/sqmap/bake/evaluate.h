@@ -39,6 +39,10 @@ struct Evaluation {
     Distribution depth;         ///< against the true distance, over true contacts
     Distribution normal;        ///< against the direction of the true nearest point, over true contacts
     std::vector<Vec3d> worst;   ///< model space: the points of greatest depth error
+    struct Frame {              ///< the same points asked as one probe, where the model has a locator
+        std::uint32_t missed = 0, false_contacts = 0;  ///< farther than verdict_band from the surface
+        Distribution depth;
+    } frame;
 };
 
 /// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: the mesh in model
