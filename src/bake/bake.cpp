@@ -300,6 +300,11 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
                 data.triangles32.push_back(v);
         }
         data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | context.flags[t]));
+        for (const auto& piece : solid.visible(t)) {
+            data.piece_triangle.push_back(t);
+            for (const Vec3d& corner : piece)
+                for (int k = 0; k < 3; ++k) data.pieces.push_back(static_cast<float>(corner[k]));
+        }
     }
     return data;
 }

@@ -17,6 +17,7 @@ namespace {
 using model::CellKind;
 
 constexpr double k_border = 4e-6;         // of a face: more than float rounding moves a point between cells
+constexpr double k_same_place = 1e-9;     // of w
 constexpr int k_max_bilinear = 3;         // surfaces over one cell that are worth corner samples of their own
 constexpr double k_division_share = 0.6;  // a mixed cell is divided where that leaves at most this share of its misfit
 
@@ -230,10 +231,12 @@ private:
         result.valid = true;
         result.count = 0;
         int winding = out_.centre_winding;
-        for (std::size_t i = 0; i < count; ++i) {
-            const int next = winding - hits[i].second;
-            if ((next > 0) != (winding > 0) && result.count < 16)
-                result.w[static_cast<std::size_t>(result.count++)] = hits[i].first;
+        for (std::size_t i = 0; i < count;) {
+            // Faces that lie on each other are passed at once: between them there is nothing.
+            const double w = hits[i].first;
+            int next = winding;
+            for (; i < count && hits[i].first >= (1 - k_same_place) * w; ++i) next -= hits[i].second;
+            if ((next > 0) != (winding > 0) && result.count < 16) result.w[static_cast<std::size_t>(result.count++)] = w;
             winding = next;
         }
         return true;

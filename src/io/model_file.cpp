@@ -41,6 +41,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto triangles16 = builder.CreateVector(data.triangles16);
     const auto triangles32 = builder.CreateVector(data.triangles32);
     const auto triangle_part = builder.CreateVector(data.triangle_part);
+    const auto piece_triangle = builder.CreateVector(data.piece_triangle);
+    const auto pieces = builder.CreateVector(data.pieces);
     flatbuffers::Offset<fb::NormalMaps> normal_maps;
     if (!data.normal_parts.empty()) {
         const auto structs = [&](const auto& values, auto* as) {
@@ -76,7 +78,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
                                  smoothing, cells, blocks, splits, specials, pool, rows, starts, refs, locals, vertices, triangles16,
-                                 triangles32, triangle_part, normal_maps, &locator, bricks, places, part_lists, seeds,
+                                 triangles32, triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists, seeds,
                                  measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
@@ -95,7 +97,8 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
             v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes();
     s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes();
-    s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes();
+    s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes() +
+             v.piece_triangle.size_bytes() + v.pieces.size_bytes();
     return s;
 }
 

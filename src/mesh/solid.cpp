@@ -1,24 +1,97 @@
 #include "sqmap/mesh/solid.h"
 
+#include "pieces.h"
 #include "sqmap/math/triangle.h"
+#include "sqmap/mesh/error.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <string>
+#include <utility>
 
 namespace sqmap::mesh {
 
+namespace {
+
+/// Every side of a triangle is the side of another, the other way round.
+bool is_closed(const Mesh& mesh)
+{
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> sides, backwards;
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            sides.emplace_back(t[k], t[(k + 1) % 3]);
+            backwards.emplace_back(t[(k + 1) % 3], t[k]);
+        }
+    std::sort(sides.begin(), sides.end());
+    std::sort(backwards.begin(), backwards.end());
+    return sides == backwards;
+}
+
+}  // namespace
+
 Solid::Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed)
-    : mesh_(mesh), bvh_(mesh), boundary_(mesh.triangles.size(), Boundary::Whole)
+    : mesh_(mesh), bvh_(mesh), boundary_(mesh.triangles.size(), Boundary::Whole), step_(1e-7 * largest_vertex_distance(mesh))
 {
     self_intersecting_ = std::any_of(crossed.begin(), crossed.end(), [](std::uint8_t c) { return c != 0; });
-    if (!self_intersecting_) return;
-    step_ = 1e-7 * largest_vertex_distance(mesh);
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (crossed[t] != 0)
-            boundary_[t] = Boundary::Partly;
-        else if (!is_boundary(triangle_centroid(mesh, t), t))
-            boundary_[t] = Boundary::Buried;
+    if (self_intersecting_)
+        find_pieces(crossed);
+    else
+        find_buried_shells();
+    all_boundary_ = std::all_of(boundary_.begin(), boundary_.end(), [](Boundary b) { return b == Boundary::Whole; });
+}
+
+/// A shell that nothing cuts is boundary as a whole or, within another's solid, not at all. A single shell is, and of a surface
+/// that bounds nothing all is kept.
+void Solid::find_buried_shells()
+{
+    std::vector<std::uint32_t> parent(mesh_.vertices.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t v) {
+        while (parent[v] != v) v = parent[v] = parent[parent[v]];
+        return v;
+    };
+    for (const Triangle& t : mesh_.triangles)
+        for (int k = 1; k < 3; ++k) parent[root(t[static_cast<std::size_t>(k)])] = root(t[0]);
+    const std::uint32_t first = mesh_.triangles.empty() ? 0 : root(mesh_.triangles[0][0]);
+    const bool several =
+        std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const Triangle& t) { return root(t[0]) != first; });
+    if (!several || !is_closed(mesh_)) return;
+    std::vector<Boundary> of_shell(parent.size(), Boundary::Partly);  // not yet known
+    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
+        Boundary& shell = of_shell[root(mesh_.triangles[i][0])];
+        if (shell == Boundary::Partly) shell = is_boundary(triangle_centroid(mesh_, i), i) ? Boundary::Whole : Boundary::Buried;
+        boundary_[i] = shell;
     }
+}
+
+void Solid::find_pieces(std::span<const std::uint8_t> crossed)
+{
+    std::vector<std::uint32_t> near;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+        first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+        const Vec3d middle = triangle_centroid(mesh_, t);
+        if (crossed[t] == 0) {
+            if (!is_boundary(middle, t)) boundary_[t] = Boundary::Buried;
+            continue;
+        }
+        double radius_sq = 0;
+        for (const std::uint32_t v : mesh_.triangles[t]) radius_sq = std::max(radius_sq, norm_sq(mesh_.vertices[v] - middle));
+        near.clear();
+        bvh_.visit_nearest(middle, 1.0001 * radius_sq, [&](std::uint32_t other, double sq) {
+            if (other != t && crossed[other] != 0) near.push_back(other);
+            return sq;
+        });
+        const auto pieces = pieces_of(mesh_, t, near, 0.01 * step_);
+        if (!pieces)
+            throw InvalidInput("triangle " + std::to_string(t) +
+                               " is cut into thousands of pieces by others: resolve the self-intersections first");
+        std::copy_if(pieces->begin(), pieces->end(), std::back_inserter(pieces_),
+                     [&](const auto& p) { return is_boundary((p[0] + p[1] + p[2]) / 3.0, t); });
+        boundary_[t] = pieces_.size() > first_piece_.back() ? Boundary::Partly : Boundary::Buried;
+    }
+    first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
 }
 
 bool Solid::is_boundary(Vec3d p, std::uint32_t triangle) const
@@ -31,18 +104,24 @@ bool Solid::is_boundary(Vec3d p, std::uint32_t triangle) const
 
 ClosestPoint Solid::closest_boundary(Vec3d p, double within) const
 {
-    if (!self_intersecting_) return bvh_.closest_point(p, within);
+    if (all_boundary_) return bvh_.closest_point(p, within);
     ClosestPoint best;
     best.distance = within;
     bvh_.visit_nearest(p, within * within, [&](std::uint32_t t, double radius_sq) {
-        if (boundary_[t] == Boundary::Buried) return radius_sq;
-        const Triangle& tri = mesh_.triangles[t];
-        const Vec3d q = closest_point_on_triangle(p, mesh_.vertices[tri[0]], mesh_.vertices[tri[1]], mesh_.vertices[tri[2]]);
-        const double distance_sq = norm_sq(q - p);
-        if (distance_sq >= radius_sq) return radius_sq;
-        if (boundary_[t] == Boundary::Partly && !is_boundary(q, t)) return radius_sq;
-        best = {q, t, std::sqrt(distance_sq)};
-        return distance_sq;
+        const auto offer = [&](Vec3d a, Vec3d b, Vec3d c) {
+            const Vec3d q = closest_point_on_triangle(p, a, b, c);
+            const double distance_sq = norm_sq(q - p);
+            if (distance_sq >= radius_sq) return;
+            best = {q, t, std::sqrt(distance_sq)};
+            radius_sq = distance_sq;
+        };
+        if (boundary_[t] == Boundary::Whole) {
+            const Triangle& tri = mesh_.triangles[t];
+            offer(mesh_.vertices[tri[0]], mesh_.vertices[tri[1]], mesh_.vertices[tri[2]]);
+        } else if (boundary_[t] == Boundary::Partly) {
+            for (const auto& piece : visible(t)) offer(piece[0], piece[1], piece[2]);
+        }
+        return radius_sq;
     });
     return best;
 }

@@ -2,6 +2,7 @@
 
 #include "sqmap_generated.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -317,6 +318,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.triangles16);
     hash_bytes(hash, view.triangles32);
     hash_bytes(hash, view.triangle_part);
+    hash_bytes(hash, view.piece_triangle);
+    hash_bytes(hash, view.pieces);
     const NormalArrays& n = view.normal;
     hash_bytes(hash, n.parts);
     hash_bytes(hash, n.distance);
@@ -374,6 +377,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.triangles16 = span_of<std::uint16_t>(model->triangles16());
     v.triangles32 = span_of<std::uint32_t>(model->triangles32());
     v.triangle_part = span_of<std::uint16_t>(model->triangle_part());
+    v.piece_triangle = span_of<std::uint32_t>(model->piece_triangle());
+    v.pieces = span_of<float>(model->pieces());
 
     if (const fb::NormalMaps* n = model->normal_maps(); n != nullptr)
         v.normal = {span_of<NormalPart>(n->parts()),
@@ -422,6 +427,10 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
     for (const std::uint16_t p : v.triangle_part)
         if ((p & k_part_mask) >= v.parts.size()) return ParseStatus::BadStructure;
+    if (v.pieces.size() != 9 * v.piece_triangle.size() || !std::is_sorted(v.piece_triangle.begin(), v.piece_triangle.end()) ||
+        (!v.piece_triangle.empty() && v.piece_triangle.back() >= v.triangle_part.size()))
+        return ParseStatus::BadStructure;
+    if (!finite(v.pieces)) return ParseStatus::BadValue;
     for (const Part& part : v.parts)
         if (const ParseStatus status = check_part(part, v); status != ParseStatus::Ok) return status;
     if (v.normal.parts.size() != (h.projection == static_cast<std::uint32_t>(Projection::Normal) ? v.parts.size() : 0))

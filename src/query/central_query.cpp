@@ -264,24 +264,6 @@ ExactLayer::Side resolved_side(const ModelView& model, const Part& part, Vec3f p
     return side;
 }
 
-/// True where the solid's boundary passes through a point of a triangle that others cut: inside below, not above.
-bool is_boundary(const ModelView& model, Vec3f point, Vec3f normal)
-{
-    const float step = 4e-6f * model.header.sphere[3];
-    bool inside[2];
-    for (int i = 0; i < 2; ++i) {
-        const Vec3f p = point + (i == 0 ? -step : step) * normal;
-        inside[i] = false;
-        for (const Part& part : model.parts) {
-            const CentralMap map(model, part);
-            if (sphere_gap(part, p) > 0.f || !map.in_domain(map.to_chart_frame(p))) continue;
-            inside[i] = resolved_side(model, part, p) == ExactLayer::Side::Inside;
-            break;
-        }
-    }
-    return inside[0] && !inside[1];
-}
-
 void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nearest& best)
 {
     const std::uint16_t owner = model.triangle_part[triangle];
@@ -289,17 +271,27 @@ void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nea
     const auto corner = [&](std::uint32_t k) {
         return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
     };
-    const Vec3f a = corner(0), b = corner(1), c = corner(2);
+    const Vec3f a = corner(0), across = cross(corner(1) - a, corner(2) - a);
     // No point of it is nearer than its plane.
-    const Vec3f across = cross(b - a, c - a);
     const float height = dot(across, p - a);
     if (height * height > 1.0001f * best.distance_sq * norm_sq(across)) return;
-    const Vec3f point = closest_point_on_triangle(p, a, b, c);
-    const float distance_sq = norm_sq(point - p);
-    if (!(distance_sq < best.distance_sq)) return;
-    const Vec3f normal = normalized(across);
-    if ((owner & model::k_crossed) != 0 && !is_boundary(model, point, normal)) return;
-    best = {distance_sq, point, normal, static_cast<std::int32_t>(owner & model::k_part_mask)};
+    const auto offer = [&](Vec3f u, Vec3f v, Vec3f w) {
+        // In double: float loses the digits of a sliver.
+        const Vec3f point =
+            cast<float>(closest_point_on_triangle(cast<double>(p), cast<double>(u), cast<double>(v), cast<double>(w)));
+        const float distance_sq = norm_sq(point - p);
+        if (distance_sq < best.distance_sq)
+            best = {distance_sq, point, normalized(across), static_cast<std::int32_t>(owner & model::k_part_mask)};
+    };
+    if ((owner & model::k_crossed) == 0) {
+        offer(a, corner(1), corner(2));
+        return;
+    }
+    const auto [first, last] = std::equal_range(model.piece_triangle.begin(), model.piece_triangle.end(), triangle);
+    for (auto it = first; it != last; ++it) {
+        const float* c = model.pieces.data() + 9 * (it - model.piece_triangle.begin());
+        offer(model::vec3(c), model::vec3(c + 3), model::vec3(c + 6));
+    }
 }
 
 void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Nearest& best)

@@ -62,6 +62,37 @@ inline mesh::Mesh cube()
     return mesh::canonicalized(m);
 }
 
+/// Both, as they are: where they overlap they cut each other.
+inline mesh::Mesh together(mesh::Mesh a, const mesh::Mesh& b)
+{
+    const auto first = static_cast<std::uint32_t>(a.vertices.size());
+    a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
+    for (const mesh::Triangle& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    return mesh::canonicalized(a);
+}
+
+inline mesh::Mesh cube_of(Vec3d half)
+{
+    mesh::Mesh m = cube();
+    for (Vec3d& v : m.vertices) v = {half.x * v.x, half.y * v.y, half.z * v.z};
+    return m;
+}
+
+/// A plus of two bars, 4 by 1 by 1, whose upper and lower faces lie in the same planes.
+inline mesh::Mesh crossing_bars() { return together(cube_of({2, 0.5, 0.5}), cube_of({0.5, 2, 0.5})); }
+/// How deep a point of its solid lies.
+inline double depth_in_crossing_bars(Vec3d p)
+{
+    const double x = std::abs(p.x), y = std::abs(p.y);
+    const auto to_side = [](double from, double to, double along, double across) {
+        return std::hypot(std::max({from - along, 0.0, along - to}), across);
+    };
+    return std::min({0.5 - std::abs(p.z), to_side(0.5, 2, x, 0.5 - y), to_side(0.5, 2, y, 0.5 - x), to_side(0, 0.5, y, 2 - x),
+                     to_side(0, 0.5, x, 2 - y)});
+}
+/// A ball within a ball, both turned outward: the inner one adds nothing.
+inline mesh::Mesh nested_balls() { return together(mesh::sphere(1, 3), mesh::sphere(0.5, 2)); }
+
 inline std::vector<Shape> small_shapes()
 {
     return {

@@ -3,6 +3,7 @@
 
 #include "sqmap/mesh/bvh.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,7 +14,7 @@ namespace sqmap::mesh {
 enum class Boundary : std::uint8_t {
     Whole,   ///< all of it is boundary
     Buried,  ///< none of it: both sides are inside, or both outside
-    Partly,  ///< another triangle cuts it: decided point by point
+    Partly,  ///< another triangle cuts or covers it: see Solid::visible
 };
 
 /// Exact inside, distance and ray crossings of the solid, in double. The mesh must outlive it.
@@ -29,16 +30,29 @@ public:
     [[nodiscard]] const Bvh& bvh() const { return bvh_; }
     [[nodiscard]] const Mesh& mesh() const { return mesh_; }
     [[nodiscard]] std::span<const Boundary> boundary() const { return boundary_; }
+    /// What of a triangle is boundary, cut into triangles; only where it is partly.
+    [[nodiscard]] std::span<const std::array<Vec3d, 3>> visible(std::uint32_t triangle) const
+    {
+        return first_piece_.empty()
+                   ? std::span<const std::array<Vec3d, 3>>{}
+                   : std::span(pieces_).subspan(first_piece_[triangle], first_piece_[triangle + 1] - first_piece_[triangle]);
+    }
     [[nodiscard]] bool self_intersecting() const { return self_intersecting_; }
 
 private:
+    void find_buried_shells();
+    void find_pieces(std::span<const std::uint8_t> crossed);
+    /// Inside just below p, which lies on a triangle, and outside just above.
     bool is_boundary(Vec3d p, std::uint32_t triangle) const;
 
     const Mesh& mesh_;
     Bvh bvh_;
     std::vector<Boundary> boundary_;
+    std::vector<std::uint32_t> first_piece_;  ///< #triangles + 1, of pieces_; empty where nothing is cut
+    std::vector<std::array<Vec3d, 3>> pieces_;
     double step_ = 0;  ///< how far beside a surface its two sides are probed
     bool self_intersecting_ = false;
+    bool all_boundary_ = true;  ///< every triangle is boundary, whole
 };
 
 }  // namespace sqmap::mesh

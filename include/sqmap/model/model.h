@@ -12,7 +12,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 2;
+inline constexpr std::uint32_t k_format_version = 3;
 inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
 inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
@@ -134,7 +134,7 @@ inline constexpr std::uint16_t k_no_surface = 0xffff;  ///< a base sample whose 
 enum SurfaceFlag : std::uint16_t {
     k_part_mask = 0x3fff,
     k_buried = 0x4000,   ///< both sides are inside the solid: no boundary
-    k_crossed = 0x8000,  ///< another triangle cuts it: some of it may be buried
+    k_crossed = 0x8000,  ///< another triangle cuts it: of it only its pieces are boundary
 };
 
 /// Where one part's normal map lies in the model's arrays; see NormalMapView for what each holds. Layout equals the
@@ -245,14 +245,16 @@ struct ModelView {
     std::span<const std::uint16_t> triangles16;    ///< #triangles by 3, where the model has at most 65536 vertices
     std::span<const std::uint32_t> triangles32;    ///< #triangles by 3, where it has more
     std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
+    std::span<const std::uint32_t> piece_triangle;  ///< #pieces, ascending: the crossed triangle of which each is visible
+    std::span<const float> pieces;                  ///< nine a piece: its corners, turned as the triangle is
     NormalArrays normal;
     Locator locator{};
     std::span<const std::uint32_t> bricks;      ///< first place of a brick, or k_free_brick and its gap; x fastest
     std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const Seed> seeds;
-    Measured measured{};                         ///< by bake
-    std::string_view made_by, source, options;   ///< provenance
+    Measured measured{};                        ///< by bake
+    std::string_view made_by, source, options;  ///< provenance
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }

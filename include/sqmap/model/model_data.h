@@ -25,6 +25,8 @@ struct ModelData {
     std::vector<std::uint16_t> triangles16;
     std::vector<std::uint32_t> triangles32;
     std::vector<std::uint16_t> triangle_part;
+    std::vector<std::uint32_t> piece_triangle;
+    std::vector<float> pieces;
     // Normal maps, one a part, or none.
     std::vector<NormalPart> normal_parts;
     std::vector<std::uint16_t> normal_distance, normal_normal;
@@ -61,6 +63,8 @@ struct ModelData {
                 triangles16,
                 triangles32,
                 triangle_part,
+                piece_triangle,
+                pieces,
                 {normal_parts, normal_distance, normal_normal, normal_cuts, normal_offset, correction_rows, gap_rows, corrections,
                  gaps, seeds, normal_smoothed},
                 locator,

@@ -3,6 +3,7 @@
 #include "query/central_map.h"
 #include "sqmap/mesh/solid.h"
 #include "support/baked_shapes.h"
+#include "support/parsed.h"
 
 #include <gtest/gtest.h>
 
@@ -272,6 +273,37 @@ TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
             }
         }
     }
+}
+
+TEST(Query, ExactDepthsAreThoseOfTheVisibleSurfaceWhereTrianglesCutEachOther)
+{
+    const mesh::Mesh bars = test::crossing_bars();
+    const test::Parsed m(bars);
+    const double unit = m.view().header.unit;
+    test::Random random(6);
+    int contacts = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3d p = random.in_box({-2, -2, -0.5}, {2, 2, 0.5});
+        const Contact c = query_point(m.view(), cast<float>(m.to_model(p)), Layer::Exact);
+        if (!c.contact) continue;
+        ++contacts;
+        ASSERT_NEAR(unit * static_cast<double>(c.depth), test::depth_in_crossing_bars(p), 2e-5)
+            << p.x << ' ' << p.y << ' ' << p.z;
+    }
+    EXPECT_GT(contacts, 700);
+}
+
+TEST(Query, AShellWithinTheSolidIsNoSurface)
+{
+    const test::Parsed m(test::nested_balls());
+    const double unit = m.view().header.unit;
+    for (const Layer layer : {Layer::Three, Layer::Exact})
+        for (const Vec3d p : {Vec3d{0.6, 0.01, 0.02}, Vec3d{0.3, 0.2, 0.1}, Vec3d{-0.45, 0.2, -0.1}}) {
+            const Contact c = query_point(m.view(), cast<float>(m.to_model(p)), layer);
+            ASSERT_TRUE(c.contact);
+            EXPECT_NEAR(unit * static_cast<double>(c.depth), 1 - norm(p), 0.015) << p.x;  // as a ball of flat faces
+            EXPECT_GT(dot(cast<double>(c.normal), normalized(p)), 0.9) << p.x;
+        }
 }
 
 }  // namespace
