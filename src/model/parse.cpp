@@ -2,6 +2,7 @@
 
 #include "sqmap_generated.h"
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -212,6 +213,41 @@ ParseStatus check_locator(const ModelView& v)
     return ParseStatus::Ok;
 }
 
+/// A record for every brick that is not free, with a list for every place that is not.
+ParseStatus check_near(const ModelView& v)
+{
+    if (v.bricks.empty() || !has_exact(v))
+        return v.near_bricks.empty() && v.near.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
+    if (v.near_bricks.size() != v.bricks.size()) return ParseStatus::BadStructure;
+    for (std::size_t i = 0; i < v.bricks.size(); ++i) {
+        const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];
+        if ((brick & k_free_brick) != 0) {
+            if (first != k_no_near) return ParseStatus::BadStructure;
+            continue;
+        }
+        if (!within(first, k_near_starts, v.near.size())) return ParseStatus::BadStructure;
+        const bool deep = (brick & k_deep_brick) != 0;
+        std::uint64_t occupied = 0, found = 0;
+        for (std::uint32_t k = 0; k < k_near_starts; ++k) found |= std::uint64_t{v.near[first + k]} << 16 * k;
+        for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
+            if (place_kind(v.places[(brick & ~k_deep_brick) + k]) != PlaceKind::Free) occupied |= std::uint64_t{1} << k;
+        if (found != occupied) return ParseStatus::BadStructure;
+        const auto lists = static_cast<std::uint32_t>(std::popcount(occupied));
+        if (!within(first, k_near_starts + lists + 1, v.near.size())) return ParseStatus::BadStructure;
+        const std::uint16_t* start = v.near.data() + first + k_near_starts;
+        const std::uint32_t step = near_is_wide(v) ? 2 : 1;
+        for (std::uint32_t k = 0; k < lists; ++k)
+            if (start[k] > start[k + 1] || start[k] % step != 0) return ParseStatus::BadStructure;
+        if (start[0] != 0 || start[lists] % step != 0 ||
+            !within(first + k_near_starts + lists + 1, start[lists], v.near.size()))
+            return ParseStatus::BadStructure;
+        const NearList all{start + lists + 1, start[lists] / step, step == 2};
+        for (std::uint32_t k = 0; k < all.count; ++k)
+            if (all[k] >= v.triangle_part.size()) return ParseStatus::BadStructure;
+    }
+    return ParseStatus::Ok;
+}
+
 template <class T>
 void hash_bytes(std::uint64_t& hash, std::span<const T> values)
 {
@@ -334,6 +370,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.places);
     hash_bytes(hash, view.part_lists);
     hash_bytes(hash, view.seeds);
+    hash_bytes(hash, view.near_bricks);
+    hash_bytes(hash, view.near);
     const Measured& m = view.measured;
     const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
                               m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
@@ -393,6 +431,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.places = span_of<std::uint32_t>(model->places());
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
     v.seeds = span_of<Seed>(model->seeds());
+    v.near_bricks = span_of<std::uint32_t>(model->near_bricks());
+    v.near = span_of<std::uint16_t>(model->near());
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
         v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),
@@ -429,6 +469,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
         if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_near(v); status != ParseStatus::Ok) return status;
     view = v;
     return ParseStatus::Ok;
 }

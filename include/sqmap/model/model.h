@@ -5,6 +5,7 @@
 #include "sqmap/model/normal_map.h"
 #include "sqmap/shape/superquadric.h"
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,7 +13,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 2;
+inline constexpr std::uint32_t k_format_version = 3;
 inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
 inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
@@ -202,6 +203,12 @@ constexpr std::uint32_t seed_reach(Seed seed) { return (seed.extent >> 16) & 0xf
 /// choices: direction of the pair before a chain; octant: 1 upper x, 2 upper y, 4 upper z.
 constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
 
+/// Where a brick has no record in near.
+inline constexpr std::uint32_t k_no_near = 0xffffffffu;
+/// A record of near: a bit for each place that has a list (64 bits, lowest first; one place if the brick is deep), where each
+/// of the lists begins and the last one ends, counted in values from the first list on, the lists.
+inline constexpr std::uint32_t k_near_starts = 4;
+
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
     std::span<const NormalPart> parts;
@@ -251,6 +258,8 @@ struct ModelView {
     std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const Seed> seeds;
+    std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: a brick's record in near, or k_no_near
+    std::span<const std::uint16_t> near;         ///< see near_list
     Measured measured{};                         ///< by bake
     std::string_view made_by, source, options;   ///< provenance
 };
@@ -262,6 +271,30 @@ struct ModelView {
 {
     const std::size_t i = 3 * static_cast<std::size_t>(triangle) + k;
     return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
+}
+/// Triangles by which an exact answer is found in a place of a brick: one of them is the nearest, for any point of it, and no
+/// buried one is among them. Empty where there are too many to list.
+struct NearList {
+    const std::uint16_t* first;  ///< of two values a triangle, the low one first, if wide
+    std::uint32_t count;         ///< triangles
+    bool wide;
+    [[nodiscard]] constexpr std::uint32_t operator[](std::uint32_t i) const
+    {
+        return wide ? first[2 * i] | std::uint32_t{first[2 * i + 1]} << 16 : first[i];
+    }
+};
+constexpr bool near_is_wide(const ModelView& view) { return view.triangle_part.size() > 0x10000; }
+/// place: from 0 to 63 in its brick, 0 of a deep one. @pre the place is not Free
+[[nodiscard]] constexpr NearList near_list(const ModelView& view, std::size_t brick, std::uint32_t place)
+{
+    const std::uint16_t* record = view.near.data() + view.near_bricks[brick];
+    std::uint64_t occupied = 0;
+    for (std::uint32_t k = 0; k < k_near_starts; ++k) occupied |= std::uint64_t{record[k]} << 16 * k;
+    const auto rank = static_cast<std::uint32_t>(std::popcount(occupied & ((std::uint64_t{1} << place) - 1)));
+    const std::uint16_t* start = record + k_near_starts + rank;
+    const std::uint16_t* lists = record + k_near_starts + std::popcount(occupied) + 1;
+    const bool wide = near_is_wide(view);
+    return {lists + start[0], static_cast<std::uint32_t>(start[1] - start[0]) >> (wide ? 1 : 0), wide};
 }
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
