@@ -1,0 +1,204 @@
+// Where a probe's points are in a model's locator: what is far is dropped, cluster after cluster, by the places' gaps.
+#if defined(SQMAP_QUERY_LOCATE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_LOCATE_INL_H
+#undef SQMAP_QUERY_LOCATE_INL_H
+#else
+#define SQMAP_QUERY_LOCATE_INL_H
+#endif
+
+#include "frame_job.h"
+#include "lanes-inl.h"
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+using model::ModelView;
+using model::PlaceKind;
+
+class Places {
+public:
+    explicit Places(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
+    {
+        inverse_cell_ = 1.f / locator_.cell;
+        for (int k = 0; k < 3; ++k) cells_[k] = static_cast<float>(model::k_brick * locator_.bricks[k]);
+    }
+
+    /// Calls ask(slot) for a vector of points from each slot on that may touch the solid; after_cluster() when a cluster of them
+    /// is done and after_group() for a group, which ends the walk by false.
+    template <class Ask, class AfterCluster, class AfterGroup>
+    HWY_INLINE void each_near(Ask&& ask, AfterCluster&& after_cluster, AfterGroup&& after_group) const
+    {
+        if (job_.points == 0 || is_far(job_.sphere[0], job_.sphere[1], job_.sphere[2], job_.sphere[3])) return;
+        for (std::size_t g = 0; g < job_.groups; ++g) {
+            if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
+            const std::size_t last = std::min(job_.clusters, (g + 1) * Probe::k_cluster);
+            for (std::size_t c = g * Probe::k_cluster; c < last; c += hn::Lanes(df)) {
+                const M near = hn::And(near_clusters(c), hn::FirstN(df, std::min(last - c, hn::Lanes(df))));
+                each_lane(near, [&](std::size_t i) {
+                    for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
+                    after_cluster();
+                });
+            }
+            if (!after_group()) return;
+        }
+    }
+
+    Vec3f transformed(float x, float y, float z) const
+    {
+        const float* r = job_.rotation;
+        return {r[0] * x + r[1] * y + r[2] * z + job_.translation[0], r[3] * x + r[4] * y + r[5] * z + job_.translation[1],
+                r[6] * x + r[7] * y + r[8] * z + job_.translation[2]};
+    }
+
+    /// True where no point of a sphere (of the probe) is in the solid, by the locator's gap about its centre.
+    HWY_NOINLINE bool is_far(float x, float y, float z, float radius) const
+    {
+        const Vec3f c = transformed(x, y, z);
+        const float reach = radius * job_.scale;
+        float outside_sq = 0.f;
+        int at[3];
+        Vec3f g;
+        for (int k = 0; k < 3; ++k) {
+            const float in_cells = (c[k] - locator_.origin[k]) * inverse_cell_;
+            g[k] = std::clamp(in_cells, 0.f, cells_[k]);
+            const float gap = (in_cells - g[k]) * locator_.cell;
+            outside_sq += gap * gap;
+            at[k] = std::min(static_cast<int>(g[k]), static_cast<int>(cells_[k]) - 1);
+        }
+        // Also where the sum overflows.
+        if (!(outside_sq <= reach * reach * 1.0001f)) return true;
+        const auto* n = locator_.bricks;
+        const std::uint32_t brick = model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * n[1] +
+                                                   static_cast<std::size_t>(at[1] / model::k_brick)) *
+                                                      n[0] +
+                                                  static_cast<std::size_t>(at[0] / model::k_brick)];
+        if ((brick & model::k_free_brick) == 0) return false;
+        const float half = 0.5f * model::k_brick;
+        const auto middle = [&](int k) { return static_cast<float>(at[k] / model::k_brick * model::k_brick) + half; };
+        const Vec3f d{g.x - middle(0), g.y - middle(1), g.z - middle(2)};
+        const float away = (static_cast<float>(brick & ~model::k_free_brick) * model::k_gap_step - norm(d)) * locator_.cell;
+        return away > 0.f && away * away + outside_sq > reach * reach * 1.0001f;
+    }
+
+    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
+    HWY_NOINLINE M near_clusters(std::size_t first) const
+    {
+        const F zero = hn::Zero(df);
+        const V3 c = posed(
+            {hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
+        const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
+        const F reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
+        const V3 g = in_cells(c);
+        // Clamped below the last cell's end, so that truncation stays within.
+        const V3 at{hn::Min(hn::Max(g.x, zero), set(cells_[0] - 0.001f)), hn::Min(hn::Max(g.y, zero), set(cells_[1] - 0.001f)),
+                    hn::Min(hn::Max(g.z, zero), set(cells_[2] - 0.001f))};
+        const V3 out{hn::Sub(g.x, at.x), hn::Sub(g.y, at.y), hn::Sub(g.z, at.z)};
+        const F outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
+        const M touches_box = hn::Le(outside_sq, reach_sq);
+        if (!any(touches_box)) return touches_box;
+        const Located found = locate(at, touches_box);
+        const M far_away = hn::And(found.is_free, hn::Gt(found.gap, zero));
+        const F away = hn::Mul(found.gap, set(locator_.cell));
+        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, outside_sq), reach_sq)), touches_box);
+    }
+
+    HWY_INLINE V3 posed(const V3& local) const
+    {
+        const float* r = job_.rotation;
+        return {hn::Add(row_dot(r, local), set(job_.translation[0])), hn::Add(row_dot(r + 3, local), set(job_.translation[1])),
+                hn::Add(row_dot(r + 6, local), set(job_.translation[2]))};
+    }
+
+    HWY_INLINE V3 in_cells(const V3& p) const
+    {
+        const F scale = set(inverse_cell_);
+        return {hn::Mul(hn::Sub(p.x, set(locator_.origin[0])), scale), hn::Mul(hn::Sub(p.y, set(locator_.origin[1])), scale),
+                hn::Mul(hn::Sub(p.z, set(locator_.origin[2])), scale)};
+    }
+
+    /// The place under each lane.
+    struct Located {
+        M is_free;
+        F gap;      // lower bound of the distance to the solid where it is free, in cells
+        I place;    // its word, where it is not
+        V3 offset;  // from its centre, in cells
+        I brick;    // index
+        I within;   // of the place in its brick, 0 of a deep one
+    };
+    /// at: in cells, within the grid for active lanes.
+    HWY_INLINE Located locate(const V3& at, M active) const
+    {
+        const I nil = hn::Zero(di);
+        const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil),
+                iz = blend(active, truncate(at.z), nil);
+        const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])),
+                ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
+        const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
+        const I brick_index = hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx);
+        const I brick = gather_word(model_.bricks.data(), brick_index);
+        const M free_brick = hn::AndNot(not_negative(brick), active);
+        const M whole = hn::Or(free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
+        const I three = set_int(3);
+        const I within =
+            hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
+        const I low_bits = hn::And(brick, set_int(0x3fffffff));
+        const I place = gather_word(model_.places.data(),
+                                    blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
+        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
+        Located found;
+        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
+        found.place = place;
+        found.brick = brick_index;
+        found.within = blend(whole, nil, within);
+        const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
+        const auto from_centre = [&](F v, I cell, I brick_at) {
+            return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
+        };
+        found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
+        const I code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
+        found.gap = hn::Sub(hn::Mul(to_float(code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
+        return found;
+    }
+
+    /// The points from a slot on that are in places which are not Free.
+    struct Entered {
+        V3 p;  // model space
+        Located at;
+        M occupied;
+        M inside;  // their places are wholly in the solid
+    };
+    /// False where there are none.
+    HWY_INLINE bool enter(std::size_t slot, Entered& e) const
+    {
+        e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
+        const V3 g = in_cells(e.p);
+        const F zero = hn::Zero(df);
+        M in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
+        in_grid = hn::And(
+            in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
+        // The padding of the last cluster is nobody.
+        if (slot + hn::Lanes(df) > job_.points)
+            in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
+        if (!any(in_grid)) return false;
+        e.at = locate(g, in_grid);
+        e.occupied = hn::AndNot(e.at.is_free, in_grid);
+        const I kind = hn::And(e.at.place, set_int(3));
+        e.inside = hn::And(e.occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
+        return any(e.occupied);
+    }
+
+    const FrameJob& job_;
+    const ModelView& model_;
+    const model::Locator& locator_;
+    float inverse_cell_;
+    float cells_[3];
+};
+
+}  // namespace
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
