@@ -1,12 +1,12 @@
 #include "near_lists.h"
 
 #include "parallel.h"
+#include "query/triangle_offsets.h"
 #include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace sqmap::bake {
@@ -15,50 +15,46 @@ namespace {
 
 using model::PlaceKind;
 
-/// The lattice of a box: its corners, the middles of its edges and faces, its centre; x fastest.
-constexpr std::size_t k_lattice = 27, k_centre = 13;
-/// Lattice points at the corners of the eighth whose lowest corner is lattice point i.
-constexpr std::size_t k_steps[] = {0, 1, 3, 4, 9, 10, 12, 13};
-constexpr std::size_t k_corner[] = {0, 2, 6, 8, 18, 20, 24, 26};
+// A box is judged at the points of a lattice and in the boxes between them.
+constexpr std::size_t k_side = 4;               ///< small boxes along a side
+constexpr std::size_t k_along = k_side + 1;     ///< lattice points along a side, x fastest
+constexpr std::size_t k_points = k_along * k_along * k_along;
+constexpr std::size_t k_room = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+/// From a small box's lowest corner to its corners, in lattice points.
+constexpr std::size_t k_steps[8] = {
+    0, 1, k_along, k_along + 1, k_along * k_along, k_along * k_along + 1, k_along * (k_along + 1), k_along * (k_along + 1) + 1};
+/// What float and rounding may be off by, in half sides of the box.
+constexpr double k_slack = 1e-4;
 
-Vec3d lattice_offset(double h, std::size_t i)
-{
-    return h * Vec3d{static_cast<double>(i % 3) - 1, static_cast<double>(i / 3 % 3) - 1, static_cast<double>(i / 9) - 1};
-}
-
-/// A triangle that may be nearest to some point of a box.
-struct Candidate {
-    std::uint32_t triangle;
-    double distance;  ///< from the box's centre
-    Vec3d away;       ///< its gradient there
-};
-
-/// The triangles nearest to some point of the box about centre of half side h, each once, ascending, and some more. The distance
-/// to a triangle is convex. So in a box it is at most the multilinear function of its values at the corners, and at least its
-/// tangent plane at any point; where one triangle's plane is above another's values at all corners, it is nowhere the nearest.
+/// The triangles nearest to some point of the box about centre of half side h, and a few more; those that are nearest most often
+/// first. The distance to a triangle is convex. So in a box it is at most the multilinear function of its values at the corners,
+/// and at least its tangent plane at any point; where one triangle's plane is above another's values at all corners, it is nowhere
+/// the nearest.
 class NearTriangles {
 public:
     explicit NearTriangles(const mesh::Solid& solid) : solid_(solid) {}
 
-    std::vector<std::uint32_t> operator()(Vec3d centre, double h)
+    const std::vector<std::uint32_t>& operator()(Vec3d centre, double h)
     {
-        centre_ = centre;
-        h_ = h;
-        rulers_.clear();
-        collect();
-        std::vector<std::uint32_t> near;
-        for (const Candidate& c : candidates_)
-            if (!is_ruled_out(c)) near.push_back(c.triangle);
-        std::sort(near.begin(), near.end());
-        return near;
+        collect(centre, h);
+        measure(centre, h);
+        near_.clear();
+        // The nearest somewhere on the lattice, and what is not ruled out in all small boxes.
+        std::vector<std::uint32_t> wins(triangles_.size(), 0);
+        for (std::size_t i = 0; i < k_points; ++i)
+            if (nearest_[i] != k_none) ++wins[nearest_[i]];
+        order_.clear();
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+            if (wins[t] > 0 || !is_ruled_out(t, static_cast<float>(h))) order_.push_back(t);
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t l, std::uint32_t r) {
+            return wins[l] != wins[r] ? wins[l] > wins[r] : triangles_[l] < triangles_[r];
+        });
+        for (const std::uint32_t t : order_) near_.push_back(triangles_[t]);
+        return near_;
     }
 
 private:
-    /// What rules others out: a triangle and its distances from the lattice.
-    struct Ruler {
-        std::uint32_t triangle;
-        std::array<double, k_lattice> at;
-    };
+    static constexpr std::uint32_t k_none = 0xffffffffu;
 
     Vec3d closest(std::uint32_t triangle, Vec3d p) const
     {
@@ -67,92 +63,115 @@ private:
         return closest_point_on_triangle(p, v[t[0]], v[t[1]], v[t[2]]);
     }
 
-    /// One that is cut may not be boundary where it is nearest, and rules out nothing.
-    void add_ruler(std::uint32_t triangle)
+    /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
+    void collect(Vec3d centre, double h)
     {
-        if (solid_.boundary()[triangle] != mesh::Boundary::Whole) return;
-        for (const Ruler& r : rulers_)
-            if (r.triangle == triangle) return;
-        Ruler& ruler = rulers_.emplace_back();
-        ruler.triangle = triangle;
-        for (std::size_t i = 0; i < k_lattice; ++i) {
-            const Vec3d p = centre_ + lattice_offset(h_, i);
-            ruler.at[i] = norm(p - closest(triangle, p));
-        }
-    }
-
-    /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by the centre's
-    /// nearest; rulers are the triangles nearest to the lattice.
-    void collect()
-    {
-        candidates_.clear();
-        mesh::ClosestPoint nearest = solid_.closest_boundary(centre_);
-        add_ruler(nearest.triangle);
-        const double reach = (nearest.distance + 2 * std::sqrt(3.0) * h_) * (1 + 1e-6);
-        solid_.bvh().visit_nearest(centre_, reach * reach, [&](std::uint32_t t, double radius_sq) {
+        triangles_.clear();
+        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+        const bool rules = solid_.boundary()[nearest.triangle] == mesh::Boundary::Whole;
+        const auto corner = [&](int k) { return h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.}; };
+        double limit[8];
+        for (int k = 0; k < 8; ++k)
+            limit[k] = norm(centre + corner(k) - closest(nearest.triangle, centre + corner(k))) + k_slack * h;
+        const double reach = (nearest.distance + 2 * std::sqrt(3.0) * h) * (1 + 1e-6);
+        solid_.bvh().visit_nearest(centre, reach * reach, [&](std::uint32_t t, double radius_sq) {
             if (solid_.boundary()[t] == mesh::Boundary::Buried) return radius_sq;
-            const Vec3d offset = centre_ - closest(t, centre_);
-            const double distance = norm(offset);
-            if (distance > reach) return radius_sq;
-            const Candidate c{t, distance, distance > 0 ? offset / distance : Vec3d{}};
-            if (!rulers_.empty() && is_above_all(c, rulers_.front())) return radius_sq;
-            candidates_.push_back(c);
+            const Vec3d offset = centre - closest(t, centre);
+            const double distance_sq = norm_sq(offset);
+            if (distance_sq > radius_sq) return radius_sq;
+            if (rules && t != nearest.triangle && distance_sq > 0) {
+                const double distance = std::sqrt(distance_sq);
+                bool above = true;
+                for (int k = 0; k < 8 && above; ++k) above = distance + dot(offset, corner(k)) / distance > limit[k];
+                if (above) return radius_sq;
+            }
+            triangles_.push_back(t);
             return radius_sq;
         });
-        for (std::size_t i = 0; i < k_lattice; ++i) {
-            if (i == k_centre) continue;
-            const Vec3d p = centre_ + lattice_offset(h_, i);
-            const double within = (nearest.distance + norm(p - centre_)) * (1 + 1e-9) + 1e-12;
-            add_ruler(solid_.closest_boundary(p, within).triangle);
+        std::sort(triangles_.begin(), triangles_.end());
+    }
+
+    /// Distances from the lattice, relative to the centre so that float is enough, and the nearest of each of its points. A
+    /// triangle that is cut may not be boundary where it is nearest, and rules out nothing.
+    void measure(Vec3d centre, double h)
+    {
+        corners_.clear();
+        for (const std::uint32_t t : triangles_)
+            for (const std::uint32_t v : solid_.mesh().triangles[t]) corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre));
+        for (std::size_t i = 0; i < k_room; ++i) {
+            const std::size_t p = std::min(i, k_points - 1);
+            const auto place = [&](std::size_t k) {
+                return static_cast<float>(h * (2.0 / k_side * static_cast<double>(k % k_along) - 1));
+            };
+            point_[0][i] = place(p);
+            point_[1][i] = place(p / k_along);
+            point_[2][i] = place(p / (k_along * k_along));
+        }
+        for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) values->resize(triangles_.size() * k_room);
+        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), k_room}, offset_[0].data(),
+                                offset_[1].data(), offset_[2].data(), distance_.data());
+        nearest_.fill(k_none);
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+            if (solid_.boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
+            const float* d = &distance_[t * k_room];
+            for (std::size_t i = 0; i < k_points; ++i)
+                if (nearest_[i] == k_none || d[i] < distance_[nearest_[i] * k_room + i]) nearest_[i] = t;
         }
     }
 
-    /// The plane at the centre against a ruler at all corners.
-    bool is_above_all(const Candidate& c, const Ruler& r) const
+    bool is_ruled_out(std::uint32_t t, float h) const
     {
-        if (r.triangle == c.triangle) return false;
-        for (const std::size_t i : k_corner)
-            if (!(c.distance + dot(c.away, lattice_offset(h_, i)) > r.at[i] + slack())) return false;
-        return true;
-    }
-
-    bool is_ruled_out(const Candidate& c) const
-    {
-        for (const Ruler& r : rulers_)
-            if (is_above_all(c, r)) return true;
-        // Eighth by eighth: the planes at the centre and at the eighth's outer corner.
-        for (std::size_t eighth = 0; eighth < 8; ++eighth) {
-            const std::size_t low = k_steps[eighth];
-            const Vec3d from = lattice_offset(h_, k_corner[eighth]), offset = centre_ + from - closest(c.triangle, centre_ + from);
-            const double distance = norm(offset);
-            double by_centre[8], by_corner[8];
-            for (std::size_t k = 0; k < 8; ++k) {
-                const Vec3d p = lattice_offset(h_, low + k_steps[k]);
-                by_centre[k] = c.distance + dot(c.away, p);
-                by_corner[k] = distance > 1e-9 * h_ ? distance + dot(offset, p - from) / distance : 0;
-            }
-            const bool out = std::any_of(rulers_.begin(), rulers_.end(), [&](const Ruler& r) {
-                if (r.triangle == c.triangle) return false;
-                bool centre = true, corner = true;
-                for (std::size_t k = 0; k < 8 && (centre || corner); ++k) {
-                    const double limit = r.at[low + k_steps[k]] + slack();
-                    centre = centre && by_centre[k] > limit;
-                    corner = corner && by_corner[k] > limit;
+        const float side = 2 * h / static_cast<float>(k_side), slack = static_cast<float>(k_slack) * h;
+        const float* mine = &distance_[t * k_room];
+        for (std::size_t z = 0; z < k_side; ++z)
+            for (std::size_t y = 0; y < k_side; ++y)
+                for (std::size_t x = 0; x < k_side; ++x) {
+                    const std::size_t low = (z * k_along + y) * k_along + x;
+                    if (nearest_[low] == k_none) return false;
+                    // Distances change no faster than places.
+                    if (mine[low] - distance_[nearest_[low] * k_room + low] > 2 * 1.7321f * side + slack) continue;
+                    if (!is_ruled_out_in(t, low, side, slack)) return false;
                 }
-                return centre || corner;
-            });
-            if (!out) return false;
-        }
         return true;
     }
 
-    double slack() const { return 1e-5 * h_; }
+    /// In one small box, by the planes at its corners.
+    bool is_ruled_out_in(std::uint32_t t, std::size_t low, float side, float slack) const
+    {
+        const float* mine = &distance_[t * k_room];
+        std::uint32_t rulers[8];
+        std::size_t n_rulers = 0;
+        for (const std::size_t step : k_steps) {
+            const std::uint32_t r = nearest_[low + step];
+            if (r != k_none && std::find(rulers, rulers + n_rulers, r) == rulers + n_rulers) rulers[n_rulers++] = r;
+        }
+        for (std::size_t j = 0; j < 8; ++j) {
+            const std::size_t at = low + k_steps[j], value = t * k_room + at;
+            if (!(mine[at] > slack)) continue;
+            // Away from the triangle distance grows.
+            const float scale = -side / mine[at];
+            const float gx = scale * offset_[0][value], gy = scale * offset_[1][value], gz = scale * offset_[2][value];
+            float plane[8];
+            for (std::size_t k = 0; k < 8; ++k) {
+                const auto step = [&](int bit) { return static_cast<float>(k >> bit & 1) - static_cast<float>(j >> bit & 1); };
+                plane[k] = mine[at] + gx * step(0) + gy * step(1) + gz * step(2) - slack;
+            }
+            for (std::size_t r = 0; r < n_rulers; ++r) {
+                const float* other = &distance_[rulers[r] * k_room + low];
+                bool above = true;
+                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[k_steps[k]];
+                if (above) return true;
+            }
+        }
+        return false;
+    }
 
     const mesh::Solid& solid_;
-    Vec3d centre_{};
-    double h_ = 0;
-    std::vector<Candidate> candidates_;
-    std::vector<Ruler> rulers_;
+    std::vector<std::uint32_t> triangles_, near_, order_;
+    std::vector<Vec3f> corners_;
+    std::array<float, k_room> point_[3];
+    std::vector<float> offset_[3], distance_;  // triangle after triangle, k_room values each
+    std::array<std::uint32_t, k_points> nearest_;
 };
 
 }  // namespace
@@ -181,7 +200,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         std::vector<std::uint16_t> refs, starts{0};
         std::uint64_t occupied = 0;
         const auto add = [&](Vec3d centre, double h) {
-            const std::vector<std::uint32_t> near = near_triangles(centre, slack * h);
+            const std::vector<std::uint32_t>& near = near_triangles(centre, slack * h);
             // Where a brick's lists are too long, the rest of its places is asked point by point.
             if (refs.size() + near.size() * (wide ? 2 : 1) <= 0xffff)
                 for (const std::uint32_t t : near) {
