@@ -1,6 +1,7 @@
 #include "near_lists.h"
 
 #include "parallel.h"
+#include "query/approach.h"
 #include "query/triangle_offsets.h"
 #include "sqmap/math/triangle.h"
 
@@ -111,11 +112,15 @@ private:
         query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), k_room}, offset_[0].data(),
                                 offset_[1].data(), offset_[2].data(), distance_.data());
         nearest_.fill(k_none);
+        least_.fill(INFINITY);
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
             if (solid_.boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
             const float* d = &distance_[t * k_room];
-            for (std::size_t i = 0; i < k_points; ++i)
-                if (nearest_[i] == k_none || d[i] < distance_[nearest_[i] * k_room + i]) nearest_[i] = t;
+            for (std::size_t i = 0; i < k_room; ++i) {
+                const bool nearer = d[i] < least_[i];
+                nearest_[i] = nearer ? t : nearest_[i];
+                least_[i] = nearer ? d[i] : least_[i];
+            }
         }
     }
 
@@ -127,9 +132,8 @@ private:
             for (std::size_t y = 0; y < k_side; ++y)
                 for (std::size_t x = 0; x < k_side; ++x) {
                     const std::size_t low = (z * k_along + y) * k_along + x;
-                    if (nearest_[low] == k_none) return false;
                     // Distances change no faster than places.
-                    if (mine[low] - distance_[nearest_[low] * k_room + low] > 2 * 1.7321f * side + slack) continue;
+                    if (mine[low] - least_[low] > 2 * 1.7321f * side + slack) continue;
                     if (!is_ruled_out_in(t, low, side, slack)) return false;
                 }
         return true;
@@ -171,7 +175,70 @@ private:
     std::vector<Vec3f> corners_;
     std::array<float, k_room> point_[3];
     std::vector<float> offset_[3], distance_;  // triangle after triangle, k_room values each
-    std::array<std::uint32_t, k_points> nearest_;
+    std::array<std::uint32_t, k_room> nearest_;  // on the lattice
+    std::array<float, k_room> least_;
+};
+
+/// How far the solid rises above the lowest of a place's planes within the place, as stored. A linear function is greatest at a
+/// corner of the solid's part of the place: at one of the place's own corners, or where the surface is in it.
+class Rise {
+public:
+    explicit Rise(const mesh::Solid& solid) : solid_(solid) {}
+
+    std::uint32_t operator()(const model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+                             const std::vector<std::uint32_t>& near)
+    {
+        const double cell = static_cast<double>(data.locator.cell);
+        double highest = 0;
+        planes_.clear();
+        for (std::uint32_t s = model::place_seed(place);; ++s) {
+            const model::Seed seed = data.locator_seeds[s];
+            planes_.push_back({cast<double>(query::seed_normal(seed)),
+                               static_cast<double>(model::k_seed_distance_step) * cell * model::seed_distance(seed)});
+            if ((seed.extent & model::k_last_seed) != 0) break;
+        }
+        const auto offer = [&](Vec3d p) {
+            for (const Plane& plane : planes_) highest = std::max(highest, dot(plane.normal, p) - plane.distance);
+        };
+        for (const std::uint32_t t : near) {
+            polygon_.clear();
+            for (const std::uint32_t v : solid_.mesh().triangles[t]) polygon_.push_back(solid_.mesh().vertices[v] - centre);
+            for (int axis = 0; axis < 3; ++axis)
+                for (const double sign : {-1., 1.}) clip(axis, sign, h);
+            for (const Vec3d& p : polygon_) offer(p);
+        }
+        for (int k = 0; k < 8; ++k) {
+            const Vec3d corner = h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.};
+            const double before = highest;
+            offer(corner);
+            if (highest > before && !solid_.inside(centre + corner)) highest = before;
+        }
+        const double steps = std::ceil((highest / cell + 1e-3) / static_cast<double>(model::k_seed_rise_step));
+        return steps < model::k_no_rise ? static_cast<std::uint32_t>(steps) : static_cast<std::uint32_t>(model::k_no_rise);
+    }
+
+private:
+    struct Plane {
+        Vec3d normal;
+        double distance;
+    };
+
+    /// Keeps what is not beyond h along sign times an axis.
+    void clip(int axis, double sign, double h)
+    {
+        kept_.clear();
+        for (std::size_t i = 0; i < polygon_.size(); ++i) {
+            const Vec3d &a = polygon_[i], &b = polygon_[(i + 1) % polygon_.size()];
+            const double u = h - sign * a[axis], v = h - sign * b[axis];
+            if (u >= 0) kept_.push_back(a);
+            if ((u >= 0) != (v >= 0)) kept_.push_back(a + (u / (u - v)) * (b - a));
+        }
+        polygon_.swap(kept_);
+    }
+
+    const mesh::Solid& solid_;
+    std::vector<Plane> planes_;
+    std::vector<Vec3d> polygon_, kept_;
 };
 
 }  // namespace
@@ -188,6 +255,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         const std::uint32_t brick = data.bricks[i];
         if ((brick & model::k_free_brick) != 0) return;
         NearTriangles near_triangles(solid);
+        Rise rise(solid);
         constexpr int n = model::k_brick;
         const double cell = static_cast<double>(l.cell);
         const Vec3d origin = cast<double>(model::vec3(l.origin));
@@ -199,8 +267,11 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         std::vector<std::uint16_t>& out = packed[i];
         std::vector<std::uint16_t> refs, starts{0};
         std::uint64_t occupied = 0;
-        const auto add = [&](Vec3d centre, double h) {
+        const auto add = [&](std::uint32_t place, Vec3d centre, double h) {
             const std::vector<std::uint32_t>& near = near_triangles(centre, slack * h);
+            std::uint32_t& extent = data.locator_seeds[model::place_seed(place)].extent;
+            if ((extent & model::k_flat) != 0 && model::place_kind(place) == PlaceKind::Mixed)
+                extent = (extent & ~0xff0000u) | rise(data, place, centre, slack * h, near) << 16;
             // Where a brick's lists are too long, the rest of its places is asked point by point.
             if (refs.size() + near.size() * (wide ? 2 : 1) <= 0xffff)
                 for (const std::uint32_t t : near) {
@@ -211,13 +282,14 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         };
         if (deep) {
             occupied = 1;
-            add(lowest + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell);
+            add(data.places[brick & ~model::k_deep_brick], lowest + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell);
         } else {
             const std::uint32_t first = brick;
             for (int k = 0; k < n * n * n; ++k) {
-                if (model::place_kind(data.places[first + static_cast<std::uint32_t>(k)]) == PlaceKind::Free) continue;
+                const std::uint32_t place = data.places[first + static_cast<std::uint32_t>(k)];
+                if (model::place_kind(place) == PlaceKind::Free) continue;
                 occupied |= std::uint64_t{1} << k;
-                add(lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5}, 0.5 * cell);
+                add(place, lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5}, 0.5 * cell);
             }
         }
         for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));

@@ -49,6 +49,17 @@ private:
     {
         Entered e;
         if (!enter(slot, e)) return;
+        // Above the planes of a flat place by more than the solid reaches there: outside.
+        Planes lowest;
+        I extent;
+        const M flat = lowest_planes(e.at, hn::AndNot(e.inside, e.occupied), lowest, extent);
+        if (any(flat)) {
+            const I code = hn::And(shift_right<16>(extent), set_int(0xff));
+            const F rise = hn::Mul(to_float(code), set(model::k_seed_rise_step * locator_.cell));
+            const M bounded = hn::RebindMask(df, hn::Ne(code, set_int(model::k_no_rise)));
+            e.occupied = hn::AndNot(hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(lowest.gap, rise), hn::Zero(df))), e.occupied);
+            if (!any(e.occupied)) return;
+        }
         const I key = hn::Or(hn::Add(hn::ShiftLeft<6>(e.at.brick), e.at.within),
                              hn::IfThenElseZero(hn::RebindMask(di, e.inside), set_int(static_cast<std::int32_t>(k_inside))));
         const I point = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));

@@ -163,6 +163,56 @@ public:
         return found;
     }
 
+    /// A plane of a seed for each lane.
+    struct Planes {
+        I part;
+        V3 normal;  // outward, unit
+        F gap;      // how far the point is below, model units
+        F length;   // how far the place's centre is
+    };
+    HWY_INLINE Planes planes_of(I direction, I extent, const V3& offset) const
+    {
+        constexpr int bits = model::k_seed_normal_bits;
+        const I mask = set_int((1 << bits) - 1);
+        const F step = set(2.f / static_cast<float>(1 << bits)), half = set(0.5f), one = set(1.f), zero = hn::Zero(df);
+        const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(direction), mask)), half), step), one);
+        const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(direction), mask)), half), step), one);
+        const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), zero);
+        const V3 n{blend(hn::Lt(x, zero), hn::Add(x, fold), hn::Sub(x, fold)),
+                   blend(hn::Lt(y, zero), hn::Add(y, fold), hn::Sub(y, fold)), z};
+        const F inverse = hn::Div(one, hn::Sqrt(dot(n, n)));
+        Planes planes;
+        planes.part = hn::And(direction, set_int(0xff));
+        planes.normal = {hn::Mul(n.x, inverse), hn::Mul(n.y, inverse), hn::Mul(n.z, inverse)};
+        planes.length = hn::Mul(to_float(hn::Sub(hn::And(extent, set_int(0xffff)), set_int(0x8000))),
+                                set(model::k_seed_distance_step * locator_.cell));
+        planes.gap = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
+        return planes;
+    }
+
+    /// The lowest plane of the lanes whose place is flat, and the extent of its first seed. Returns those lanes.
+    HWY_INLINE M lowest_planes(const Located& at, M occupied, Planes& lowest, I& first_extent) const
+    {
+        const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
+        I word = blend(occupied, hn::ShiftLeft<1>(shift_right<14>(at.place)), hn::Zero(di));
+        I direction = gather_word(words, word), extent = gather_word(words + 1, word);
+        first_extent = extent;
+        const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
+        if (!any(flat)) return flat;
+        lowest = planes_of(direction, extent, at.offset);
+        for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
+            word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
+            direction = gather_word(words, word);
+            extent = gather_word(words + 1, word);
+            const Planes next = planes_of(direction, extent, at.offset);
+            const M lower = hn::And(more, hn::Lt(next.gap, lowest.gap));
+            lowest.gap = blend(lower, next.gap, lowest.gap);
+            lowest.normal = blend(lower, next.normal, lowest.normal);
+            lowest.part = blend(lower, next.part, lowest.part);
+        }
+        return flat;
+    }
+
     /// The points from a slot on that are in places which are not Free.
     struct Entered {
         V3 p;  // model space

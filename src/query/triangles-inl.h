@@ -27,20 +27,22 @@ public:
     /// Lanes of corners into columns from at on.
     HWY_INLINE void put(std::size_t at, const V3& a, const V3& b, const V3& c)
     {
-        const F one = set(1.f), zero = hn::Zero(df), tiny = set(1e-30f);
+        const F one = set(1.f), tiny = set(1e-30f);
         const V3 ab = minus(b, a), ac = minus(c, a), bc = minus(c, b), n = cross(ab, ac);
         const F bb = dot(ab, ab), cc = dot(ac, ac), bc_sq = dot(bc, bc), b_dot_c = dot(ab, ac), n_sq = dot(n, n);
-        // v and w of a point a + v ab + w ac are their dots with these, times |n|^2; without area they are nothing, and the point
-        // is never above the face.
         const M has_area = hn::Gt(n_sq, hn::Max(hn::Mul(hn::Mul(bb, cc), set(1e-11f)), tiny));
-        const auto over = [&](F value) { return hn::IfThenElseZero(hn::Gt(value, tiny), hn::Div(one, hn::Max(value, tiny))); };
-        const F area = hn::IfThenElseZero(has_area, hn::Div(one, hn::Max(n_sq, tiny)));
-        const V3 v = scaled(area, minus(scaled(cc, ab), scaled(b_dot_c, ac))),
-                 w = scaled(area, minus(scaled(bb, ac), scaled(b_dot_c, ab)));
-        const V3 u{hn::Add(v.x, w.x), hn::Add(v.y, w.y), hn::Add(v.z, w.z)};
-        const F v_size = hn::Sqrt(dot(v, v)), w_size = hn::Sqrt(dot(w, w)), over_u = over(hn::Sqrt(dot(u, u)));
-        const V3 v_unit = scaled(over(v_size), v), w_unit = scaled(over(w_size), w);
-        const V3 normal = scaled(hn::IfThenElseZero(has_area, hn::Div(one, hn::Sqrt(hn::Max(n_sq, tiny)))), n);
+        const auto inverse_root = [&](F value) {
+            return hn::IfThenElseZero(hn::Gt(value, tiny), hn::Div(one, hn::Sqrt(hn::Max(value, tiny))));
+        };
+        const F over_b = inverse_root(bb), over_c = inverse_root(cc), over_bc = inverse_root(bc_sq),
+                over_n = hn::IfThenElseZero(has_area, inverse_root(n_sq));
+        // In the plane, at right angles to ac and to ab; v and w of a point a + v ab + w ac are its distances along them times
+        // sizes.
+        const V3 v_unit = scaled(hn::Mul(over_n, over_c), minus(scaled(cc, ab), scaled(b_dot_c, ac))),
+                 w_unit = scaled(hn::Mul(over_n, over_b), minus(scaled(bb, ac), scaled(b_dot_c, ab)));
+        const F v_size = hn::Mul(hn::Mul(cc, over_c), over_n), w_size = hn::Mul(hn::Mul(bb, over_b), over_n),
+                over_u = hn::Mul(hn::Mul(n_sq, over_n), over_bc);
+        const V3 normal = scaled(over_n, n);
         const F values[k_fields] = {a.x,
                                     a.y,
                                     a.z,
@@ -62,15 +64,14 @@ public:
                                     bc.x,
                                     bc.y,
                                     bc.z,
-                                    over(bb),
-                                    over(cc),
-                                    over(bc_sq),
+                                    hn::Mul(over_b, over_b),
+                                    hn::Mul(over_c, over_c),
+                                    hn::Mul(over_bc, over_bc),
                                     dot(ab, bc),
                                     v_size,
                                     w_size,
                                     over_u,
                                     hn::IfThenElse(has_area, one, hn::Neg(one))};
-        static_cast<void>(zero);
         for (std::size_t k = 0; k < k_fields; ++k) hn::StoreU(values[k], df, columns_[k] + at);
     }
 

@@ -200,6 +200,10 @@ constexpr std::uint32_t seed_part(Seed seed) { return seed.direction & 0xffu; }
 constexpr int seed_distance(Seed seed) { return static_cast<int>(seed.extent & 0xffffu) - 0x8000; }
 /// A surface found from the seed within this distance is the nearest, whatever the rest of the chain finds.
 constexpr std::uint32_t seed_reach(Seed seed) { return (seed.extent >> 16) & 0xffu; }
+/// In the place of a flat chain's first reach, with the exact layer: no point of the solid in the place is farther above the
+/// lowest plane; k_no_rise says nothing.
+inline constexpr float k_seed_rise_step = 1.f / 1024;  ///< of the locator's cell
+inline constexpr std::int32_t k_no_rise = 0xff;
 /// choices: direction of the pair before a chain; octant: 1 upper x, 2 upper y, 4 upper z.
 constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
 
