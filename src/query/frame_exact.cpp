@@ -5,6 +5,8 @@
 
 #include "central_query.h"
 
+#include <bit>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/frame_exact.cpp"
 #include <hwy/foreach_target.h>
@@ -185,33 +187,41 @@ private:
         }
     }
 
+    /// Bounds first, without a branch; then what they leave.
     HWY_NOINLINE void search(const V3& p, std::uint32_t first, std::uint32_t count, Nearest& nearest) const
     {
-        Nearest best = nearest;
+        HWY_ALIGN float lower[TriangleBlock::k_most][k_lanes];
+        F upper = nearest.distance_sq;
         for (std::uint32_t k = 0; k < count; ++k) {
             const TriangleBlock::Place q = block_.place(k, p);
+            hn::Store(q.lower_sq, df, lower[k]);
+            // The foot, or else a corner.
+            upper = hn::Min(upper, blend(q.above, q.lower_sq, dot(q.ap, q.ap)));
+        }
+        const F reach = tie_above(upper);
+        std::uint64_t near = 0;
+        for (std::uint32_t k = 0; k < count; ++k)
+            near |= std::uint64_t{any(hn::Le(hn::Load(df, lower[k]), reach)) ? 1u : 0u} << k;
+        Nearest best = nearest;
+        for (; near != 0; near &= near - 1) {
+            const auto k = static_cast<std::uint32_t>(std::countr_zero(near));
+            const TriangleBlock::Place q = block_.place(k, p);
             const F tie = tie_above(best.distance_sq);
-            const M near = hn::Le(q.lower_sq, tie);
-            if (!any(near)) continue;
-            V3 offset = block_.to_face(k, q);
-            F distance_sq = dot(offset, offset);
-            if (any(hn::AndNot(q.above, near))) {
-                F edge_sq;
-                const V3 to_edge = block_.to_edges(k, q, edge_sq);
-                offset = blend(q.above, offset, to_edge);
-                distance_sq = blend(q.above, distance_sq, edge_sq);
-            }
-            const M level = hn::And(near, hn::Le(distance_sq, tie));
-            if (!any(level)) continue;
+            F edge_sq;
+            const V3 to_edge = block_.to_edges(k, q, edge_sq);
+            const V3 to_face = block_.to_face(k, q);
+            const V3 offset = blend(q.above, to_face, to_edge);
+            const F distance_sq = blend(q.above, dot(to_face, to_face), edge_sq);
+            const M level = hn::Le(distance_sq, tie);
             // Clearly nearer than what was found before, whose side is forgotten.
-            const M fresh = hn::And(level, hn::Lt(tie_above(distance_sq), best.distance_sq));
+            const M fresh = hn::Lt(tie_above(distance_sq), best.distance_sq);
             // In the plane of a triangle, or without area, it says nothing of the side.
             const M flat = hn::Lt(hn::Mul(q.height, q.height), hn::Mul(set(0.0025f), distance_sq));
             const M outside = hn::Gt(q.height, hn::Zero(df));
             best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, flat));
             best.outside = hn::Or(hn::AndNot(fresh, best.outside), hn::And(level, outside));
             best.inside = hn::Or(hn::AndNot(fresh, best.inside), hn::AndNot(outside, level));
-            const M nearer = hn::And(level, hn::Lt(distance_sq, best.distance_sq));
+            const M nearer = hn::Lt(distance_sq, best.distance_sq);
             best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
             best.offset = blend(nearer, offset, best.offset);
             best.entry = blend(nearer, set_int(static_cast<std::int32_t>(first + k)), best.entry);
