@@ -45,8 +45,9 @@ public:
         for (std::size_t i = 0; i < k_points; ++i)
             if (nearest_[i] != k_none) ++wins[nearest_[i]];
         order_.clear();
+        const float side = static_cast<float>(2 * h / k_side), slack = static_cast<float>(k_slack * h);
         for (std::uint32_t t = 0; t < triangles_.size(); ++t)
-            if (wins[t] > 0 || !is_ruled_out(t, static_cast<float>(h))) order_.push_back(t);
+            if (wins[t] > 0 || !is_ruled_out(t, 0, k_side, side, slack)) order_.push_back(t);
         std::sort(order_.begin(), order_.end(), [&](std::uint32_t l, std::uint32_t r) {
             return wins[l] != wins[r] ? wins[l] > wins[r] : triangles_[l] < triangles_[r];
         });
@@ -113,57 +114,57 @@ private:
                                 offset_[1].data(), offset_[2].data(), distance_.data());
         nearest_.fill(k_none);
         least_.fill(INFINITY);
+        std::uint32_t* __restrict nearest = nearest_.data();
+        float* __restrict least = least_.data();
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
             if (solid_.boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
-            const float* d = &distance_[t * k_room];
+            const float* __restrict d = &distance_[t * k_room];
             for (std::size_t i = 0; i < k_room; ++i) {
-                const bool nearer = d[i] < least_[i];
-                nearest_[i] = nearer ? t : nearest_[i];
-                least_[i] = nearer ? d[i] : least_[i];
+                const std::uint32_t nearer = d[i] < least[i] ? 0xffffffffu : 0u;
+                nearest[i] = (nearest[i] & ~nearer) | (t & nearer);
+                least[i] = std::min(d[i], least[i]);
             }
         }
     }
 
-    bool is_ruled_out(std::uint32_t t, float h) const
+    /// Whether a triangle is nowhere nearest in the box of so many small ones a side whose lowest corner is lattice point low.
+    bool is_ruled_out(std::uint32_t t, std::size_t low, std::size_t boxes, float small_side, float slack) const
     {
-        const float side = 2 * h / static_cast<float>(k_side), slack = static_cast<float>(k_slack) * h;
-        const float* mine = &distance_[t * k_room];
-        for (std::size_t z = 0; z < k_side; ++z)
-            for (std::size_t y = 0; y < k_side; ++y)
-                for (std::size_t x = 0; x < k_side; ++x) {
-                    const std::size_t low = (z * k_along + y) * k_along + x;
-                    // Distances change no faster than places.
-                    if (mine[low] - least_[low] > 2 * 1.7321f * side + slack) continue;
-                    if (!is_ruled_out_in(t, low, side, slack)) return false;
-                }
+        const float side = small_side * static_cast<float>(boxes);
+        // Distances change no faster than places.
+        if (distance_[t * k_room + low] - least_[low] > 2 * 1.7321f * side + slack) return true;
+        if (is_above(t, low, boxes, side, slack)) return true;
+        if (boxes == 1) return false;
+        for (const std::size_t step : k_steps)
+            if (!is_ruled_out(t, low + step * (boxes / 2), boxes / 2, small_side, slack)) return false;
         return true;
     }
 
-    /// In one small box, by the planes at its corners.
-    bool is_ruled_out_in(std::uint32_t t, std::size_t low, float side, float slack) const
+    /// By the planes at the corners.
+    bool is_above(std::uint32_t t, std::size_t low, std::size_t boxes, float side, float slack) const
     {
         const float* mine = &distance_[t * k_room];
         std::uint32_t rulers[8];
         std::size_t n_rulers = 0;
         for (const std::size_t step : k_steps) {
-            const std::uint32_t r = nearest_[low + step];
+            const std::uint32_t r = nearest_[low + step * boxes];
             if (r != k_none && std::find(rulers, rulers + n_rulers, r) == rulers + n_rulers) rulers[n_rulers++] = r;
         }
         for (std::size_t j = 0; j < 8; ++j) {
-            const std::size_t at = low + k_steps[j], value = t * k_room + at;
+            const std::size_t at = low + k_steps[j] * boxes, value = t * k_room + at;
             if (!(mine[at] > slack)) continue;
             // Away from the triangle distance grows.
             const float scale = -side / mine[at];
-            const float gx = scale * offset_[0][value], gy = scale * offset_[1][value], gz = scale * offset_[2][value];
+            const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
             float plane[8];
-            for (std::size_t k = 0; k < 8; ++k) {
-                const auto step = [&](int bit) { return static_cast<float>(k >> bit & 1) - static_cast<float>(j >> bit & 1); };
-                plane[k] = mine[at] + gx * step(0) + gy * step(1) + gz * step(2) - slack;
-            }
+            plane[0] = mine[at] - slack - ((j & 1) != 0 ? g[0] : 0) - ((j & 2) != 0 ? g[1] : 0) - ((j & 4) != 0 ? g[2] : 0);
+            plane[1] = plane[0] + g[0];
+            for (std::size_t k = 2; k < 4; ++k) plane[k] = plane[k - 2] + g[1];
+            for (std::size_t k = 4; k < 8; ++k) plane[k] = plane[k - 4] + g[2];
             for (std::size_t r = 0; r < n_rulers; ++r) {
                 const float* other = &distance_[rulers[r] * k_room + low];
                 bool above = true;
-                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[k_steps[k]];
+                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[k_steps[k] * boxes];
                 if (above) return true;
             }
         }
