@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace sqmap::bake {
@@ -35,9 +36,36 @@ class NearTriangles {
 public:
     explicit NearTriangles(const mesh::Solid& solid) : solid_(solid) {}
 
-    const std::vector<std::uint32_t>& operator()(Vec3d centre, double h)
+    /// Boxes about centres, all within the box about middle of half side half.
+    void begin(Vec3d middle, double half, std::span<const Vec3d> centres)
     {
-        collect(centre, h);
+        within_.clear();
+        corners_.clear();
+        const double reach = (solid_.closest_boundary(middle).distance + 2 * std::sqrt(3.0) * half) * (1 + 1e-6);
+        solid_.bvh().visit_nearest(middle, reach * reach, [&](std::uint32_t t, double radius_sq) {
+            if (solid_.boundary()[t] != mesh::Boundary::Buried) within_.push_back(t);
+            return radius_sq;
+        });
+        std::sort(within_.begin(), within_.end());
+        put_corners(within_, middle);
+        centres_ = (centres.size() + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+        for (std::size_t k = 0; k < 3; ++k) {
+            centre_[k].resize(centres_);
+            for (std::size_t i = 0; i < centres_; ++i) {
+                const Vec3d p = centres[std::min(i, centres.size() - 1)] - middle;
+                centre_[k][i] = static_cast<float>(p[static_cast<int>(k)]);
+            }
+            to_centre_[k].resize(within_.size() * centres_);
+        }
+        from_centre_.resize(within_.size() * centres_);
+        query::triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_}, to_centre_[0].data(),
+                                to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
+    }
+
+    /// Those of the box about the centre of that number.
+    const std::vector<std::uint32_t>& operator()(std::size_t number, Vec3d centre, double h)
+    {
+        collect(number, centre, h);
         measure(centre, h);
         near_.clear();
         // The nearest somewhere on the lattice, and what is not ruled out in all small boxes.
@@ -65,41 +93,51 @@ private:
         return closest_point_on_triangle(p, v[t[0]], v[t[1]], v[t[2]]);
     }
 
+    void put_corners(std::span<const std::uint32_t> triangles, Vec3d from)
+    {
+        corners_.clear();
+        for (const std::uint32_t t : triangles)
+            for (const std::uint32_t v : solid_.mesh().triangles[t]) corners_.push_back(cast<float>(solid_.mesh().vertices[v] - from));
+    }
+
     /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
-    void collect(Vec3d centre, double h)
+    void collect(std::size_t number, Vec3d centre, double h)
     {
         triangles_.clear();
-        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
-        const bool rules = solid_.boundary()[nearest.triangle] == mesh::Boundary::Whole;
+        std::size_t nearest = within_.size();
+        for (std::size_t i = 0; i < within_.size(); ++i)
+            if (solid_.boundary()[within_[i]] == mesh::Boundary::Whole &&
+                (nearest == within_.size() || from_centre_[i * centres_ + number] < from_centre_[nearest * centres_ + number]))
+                nearest = i;
+        if (nearest == within_.size()) {
+            triangles_ = within_;
+            return;
+        }
         const auto corner = [&](int k) { return h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.}; };
         double limit[8];
         for (int k = 0; k < 8; ++k)
-            limit[k] = norm(centre + corner(k) - closest(nearest.triangle, centre + corner(k))) + k_slack * h;
-        const double reach = (nearest.distance + 2 * std::sqrt(3.0) * h) * (1 + 1e-6);
-        solid_.bvh().visit_nearest(centre, reach * reach, [&](std::uint32_t t, double radius_sq) {
-            if (solid_.boundary()[t] == mesh::Boundary::Buried) return radius_sq;
-            const Vec3d offset = centre - closest(t, centre);
-            const double distance_sq = norm_sq(offset);
-            if (distance_sq > radius_sq) return radius_sq;
-            if (rules && t != nearest.triangle && distance_sq > 0) {
-                const double distance = std::sqrt(distance_sq);
-                bool above = true;
-                for (int k = 0; k < 8 && above; ++k) above = distance + dot(offset, corner(k)) / distance > limit[k];
-                if (above) return radius_sq;
-            }
-            triangles_.push_back(t);
-            return radius_sq;
-        });
-        std::sort(triangles_.begin(), triangles_.end());
+            limit[k] = norm(centre + corner(k) - closest(within_[nearest], centre + corner(k))) + k_slack * h;
+        const auto fh = static_cast<float>(h);
+        const float reach = from_centre_[nearest * centres_ + number] + (2 * 1.7321f + static_cast<float>(k_slack)) * fh;
+        for (std::size_t i = 0; i < within_.size(); ++i) {
+            const std::size_t at = i * centres_ + number;
+            const float distance = from_centre_[at];
+            if (distance > reach) continue;
+            bool above = i != nearest && distance > fh * static_cast<float>(k_slack);
+            const float scale = above ? -fh / distance : 0;
+            for (int k = 0; k < 8 && above; ++k)
+                above = static_cast<double>(distance + scale * ((k & 1 ? 1.f : -1.f) * to_centre_[0][at] +
+                                                                (k & 2 ? 1.f : -1.f) * to_centre_[1][at] +
+                                                                (k & 4 ? 1.f : -1.f) * to_centre_[2][at])) > limit[k];
+            if (!above) triangles_.push_back(within_[i]);
+        }
     }
 
     /// Distances from the lattice, relative to the centre so that float is enough, and the nearest of each of its points. A
     /// triangle that is cut may not be boundary where it is nearest, and rules out nothing.
     void measure(Vec3d centre, double h)
     {
-        corners_.clear();
-        for (const std::uint32_t t : triangles_)
-            for (const std::uint32_t v : solid_.mesh().triangles[t]) corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre));
+        put_corners(triangles_, centre);
         for (std::size_t i = 0; i < k_room; ++i) {
             const std::size_t p = std::min(i, k_points - 1);
             const auto place = [&](std::size_t k) {
@@ -150,9 +188,19 @@ private:
             const std::uint32_t r = nearest_[low + step * boxes];
             if (r != k_none && std::find(rulers, rulers + n_rulers, r) == rulers + n_rulers) rulers[n_rulers++] = r;
         }
-        for (std::size_t j = 0; j < 8; ++j) {
+        // The plane that touches where it matters most is the best as a rule; in the end all are tried.
+        std::size_t most = 0;
+        float least_margin = INFINITY;
+        for (std::size_t k = 0; k < 8; ++k) {
+            const std::size_t at = low + k_steps[k] * boxes;
+            const float margin = mine[at] - least_[at];
+            most = margin < least_margin ? k : most;
+            least_margin = std::min(margin, least_margin);
+        }
+        if (!(least_margin > slack)) return false;
+        for (std::size_t tried = 0; tried < (boxes == 1 ? 8u : 1u); ++tried) {
+            const std::size_t j = most ^ tried;
             const std::size_t at = low + k_steps[j] * boxes, value = t * k_room + at;
-            if (!(mine[at] > slack)) continue;
             // Away from the triangle distance grows.
             const float scale = -side / mine[at];
             const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
@@ -174,6 +222,10 @@ private:
     const mesh::Solid& solid_;
     std::vector<std::uint32_t> triangles_, near_, order_;
     std::vector<Vec3f> corners_;
+    // What can be nearest somewhere in the boxes, and how it lies to their centres.
+    std::vector<std::uint32_t> within_;
+    std::size_t centres_ = 0;
+    std::vector<float> centre_[3], to_centre_[3], from_centre_;
     std::array<float, k_room> point_[3];
     std::vector<float> offset_[3], distance_;  // triangle after triangle, k_room values each
     std::array<std::uint32_t, k_room> nearest_;  // on the lattice
@@ -268,11 +320,23 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         std::vector<std::uint16_t>& out = packed[i];
         std::vector<std::uint16_t> refs, starts{0};
         std::uint64_t occupied = 0;
-        const auto add = [&](std::uint32_t place, Vec3d centre, double h) {
-            const std::vector<std::uint32_t>& near = near_triangles(centre, slack * h);
-            std::uint32_t& extent = data.locator_seeds[model::place_seed(place)].extent;
-            if ((extent & model::k_flat) != 0 && model::place_kind(place) == PlaceKind::Mixed)
-                extent = (extent & ~0xff0000u) | rise(data, place, centre, slack * h, near) << 16;
+        std::vector<Vec3d> centres;
+        std::vector<std::uint32_t> places;
+        const double half = deep ? 0.5 * n * cell : 0.5 * cell;
+        const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
+        for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
+            const std::uint32_t place = data.places[(brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k)];
+            if (model::place_kind(place) == PlaceKind::Free) continue;
+            occupied |= std::uint64_t{1} << k;
+            places.push_back(place);
+            centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
+        }
+        if (!places.empty()) near_triangles.begin(middle, slack * 0.5 * n * cell, centres);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const std::vector<std::uint32_t>& near = near_triangles(i, centres[i], slack * half);
+            std::uint32_t& extent = data.locator_seeds[model::place_seed(places[i])].extent;
+            if ((extent & model::k_flat) != 0 && model::place_kind(places[i]) == PlaceKind::Mixed)
+                extent = (extent & ~0xff0000u) | rise(data, places[i], centres[i], slack * half, near) << 16;
             // Where a brick's lists are too long, the rest of its places is asked point by point.
             if (refs.size() + near.size() * (wide ? 2 : 1) <= 0xffff)
                 for (const std::uint32_t t : near) {
@@ -280,18 +344,6 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
                     if (wide) refs.push_back(static_cast<std::uint16_t>(t >> 16));
                 }
             starts.push_back(static_cast<std::uint16_t>(refs.size()));
-        };
-        if (deep) {
-            occupied = 1;
-            add(data.places[brick & ~model::k_deep_brick], lowest + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell);
-        } else {
-            const std::uint32_t first = brick;
-            for (int k = 0; k < n * n * n; ++k) {
-                const std::uint32_t place = data.places[first + static_cast<std::uint32_t>(k)];
-                if (model::place_kind(place) == PlaceKind::Free) continue;
-                occupied |= std::uint64_t{1} << k;
-                add(place, lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5}, 0.5 * cell);
-            }
         }
         for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
         out.insert(out.end(), starts.begin(), starts.end());
