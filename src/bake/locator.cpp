@@ -33,6 +33,8 @@ constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
 constexpr double k_flat_share = 0.4;
 constexpr std::size_t k_most_planes = 4;
+// Places that are not flat are divided in eight while they are larger than so many cells.
+constexpr double k_least_place = 0.75;
 
 /// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
 constexpr Vec3d k_samples[] = {{0, 0, 0},        {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48},  {-.48, .48, -.48},
@@ -72,6 +74,7 @@ struct Place {
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<Seed> seeds;
     std::uint32_t choices = 0;  ///< which seed comes first in each octant, three bits each
+    std::vector<Place> eighths;  ///< of a place that is divided, x fastest
 };
 
 /// How a part's domain lies to a box about c with half side h, in the chart frame.
@@ -157,8 +160,15 @@ private:
         }
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
         if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
-        choose_seeds(place, centre, side, nearest, inside);
-        if (crossed) list_parts(place, centre, part_of_triangle_[nearest.triangle]);
+        if (choose_seeds(place, centre, side, nearest, inside)) {
+            if (crossed) list_parts(place, centre, side, part_of_triangle_[nearest.triangle]);
+            return place;
+        }
+        place = {};
+        place.kind = PlaceKind::Ask;
+        for (int i = 0; i < 8; ++i)
+            place.eighths.push_back(
+                bake_place(centre + 0.25 * side * Vec3d{i & 1 ? 1. : -1., i & 2 ? 1. : -1., i & 4 ? 1. : -1.}, 0.5 * side));
         return place;
     }
 
@@ -169,7 +179,8 @@ private:
         double best;  ///< distance that some seed finds; inside only
     };
 
-    void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
+    /// False where the place had better be divided: it is not flat, and large enough.
+    bool choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
         std::vector<Sample> samples;
         mesh::ClosestPoint truth = nearest;
@@ -181,12 +192,14 @@ private:
         place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
         const bool flat = add_planes(place.seeds, centre, samples);
         if (!flat) {
+            if (side < 1.5 * grid_.cell && side > k_least_place * grid_.cell) return false;
             place.seeds.resize(1);
             add_seeds(place.seeds, centre, samples);
         }
         if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
         if (flat)
             for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+        return true;
     }
 
     /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
@@ -354,13 +367,13 @@ private:
     }
 
     /// The parts that answer in a cell, best first: one that holds the whole cell suffices.
-    void list_parts(Place& place, Vec3d centre, std::uint32_t owner) const
+    void list_parts(Place& place, Vec3d centre, double side, std::uint32_t owner) const
     {
         std::vector<std::uint32_t> touching;
         std::int64_t holder = -1;
         double best = -1;
         for (std::uint32_t i = 0; i < view_.parts.size(); ++i) {
-            const DomainTest test = test_domain(view_.parts[i], centre, 0.5 * grid_.cell);
+            const DomainTest test = test_domain(view_.parts[i], centre, 0.5 * side);
             if (!test.touches) continue;
             touching.push_back(i);
             if (!test.holds) continue;
@@ -406,18 +419,37 @@ private:
             data_.bricks.push_back(first | (brick.kind == Brick::Kind::Deep ? model::k_deep_brick : 0u));
             for (const Place& place : brick.places) data_.places.push_back(pack_place(place));
         }
+        // The eighths of divided places, behind everything else.
+        std::size_t at = 0;
+        for (const Brick& brick : bricks_) {
+            if (brick.kind == Brick::Kind::Free) continue;
+            for (const Place& place : brick.places) divide(at++, place);
+        }
+    }
+
+    void divide(std::size_t at, const Place& place)
+    {
+        if (place.eighths.empty()) return;
+        const std::size_t first = data_.places.size();
+        if (first > model::k_most_seed_index)
+            throw mesh::InvalidInput("the locator needs more places than it can name: ask for a larger target error");
+        data_.places[at] =
+            static_cast<std::uint32_t>(PlaceKind::Ask) | model::k_divided_place << 2 | static_cast<std::uint32_t>(first) << 14;
+        for (const Place& eighth : place.eighths) data_.places.push_back(pack_place(eighth));
+        for (std::size_t i = 0; i < place.eighths.size(); ++i) divide(first + i, place.eighths[i]);
     }
 
     std::uint32_t pack_place(const Place& place)
     {
         if (place.kind == PlaceKind::Free) return gap_code(place.gap) << 2;
+        if (!place.eighths.empty()) return 0;  // see divide
         PlaceKind kind = place.kind;
         std::uint32_t list = 0;
         for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
         std::uint32_t index = 0;
         if (const auto found = lists_.find(list); found != lists_.end()) {
             index = found->second;
-        } else if (lists_.size() <= model::k_most_lists) {
+        } else if (lists_.size() < model::k_divided_place) {
             index = static_cast<std::uint32_t>(lists_.size());
             lists_.emplace(list, index);
             data_.part_lists.push_back(list);

@@ -294,6 +294,21 @@ private:
     std::vector<Vec3d> polygon_, kept_;
 };
 
+/// Of a place, or of the eighths that it is divided in.
+void set_rises(Rise& rise, model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+               const std::vector<std::uint32_t>& near)
+{
+    if (model::is_divided(place)) {
+        for (std::uint32_t i = 0; i < 8; ++i) {
+            const Vec3d offset = 0.5 * h * Vec3d{(i & 1) != 0 ? 1. : -1., (i & 2) != 0 ? 1. : -1., (i & 4) != 0 ? 1. : -1.};
+            set_rises(rise, data, data.places[model::place_seed(place) + i], centre + offset, 0.5 * h, near);
+        }
+    } else if (model::place_kind(place) == PlaceKind::Mixed) {
+        std::uint32_t& extent = data.locator_seeds[model::place_seed(place)].extent;
+        if ((extent & model::k_flat) != 0) extent = (extent & ~0xff0000u) | rise(data, place, centre, h, near) << 16;
+    }
+}
+
 }  // namespace
 
 void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data)
@@ -334,9 +349,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         if (!places.empty()) near_triangles.begin(middle, slack * 0.5 * n * cell, centres);
         for (std::size_t i = 0; i < places.size(); ++i) {
             const std::vector<std::uint32_t>& near = near_triangles(i, centres[i], slack * half);
-            std::uint32_t& extent = data.locator_seeds[model::place_seed(places[i])].extent;
-            if ((extent & model::k_flat) != 0 && model::place_kind(places[i]) == PlaceKind::Mixed)
-                extent = (extent & ~0xff0000u) | rise(data, places[i], centres[i], slack * half, near) << 16;
+            set_rises(rise, data, places[i], centres[i], slack * half, near);
             // Where a brick's lists are too long, the rest of its places is asked point by point.
             if (refs.size() + near.size() * (wide ? 2 : 1) <= 0xffff)
                 for (const std::uint32_t t : near) {

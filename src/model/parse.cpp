@@ -178,6 +178,16 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
     return true;
 }
 
+/// Eighths that exist, divided no further than places may be.
+bool valid_divisions(const ModelView& v, std::uint32_t place, int left)
+{
+    if (!is_divided(place)) return true;
+    if (left == 0 || !within(place_seed(place), 8, v.places.size())) return false;
+    for (std::uint32_t i = 0; i < 8; ++i)
+        if (!valid_divisions(v, v.places[place_seed(place) + i], left - 1)) return false;
+    return true;
+}
+
 ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
@@ -199,8 +209,14 @@ ParseStatus check_locator(const ModelView& v)
                 return ParseStatus::BadStructure;
             if (deep && place_kind(v.places[b & ~k_deep_brick]) == PlaceKind::Free) return ParseStatus::BadStructure;
         }
+    for (const std::uint32_t b : v.bricks) {
+        if ((b & k_free_brick) != 0) continue;
+        const bool deep = (b & k_deep_brick) != 0;
+        for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
+            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_most_divisions)) return ParseStatus::BadStructure;
+    }
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
             return ParseStatus::BadStructure;
     for (const std::uint32_t list : v.part_lists)
         for (std::uint32_t k = 0; k < k_list_length; ++k)
@@ -209,7 +225,7 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (v.seeds.empty() || (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 

@@ -145,19 +145,35 @@ public:
         const I within =
             hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
         const I low_bits = hn::And(brick, set_int(0x3fffffff));
-        const I place = gather_word(model_.places.data(),
+        I place = gather_word(model_.places.data(),
                                     blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
-        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
         Located found;
-        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
-        found.place = place;
-        found.brick = brick_index;
-        found.within = blend(whole, nil, within);
         const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
         const auto from_centre = [&](F v, I cell, I brick_at) {
             return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
         };
         found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
+        // Divided places, the kind and the list in one: into the eighth that holds the point.
+        const I divided_bits = set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3);
+        M divided = hn::AndNot(whole, hn::And(active, equal(hn::And(place, set_int(0x3fff)), divided_bits)));
+        float quarter = 0.25f;
+        for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
+            const F zero = hn::Zero(df);
+            const M up_x = hn::Ge(found.offset.x, zero), up_y = hn::Ge(found.offset.y, zero), up_z = hn::Ge(found.offset.z, zero);
+            const I eighth = hn::Add(blend(up_x, set_int(1), nil), hn::Add(blend(up_y, set_int(2), nil), blend(up_z, set_int(4), nil)));
+            place = blend(divided, gather_word(model_.places.data(), blend(divided, hn::Add(shift_right<14>(place), eighth), nil)), place);
+            const auto move = [&](M up, F v) {
+                return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v);
+            };
+            found.offset = {move(up_x, found.offset.x), move(up_y, found.offset.y), move(up_z, found.offset.z)};
+            divided = hn::And(divided, equal(hn::And(place, set_int(0x3fff)), divided_bits));
+            quarter *= 0.5f;
+        }
+        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
+        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
+        found.place = place;
+        found.brick = brick_index;
+        found.within = blend(whole, nil, within);
         const I code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
         found.gap = hn::Sub(hn::Mul(to_float(code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
         return found;

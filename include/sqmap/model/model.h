@@ -167,7 +167,8 @@ inline constexpr std::uint32_t k_deep_brick = 1u << 30;  ///< set in a brick tha
 inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
-inline constexpr std::uint32_t k_most_lists = 0xfff;
+inline constexpr std::uint32_t k_divided_place = 0xfff;      ///< in place of a list: see is_divided
+inline constexpr int k_most_divisions = 2;                   ///< of a cell
 inline constexpr std::uint32_t k_most_seed_index = 0x3ffff;  ///< greatest index of seeds that a place can hold
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
@@ -182,6 +183,11 @@ constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKi
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
 constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
 constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
+/// True of a place that is divided in eight: what would be its seed is the first of them in places, x fastest.
+constexpr bool is_divided(std::uint32_t place)
+{
+    return place_kind(place) == PlaceKind::Ask && place_list(place) == k_divided_place;
+}
 /// A plane that touches the surface where it is nearest to a place's centre, and the part whose chart shows it: the start of
 /// the search for the nearest surface, or, where the plane is the surface to within the map's own error all over the place
 /// (k_flat), the answer. A place near the medial axis has a chain of several, up to and with the one that has k_last_seed;
