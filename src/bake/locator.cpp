@@ -32,9 +32,7 @@ constexpr double k_least_share = 0.12;
 constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
 constexpr double k_flat_share = 0.4;
-constexpr std::size_t k_most_planes = 4;
-// Places that are not flat are divided in eight while they are larger than so many cells.
-constexpr double k_least_place = 0.75;
+constexpr std::size_t k_most_planes = model::k_most_seeds;
 
 /// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
 constexpr Vec3d k_samples[] = {{0, 0, 0},        {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48},  {-.48, .48, -.48},
@@ -127,6 +125,24 @@ public:
         pack();
     }
 
+    /// After run: the places of one cell that are not flat, in eighths.
+    void divide(unsigned threads)
+    {
+        const auto* n = data_.locator.bricks;
+        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+            if (bricks_[i].kind != Brick::Kind::Stored) return;
+            for (int k = 0; k < k_places; ++k) {
+                Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
+                if (place.kind == PlaceKind::Free || (place.seeds.front().extent & model::k_flat) != 0) continue;
+                const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
+                for (int e = 0; e < 8; ++e)
+                    place.eighths.push_back(bake_place(
+                        centre + 0.25 * grid_.cell * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.}, 0.5 * grid_.cell));
+            }
+        });
+        pack();
+    }
+
 private:
     struct Brick {
         enum class Kind { Free, Deep, Stored } kind = Kind::Stored;
@@ -136,7 +152,7 @@ private:
     void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz)
     {
         constexpr int n = model::k_brick;
-        const Vec3d corner = grid_.origin + n * grid_.cell * Vec3d{double(bx), double(by), double(bz)};
+        const Vec3d corner = brick_corner(bx, by, bz);
         const Place whole = bake_place(corner + 0.5 * n * grid_.cell * Vec3d{1, 1, 1}, n * grid_.cell);
         if (whole.kind == PlaceKind::Free || whole.kind == PlaceKind::Inside) {
             brick.kind = whole.kind == PlaceKind::Free ? Brick::Kind::Free : Brick::Kind::Deep;
@@ -144,8 +160,17 @@ private:
             return;
         }
         for (int i = 0; i < k_places; ++i)
-            brick.places.push_back(
-                bake_place(corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5}, grid_.cell));
+            brick.places.push_back(bake_place(cell_centre(corner, i), grid_.cell));
+    }
+
+    Vec3d brick_corner(std::size_t bx, std::size_t by, std::size_t bz) const
+    {
+        return grid_.origin + model::k_brick * grid_.cell * Vec3d{double(bx), double(by), double(bz)};
+    }
+    Vec3d cell_centre(Vec3d brick_corner, int i) const
+    {
+        constexpr int n = model::k_brick;
+        return brick_corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5};
     }
 
     Place bake_place(Vec3d centre, double side) const
@@ -160,15 +185,8 @@ private:
         }
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
         if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
-        if (choose_seeds(place, centre, side, nearest, inside)) {
-            if (crossed) list_parts(place, centre, side, part_of_triangle_[nearest.triangle]);
-            return place;
-        }
-        place = {};
-        place.kind = PlaceKind::Ask;
-        for (int i = 0; i < 8; ++i)
-            place.eighths.push_back(
-                bake_place(centre + 0.25 * side * Vec3d{i & 1 ? 1. : -1., i & 2 ? 1. : -1., i & 4 ? 1. : -1.}, 0.5 * side));
+        choose_seeds(place, centre, side, nearest, inside);
+        if (crossed) list_parts(place, centre, side, part_of_triangle_[nearest.triangle]);
         return place;
     }
 
@@ -179,8 +197,7 @@ private:
         double best;  ///< distance that some seed finds; inside only
     };
 
-    /// False where the place had better be divided: it is not flat, and large enough.
-    bool choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
+    void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
         std::vector<Sample> samples;
         mesh::ClosestPoint truth = nearest;
@@ -192,14 +209,12 @@ private:
         place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
         const bool flat = add_planes(place.seeds, centre, samples);
         if (!flat) {
-            if (side < 1.5 * grid_.cell && side > k_least_place * grid_.cell) return false;
             place.seeds.resize(1);
             add_seeds(place.seeds, centre, samples);
         }
         if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
         if (flat)
             for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
-        return true;
     }
 
     /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
@@ -218,24 +233,39 @@ private:
         return solid_.inside(p);
     }
 
-    /// Planes whose lowest is the surface for every sample; false where the surface is not so flat, or bends the other way.
+    /// Planes in groups, those of a group marked but for its first: a point is as deep as the lowest of the groups' highest. A
+    /// surface that bends away is met by groups, one that bends towards the point by the planes of a group.
+    /// False where they do not suffice.
     bool add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
     {
         const double tolerance = flat_tolerance_;
         for (;;) {
             const Sample* worst = nullptr;
-            double excess = tolerance, least = 0;
+            double worst_miss = 1, least = 0;
+            std::size_t worst_group = 0;
             for (const Sample& sample : samples) {
                 double gap = INFINITY;
-                for (const Seed& seed : seeds)
-                    gap = std::min<double>(gap, query::seed_gap(view_.locator, seed, cast<float>(sample.point - centre)));
+                std::size_t lowest = 0;
+                for (std::size_t first = 0; first < seeds.size();) {
+                    double highest = -INFINITY;
+                    std::size_t k = first;
+                    do
+                        highest = std::max<double>(highest, query::seed_gap(view_.locator, seeds[k], cast<float>(sample.point - centre)));
+                    while (++k < seeds.size() && (seeds[k].extent & model::k_joined) != 0);
+                    if (highest < gap) {
+                        gap = highest;
+                        lowest = k;
+                    }
+                    first = k;
+                }
                 // Outside only the side counts.
-                const double depth = sample.inside ? sample.truth.distance : 0;
-                if (sample.inside) least = std::min(least, gap - depth);
-                if (least < -2 * tolerance) return false;
-                if (gap - depth > excess) {
-                    excess = gap - depth;
+                const double excess = gap - (sample.inside ? sample.truth.distance : 0);
+                if (sample.inside) least = std::min(least, excess);
+                const double miss = excess > 0 ? excess / tolerance : (sample.inside ? -excess / (2 * tolerance) : 0);
+                if (miss > worst_miss) {
+                    worst_miss = miss;
                     worst = &sample;
+                    worst_group = excess > 0 ? 0 : lowest;
                 }
             }
             if (worst == nullptr) {
@@ -243,11 +273,18 @@ private:
                 if (least < -tolerance)
                     for (Seed& seed : seeds)
                         seed.extent =
-                            extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance);
+                            extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance) |
+                            (seed.extent & model::k_joined);
                 return true;
             }
             if (seeds.size() == k_most_planes) return false;
-            seeds.push_back(seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside));
+            Seed seed = seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside);
+            if (worst_group > 0) {
+                seed.extent |= model::k_joined;
+                seeds.insert(seeds.begin() + static_cast<std::ptrdiff_t>(worst_group), seed);
+            } else {
+                seeds.push_back(seed);
+            }
         }
     }
 
@@ -410,6 +447,11 @@ private:
 
     void pack()
     {
+        data_.bricks.clear();
+        data_.places.clear();
+        data_.part_lists.clear();
+        data_.locator_seeds.clear();
+        lists_.clear();
         for (const Brick& brick : bricks_) {
             const auto first = static_cast<std::uint32_t>(data_.places.size());
             if (brick.kind == Brick::Kind::Free) {
@@ -423,11 +465,11 @@ private:
         std::size_t at = 0;
         for (const Brick& brick : bricks_) {
             if (brick.kind == Brick::Kind::Free) continue;
-            for (const Place& place : brick.places) divide(at++, place);
+            for (const Place& place : brick.places) pack_eighths(at++, place);
         }
     }
 
-    void divide(std::size_t at, const Place& place)
+    void pack_eighths(std::size_t at, const Place& place)
     {
         if (place.eighths.empty()) return;
         const std::size_t first = data_.places.size();
@@ -436,7 +478,6 @@ private:
         data_.places[at] =
             static_cast<std::uint32_t>(PlaceKind::Ask) | model::k_divided_place << 2 | static_cast<std::uint32_t>(first) << 14;
         for (const Place& eighth : place.eighths) data_.places.push_back(pack_place(eighth));
-        for (std::size_t i = 0; i < place.eighths.size(); ++i) divide(first + i, place.eighths[i]);
     }
 
     std::uint32_t pack_place(const Place& place)
@@ -498,12 +539,12 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
     const double budget = std::max(all - maps, k_least_share * all);
     double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), k_least_cells, 160.0);
     for (;;) {
-        data.bricks.clear();
-        data.places.clear();
-        data.part_lists.clear();
-        data.locator_seeds.clear();
-        LocatorBaker(solid, part_of_triangle, target_error, cells, data).run(threads);
-        if (bytes_of() <= budget || cells <= k_least_cells) return;
+        LocatorBaker baker(solid, part_of_triangle, target_error, cells, data);
+        baker.run(threads);
+        if (bytes_of() <= budget || cells <= k_least_cells) {
+            baker.divide(threads);
+            return;
+        }
         // Bytes grow with the square of the cells, as the surface does.
         cells = std::max(k_least_cells, std::floor(0.97 * cells * std::sqrt(budget / bytes_of())));
     }

@@ -242,16 +242,16 @@ public:
                              const std::vector<std::uint32_t>& near)
     {
         const double cell = static_cast<double>(data.locator.cell);
-        double highest = 0;
         planes_.clear();
         for (std::uint32_t s = model::place_seed(place);; ++s) {
             const model::Seed seed = data.locator_seeds[s];
             planes_.push_back({cast<double>(query::seed_normal(seed)),
-                               static_cast<double>(model::k_seed_distance_step) * cell * model::seed_distance(seed)});
+                               static_cast<double>(model::k_seed_distance_step) * cell * model::seed_distance(seed),
+                               (seed.extent & model::k_joined) != 0, 0});
             if ((seed.extent & model::k_last_seed) != 0) break;
         }
         const auto offer = [&](Vec3d p) {
-            for (const Plane& plane : planes_) highest = std::max(highest, dot(plane.normal, p) - plane.distance);
+            for (Plane& plane : planes_) plane.highest = std::max(plane.highest, dot(plane.normal, p) - plane.distance);
         };
         for (const std::uint32_t t : near) {
             polygon_.clear();
@@ -262,10 +262,18 @@ public:
         }
         for (int k = 0; k < 8; ++k) {
             const Vec3d corner = h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.};
-            const double before = highest;
-            offer(corner);
-            if (highest > before && !solid_.inside(centre + corner)) highest = before;
+            const bool above = std::any_of(planes_.begin(), planes_.end(), [&](const Plane& plane) {
+                return dot(plane.normal, corner) - plane.distance > plane.highest;
+            });
+            if (above && solid_.inside(centre + corner)) offer(corner);
         }
+        // Nothing is above a group that is not above all of it.
+        double highest = 0, least = 0;
+        for (const Plane& plane : planes_) {
+            if (!plane.joined) highest = std::max(highest, least);
+            least = plane.joined ? std::min(least, plane.highest) : plane.highest;
+        }
+        highest = std::max(highest, least);
         const double steps = std::ceil((highest / cell + 1e-3) / static_cast<double>(model::k_seed_rise_step));
         return steps < model::k_no_rise ? static_cast<std::uint32_t>(steps) : static_cast<std::uint32_t>(model::k_no_rise);
     }
@@ -274,6 +282,8 @@ private:
     struct Plane {
         Vec3d normal;
         double distance;
+        bool joined;
+        double highest;  ///< height of the solid above it
     };
 
     /// Keeps what is not beyond h along sign times an axis.

@@ -216,16 +216,29 @@ public:
         const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
         if (!any(flat)) return flat;
         lowest = planes_of(direction, extent, at.offset);
+        Planes group = lowest;
+        lowest.gap = set(INFINITY);
+        const auto close_group = [&](M which) {
+            const M lower = hn::And(which, hn::Lt(group.gap, lowest.gap));
+            lowest.gap = blend(lower, group.gap, lowest.gap);
+            lowest.normal = blend(lower, group.normal, lowest.normal);
+            lowest.part = blend(lower, group.part, lowest.part);
+        };
         for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
             word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
             direction = gather_word(words, word);
             extent = gather_word(words + 1, word);
             const Planes next = planes_of(direction, extent, at.offset);
-            const M lower = hn::And(more, hn::Lt(next.gap, lowest.gap));
-            lowest.gap = blend(lower, next.gap, lowest.gap);
-            lowest.normal = blend(lower, next.normal, lowest.normal);
-            lowest.part = blend(lower, next.part, lowest.part);
+            const M joined = hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_joined)), hn::Zero(di)));
+            const M fresh = hn::AndNot(joined, more);
+            close_group(fresh);
+            // The first of a group, or higher than it.
+            const M taken = hn::Or(fresh, hn::And(more, hn::Gt(next.gap, group.gap)));
+            group.gap = blend(taken, next.gap, group.gap);
+            group.normal = blend(taken, next.normal, group.normal);
+            group.part = blend(taken, next.part, group.part);
         }
+        close_group(flat);
         return flat;
     }
 

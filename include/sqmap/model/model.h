@@ -168,7 +168,7 @@ inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: 
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
 inline constexpr std::uint32_t k_divided_place = 0xfff;      ///< in place of a list: see is_divided
-inline constexpr int k_most_divisions = 2;                   ///< of a cell
+inline constexpr int k_most_divisions = 1;                   ///< of a cell
 inline constexpr std::uint32_t k_most_seed_index = 0x3ffff;  ///< greatest index of seeds that a place can hold
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
@@ -198,10 +198,11 @@ struct Seed {
 };
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
 inline constexpr std::uint32_t k_flat = 1u << 30;
+inline constexpr std::uint32_t k_joined = 1u << 29;  ///< of a flat chain: of this plane and the one before it the higher counts
 inline constexpr int k_seed_normal_bits = 12;
 inline constexpr float k_seed_distance_step = 1.f / 512;  ///< of the locator's cell
 inline constexpr float k_seed_reach_step = 1.f / 8;       ///< of the locator's cell
-inline constexpr std::uint32_t k_most_seeds = 6;
+inline constexpr std::uint32_t k_most_seeds = 8;
 constexpr std::uint32_t seed_part(Seed seed) { return seed.direction & 0xffu; }
 constexpr int seed_distance(Seed seed) { return static_cast<int>(seed.extent & 0xffffu) - 0x8000; }
 /// A surface found from the seed within this distance is the nearest, whatever the rest of the chain finds.
