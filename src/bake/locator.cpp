@@ -71,7 +71,7 @@ struct Place {
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<Seed> seeds;
-    std::uint32_t choices = 0;  ///< which seed comes first in each octant, three bits each
+    std::uint32_t choices = 0;   ///< which seed comes first in each octant, three bits each
     std::vector<Place> eighths;  ///< of a place that is divided, x fastest
 };
 
@@ -136,8 +136,9 @@ public:
                 if (place.kind == PlaceKind::Free || (place.seeds.front().extent & model::k_flat) != 0) continue;
                 const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
                 for (int e = 0; e < 8; ++e)
-                    place.eighths.push_back(bake_place(
-                        centre + 0.25 * grid_.cell * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.}, 0.5 * grid_.cell));
+                    place.eighths.push_back(
+                        bake_place(centre + 0.25 * grid_.cell * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.},
+                                   0.5 * grid_.cell));
             }
         });
         pack();
@@ -159,8 +160,7 @@ private:
             brick.places = {whole};
             return;
         }
-        for (int i = 0; i < k_places; ++i)
-            brick.places.push_back(bake_place(cell_centre(corner, i), grid_.cell));
+        for (int i = 0; i < k_places; ++i) brick.places.push_back(bake_place(cell_centre(corner, i), grid_.cell));
     }
 
     Vec3d brick_corner(std::size_t bx, std::size_t by, std::size_t bz) const
@@ -244,20 +244,8 @@ private:
             double worst_miss = 1, least = 0;
             std::size_t worst_group = 0;
             for (const Sample& sample : samples) {
-                double gap = INFINITY;
-                std::size_t lowest = 0;
-                for (std::size_t first = 0; first < seeds.size();) {
-                    double highest = -INFINITY;
-                    std::size_t k = first;
-                    do
-                        highest = std::max<double>(highest, query::seed_gap(view_.locator, seeds[k], cast<float>(sample.point - centre)));
-                    while (++k < seeds.size() && (seeds[k].extent & model::k_joined) != 0);
-                    if (highest < gap) {
-                        gap = highest;
-                        lowest = k;
-                    }
-                    first = k;
-                }
+                const query::FlatGap lowest = query::flat_gap(view_.locator, seeds, cast<float>(sample.point - centre));
+                const double gap = static_cast<double>(lowest.gap);
                 // Outside only the side counts.
                 const double excess = gap - (sample.inside ? sample.truth.distance : 0);
                 if (sample.inside) least = std::min(least, excess);
@@ -265,7 +253,7 @@ private:
                 if (miss > worst_miss) {
                     worst_miss = miss;
                     worst = &sample;
-                    worst_group = excess > 0 ? 0 : lowest;
+                    worst_group = excess > 0 ? 0 : lowest.group_end;
                 }
             }
             if (worst == nullptr) {

@@ -18,20 +18,20 @@ namespace {
 using model::PlaceKind;
 
 // A box is judged at the points of a lattice and in the boxes between them.
-constexpr std::size_t k_side = 4;               ///< small boxes along a side
-constexpr std::size_t k_along = k_side + 1;     ///< lattice points along a side, x fastest
+constexpr std::size_t k_side = 4;            ///< small boxes along a side
+constexpr std::size_t k_along = k_side + 1;  ///< lattice points along a side, x fastest
 constexpr std::size_t k_points = k_along * k_along * k_along;
 constexpr std::size_t k_room = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
 /// From a small box's lowest corner to its corners, in lattice points.
 constexpr std::size_t k_steps[8] = {
-    0, 1, k_along, k_along + 1, k_along * k_along, k_along * k_along + 1, k_along * (k_along + 1), k_along * (k_along + 1) + 1};
+    0, 1, k_along, k_along + 1, k_along* k_along, k_along* k_along + 1, k_along*(k_along + 1), k_along*(k_along + 1) + 1};
 /// What float and rounding may be off by, in half sides of the box.
 constexpr double k_slack = 1e-4;
 
 /// The triangles nearest to some point of the box about centre of half side h, and a few more; those that are nearest most often
 /// first. The distance to a triangle is convex. So in a box it is at most the multilinear function of its values at the corners,
-/// and at least its tangent plane at any point; where one triangle's plane is above another's values at all corners, it is nowhere
-/// the nearest.
+/// and at least its tangent plane at any point; where one triangle's plane is above another's values at all corners, it is
+/// nowhere the nearest.
 class NearTriangles {
 public:
     explicit NearTriangles(const mesh::Solid& solid) : solid_(solid) {}
@@ -58,8 +58,8 @@ public:
             to_centre_[k].resize(within_.size() * centres_);
         }
         from_centre_.resize(within_.size() * centres_);
-        query::triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_}, to_centre_[0].data(),
-                                to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
+        query::triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_},
+                                to_centre_[0].data(), to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
     }
 
     /// Those of the box about the centre of that number.
@@ -97,7 +97,8 @@ private:
     {
         corners_.clear();
         for (const std::uint32_t t : triangles)
-            for (const std::uint32_t v : solid_.mesh().triangles[t]) corners_.push_back(cast<float>(solid_.mesh().vertices[v] - from));
+            for (const std::uint32_t v : solid_.mesh().triangles[t])
+                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - from));
     }
 
     /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
@@ -227,7 +228,7 @@ private:
     std::size_t centres_ = 0;
     std::vector<float> centre_[3], to_centre_[3], from_centre_;
     std::array<float, k_room> point_[3];
-    std::vector<float> offset_[3], distance_;  // triangle after triangle, k_room values each
+    std::vector<float> offset_[3], distance_;    // triangle after triangle, k_room values each
     std::array<std::uint32_t, k_room> nearest_;  // on the lattice
     std::array<float, k_room> least_;
 };
@@ -329,20 +330,21 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
     const model::Locator& l = data.locator;
     const bool wide = data.triangle_part.size() > 0x10000;
     std::vector<std::vector<std::uint16_t>> packed(data.bricks.size());
-    parallel_for(data.bricks.size(), threads, [&](std::size_t i) {
-        const std::uint32_t brick = data.bricks[i];
+    parallel_for(data.bricks.size(), threads, [&](std::size_t b) {
+        const std::uint32_t brick = data.bricks[b];
         if ((brick & model::k_free_brick) != 0) return;
         NearTriangles near_triangles(solid);
         Rise rise(solid);
         constexpr int n = model::k_brick;
         const double cell = static_cast<double>(l.cell);
         const Vec3d origin = cast<double>(model::vec3(l.origin));
-        const Vec3d lowest = origin + n * cell * Vec3d{double(i % l.bricks[0]), double(i / l.bricks[0] % l.bricks[1]),
-                                                       double(i / (std::size_t{l.bricks[0]} * l.bricks[1]))};
+        const Vec3d lowest = origin + n * cell *
+                                          Vec3d{double(b % l.bricks[0]), double(b / l.bricks[0] % l.bricks[1]),
+                                                double(b / (std::size_t{l.bricks[0]} * l.bricks[1]))};
         const bool deep = (brick & model::k_deep_brick) != 0;
         // What is asked there may lie beside it by rounding.
         const double slack = 1.0005;
-        std::vector<std::uint16_t>& out = packed[i];
+        std::vector<std::uint16_t>& out = packed[b];
         std::vector<std::uint16_t> refs, starts{0};
         std::uint64_t occupied = 0;
         std::vector<Vec3d> centres;

@@ -77,9 +77,9 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto options = builder.CreateString(data.options);
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
-                                 smoothing, cells, blocks, splits, specials, pool, rows, starts, refs, locals, vertices, triangles16,
-                                 triangles32, triangle_part, normal_maps, &locator, bricks, places, part_lists, seeds,
-                                 near_bricks, near, measured, made_by, source, options));
+                                 smoothing, cells, blocks, splits, specials, pool, rows, starts, refs, locals, vertices,
+                                 triangles16, triangles32, triangle_part, normal_maps, &locator, bricks, places, part_lists,
+                                 seeds, near_bricks, near, measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }

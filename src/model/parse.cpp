@@ -213,10 +213,12 @@ ParseStatus check_locator(const ModelView& v)
         if ((b & k_free_brick) != 0) continue;
         const bool deep = (b & k_deep_brick) != 0;
         for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
-            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_most_divisions)) return ParseStatus::BadStructure;
+            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_most_divisions))
+                return ParseStatus::BadStructure;
     }
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) &&
+            (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
             return ParseStatus::BadStructure;
     for (const std::uint32_t list : v.part_lists)
         for (std::uint32_t k = 0; k < k_list_length; ++k)
@@ -225,7 +227,8 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (v.seeds.empty() || (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && !valid_chain(v, place_seed(p)))
+            return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -254,8 +257,7 @@ ParseStatus check_near(const ModelView& v)
         const std::uint32_t step = near_is_wide(v) ? 2 : 1;
         for (std::uint32_t k = 0; k < lists; ++k)
             if (start[k] > start[k + 1] || start[k] % step != 0) return ParseStatus::BadStructure;
-        if (start[0] != 0 || start[lists] % step != 0 ||
-            !within(first + k_near_starts + lists + 1, start[lists], v.near.size()))
+        if (start[0] != 0 || start[lists] % step != 0 || !within(first + k_near_starts + lists + 1, start[lists], v.near.size()))
             return ParseStatus::BadStructure;
         const NearList all{start + lists + 1, start[lists] / step, step == 2};
         for (std::uint32_t k = 0; k < all.count; ++k)

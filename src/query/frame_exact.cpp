@@ -238,8 +238,7 @@ private:
         const M lanes = hn::FirstN(df, count);
         // Where all that is nearest agrees on the side, it is right, whether a face, an edge or a corner is nearest: one of the
         // faces there is what the point sees.
-        const M open = known_inside ? none()
-                                    : hn::And(lanes, hn::Or(nearest.unclear, hn::And(nearest.outside, nearest.inside)));
+        const M open = known_inside ? none() : hn::And(lanes, hn::Or(nearest.unclear, hn::And(nearest.outside, nearest.inside)));
         const M inside = known_inside ? lanes : hn::AndNot(open, hn::AndNot(nearest.outside, lanes));
         const M candidates = hn::Or(inside, open);
         if (!any(candidates)) return;
@@ -277,7 +276,8 @@ private:
     Vec3f normal_of(std::uint32_t triangle) const
     {
         const auto corner = [&](std::uint32_t k) {
-            return model::vec3(model_.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model_, triangle, k)));
+            return model::vec3(model_.vertices.data() +
+                               3 * static_cast<std::size_t>(model::triangle_vertex(model_, triangle, k)));
         };
         const Vec3f a = corner(0);
         return normalized(cross(corner(1) - a, corner(2) - a));

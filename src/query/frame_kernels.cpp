@@ -467,8 +467,8 @@ private:
             const bool certain = (queue_flags_[i] & k_certain) != 0;
             const auto point = static_cast<std::uint32_t>(queue_point_[i]);
             result_.unseen += best_by_plane_[i] ? 1u : 0u;
-            write(point, best_part_[i], {best_[0][i], best_[1][i], best_[2][i]},
-                  {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
+            write(point, best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]},
+                  best_[6][i], certain);
         }
         queued_ = 0;
     }

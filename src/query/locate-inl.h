@@ -146,7 +146,7 @@ public:
             hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
         const I low_bits = hn::And(brick, set_int(0x3fffffff));
         I place = gather_word(model_.places.data(),
-                                    blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
+                              blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
         Located found;
         const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
         const auto from_centre = [&](F v, I cell, I brick_at) {
@@ -160,11 +160,11 @@ public:
         for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
             const F zero = hn::Zero(df);
             const M up_x = hn::Ge(found.offset.x, zero), up_y = hn::Ge(found.offset.y, zero), up_z = hn::Ge(found.offset.z, zero);
-            const I eighth = hn::Add(blend(up_x, set_int(1), nil), hn::Add(blend(up_y, set_int(2), nil), blend(up_z, set_int(4), nil)));
-            place = blend(divided, gather_word(model_.places.data(), blend(divided, hn::Add(shift_right<14>(place), eighth), nil)), place);
-            const auto move = [&](M up, F v) {
-                return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v);
-            };
+            const I eighth =
+                hn::Add(blend(up_x, set_int(1), nil), hn::Add(blend(up_y, set_int(2), nil), blend(up_z, set_int(4), nil)));
+            place = blend(divided,
+                          gather_word(model_.places.data(), blend(divided, hn::Add(shift_right<14>(place), eighth), nil)), place);
+            const auto move = [&](M up, F v) { return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v); };
             found.offset = {move(up_x, found.offset.x), move(up_y, found.offset.y), move(up_z, found.offset.z)};
             divided = hn::And(divided, equal(hn::And(place, set_int(0x3fff)), divided_bits));
             quarter *= 0.5f;

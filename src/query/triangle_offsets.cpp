@@ -19,7 +19,8 @@ void offsets(std::span<const Vec3f> corners, const PointColumns& points, float* 
         for (std::size_t k = 0; k < count; k += hn::Lanes(df)) {
             HWY_ALIGN float v[9][k_lanes];
             for (std::size_t i = 0; i < hn::Lanes(df); ++i)
-                for (std::size_t j = 0; j < 9; ++j) v[j][i] = corners[3 * (first + std::min(k + i, count - 1)) + j / 3][static_cast<int>(j % 3)];
+                for (std::size_t j = 0; j < 9; ++j)
+                    v[j][i] = corners[3 * (first + std::min(k + i, count - 1)) + j / 3][static_cast<int>(j % 3)];
             const auto corner = [&](std::size_t j) {
                 return V3{hn::Load(df, v[3 * j]), hn::Load(df, v[3 * j + 1]), hn::Load(df, v[3 * j + 2])};
             };

@@ -77,11 +77,11 @@ public:
 
     /// Where points lie to triangle i.
     struct Place {
-        V3 ap;            // from a
-        F height;         // above the plane
-        F v_side, w_side; // distance from the edges ac and ab, positive within
-        F lower_sq;       // no point of the triangle is nearer than its square root
-        M above;          // or below: the foot on the plane is in the triangle
+        V3 ap;             // from a
+        F height;          // above the plane
+        F v_side, w_side;  // distance from the edges ac and ab, positive within
+        F lower_sq;        // no point of the triangle is nearer than its square root
+        M above;           // or below: the foot on the plane is in the triangle
     };
     HWY_INLINE Place place(std::size_t i, const V3& p) const
     {
