@@ -64,8 +64,8 @@ void each_model(const std::function<void(const std::string&, const test::Parsed&
     check("torus", test::Parsed(test::small_torus()));
     check("dumbbell", test::Parsed(mesh::dumbbell({.segments = 24})));
     check("hand", test::Parsed(test::small_hand()));
-    // Long thin triangles, many of them equally near.
-    check("rounded box", test::Parsed(mesh::rounded_box({2, 1, 0.5}, 0.05, 4)));
+    // Coplanar triangles, many of them equally near.
+    check("rounded box", test::Parsed(mesh::rounded_box({1, 0.6, 0.4}, 0.2, 3)));
     if (const auto horse = test::shared_mesh("horse_5946.obj")) check("horse", test::Parsed(*horse));
 }
 
