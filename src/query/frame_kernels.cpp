@@ -237,15 +237,16 @@ public:
 
     FrameResult run()
     {
-        each_near([&](std::size_t slot) { ask(slot); },
+        const auto finish = [&] {
+            answer_entered();
+            flush();
+        };
+        each_near([&](std::size_t slot) { ask(slot); }, [] {},
                   [&] {
-                      if (queued_ > k_queue - Probe::k_cluster) flush();
-                  },
-                  [&] {
-                      if (job_.first_only) flush();
+                      if (job_.first_only) finish();
                       return !job_.first_only || result_.contacts == 0;
                   });
-        flush();
+        finish();
         return result_;
     }
 
@@ -257,8 +258,26 @@ private:
     /// Asks one batch of points from a slot on, and queues those that are inside or have to be asked again.
     HWY_NOINLINE void ask(std::size_t slot)
     {
-        Entered e;
-        if (!enter(slot, e)) return;
+        if (!enter(slot, entered_[entered_count_])) return;
+        entered_slot_[entered_count_] = slot;
+        if (++entered_count_ == k_entered) answer_entered();
+    }
+
+    /// What has been located, so many vectors at a time that the look-ups of one do not wait for another's.
+    HWY_NOINLINE void answer_entered()
+    {
+        for (std::size_t k = 0; k < entered_count_; ++k) {
+            // Between clusters only, whatever a vector holds of one.
+            const std::size_t cluster = entered_slot_[k] / Probe::k_cluster;
+            if (cluster != last_cluster_ && queued_ > k_queue - Probe::k_cluster) flush();
+            last_cluster_ = cluster;
+            answer(entered_slot_[k], entered_[k]);
+        }
+        entered_count_ = 0;
+    }
+
+    HWY_INLINE void answer(std::size_t slot, const Entered& e)
+    {
         const auto& [p, at, occupied, inside] = e;
         if (job_.layer == Layer::Three) {
             // Where the surface is flat its planes tell depth and side at once; else the nearest surface tells the side as well.
@@ -764,6 +783,10 @@ private:
     }
 
     FrameResult result_;
+    static constexpr std::size_t k_entered = 16;
+    std::size_t entered_count_ = 0, last_cluster_ = 0;
+    std::size_t entered_slot_[k_entered];
+    Entered entered_[k_entered];
     std::size_t queued_ = 0;
     // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's
     // reach.
