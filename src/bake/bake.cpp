@@ -3,6 +3,7 @@
 
 #include "central_map.h"
 #include "locator.h"
+#include "near_lists.h"
 #include "parallel.h"
 #include "part_work.h"
 #include "refine.h"
@@ -409,6 +410,8 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     }
     if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.target_error, options.threads, result.model);
     lap("locate");
+    bake_near_lists(solid, options.threads, result.model);
+    lap("near");
     measured.q2_share = 0;
     for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;
     double area = 0;

@@ -32,7 +32,7 @@ constexpr double k_least_share = 0.12;
 constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
 constexpr double k_flat_share = 0.4;
-constexpr std::size_t k_most_planes = 4;
+constexpr std::size_t k_most_planes = model::k_most_seeds;
 
 /// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
 constexpr Vec3d k_samples[] = {{0, 0, 0},        {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48},  {-.48, .48, -.48},
@@ -71,7 +71,8 @@ struct Place {
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<Seed> seeds;
-    std::uint32_t choices = 0;  ///< which seed comes first in each octant, three bits each
+    std::uint32_t choices = 0;   ///< which seed comes first in each octant, three bits each
+    std::vector<Place> eighths;  ///< of a place that is divided, x fastest
 };
 
 /// How a part's domain lies to a box about c with half side h, in the chart frame.
@@ -149,6 +150,25 @@ public:
         pack();
     }
 
+    /// After run: the places of one cell that are not flat, in eighths.
+    void divide(unsigned threads)
+    {
+        const auto* n = data_.locator.bricks;
+        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+            if (bricks_[i].kind != Brick::Kind::Stored) return;
+            for (int k = 0; k < k_places; ++k) {
+                Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
+                if (place.kind == PlaceKind::Free || (place.seeds.front().extent & model::k_flat) != 0) continue;
+                const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
+                for (int e = 0; e < 8; ++e)
+                    place.eighths.push_back(
+                        bake_place(centre + 0.25 * grid_.cell * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.},
+                                   0.5 * grid_.cell));
+            }
+        });
+        pack();
+    }
+
 private:
     struct Brick {
         enum class Kind { Free, Deep, Stored } kind = Kind::Stored;
@@ -158,16 +178,24 @@ private:
     void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz)
     {
         constexpr int n = model::k_brick;
-        const Vec3d corner = grid_.origin + n * grid_.cell * Vec3d{double(bx), double(by), double(bz)};
+        const Vec3d corner = brick_corner(bx, by, bz);
         const Place whole = bake_place(corner + 0.5 * n * grid_.cell * Vec3d{1, 1, 1}, n * grid_.cell);
         if (whole.kind == PlaceKind::Free || whole.kind == PlaceKind::Inside) {
             brick.kind = whole.kind == PlaceKind::Free ? Brick::Kind::Free : Brick::Kind::Deep;
             brick.places = {whole};
             return;
         }
-        for (int i = 0; i < k_places; ++i)
-            brick.places.push_back(
-                bake_place(corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5}, grid_.cell));
+        for (int i = 0; i < k_places; ++i) brick.places.push_back(bake_place(cell_centre(corner, i), grid_.cell));
+    }
+
+    Vec3d brick_corner(std::size_t bx, std::size_t by, std::size_t bz) const
+    {
+        return grid_.origin + model::k_brick * grid_.cell * Vec3d{double(bx), double(by), double(bz)};
+    }
+    Vec3d cell_centre(Vec3d brick_corner, int i) const
+    {
+        constexpr int n = model::k_brick;
+        return brick_corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5};
     }
 
     Place bake_place(Vec3d centre, double side) const
@@ -183,7 +211,7 @@ private:
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
         if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
         choose_seeds(place, centre, side, nearest, inside);
-        if (crossed) list_parts(place, centre, part_of_triangle_[nearest.triangle]);
+        if (crossed) list_parts(place, centre, side, part_of_triangle_[nearest.triangle]);
         return place;
     }
 
@@ -259,24 +287,27 @@ private:
         return solid_.inside(p);
     }
 
-    /// Planes whose lowest is the surface for every sample; false where the surface is not so flat, or bends the other way.
+    /// Planes in groups, those of a group marked but for its first: a point is as deep as the lowest of the groups' highest. A
+    /// surface that bends away is met by groups, one that bends towards the point by the planes of a group.
+    /// False where they do not suffice.
     bool add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
     {
         const double tolerance = flat_tolerance_;
         for (;;) {
             const Sample* worst = nullptr;
-            double excess = tolerance, least = 0;
+            double worst_miss = 1, least = 0;
+            std::size_t worst_group = 0;
             for (const Sample& sample : samples) {
-                double gap = INFINITY;
-                for (const Seed& seed : seeds)
-                    gap = std::min<double>(gap, query::seed_gap(view_.locator, seed, cast<float>(sample.point - centre)));
+                const query::FlatGap lowest = query::flat_gap(view_.locator, seeds, cast<float>(sample.point - centre));
+                const double gap = static_cast<double>(lowest.gap);
                 // Outside only the side counts.
-                const double depth = sample.inside ? sample.truth.distance : 0;
-                if (sample.inside) least = std::min(least, gap - depth);
-                if (least < -2 * tolerance) return false;
-                if (gap - depth > excess) {
-                    excess = gap - depth;
+                const double excess = gap - (sample.inside ? sample.truth.distance : 0);
+                if (sample.inside) least = std::min(least, excess);
+                const double miss = excess > 0 ? excess / tolerance : (sample.inside ? -excess / (2 * tolerance) : 0);
+                if (miss > worst_miss) {
+                    worst_miss = miss;
                     worst = &sample;
+                    worst_group = excess > 0 ? 0 : lowest.group_end;
                 }
             }
             if (worst == nullptr) {
@@ -284,11 +315,18 @@ private:
                 if (least < -tolerance)
                     for (Seed& seed : seeds)
                         seed.extent =
-                            extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance);
+                            extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance) |
+                            (seed.extent & model::k_joined);
                 return true;
             }
             if (seeds.size() == k_most_planes) return false;
-            seeds.push_back(seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside));
+            Seed seed = seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside);
+            if (worst_group > 0) {
+                seed.extent |= model::k_joined;
+                seeds.insert(seeds.begin() + static_cast<std::ptrdiff_t>(worst_group), seed);
+            } else {
+                seeds.push_back(seed);
+            }
         }
     }
 
@@ -406,13 +444,13 @@ private:
     }
 
     /// The parts that answer in a cell, best first: one that holds the whole cell suffices.
-    void list_parts(Place& place, Vec3d centre, std::uint32_t owner) const
+    void list_parts(Place& place, Vec3d centre, double side, std::uint32_t owner) const
     {
         std::vector<std::uint32_t> touching;
         std::int64_t holder = -1;
         double best = -1;
         for (std::uint32_t i = 0; i < view_.parts.size(); ++i) {
-            const DomainTest test = test_domain(view_.parts[i], centre, 0.5 * grid_.cell);
+            const DomainTest test = test_domain(view_.parts[i], centre, 0.5 * side);
             if (!test.touches) continue;
             touching.push_back(i);
             if (!test.holds) continue;
@@ -449,6 +487,11 @@ private:
 
     void pack()
     {
+        data_.bricks.clear();
+        data_.places.clear();
+        data_.part_lists.clear();
+        data_.locator_seeds.clear();
+        lists_.clear();
         for (const Brick& brick : bricks_) {
             const auto first = static_cast<std::uint32_t>(data_.places.size());
             if (brick.kind == Brick::Kind::Free) {
@@ -458,18 +501,36 @@ private:
             data_.bricks.push_back(first | (brick.kind == Brick::Kind::Deep ? model::k_deep_brick : 0u));
             for (const Place& place : brick.places) data_.places.push_back(pack_place(place));
         }
+        // The eighths of divided places, behind everything else.
+        std::size_t at = 0;
+        for (const Brick& brick : bricks_) {
+            if (brick.kind == Brick::Kind::Free) continue;
+            for (const Place& place : brick.places) pack_eighths(at++, place);
+        }
+    }
+
+    void pack_eighths(std::size_t at, const Place& place)
+    {
+        if (place.eighths.empty()) return;
+        const std::size_t first = data_.places.size();
+        if (first > model::k_most_seed_index)
+            throw mesh::InvalidInput("the locator needs more places than it can name: ask for a larger target error");
+        data_.places[at] =
+            static_cast<std::uint32_t>(PlaceKind::Ask) | model::k_divided_place << 2 | static_cast<std::uint32_t>(first) << 14;
+        for (const Place& eighth : place.eighths) data_.places.push_back(pack_place(eighth));
     }
 
     std::uint32_t pack_place(const Place& place)
     {
         if (place.kind == PlaceKind::Free) return gap_code(place.gap) << 2;
+        if (!place.eighths.empty()) return 0;  // see divide
         PlaceKind kind = place.kind;
         std::uint32_t list = 0;
         for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
         std::uint32_t index = 0;
         if (const auto found = lists_.find(list); found != lists_.end()) {
             index = found->second;
-        } else if (lists_.size() <= model::k_most_lists) {
+        } else if (lists_.size() < model::k_divided_place) {
             index = static_cast<std::uint32_t>(lists_.size());
             lists_.emplace(list, index);
             data_.part_lists.push_back(list);
@@ -518,12 +579,12 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
     const double budget = std::max(all - maps, k_least_share * all);
     double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), k_least_cells, 160.0);
     for (;;) {
-        data.bricks.clear();
-        data.places.clear();
-        data.part_lists.clear();
-        data.locator_seeds.clear();
-        LocatorBaker(solid, part_of_triangle, target_error, cells, data).run(threads);
-        if (bytes_of() <= budget || cells <= k_least_cells) return;
+        LocatorBaker baker(solid, part_of_triangle, target_error, cells, data);
+        baker.run(threads);
+        if (bytes_of() <= budget || cells <= k_least_cells) {
+            baker.divide(threads);
+            return;
+        }
         // Bytes grow with the square of the cells, as the surface does.
         cells = std::max(k_least_cells, std::floor(0.97 * cells * std::sqrt(budget / bytes_of())));
     }

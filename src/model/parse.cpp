@@ -3,6 +3,7 @@
 #include "sqmap_generated.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -178,6 +179,16 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
     return true;
 }
 
+/// Eighths that exist, divided no further than places may be.
+bool valid_divisions(const ModelView& v, std::uint32_t place, int left)
+{
+    if (!is_divided(place)) return true;
+    if (left == 0 || !within(place_seed(place), 8, v.places.size())) return false;
+    for (std::uint32_t i = 0; i < 8; ++i)
+        if (!valid_divisions(v, v.places[place_seed(place) + i], left - 1)) return false;
+    return true;
+}
+
 ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
@@ -199,8 +210,16 @@ ParseStatus check_locator(const ModelView& v)
                 return ParseStatus::BadStructure;
             if (deep && place_kind(v.places[b & ~k_deep_brick]) == PlaceKind::Free) return ParseStatus::BadStructure;
         }
+    for (const std::uint32_t b : v.bricks) {
+        if ((b & k_free_brick) != 0) continue;
+        const bool deep = (b & k_deep_brick) != 0;
+        for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
+            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_most_divisions))
+                return ParseStatus::BadStructure;
+    }
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) &&
+            (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
             return ParseStatus::BadStructure;
     for (const std::uint32_t list : v.part_lists)
         for (std::uint32_t k = 0; k < k_list_length; ++k)
@@ -209,7 +228,42 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (v.seeds.empty() || (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !valid_chain(v, place_seed(p))) return ParseStatus::BadStructure;
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && !valid_chain(v, place_seed(p)))
+            return ParseStatus::BadStructure;
+    return ParseStatus::Ok;
+}
+
+/// A record for every brick that is not free, with a list for every place that is not.
+ParseStatus check_near(const ModelView& v)
+{
+    if (v.bricks.empty() || !has_exact(v))
+        return v.near_bricks.empty() && v.near.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
+    if (v.near_bricks.size() != v.bricks.size()) return ParseStatus::BadStructure;
+    for (std::size_t i = 0; i < v.bricks.size(); ++i) {
+        const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];
+        if ((brick & k_free_brick) != 0) {
+            if (first != k_no_near) return ParseStatus::BadStructure;
+            continue;
+        }
+        if (!within(first, k_near_starts, v.near.size())) return ParseStatus::BadStructure;
+        const bool deep = (brick & k_deep_brick) != 0;
+        std::uint64_t occupied = 0, found = 0;
+        for (std::uint32_t k = 0; k < k_near_starts; ++k) found |= std::uint64_t{v.near[first + k]} << 16 * k;
+        for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
+            if (place_kind(v.places[(brick & ~k_deep_brick) + k]) != PlaceKind::Free) occupied |= std::uint64_t{1} << k;
+        if (found != occupied) return ParseStatus::BadStructure;
+        const auto lists = static_cast<std::uint32_t>(std::popcount(occupied));
+        if (!within(first, k_near_starts + lists + 1, v.near.size())) return ParseStatus::BadStructure;
+        const std::uint16_t* start = v.near.data() + first + k_near_starts;
+        const std::uint32_t step = near_is_wide(v) ? 2 : 1;
+        for (std::uint32_t k = 0; k < lists; ++k)
+            if (start[k] > start[k + 1] || start[k] % step != 0) return ParseStatus::BadStructure;
+        if (start[0] != 0 || start[lists] % step != 0 || !within(first + k_near_starts + lists + 1, start[lists], v.near.size()))
+            return ParseStatus::BadStructure;
+        const NearList all{start + lists + 1, start[lists] / step, step == 2};
+        for (std::uint32_t k = 0; k < all.count; ++k)
+            if (all[k] >= v.triangle_part.size()) return ParseStatus::BadStructure;
+    }
     return ParseStatus::Ok;
 }
 
@@ -337,6 +391,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.places);
     hash_bytes(hash, view.part_lists);
     hash_bytes(hash, view.seeds);
+    hash_bytes(hash, view.near_bricks);
+    hash_bytes(hash, view.near);
     const Measured& m = view.measured;
     const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
                               m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
@@ -398,6 +454,8 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.places = span_of<std::uint32_t>(model->places());
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
     v.seeds = span_of<Seed>(model->seeds());
+    v.near_bricks = span_of<std::uint32_t>(model->near_bricks());
+    v.near = span_of<std::uint16_t>(model->near());
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
         v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),
@@ -438,6 +496,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
         if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_near(v); status != ParseStatus::Ok) return status;
     view = v;
     return ParseStatus::Ok;
 }

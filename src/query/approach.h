@@ -4,6 +4,8 @@
 
 #include "central_map.h"
 
+#include <span>
+
 namespace sqmap::query {
 
 inline constexpr int k_approach_steps = 5;
@@ -27,6 +29,24 @@ inline float seed_gap(const model::Locator& locator, model::Seed seed, Vec3f off
 {
     return static_cast<float>(model::seed_distance(seed)) * (model::k_seed_distance_step * locator.cell) -
            dot(seed_normal(seed), offset);
+}
+
+/// How far a point is below the planes of a flat chain: the lowest of the groups' highest (see model::k_joined), and where that
+/// group ends in the chain.
+struct FlatGap {
+    float gap = INFINITY;
+    std::size_t group_end = 0;
+};
+inline FlatGap flat_gap(const model::Locator& locator, std::span<const model::Seed> chain, Vec3f offset)
+{
+    FlatGap lowest;
+    for (std::size_t k = 0; k < chain.size();) {
+        float highest = -INFINITY;
+        do highest = std::max(highest, seed_gap(locator, chain[k], offset));
+        while (++k < chain.size() && (chain[k].extent & model::k_joined) != 0);
+        if (highest < lowest.gap) lowest = {highest, k};
+    }
+    return lowest;
 }
 
 struct Approach {

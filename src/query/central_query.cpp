@@ -333,33 +333,6 @@ PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, s
     return verdict;
 }
 
-void settle_on_triangles(const ModelView& model, Vec3f point, Contact& contact) noexcept
-{
-    Nearest best;
-    Vec3f about = contact.point;
-    auto part = static_cast<std::size_t>(std::max(contact.part, 0));
-    const std::uint16_t* last = nullptr;
-    for (int step = 0; step < 6; ++step) {
-        const CentralMap map(model, model.parts[part]);
-        const ExactLayer exact(model, model.parts[part]);
-        const ChartPoint q = to_chart(map.to_chart_frame(about));
-        const float before = best.distance_sq;
-        const ExactLayer::List list = exact.list_at(q.face, q.s, q.t);
-        if (list.begin == last) break;
-        last = list.begin;
-        exact.each_triangle(list, [&](std::uint32_t t) { offer_triangle(model, t, point, best); });
-        if (!(best.distance_sq < before)) break;
-        about = best.point;
-        part = static_cast<std::size_t>(best.part);
-    }
-    if (best.part < 0) return;
-    contact.part = best.part;
-    contact.depth = std::sqrt(best.distance_sq);
-    contact.point = best.point;
-    contact.normal =
-        contact.depth > 1e-4f * model.header.sphere[3] ? (1.f / contact.depth) * (contact.point - point) : best.normal;
-}
-
 Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     const PointVerdict verdict = verdict_central(model, point, layer, gate);

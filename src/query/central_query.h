@@ -18,10 +18,6 @@ struct PointVerdict {
 [[nodiscard]] PointVerdict verdict_central(const model::ModelView& model, Vec3f point, Layer layer,
                                            std::uint32_t gate = k_layer3_gate) noexcept;
 
-/// Moves a contact's surface point, which must be near the nearest one, onto the mesh's own triangles: those over its cell of
-/// the chart, and again about what was found, while that comes nearer. @pre the model has the exact layer.
-void settle_on_triangles(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;
-
 /// How far a surface is moved out.
 struct Offset {
     bool stored;  ///< by what is stored at the nearest surface point

@@ -4,79 +4,22 @@
 
 #include "approach.h"
 #include "central_query.h"
-#include "exact_layer.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/frame_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "locate-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 using model::CellKind;
-using model::ModelView;
 using model::Part;
-using model::PlaceKind;
 
-using DF = hn::CappedTag<float, Probe::k_cluster>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using F = hn::Vec<DF>;
-using I = hn::Vec<DI>;
-using M = hn::Mask<DF>;
-constexpr DF df{};
-constexpr DI di{};
-constexpr DU du{};
-constexpr std::size_t k_lanes = hn::MaxLanes(DF());
-
-HWY_INLINE F set(float v) { return hn::Set(df, v); }
-HWY_INLINE I set_int(std::int32_t v) { return hn::Set(di, v); }
-HWY_INLINE F blend(M m, F yes, F no) { return hn::IfThenElse(m, yes, no); }
-HWY_INLINE I blend(M m, I yes, I no) { return hn::IfThenElse(hn::RebindMask(di, m), yes, no); }
-HWY_INLINE M equal(I a, I b) { return hn::RebindMask(df, hn::Eq(a, b)); }
-HWY_INLINE M not_negative(I a) { return hn::RebindMask(df, hn::Gt(a, set_int(-1))); }
-HWY_INLINE M none() { return hn::Ne(hn::Zero(df), hn::Zero(df)); }
-HWY_INLINE bool any(M m) { return !hn::AllFalse(df, m); }
-HWY_INLINE F mul_add(F a, F b, F c) { return hn::Add(hn::Mul(a, b), c); }
-HWY_INLINE I truncate(F v) { return hn::ConvertTo(di, v); }
-HWY_INLINE F truncate_float(F v) { return hn::ConvertTo(df, hn::ConvertTo(di, v)); }
-HWY_INLINE F to_float(I v) { return hn::ConvertTo(df, v); }
-template <int k>
-HWY_INLINE I shift_right(I v)
-{
-    return hn::BitCast(di, hn::ShiftRight<k>(hn::BitCast(du, v)));
-}
-
-/// Two neighbouring 16-bit values from an index on, the first in the low half. Reading past an array's last value is safe:
-/// something always follows it in a parsed model's blob.
-HWY_INLINE I gather_pair(const std::uint16_t* base, I index)
-{
-    return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(base), hn::Add(index, index));
-}
-HWY_INLINE I gather_word(const std::uint32_t* base, I index)
-{
-    return hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(base), index);
-}
-HWY_INLINE I low(I pair) { return hn::And(pair, set_int(0xffff)); }
-HWY_INLINE I high(I pair) { return shift_right<16>(pair); }
 HWY_INLINE I kind_of(I cell) { return shift_right<14>(cell); }
-
-struct V3 {
-    F x, y, z;
-};
-HWY_INLINE V3 blend(M m, const V3& yes, const V3& no)
-{
-    return {blend(m, yes.x, no.x), blend(m, yes.y, no.y), blend(m, yes.z, no.z)};
-}
-HWY_INLINE F dot(const V3& a, const V3& b) { return mul_add(a.x, b.x, mul_add(a.y, b.y, hn::Mul(a.z, b.z))); }
-HWY_INLINE F row_dot(const float* r, const V3& v)
-{
-    return mul_add(set(r[0]), v.x, mul_add(set(r[1]), v.y, hn::Mul(set(r[2]), v.z)));
-}
 
 /// Points of a chart frame by face: major is the largest coordinate, u and v the next two in cyclic order.
 struct FacePoint {
@@ -270,16 +213,6 @@ private:
     std::int32_t base_;
 };
 
-/// The lanes of a mask one by one.
-template <class Do>
-HWY_INLINE void each_lane(M mask, Do&& action)
-{
-    HWY_ALIGN std::int32_t set_lanes[k_lanes];
-    hn::Store(hn::VecFromMask(di, hn::RebindMask(di, mask)), di, set_lanes);
-    for (std::size_t i = 0; i < hn::Lanes(df); ++i)
-        if (set_lanes[i] != 0) action(i);
-}
-
 /// Leaves out of their lanes, for what is done one by one.
 struct StoredLeaves {
     HWY_ALIGN std::int32_t cell[k_lanes];
@@ -298,251 +231,80 @@ struct StoredLeaves {
     }
 };
 
-class FrameKernel {
+class FrameKernel : Places {
 public:
-    explicit FrameKernel(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
-    {
-        inverse_cell_ = 1.f / locator_.cell;
-        for (int k = 0; k < 3; ++k) cells_[k] = static_cast<float>(model::k_brick * locator_.bricks[k]);
-    }
+    explicit FrameKernel(const FrameJob& job) : Places(job) {}
 
     FrameResult run()
     {
-        if (job_.points == 0 || is_far(job_.sphere[0], job_.sphere[1], job_.sphere[2], job_.sphere[3])) return result_;
-        for (std::size_t g = 0; g < job_.groups; ++g) {
-            if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
-            const std::size_t last = std::min(job_.clusters, (g + 1) * Probe::k_cluster);
-            for (std::size_t c = g * Probe::k_cluster; c < last; c += hn::Lanes(df)) {
-                const M near = hn::And(near_clusters(c), hn::FirstN(df, std::min(last - c, hn::Lanes(df))));
-                each_lane(near, [&](std::size_t i) {
-                    for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
-                    if (queued_ > k_queue - Probe::k_cluster) flush();
-                });
-                if (job_.first_only) {
-                    flush();
-                    settle_loose();
-                    if (result_.contacts > 0) return result_;
-                }
-            }
-        }
-        flush();
-        settle_loose();
+        const auto finish = [&] {
+            answer_entered();
+            flush();
+        };
+        each_near([&](std::size_t slot) { ask(slot); }, [] {},
+                  [&] {
+                      if (job_.first_only) finish();
+                      return !job_.first_only || result_.contacts == 0;
+                  });
+        finish();
         return result_;
     }
 
 private:
     static constexpr std::size_t k_queue = 1024;
     static constexpr int k_first_steps = 2;
-    static constexpr float k_doubt = 0.25f;  // of a cell: planes whose gaps differ by less are both looked at
     enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4, k_single = 8 };
-
-    Vec3f transformed(float x, float y, float z) const
-    {
-        const float* r = job_.rotation;
-        return {r[0] * x + r[1] * y + r[2] * z + job_.translation[0], r[3] * x + r[4] * y + r[5] * z + job_.translation[1],
-                r[6] * x + r[7] * y + r[8] * z + job_.translation[2]};
-    }
-
-    /// True where no point of a sphere (of the probe) is in the solid, by the locator's gap about its centre.
-    HWY_NOINLINE bool is_far(float x, float y, float z, float radius) const
-    {
-        const Vec3f c = transformed(x, y, z);
-        const float reach = radius * job_.scale;
-        float outside_sq = 0.f;
-        int at[3];
-        Vec3f g;
-        for (int k = 0; k < 3; ++k) {
-            const float in_cells = (c[k] - locator_.origin[k]) * inverse_cell_;
-            g[k] = std::clamp(in_cells, 0.f, cells_[k]);
-            const float gap = (in_cells - g[k]) * locator_.cell;
-            outside_sq += gap * gap;
-            at[k] = std::min(static_cast<int>(g[k]), static_cast<int>(cells_[k]) - 1);
-        }
-        // Also where the sum overflows.
-        if (!(outside_sq <= reach * reach * 1.0001f)) return true;
-        const auto* n = locator_.bricks;
-        const std::uint32_t brick = model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * n[1] +
-                                                   static_cast<std::size_t>(at[1] / model::k_brick)) *
-                                                      n[0] +
-                                                  static_cast<std::size_t>(at[0] / model::k_brick)];
-        if ((brick & model::k_free_brick) == 0) return false;
-        const float half = 0.5f * model::k_brick;
-        const auto middle = [&](int k) { return static_cast<float>(at[k] / model::k_brick * model::k_brick) + half; };
-        const Vec3f d{g.x - middle(0), g.y - middle(1), g.z - middle(2)};
-        const float away = (static_cast<float>(brick & ~model::k_free_brick) * model::k_gap_step - norm(d)) * locator_.cell;
-        return away > 0.f && away * away + outside_sq > reach * reach * 1.0001f;
-    }
-
-    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
-    HWY_NOINLINE M near_clusters(std::size_t first) const
-    {
-        const F zero = hn::Zero(df);
-        const V3 c = posed(
-            {hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
-        const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
-        const F reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
-        const V3 g = in_cells(c);
-        // Clamped below the last cell's end, so that truncation stays within.
-        const V3 at{hn::Min(hn::Max(g.x, zero), set(cells_[0] - 0.001f)), hn::Min(hn::Max(g.y, zero), set(cells_[1] - 0.001f)),
-                    hn::Min(hn::Max(g.z, zero), set(cells_[2] - 0.001f))};
-        const V3 out{hn::Sub(g.x, at.x), hn::Sub(g.y, at.y), hn::Sub(g.z, at.z)};
-        const F outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
-        const M touches_box = hn::Le(outside_sq, reach_sq);
-        if (!any(touches_box)) return touches_box;
-        const Located found = locate(at, touches_box);
-        const M far_away = hn::And(found.is_free, hn::Gt(found.gap, zero));
-        const F away = hn::Mul(found.gap, set(locator_.cell));
-        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, outside_sq), reach_sq)), touches_box);
-    }
-
-    HWY_INLINE V3 posed(const V3& local) const
-    {
-        const float* r = job_.rotation;
-        return {hn::Add(row_dot(r, local), set(job_.translation[0])), hn::Add(row_dot(r + 3, local), set(job_.translation[1])),
-                hn::Add(row_dot(r + 6, local), set(job_.translation[2]))};
-    }
-
-    HWY_INLINE V3 in_cells(const V3& p) const
-    {
-        const F scale = set(inverse_cell_);
-        return {hn::Mul(hn::Sub(p.x, set(locator_.origin[0])), scale), hn::Mul(hn::Sub(p.y, set(locator_.origin[1])), scale),
-                hn::Mul(hn::Sub(p.z, set(locator_.origin[2])), scale)};
-    }
-
-    /// The place under each lane.
-    struct Located {
-        M is_free;
-        F gap;      // lower bound of the distance to the solid where it is free, in cells
-        I place;    // its word, where it is not
-        V3 offset;  // from its centre, in cells
-    };
-    /// at: in cells, within the grid for active lanes.
-    HWY_INLINE Located locate(const V3& at, M active) const
-    {
-        const I nil = hn::Zero(di);
-        const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil),
-                iz = blend(active, truncate(at.z), nil);
-        const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])),
-                ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
-        const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
-        const I brick = gather_word(model_.bricks.data(), hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx));
-        const M free_brick = hn::AndNot(not_negative(brick), active);
-        const M whole = hn::Or(free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
-        const I three = set_int(3);
-        const I within =
-            hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
-        const I low_bits = hn::And(brick, set_int(0x3fffffff));
-        const I place = gather_word(model_.places.data(),
-                                    blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
-        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
-        Located found;
-        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
-        found.place = place;
-        const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
-        const auto from_centre = [&](F v, I cell, I brick_at) {
-            return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
-        };
-        found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
-        const I code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
-        found.gap = hn::Sub(hn::Mul(to_float(code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
-        return found;
-    }
-
-    /// A plane of a seed for each lane.
-    struct Planes {
-        I part;
-        V3 normal;  // outward, unit
-        F gap;      // how far the point is below, model units
-        F length;   // how far the place's centre is
-    };
-    HWY_INLINE Planes planes_of(I direction, I extent, const V3& offset) const
-    {
-        constexpr int bits = model::k_seed_normal_bits;
-        const I mask = set_int((1 << bits) - 1);
-        const F step = set(2.f / static_cast<float>(1 << bits)), half = set(0.5f), one = set(1.f), zero = hn::Zero(df);
-        const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(direction), mask)), half), step), one);
-        const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(direction), mask)), half), step), one);
-        const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), zero);
-        const V3 n{blend(hn::Lt(x, zero), hn::Add(x, fold), hn::Sub(x, fold)),
-                   blend(hn::Lt(y, zero), hn::Add(y, fold), hn::Sub(y, fold)), z};
-        const F inverse = hn::Div(one, hn::Sqrt(dot(n, n)));
-        Planes planes;
-        planes.part = hn::And(direction, set_int(0xff));
-        planes.normal = {hn::Mul(n.x, inverse), hn::Mul(n.y, inverse), hn::Mul(n.z, inverse)};
-        planes.length = hn::Mul(to_float(hn::Sub(hn::And(extent, set_int(0xffff)), set_int(0x8000))),
-                                set(model::k_seed_distance_step * locator_.cell));
-        planes.gap = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
-        return planes;
-    }
 
     /// Asks one batch of points from a slot on, and queues those that are inside or have to be asked again.
     HWY_NOINLINE void ask(std::size_t slot)
     {
-        const V3 p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
-        const V3 g = in_cells(p);
-        const F zero = hn::Zero(df);
-        M in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
-        in_grid = hn::And(
-            in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
-        // The padding of the last cluster is nobody.
-        if (slot + hn::Lanes(df) > job_.points)
-            in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
-        if (!any(in_grid)) return;
-        const Located at = locate(g, in_grid);
-        const M occupied = hn::AndNot(at.is_free, in_grid);
-        if (!any(occupied)) return;
-        const I kind = hn::And(at.place, set_int(3));
-        const M inside = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
+        if (!enter(slot, entered_[entered_count_])) return;
+        entered_slot_[entered_count_] = slot;
+        if (++entered_count_ == k_entered) answer_entered();
+    }
 
+    /// What has been located, so many vectors at a time that the look-ups of one do not wait for another's.
+    HWY_NOINLINE void answer_entered()
+    {
+        for (std::size_t k = 0; k < entered_count_; ++k) {
+            // Between clusters only, whatever a vector holds of one.
+            const std::size_t cluster = entered_slot_[k] / Probe::k_cluster;
+            if (cluster != last_cluster_ && queued_ > k_queue - Probe::k_cluster) flush();
+            last_cluster_ = cluster;
+            answer(entered_slot_[k], entered_[k]);
+        }
+        entered_count_ = 0;
+    }
+
+    HWY_INLINE void answer(std::size_t slot, const Entered& e)
+    {
+        const auto& [p, at, occupied, inside] = e;
         if (job_.layer == Layer::Three) {
             // Where the surface is flat its planes tell depth and side at once; else the nearest surface tells the side as well.
-            const M settled = answer_flat(slot, p, at, occupied, inside, none());
+            const M settled = answer_flat(slot, p, at, occupied, inside);
             const M rest = hn::AndNot(settled, occupied);
             if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, inside, inside);
             return;
         }
+        const I kind = hn::And(at.place, set_int(3));
         const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
         M in = inside, certain = inside;
         M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
         if (any(mixed)) verdicts(p, at.place, mixed, in, certain);
-        if (job_.exact) undecided = hn::Or(undecided, hn::AndNot(certain, mixed));
         in = hn::AndNot(undecided, in);
-        // The exact layer settles on triangles about what Layer 3 finds.
-        M settled = none();
-        if (job_.exact && any(in)) settled = answer_flat(slot, p, at, in, in, certain);
-        const M rest = hn::AndNot(settled, hn::Or(in, undecided));
+        const M rest = hn::Or(in, undecided);
         if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, in, certain);
     }
 
     /// Answers the lanes whose place is flat: the lowest of its planes. Returns them.
-    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside, M certain)
+    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside)
     {
-        const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
-        I word = blend(occupied, hn::ShiftLeft<1>(shift_right<14>(at.place)), hn::Zero(di));
-        I direction = gather_word(words, word), extent = gather_word(words + 1, word);
-        const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
+        I extent;
+        Planes lowest;
+        const M flat = lowest_planes(at, occupied, lowest, extent);
         if (!any(flat)) return flat;
-        Planes lowest = planes_of(direction, extent, at.offset), second = lowest;
-        second.gap = set(INFINITY);
-        for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
-            word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
-            direction = gather_word(words, word);
-            extent = gather_word(words + 1, word);
-            const Planes next = planes_of(direction, extent, at.offset);
-            const M lower = hn::And(more, hn::Lt(next.gap, lowest.gap));
-            if (job_.exact) {
-                // The one that is lowest but for this.
-                const M next_second = hn::And(hn::AndNot(lower, more), hn::Lt(next.gap, second.gap));
-                second.gap = blend(lower, lowest.gap, blend(next_second, next.gap, second.gap));
-                second.normal = blend(lower, lowest.normal, blend(next_second, next.normal, second.normal));
-                second.part = blend(lower, lowest.part, blend(next_second, next.part, second.part));
-            }
-            lowest.gap = blend(lower, next.gap, lowest.gap);
-            lowest.normal = blend(lower, next.normal, lowest.normal);
-            lowest.part = blend(lower, next.part, lowest.part);
-        }
         const M contact = hn::And(flat, hn::Or(inside, hn::Gt(lowest.gap, hn::Zero(df))));
-        if (any(contact)) write_flat(slot, p, lowest, second, contact, certain);
+        if (any(contact)) write_flat(slot, p, lowest, contact);
         return flat;
     }
 
@@ -577,23 +339,10 @@ private:
         return start;
     }
 
-    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, const Planes& second, M contact, M certain)
+    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, M contact)
     {
-        HWY_ALIGN float other[4][k_lanes];
-        HWY_ALIGN std::int32_t other_parts[k_lanes];
-        if (job_.exact) {
-            hn::Store(mul_add(second.gap, second.normal.x, p.x), df, other[0]);
-            hn::Store(mul_add(second.gap, second.normal.y, p.y), df, other[1]);
-            hn::Store(mul_add(second.gap, second.normal.z, p.z), df, other[2]);
-            hn::Store(hn::Sub(second.gap, planes.gap), df, other[3]);
-            hn::Store(second.part, di, other_parts);
-        }
-        HWY_ALIGN float v[7][k_lanes], at[3][k_lanes];
-        HWY_ALIGN std::int32_t parts[k_lanes], sure[k_lanes];
-        hn::Store(p.x, df, at[0]);
-        hn::Store(p.y, df, at[1]);
-        hn::Store(p.z, df, at[2]);
-        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
+        HWY_ALIGN float v[7][k_lanes];
+        HWY_ALIGN std::int32_t parts[k_lanes];
         hn::Store(mul_add(planes.gap, planes.normal.x, p.x), df, v[0]);
         hn::Store(mul_add(planes.gap, planes.normal.y, p.y), df, v[1]);
         hn::Store(mul_add(planes.gap, planes.normal.z, p.z), df, v[2]);
@@ -603,13 +352,7 @@ private:
         hn::Store(hn::Max(planes.gap, hn::Zero(df)), df, v[6]);
         hn::Store(planes.part, di, parts);
         each_lane(contact, [&](std::size_t i) {
-            write(job_.point[slot + i], {at[0][i], at[1][i], at[2][i]}, parts[i], {v[0][i], v[1][i], v[2][i]},
-                  {v[3][i], v[4][i], v[5][i]}, v[6][i], sure[i] != 0);
-            // Planes err: a surface that seems almost as near may be nearer.
-            if (job_.exact && loose_ > 0 && other[3][i] < k_doubt * locator_.cell) {
-                loose_other_[loose_ - 1] = {other[0][i], other[1][i], other[2][i]};
-                loose_part_[loose_ - 1] = static_cast<std::int16_t>(other_parts[i]);
-            }
+            write(job_.point[slot + i], parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], false);
         });
     }
 
@@ -743,8 +486,8 @@ private:
             const bool certain = (queue_flags_[i] & k_certain) != 0;
             const auto point = static_cast<std::uint32_t>(queue_point_[i]);
             result_.unseen += best_by_plane_[i] ? 1u : 0u;
-            write(point, queued_point(i), best_part_[i], {best_[0][i], best_[1][i], best_[2][i]},
-                  {best_[3][i], best_[4][i], best_[5][i]}, best_[6][i], certain);
+            write(point, best_part_[i], {best_[0][i], best_[1][i], best_[2][i]}, {best_[3][i], best_[4][i], best_[5][i]},
+                  best_[6][i], certain);
         }
         queued_ = 0;
     }
@@ -881,8 +624,6 @@ private:
         return all;
     }
 
-    HWY_INLINE static V3 times(const V3& a, const V3& b) { return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)}; }
-
     /// A round's seeds of one part: the nearest surfaces of sorted_[first, first + count). Lanes that are not settled go to
     /// todo_.
     void approach_queued(std::uint32_t index, std::size_t first, std::size_t count, bool first_round, std::size_t& next_open)
@@ -938,11 +679,10 @@ private:
             hn::Store(hn::VecFromMask(di, hn::RebindMask(di, settled)), di, done);
             for (std::size_t i = 0; i < count; ++i) {
                 const std::size_t k = static_cast<std::size_t>(order[i]);
-                const bool open = job_.exact && (queue_flags_[k] & k_inside) == 0;
-                if (done[i] == 0 || open)
+                if (done[i] == 0)
                     todo_[next_open++] = static_cast<std::uint16_t>(k);
                 else if (in[i] != 0 || (queue_flags_[k] & k_inside) != 0)
-                    write(static_cast<std::uint32_t>(queue_point_[k]), queued_point(k), static_cast<std::int32_t>(index),
+                    write(static_cast<std::uint32_t>(queue_point_[k]), static_cast<std::int32_t>(index),
                           {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], (queue_flags_[k] & k_certain) != 0);
             }
             return;
@@ -967,7 +707,7 @@ private:
         }
     }
 
-    void write(std::uint32_t index, Vec3f p, std::int32_t part, Vec3f point, Vec3f normal, float depth, bool certain)
+    void write(std::uint32_t index, std::int32_t part, Vec3f point, Vec3f normal, float depth, bool certain)
     {
         const std::size_t at = result_.contacts++;
         if (at >= job_.out.size()) {
@@ -975,193 +715,6 @@ private:
             return;
         }
         job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
-        if (!job_.exact) return;
-        if (loose_ == k_loose) settle_loose();
-        loose_point_[loose_] = p;
-        loose_at_[loose_] = static_cast<std::uint32_t>(at);
-        loose_part_[loose_++] = -1;
-    }
-
-    /// Moves the contacts written since the last time onto the mesh's own triangles.
-    HWY_NOINLINE void settle_loose()
-    {
-        for (std::size_t first = 0; first < loose_; first += hn::Lanes(df))
-            settle_batch(first, std::min(hn::Lanes(df), loose_ - first));
-        loose_ = 0;
-    }
-
-    /// The nearest point of the triangles listed for one lane after another.
-    struct Touch {
-        F distance_sq;
-        V3 offset;   // from the point
-        V3 across;   // normal of the triangle, not of unit length
-        I triangle;  // -1: none
-        M crossed;   // some triangle of the list is cut by another: the solid's boundary may leave it
-    };
-
-    HWY_NOINLINE void settle_batch(std::size_t first, std::size_t count)
-    {
-        HWY_ALIGN float px[k_lanes] = {}, py[k_lanes] = {}, pz[k_lanes] = {};
-        HWY_ALIGN std::int32_t ref[k_lanes] = {}, local[k_lanes] = {}, length[k_lanes] = {};
-        for (std::size_t i = 0; i < count; ++i) {
-            px[i] = loose_point_[first + i].x;
-            py[i] = loose_point_[first + i].y;
-            pz[i] = loose_point_[first + i].z;
-            const FrameContact& c = job_.out[loose_at_[first + i]];
-            find_list(c.part, c.point, ref[i], local[i], length[i]);
-        }
-        const V3 p{hn::Load(df, px), hn::Load(df, py), hn::Load(df, pz)};
-        const V3 nil{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
-        Touch best{set(INFINITY), nil, nil, set_int(-1), none()};
-        M active = hn::FirstN(df, count);
-        for (int step = 0; step < 6 && any(active); ++step) {
-            const F before = best.distance_sq;
-            touch_lists(p, hn::Load(di, ref), hn::Load(di, local), hn::Load(di, length), active, best);
-            active = hn::And(active, hn::Lt(best.distance_sq, before));
-            if (!any(active)) break;
-            // Again where the point found lies over another list.
-            HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
-            HWY_ALIGN std::int32_t triangle[k_lanes], goes_on[k_lanes] = {};
-            hn::Store(hn::Add(p.x, best.offset.x), df, x);
-            hn::Store(hn::Add(p.y, best.offset.y), df, y);
-            hn::Store(hn::Add(p.z, best.offset.z), df, z);
-            hn::Store(best.triangle, di, triangle);
-            each_lane(active, [&](std::size_t i) {
-                const std::int32_t last = ref[i];
-                const auto owner = model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask;
-                find_list(owner, {x[i], y[i], z[i]}, ref[i], local[i], length[i]);
-                goes_on[i] = ref[i] != last ? -1 : 0;
-            });
-            active = hn::And(active, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, goes_on))));
-        }
-        // Then about the other surface that seemed as near.
-        bool doubts = false;
-        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
-            length[i] = 0;
-            if (i >= count || loose_part_[first + i] < 0) continue;
-            find_list(loose_part_[first + i], loose_other_[first + i], ref[i], local[i], length[i]);
-            doubts = true;
-        }
-        if (doubts) touch_lists(p, hn::Load(di, ref), hn::Load(di, local), hn::Load(di, length), hn::FirstN(df, count), best);
-        write_settled(first, count, p, best);
-    }
-
-    void write_settled(std::size_t first, std::size_t count, const V3& p, const Touch& best)
-    {
-        const F depth = hn::Sqrt(best.distance_sq);
-        const M away = hn::Gt(depth, set(1e-4f * model_.header.sphere[3]));
-        const F inverse = hn::Div(set(1.f), hn::Max(blend(away, depth, hn::Sqrt(dot(best.across, best.across))), set(1e-30f)));
-        const V3 normal = times(blend(away, best.offset, best.across), {inverse, inverse, inverse});
-        HWY_ALIGN float v[7][k_lanes];
-        HWY_ALIGN std::int32_t triangle[k_lanes], crossed[k_lanes];
-        hn::Store(hn::Add(p.x, best.offset.x), df, v[0]);
-        hn::Store(hn::Add(p.y, best.offset.y), df, v[1]);
-        hn::Store(hn::Add(p.z, best.offset.z), df, v[2]);
-        hn::Store(normal.x, df, v[3]);
-        hn::Store(normal.y, df, v[4]);
-        hn::Store(normal.z, df, v[5]);
-        hn::Store(depth, df, v[6]);
-        hn::Store(best.triangle, di, triangle);
-        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, best.crossed)), di, crossed);
-        for (std::size_t i = 0; i < count; ++i) {
-            FrameContact& c = job_.out[loose_at_[first + i]];
-            if (crossed[i] != 0) {
-                Contact one{c.point, c.normal, c.depth, c.part, true, c.certain, c.status};
-                settle_on_triangles(model_, loose_point_[first + i], one);
-                c.point = one.point;
-                c.normal = one.normal;
-                c.depth = one.depth;
-                c.part = static_cast<std::int16_t>(one.part);
-            } else if (triangle[i] >= 0) {
-                c.point = {v[0][i], v[1][i], v[2][i]};
-                c.normal = {v[3][i], v[4][i], v[5][i]};
-                c.depth = v[6][i];
-                c.part =
-                    static_cast<std::int16_t>(model_.triangle_part[static_cast<std::size_t>(triangle[i])] & model::k_part_mask);
-            }
-        }
-    }
-
-    /// The exact list over a surface point: its first entry in refs, its part's first local, its length.
-    void find_list(int part_index, Vec3f surface, std::int32_t& ref, std::int32_t& local, std::int32_t& length) const
-    {
-        const Part& part = model_.parts[static_cast<std::size_t>(std::max(part_index, 0))];
-        const CentralMap map(model_, part);
-        const ExactLayer exact(model_, part);
-        const ChartPoint q = query::to_chart(map.to_chart_frame(surface));
-        const ExactLayer::List list = exact.list_at(q.face, q.s, q.t);
-        ref = static_cast<std::int32_t>(list.begin - model_.refs.data());
-        local = static_cast<std::int32_t>(part.first_local);
-        length = static_cast<std::int32_t>(list.end - list.begin);
-    }
-
-    HWY_INLINE I vertex_of(I triangle3, int k) const
-    {
-        if (model_.triangles16.empty()) return gather_word(model_.triangles32.data(), hn::Add(triangle3, set_int(k)));
-        return low(gather_pair(model_.triangles16.data(), hn::Add(triangle3, set_int(k))));
-    }
-    HWY_INLINE V3 place_of(I vertex) const
-    {
-        const I at = hn::Add(hn::Add(vertex, vertex), vertex);
-        const float* v = model_.vertices.data();
-        return {hn::GatherIndex(df, v, at), hn::GatherIndex(df, v + 1, at), hn::GatherIndex(df, v + 2, at)};
-    }
-
-    /// Closest points of triangles (Ericson, Real-Time Collision Detection, 5.1.5), list entry after list entry.
-    HWY_NOINLINE void touch_lists(const V3& p, I ref, I local, I length, M active, Touch& best) const
-    {
-        const I nil = hn::Zero(di);
-        const F zero = hn::Zero(df), one = set(1.f), tiny = set(1e-30f);
-        for (std::int32_t k = 0;; ++k) {
-            active = hn::And(active, hn::RebindMask(df, hn::Gt(length, set_int(k))));
-            if (!any(active)) return;
-            const I entry = low(gather_pair(model_.refs.data(), blend(active, hn::Add(ref, set_int(k)), nil)));
-            const I triangle = gather_word(model_.locals.data(), blend(active, hn::Add(local, entry), nil));
-            const I owner = low(gather_pair(model_.triangle_part.data(), triangle));
-            const auto has = [&](std::uint32_t bit) {
-                return hn::And(active, hn::RebindMask(df, hn::Ne(hn::And(owner, set_int(static_cast<std::int32_t>(bit))), nil)));
-            };
-            best.crossed = hn::Or(best.crossed, has(model::k_crossed));
-            const I triangle3 = hn::Add(hn::Add(triangle, triangle), triangle);
-            const V3 a = place_of(vertex_of(triangle3, 0)), b = place_of(vertex_of(triangle3, 1)),
-                     c = place_of(vertex_of(triangle3, 2));
-            const V3 ab = minus(b, a), ac = minus(c, a), ap = minus(p, a), bp = minus(p, b), cp = minus(p, c);
-            const F d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
-            const F va = hn::Sub(hn::Mul(d3, d6), hn::Mul(d5, d4)), vb = hn::Sub(hn::Mul(d5, d2), hn::Mul(d1, d6)),
-                    vc = hn::Sub(hn::Mul(d1, d4), hn::Mul(d3, d2));
-            const F scale = hn::Div(one, hn::Max(hn::Add(hn::Add(va, vb), vc), tiny));
-            F v = hn::Mul(vb, scale), w = hn::Mul(vc, scale);
-            const auto override = [&](M m, F to_v, F to_w) {
-                v = blend(m, to_v, v);
-                w = blend(m, to_w, w);
-            };
-            const F d43 = hn::Sub(d4, d3), d56 = hn::Sub(d5, d6);
-            const F along_bc = hn::Div(d43, hn::Max(hn::Add(d43, d56), tiny));
-            override(hn::And(hn::And(hn::Le(va, zero), hn::Ge(d43, zero)), hn::Ge(d56, zero)), hn::Sub(one, along_bc), along_bc);
-            override(hn::And(hn::And(hn::Le(vb, zero), hn::Ge(d2, zero)), hn::Le(d6, zero)), zero,
-                     hn::Div(d2, hn::Max(hn::Sub(d2, d6), tiny)));
-            override(hn::And(hn::Ge(d6, zero), hn::Le(d5, d6)), zero, one);
-            override(hn::And(hn::And(hn::Le(vc, zero), hn::Ge(d1, zero)), hn::Le(d3, zero)),
-                     hn::Div(d1, hn::Max(hn::Sub(d1, d3), tiny)), zero);
-            override(hn::And(hn::Ge(d3, zero), hn::Le(d4, d3)), one, zero);
-            override(hn::And(hn::Le(d1, zero), hn::Le(d2, zero)), zero, zero);
-            const V3 offset{hn::Sub(mul_add(v, ab.x, hn::Mul(w, ac.x)), ap.x), hn::Sub(mul_add(v, ab.y, hn::Mul(w, ac.y)), ap.y),
-                            hn::Sub(mul_add(v, ab.z, hn::Mul(w, ac.z)), ap.z)};
-            const F distance_sq = dot(offset, offset);
-            const M nearer = hn::AndNot(has(model::k_buried), hn::And(active, hn::Lt(distance_sq, best.distance_sq)));
-            if (!any(nearer)) continue;
-            best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
-            best.offset = blend(nearer, offset, best.offset);
-            best.across = blend(nearer, cross(ab, ac), best.across);
-            best.triangle = blend(nearer, triangle, best.triangle);
-        }
-    }
-
-    HWY_INLINE static V3 minus(const V3& a, const V3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
-    HWY_INLINE static V3 cross(const V3& a, const V3& b)
-    {
-        return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-                hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
     }
 
     /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
@@ -1229,12 +782,11 @@ private:
         return kept;
     }
 
-    const FrameJob& job_;
-    const ModelView& model_;
-    const model::Locator& locator_;
-    float inverse_cell_;
-    float cells_[3];
     FrameResult result_;
+    static constexpr std::size_t k_entered = 16;
+    std::size_t entered_count_ = 0, last_cluster_ = 0;
+    std::size_t entered_slot_[k_entered];
+    Entered entered_[k_entered];
     std::size_t queued_ = 0;
     // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's
     // reach.
@@ -1248,13 +800,6 @@ private:
     std::int16_t best_part_[k_room];
     bool best_by_plane_[k_room];
     std::uint16_t todo_[k_room], sorted_[k_room], kept_[k_room];
-    // Contacts that are not on triangles yet: whose points, and where they were written.
-    static constexpr std::size_t k_loose = 256;
-    std::size_t loose_ = 0;
-    Vec3f loose_point_[k_loose];
-    std::uint32_t loose_at_[k_loose];
-    std::int16_t loose_part_[k_loose];  // of the other surface that seemed as near; -1: none
-    Vec3f loose_other_[k_loose];        // on it
 };
 
 }  // namespace

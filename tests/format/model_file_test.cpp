@@ -158,6 +158,8 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     EXPECT_TRUE(same_array(v.places, data.places));
     EXPECT_TRUE(same_array(v.part_lists, data.part_lists));
     EXPECT_TRUE(same_array(v.seeds, data.locator_seeds));
+    EXPECT_TRUE(same_array(v.near_bricks, data.near_bricks));
+    EXPECT_TRUE(same_array(v.near, data.near));
     EXPECT_TRUE(model::has_locator(v));
     interrogate(v, 3);
 }
@@ -395,11 +397,21 @@ std::uint16_t& split_child(ModelData& m, std::size_t child)
     throw std::logic_error("the model has no split cell");
 }
 
+/// Where the first brick's record of near triangles is.
+std::uint32_t& stored_near(ModelData& m)
+{
+    const auto it =
+        std::find_if(m.near_bricks.begin(), m.near_bricks.end(), [](std::uint32_t b) { return b != model::k_no_near; });
+    if (it == m.near_bricks.end()) throw std::logic_error("the model has no near triangles");
+    return *it;
+}
+
 /// The first place that is not free.
 std::uint32_t& occupied_place(ModelData& m)
 {
-    const auto it = std::find_if(m.places.begin(), m.places.end(),
-                                 [](std::uint32_t p) { return model::place_kind(p) != model::PlaceKind::Free; });
+    const auto it = std::find_if(m.places.begin(), m.places.end(), [](std::uint32_t p) {
+        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p);
+    });
     if (it == m.places.end()) throw std::logic_error("the model has no occupied place");
     return *it;
 }
@@ -408,7 +420,7 @@ std::uint32_t& occupied_place(ModelData& m)
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::place_kind(p) != model::PlaceKind::Free &&
+        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) &&
                (m.locator_seeds[model::place_seed(p)].extent & model::k_last_seed) == 0;
     });
     if (it == m.places.end()) throw std::logic_error("the model has no place of several seeds");
@@ -608,6 +620,28 @@ const Lie k_lies[] = {
          m.places.push_back(0xfffffffcu);
          stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size() - 1);
      }},
+    {"eighths_beyond_places",
+     [](ModelData& m) {
+         std::uint32_t& place = occupied_place(m);
+         place = 3u | model::k_divided_place << 2 | static_cast<std::uint32_t>(m.places.size() - 7) << 14;
+     }},
+    {"eighths_of_their_own_eighth",
+     [](ModelData& m) {
+         std::uint32_t& place = occupied_place(m);
+         place = 3u | model::k_divided_place << 2 | static_cast<std::uint32_t>(&place - m.places.data()) << 14;
+     }},
+    {"near_missing", [](ModelData& m) { m.near.clear(); }},
+    {"near_bricks_missing", [](ModelData& m) { m.near_bricks.clear(); }},
+    {"near_bricks_missing_one", [](ModelData& m) { m.near_bricks.pop_back(); }},
+    {"near_brick_of_no_record", [](ModelData& m) { stored_near(m) = model::k_no_near; }},
+    {"near_brick_beyond_end", [](ModelData& m) { stored_near(m) = static_cast<std::uint32_t>(m.near.size() - 2); }},
+    {"near_record_of_other_places", [](ModelData& m) { m.near[stored_near(m)] ^= 1; }},
+    {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::k_near_starts + 1] = 0xffff; }},
+    {"near_list_beyond_end",
+     [](ModelData& m) {
+         for (std::size_t i = stored_near(m) + model::k_near_starts; i < m.near.size(); ++i) m.near[i] = 0xffff;
+     }},
+    {"near_triangle_that_is_none", [](ModelData& m) { m.near.back() = 0xffff; }},
     {"places_missing", [](ModelData& m) { m.places.clear(); }},
     {"places_missing_one", [](ModelData& m) { m.places.pop_back(); }},
     {"place_list_beyond_end",
@@ -715,7 +749,9 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
     for (model::Seed& seed : m.locator_seeds) seed.direction &= ~0xffu;
     for (std::uint32_t& p : m.places)
-        if (model::place_kind(p) != model::PlaceKind::Free) {
+        if (model::is_divided(p)) {
+            p = 0;
+        } else if (model::place_kind(p) != model::PlaceKind::Free) {
             std::uint32_t last = model::place_seed(p);
             while ((m.locator_seeds[last].extent & model::k_last_seed) == 0) ++last;
             p = (p & 0x3fffu) | last << 14;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/query/pair.h"
-#include "support/baked_shapes.h"
+#include "support/parsed.h"
 
 #include <cmath>
 
@@ -10,13 +10,13 @@ namespace sqmap::test {
 
 /// A mesh with its model and its probe; bodies point at it, so it stays where it is.
 struct Solid {
-    explicit Solid(const mesh::Mesh& m) : mesh(m), bake(baked(m)), view(bake.view()), probe(m.vertices) {}
+    explicit Solid(const mesh::Mesh& m) : mesh(m), parsed(m), view(parsed.view()), probe(m.vertices) {}
     Solid(const Solid&) = delete;
     Solid& operator=(const Solid&) = delete;
     [[nodiscard]] query::Body at(const query::Pose& pose = {}) const { return {&view, &probe, pose}; }
 
     const mesh::Mesh mesh;
-    const Baked bake;
+    const Parsed parsed;  // frames ask for a model in one blob
     const model::ModelView view;
     const query::Probe probe;
 };

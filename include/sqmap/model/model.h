@@ -5,6 +5,7 @@
 #include "sqmap/model/normal_map.h"
 #include "sqmap/shape/superquadric.h"
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -166,7 +167,8 @@ inline constexpr std::uint32_t k_deep_brick = 1u << 30;  ///< set in a brick tha
 inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
-inline constexpr std::uint32_t k_most_lists = 0xfff;
+inline constexpr std::uint32_t k_divided_place = 0xfff;      ///< in place of a list: see is_divided
+inline constexpr int k_most_divisions = 1;                   ///< of a cell
 inline constexpr std::uint32_t k_most_seed_index = 0x3ffff;  ///< greatest index of seeds that a place can hold
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
@@ -181,6 +183,11 @@ constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKi
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
 constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
 constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
+/// True of a place that is divided in eight: what would be its seed is the first of them in places, x fastest.
+constexpr bool is_divided(std::uint32_t place)
+{
+    return place_kind(place) == PlaceKind::Ask && place_list(place) == k_divided_place;
+}
 /// A plane that touches the surface where it is nearest to a place's centre, and the part whose chart shows it: the start of
 /// the search for the nearest surface, or, where the plane is the surface to within the map's own error all over the place
 /// (k_flat), the answer. A place near the medial axis has a chain of several, up to and with the one that has k_last_seed;
@@ -191,16 +198,27 @@ struct Seed {
 };
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
 inline constexpr std::uint32_t k_flat = 1u << 30;
+inline constexpr std::uint32_t k_joined = 1u << 29;  ///< of a flat chain: of this plane and the one before it the higher counts
 inline constexpr int k_seed_normal_bits = 12;
 inline constexpr float k_seed_distance_step = 1.f / 512;  ///< of the locator's cell
 inline constexpr float k_seed_reach_step = 1.f / 8;       ///< of the locator's cell
-inline constexpr std::uint32_t k_most_seeds = 6;
+inline constexpr std::uint32_t k_most_seeds = 8;
 constexpr std::uint32_t seed_part(Seed seed) { return seed.direction & 0xffu; }
 constexpr int seed_distance(Seed seed) { return static_cast<int>(seed.extent & 0xffffu) - 0x8000; }
 /// A surface found from the seed within this distance is the nearest, whatever the rest of the chain finds.
 constexpr std::uint32_t seed_reach(Seed seed) { return (seed.extent >> 16) & 0xffu; }
+/// In the place of a flat chain's first reach, with the exact layer: no point of the solid in the place is farther above the
+/// lowest plane; k_no_rise says nothing.
+inline constexpr float k_seed_rise_step = 1.f / 1024;  ///< of the locator's cell
+inline constexpr std::int32_t k_no_rise = 0xff;
 /// choices: direction of the pair before a chain; octant: 1 upper x, 2 upper y, 4 upper z.
 constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
+
+/// Where a brick has no record in near.
+inline constexpr std::uint32_t k_no_near = 0xffffffffu;
+/// A record of near: a bit for each place that has a list (64 bits, lowest first; one place if the brick is deep), where each
+/// of the lists begins and the last one ends, counted in values from the first list on, the lists.
+inline constexpr std::uint32_t k_near_starts = 4;
 
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
@@ -253,8 +271,10 @@ struct ModelView {
     std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const Seed> seeds;
-    Measured measured{};                        ///< by bake
-    std::string_view made_by, source, options;  ///< provenance
+    std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: a brick's record in near, or k_no_near
+    std::span<const std::uint16_t> near;         ///< see near_list
+    Measured measured{};                         ///< by bake
+    std::string_view made_by, source, options;   ///< provenance
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
@@ -264,6 +284,30 @@ struct ModelView {
 {
     const std::size_t i = 3 * static_cast<std::size_t>(triangle) + k;
     return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
+}
+/// Triangles by which an exact answer is found in a place of a brick: one of them is the nearest, for any point of it, and no
+/// buried one is among them. Empty where there are too many to list.
+struct NearList {
+    const std::uint16_t* first;  ///< of two values a triangle, the low one first, if wide
+    std::uint32_t count;         ///< triangles
+    bool wide;
+    [[nodiscard]] constexpr std::uint32_t operator[](std::uint32_t i) const
+    {
+        return wide ? first[2 * i] | std::uint32_t{first[2 * i + 1]} << 16 : first[i];
+    }
+};
+constexpr bool near_is_wide(const ModelView& view) { return view.triangle_part.size() > 0x10000; }
+/// place: from 0 to 63 in its brick, 0 of a deep one. @pre the place is not Free
+[[nodiscard]] constexpr NearList near_list(const ModelView& view, std::size_t brick, std::uint32_t place)
+{
+    const std::uint16_t* record = view.near.data() + view.near_bricks[brick];
+    std::uint64_t occupied = 0;
+    for (std::uint32_t k = 0; k < k_near_starts; ++k) occupied |= std::uint64_t{record[k]} << 16 * k;
+    const auto rank = static_cast<std::uint32_t>(std::popcount(occupied & ((std::uint64_t{1} << place) - 1)));
+    const std::uint16_t* start = record + k_near_starts + rank;
+    const std::uint16_t* lists = record + k_near_starts + std::popcount(occupied) + 1;
+    const bool wide = near_is_wide(view);
+    return {lists + start[0], static_cast<std::uint32_t>(start[1] - start[0]) >> (wide ? 1 : 0), wide};
 }
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;

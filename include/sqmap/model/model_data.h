@@ -39,6 +39,8 @@ struct ModelData {
     Locator locator{};
     std::vector<std::uint32_t> bricks, places, part_lists;
     std::vector<Seed> locator_seeds;
+    std::vector<std::uint32_t> near_bricks;
+    std::vector<std::uint16_t> near;
 
     Measured measured;
     std::string made_by, source, options;
@@ -72,6 +74,8 @@ struct ModelData {
                 places,
                 part_lists,
                 locator_seeds,
+                near_bricks,
+                near,
                 measured,
                 made_by,
                 source,

@@ -15,7 +15,7 @@ namespace {
 using model::ModelView;
 using model::PlaceKind;
 
-/// A cell, or a brick that is not divided.
+/// A cell, an eighth of one that is divided, or a brick that is not.
 struct Place {
     PlaceKind kind = PlaceKind::Free;
     Vec3d centre;
@@ -42,10 +42,19 @@ std::vector<Place> places_of(const ModelView& v)
             out.push_back({model::place_kind(word), middle, n * cell, 0, word});
         } else {
             for (std::uint32_t k = 0; k < n * n * n; ++k) {
+                const auto add = [&](std::uint32_t word, Vec3d centre, double side) {
+                    const bool is_free = model::place_kind(word) == PlaceKind::Free;
+                    out.push_back({model::place_kind(word), centre, side, is_free ? step * model::place_gap(word) : 0, word});
+                };
                 const std::uint32_t word = v.places[brick + k];
                 const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
-                const bool is_free = model::place_kind(word) == PlaceKind::Free;
-                out.push_back({model::place_kind(word), centre, cell, is_free ? step * model::place_gap(word) : 0, word});
+                if (!model::is_divided(word)) {
+                    add(word, centre, cell);
+                    continue;
+                }
+                for (std::uint32_t e = 0; e < 8; ++e)
+                    add(v.places[model::place_seed(word) + e],
+                        centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.5 * cell);
             }
         }
     }
@@ -170,7 +179,7 @@ TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
     });
 }
 
-TEST(Locator, TheLowestPlaneOfAFlatPlaceIsTheSurface)
+TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
         test::Random random(4);
@@ -192,9 +201,7 @@ TEST(Locator, TheLowestPlaneOfAFlatPlaceIsTheSurface)
             for (int k = 0; k < 3; ++k) {
                 const Vec3d p = point_in(place, random);
                 if (!m.solid().inside(p)) continue;
-                float lowest = INFINITY;
-                for (const model::Seed& seed : chain)
-                    lowest = std::min(lowest, query::seed_gap(v.locator, seed, cast<float>(p - place.centre)));
+                const float lowest = query::flat_gap(v.locator, chain, cast<float>(p - place.centre)).gap;
                 errors.push_back(std::abs(static_cast<double>(lowest) - m.solid().closest_boundary(p).distance));
             }
         }
@@ -254,6 +261,8 @@ TEST(Locator, IsTheSameOnAnyNumberOfThreads)
     EXPECT_EQ(a.bricks, b.bricks);
     EXPECT_EQ(a.places, b.places);
     EXPECT_EQ(a.part_lists, b.part_lists);
+    EXPECT_EQ(a.near_bricks, b.near_bricks);
+    EXPECT_EQ(a.near, b.near);
     ASSERT_EQ(a.locator_seeds.size(), b.locator_seeds.size());
     for (std::size_t i = 0; i < a.locator_seeds.size(); ++i) {
         ASSERT_EQ(a.locator_seeds[i].direction, b.locator_seeds[i].direction);

@@ -1,0 +1,383 @@
+#include "near_lists.h"
+
+#include "parallel.h"
+#include "query/approach.h"
+#include "query/triangle_offsets.h"
+#include "sqmap/math/triangle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace sqmap::bake {
+
+namespace {
+
+using model::PlaceKind;
+
+// A box is judged at the points of a lattice and in the boxes between them.
+constexpr std::size_t k_side = 4;            ///< small boxes along a side
+constexpr std::size_t k_along = k_side + 1;  ///< lattice points along a side, x fastest
+constexpr std::size_t k_points = k_along * k_along * k_along;
+constexpr std::size_t k_room = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+/// From a small box's lowest corner to its corners, in lattice points.
+constexpr std::size_t k_steps[8] = {
+    0, 1, k_along, k_along + 1, k_along* k_along, k_along* k_along + 1, k_along*(k_along + 1), k_along*(k_along + 1) + 1};
+/// What float and rounding may be off by, in half sides of the box.
+constexpr double k_slack = 1e-4;
+
+/// The triangles nearest to some point of the box about centre of half side h, and a few more; those that are nearest most often
+/// first. The distance to a triangle is convex. So in a box it is at most the multilinear function of its values at the corners,
+/// and at least its tangent plane at any point; where one triangle's plane is above another's values at all corners, it is
+/// nowhere the nearest.
+class NearTriangles {
+public:
+    explicit NearTriangles(const mesh::Solid& solid) : solid_(solid) {}
+
+    /// Boxes about centres, all within the box about middle of half side half.
+    void begin(Vec3d middle, double half, std::span<const Vec3d> centres)
+    {
+        within_.clear();
+        corners_.clear();
+        const double reach = (solid_.closest_boundary(middle).distance + 2 * std::sqrt(3.0) * half) * (1 + 1e-6);
+        solid_.bvh().visit_nearest(middle, reach * reach, [&](std::uint32_t t, double radius_sq) {
+            if (solid_.boundary()[t] != mesh::Boundary::Buried) within_.push_back(t);
+            return radius_sq;
+        });
+        std::sort(within_.begin(), within_.end());
+        put_corners(within_, middle);
+        centres_ = (centres.size() + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+        for (std::size_t k = 0; k < 3; ++k) {
+            centre_[k].resize(centres_);
+            for (std::size_t i = 0; i < centres_; ++i) {
+                const Vec3d p = centres[std::min(i, centres.size() - 1)] - middle;
+                centre_[k][i] = static_cast<float>(p[static_cast<int>(k)]);
+            }
+            to_centre_[k].resize(within_.size() * centres_);
+        }
+        from_centre_.resize(within_.size() * centres_);
+        query::triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_},
+                                to_centre_[0].data(), to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
+    }
+
+    /// Those of the box about the centre of that number.
+    const std::vector<std::uint32_t>& operator()(std::size_t number, Vec3d centre, double h)
+    {
+        collect(number, centre, h);
+        measure(centre, h);
+        near_.clear();
+        // The nearest somewhere on the lattice, and what is not ruled out in all small boxes.
+        std::vector<std::uint32_t> wins(triangles_.size(), 0);
+        for (std::size_t i = 0; i < k_points; ++i)
+            if (nearest_[i] != k_none) ++wins[nearest_[i]];
+        order_.clear();
+        const float side = static_cast<float>(2 * h / k_side), slack = static_cast<float>(k_slack * h);
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+            if (wins[t] > 0 || !is_ruled_out(t, 0, k_side, side, slack)) order_.push_back(t);
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t l, std::uint32_t r) {
+            return wins[l] != wins[r] ? wins[l] > wins[r] : triangles_[l] < triangles_[r];
+        });
+        for (const std::uint32_t t : order_) near_.push_back(triangles_[t]);
+        return near_;
+    }
+
+private:
+    static constexpr std::uint32_t k_none = 0xffffffffu;
+
+    Vec3d closest(std::uint32_t triangle, Vec3d p) const
+    {
+        const mesh::Triangle& t = solid_.mesh().triangles[triangle];
+        const auto& v = solid_.mesh().vertices;
+        return closest_point_on_triangle(p, v[t[0]], v[t[1]], v[t[2]]);
+    }
+
+    void put_corners(std::span<const std::uint32_t> triangles, Vec3d from)
+    {
+        corners_.clear();
+        for (const std::uint32_t t : triangles)
+            for (const std::uint32_t v : solid_.mesh().triangles[t])
+                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - from));
+    }
+
+    /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
+    void collect(std::size_t number, Vec3d centre, double h)
+    {
+        triangles_.clear();
+        std::size_t nearest = within_.size();
+        for (std::size_t i = 0; i < within_.size(); ++i)
+            if (solid_.boundary()[within_[i]] == mesh::Boundary::Whole &&
+                (nearest == within_.size() || from_centre_[i * centres_ + number] < from_centre_[nearest * centres_ + number]))
+                nearest = i;
+        if (nearest == within_.size()) {
+            triangles_ = within_;
+            return;
+        }
+        const auto corner = [&](int k) { return h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.}; };
+        double limit[8];
+        for (int k = 0; k < 8; ++k)
+            limit[k] = norm(centre + corner(k) - closest(within_[nearest], centre + corner(k))) + k_slack * h;
+        const auto fh = static_cast<float>(h);
+        const float reach = from_centre_[nearest * centres_ + number] + (2 * 1.7321f + static_cast<float>(k_slack)) * fh;
+        for (std::size_t i = 0; i < within_.size(); ++i) {
+            const std::size_t at = i * centres_ + number;
+            const float distance = from_centre_[at];
+            if (distance > reach) continue;
+            bool above = i != nearest && distance > fh * static_cast<float>(k_slack);
+            const float scale = above ? -fh / distance : 0;
+            for (int k = 0; k < 8 && above; ++k)
+                above = static_cast<double>(distance + scale * ((k & 1 ? 1.f : -1.f) * to_centre_[0][at] +
+                                                                (k & 2 ? 1.f : -1.f) * to_centre_[1][at] +
+                                                                (k & 4 ? 1.f : -1.f) * to_centre_[2][at])) > limit[k];
+            if (!above) triangles_.push_back(within_[i]);
+        }
+    }
+
+    /// Distances from the lattice, relative to the centre so that float is enough, and the nearest of each of its points. A
+    /// triangle that is cut may not be boundary where it is nearest, and rules out nothing.
+    void measure(Vec3d centre, double h)
+    {
+        put_corners(triangles_, centre);
+        for (std::size_t i = 0; i < k_room; ++i) {
+            const std::size_t p = std::min(i, k_points - 1);
+            const auto place = [&](std::size_t k) {
+                return static_cast<float>(h * (2.0 / k_side * static_cast<double>(k % k_along) - 1));
+            };
+            point_[0][i] = place(p);
+            point_[1][i] = place(p / k_along);
+            point_[2][i] = place(p / (k_along * k_along));
+        }
+        for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) values->resize(triangles_.size() * k_room);
+        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), k_room}, offset_[0].data(),
+                                offset_[1].data(), offset_[2].data(), distance_.data());
+        nearest_.fill(k_none);
+        least_.fill(INFINITY);
+        std::uint32_t* __restrict nearest = nearest_.data();
+        float* __restrict least = least_.data();
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+            if (solid_.boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
+            const float* __restrict d = &distance_[t * k_room];
+            for (std::size_t i = 0; i < k_room; ++i) {
+                const std::uint32_t nearer = d[i] < least[i] ? 0xffffffffu : 0u;
+                nearest[i] = (nearest[i] & ~nearer) | (t & nearer);
+                least[i] = std::min(d[i], least[i]);
+            }
+        }
+    }
+
+    /// Whether a triangle is nowhere nearest in the box of so many small ones a side whose lowest corner is lattice point low.
+    bool is_ruled_out(std::uint32_t t, std::size_t low, std::size_t boxes, float small_side, float slack) const
+    {
+        const float side = small_side * static_cast<float>(boxes);
+        // Distances change no faster than places.
+        if (distance_[t * k_room + low] - least_[low] > 2 * 1.7321f * side + slack) return true;
+        if (is_above(t, low, boxes, side, slack)) return true;
+        if (boxes == 1) return false;
+        for (const std::size_t step : k_steps)
+            if (!is_ruled_out(t, low + step * (boxes / 2), boxes / 2, small_side, slack)) return false;
+        return true;
+    }
+
+    /// By the planes at the corners.
+    bool is_above(std::uint32_t t, std::size_t low, std::size_t boxes, float side, float slack) const
+    {
+        const float* mine = &distance_[t * k_room];
+        std::uint32_t rulers[8];
+        std::size_t n_rulers = 0;
+        for (const std::size_t step : k_steps) {
+            const std::uint32_t r = nearest_[low + step * boxes];
+            if (r != k_none && std::find(rulers, rulers + n_rulers, r) == rulers + n_rulers) rulers[n_rulers++] = r;
+        }
+        // The plane that touches where it matters most is the best as a rule; in the end all are tried.
+        std::size_t most = 0;
+        float least_margin = INFINITY;
+        for (std::size_t k = 0; k < 8; ++k) {
+            const std::size_t at = low + k_steps[k] * boxes;
+            const float margin = mine[at] - least_[at];
+            most = margin < least_margin ? k : most;
+            least_margin = std::min(margin, least_margin);
+        }
+        if (!(least_margin > slack)) return false;
+        for (std::size_t tried = 0; tried < (boxes == 1 ? 8u : 1u); ++tried) {
+            const std::size_t j = most ^ tried;
+            const std::size_t at = low + k_steps[j] * boxes, value = t * k_room + at;
+            // Away from the triangle distance grows.
+            const float scale = -side / mine[at];
+            const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
+            float plane[8];
+            plane[0] = mine[at] - slack - ((j & 1) != 0 ? g[0] : 0) - ((j & 2) != 0 ? g[1] : 0) - ((j & 4) != 0 ? g[2] : 0);
+            plane[1] = plane[0] + g[0];
+            for (std::size_t k = 2; k < 4; ++k) plane[k] = plane[k - 2] + g[1];
+            for (std::size_t k = 4; k < 8; ++k) plane[k] = plane[k - 4] + g[2];
+            for (std::size_t r = 0; r < n_rulers; ++r) {
+                const float* other = &distance_[rulers[r] * k_room + low];
+                bool above = true;
+                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[k_steps[k] * boxes];
+                if (above) return true;
+            }
+        }
+        return false;
+    }
+
+    const mesh::Solid& solid_;
+    std::vector<std::uint32_t> triangles_, near_, order_;
+    std::vector<Vec3f> corners_;
+    // What can be nearest somewhere in the boxes, and how it lies to their centres.
+    std::vector<std::uint32_t> within_;
+    std::size_t centres_ = 0;
+    std::vector<float> centre_[3], to_centre_[3], from_centre_;
+    std::array<float, k_room> point_[3];
+    std::vector<float> offset_[3], distance_;    // triangle after triangle, k_room values each
+    std::array<std::uint32_t, k_room> nearest_;  // on the lattice
+    std::array<float, k_room> least_;
+};
+
+/// How far the solid rises above the lowest of a place's planes within the place, as stored. A linear function is greatest at a
+/// corner of the solid's part of the place: at one of the place's own corners, or where the surface is in it.
+class Rise {
+public:
+    explicit Rise(const mesh::Solid& solid) : solid_(solid) {}
+
+    std::uint32_t operator()(const model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+                             const std::vector<std::uint32_t>& near)
+    {
+        const double cell = static_cast<double>(data.locator.cell);
+        planes_.clear();
+        for (std::uint32_t s = model::place_seed(place);; ++s) {
+            const model::Seed seed = data.locator_seeds[s];
+            planes_.push_back({cast<double>(query::seed_normal(seed)),
+                               static_cast<double>(model::k_seed_distance_step) * cell * model::seed_distance(seed),
+                               (seed.extent & model::k_joined) != 0, 0});
+            if ((seed.extent & model::k_last_seed) != 0) break;
+        }
+        const auto offer = [&](Vec3d p) {
+            for (Plane& plane : planes_) plane.highest = std::max(plane.highest, dot(plane.normal, p) - plane.distance);
+        };
+        for (const std::uint32_t t : near) {
+            polygon_.clear();
+            for (const std::uint32_t v : solid_.mesh().triangles[t]) polygon_.push_back(solid_.mesh().vertices[v] - centre);
+            for (int axis = 0; axis < 3; ++axis)
+                for (const double sign : {-1., 1.}) clip(axis, sign, h);
+            for (const Vec3d& p : polygon_) offer(p);
+        }
+        for (int k = 0; k < 8; ++k) {
+            const Vec3d corner = h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.};
+            const bool above = std::any_of(planes_.begin(), planes_.end(), [&](const Plane& plane) {
+                return dot(plane.normal, corner) - plane.distance > plane.highest;
+            });
+            if (above && solid_.inside(centre + corner)) offer(corner);
+        }
+        // Nothing is above a group that is not above all of it.
+        double highest = 0, least = 0;
+        for (const Plane& plane : planes_) {
+            if (!plane.joined) highest = std::max(highest, least);
+            least = plane.joined ? std::min(least, plane.highest) : plane.highest;
+        }
+        highest = std::max(highest, least);
+        const double steps = std::ceil((highest / cell + 1e-3) / static_cast<double>(model::k_seed_rise_step));
+        return steps < model::k_no_rise ? static_cast<std::uint32_t>(steps) : static_cast<std::uint32_t>(model::k_no_rise);
+    }
+
+private:
+    struct Plane {
+        Vec3d normal;
+        double distance;
+        bool joined;
+        double highest;  ///< height of the solid above it
+    };
+
+    /// Keeps what is not beyond h along sign times an axis.
+    void clip(int axis, double sign, double h)
+    {
+        kept_.clear();
+        for (std::size_t i = 0; i < polygon_.size(); ++i) {
+            const Vec3d &a = polygon_[i], &b = polygon_[(i + 1) % polygon_.size()];
+            const double u = h - sign * a[axis], v = h - sign * b[axis];
+            if (u >= 0) kept_.push_back(a);
+            if ((u >= 0) != (v >= 0)) kept_.push_back(a + (u / (u - v)) * (b - a));
+        }
+        polygon_.swap(kept_);
+    }
+
+    const mesh::Solid& solid_;
+    std::vector<Plane> planes_;
+    std::vector<Vec3d> polygon_, kept_;
+};
+
+/// Of a place, or of the eighths that it is divided in.
+void set_rises(Rise& rise, model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+               const std::vector<std::uint32_t>& near)
+{
+    if (model::is_divided(place)) {
+        for (std::uint32_t i = 0; i < 8; ++i) {
+            const Vec3d offset = 0.5 * h * Vec3d{(i & 1) != 0 ? 1. : -1., (i & 2) != 0 ? 1. : -1., (i & 4) != 0 ? 1. : -1.};
+            set_rises(rise, data, data.places[model::place_seed(place) + i], centre + offset, 0.5 * h, near);
+        }
+    } else if (model::place_kind(place) == PlaceKind::Mixed) {
+        std::uint32_t& extent = data.locator_seeds[model::place_seed(place)].extent;
+        if ((extent & model::k_flat) != 0) extent = (extent & ~0xff0000u) | rise(data, place, centre, h, near) << 16;
+    }
+}
+
+}  // namespace
+
+void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data)
+{
+    data.near_bricks.clear();
+    data.near.clear();
+    if (data.bricks.empty() || data.triangle_part.empty()) return;
+    const model::Locator& l = data.locator;
+    const bool wide = data.triangle_part.size() > 0x10000;
+    std::vector<std::vector<std::uint16_t>> packed(data.bricks.size());
+    parallel_for(data.bricks.size(), threads, [&](std::size_t b) {
+        const std::uint32_t brick = data.bricks[b];
+        if ((brick & model::k_free_brick) != 0) return;
+        NearTriangles near_triangles(solid);
+        Rise rise(solid);
+        constexpr int n = model::k_brick;
+        const double cell = static_cast<double>(l.cell);
+        const Vec3d origin = cast<double>(model::vec3(l.origin));
+        const Vec3d lowest = origin + n * cell *
+                                          Vec3d{double(b % l.bricks[0]), double(b / l.bricks[0] % l.bricks[1]),
+                                                double(b / (std::size_t{l.bricks[0]} * l.bricks[1]))};
+        const bool deep = (brick & model::k_deep_brick) != 0;
+        // What is asked there may lie beside it by rounding.
+        const double slack = 1.0005;
+        std::vector<std::uint16_t>& out = packed[b];
+        std::vector<std::uint16_t> refs, starts{0};
+        std::uint64_t occupied = 0;
+        std::vector<Vec3d> centres;
+        std::vector<std::uint32_t> places;
+        const double half = deep ? 0.5 * n * cell : 0.5 * cell;
+        const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
+        for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
+            const std::uint32_t place = data.places[(brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k)];
+            if (model::place_kind(place) == PlaceKind::Free) continue;
+            occupied |= std::uint64_t{1} << k;
+            places.push_back(place);
+            centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
+        }
+        if (!places.empty()) near_triangles.begin(middle, slack * 0.5 * n * cell, centres);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const std::vector<std::uint32_t>& near = near_triangles(i, centres[i], slack * half);
+            set_rises(rise, data, places[i], centres[i], slack * half, near);
+            // Where a brick's lists are too long, the rest of its places is asked point by point.
+            if (refs.size() + near.size() * (wide ? 2 : 1) <= 0xffff)
+                for (const std::uint32_t t : near) {
+                    refs.push_back(static_cast<std::uint16_t>(t));
+                    if (wide) refs.push_back(static_cast<std::uint16_t>(t >> 16));
+                }
+            starts.push_back(static_cast<std::uint16_t>(refs.size()));
+        }
+        for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
+        out.insert(out.end(), starts.begin(), starts.end());
+        out.insert(out.end(), refs.begin(), refs.end());
+    });
+    for (const auto& brick : packed) {
+        data.near_bricks.push_back(brick.empty() ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
+        data.near.insert(data.near.end(), brick.begin(), brick.end());
+    }
+}
+
+}  // namespace sqmap::bake

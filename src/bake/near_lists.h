@@ -1,0 +1,13 @@
+// For the exact layer of frames: the triangles that can be nearest to some point of a place of the locator.
+#pragma once
+
+#include "sqmap/mesh/solid.h"
+#include "sqmap/model/model_data.h"
+
+namespace sqmap::bake {
+
+/// Fills data's near lists from its locator and triangles; leaves them empty where it has not both. solid: the mesh that the
+/// locator was baked from. Cost: some hundred closest points of triangles for each place that is not Free.
+void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data);
+
+}  // namespace sqmap::bake

@@ -1,0 +1,97 @@
+// Vectors of as many points as the machine takes at once, at most a cluster: compiled for each instruction set by Highway
+// (J. Wassenberg et al.), without fused multiply-add, so that all give the same bits.
+#if defined(SQMAP_QUERY_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_LANES_INL_H
+#undef SQMAP_QUERY_LANES_INL_H
+#else
+#define SQMAP_QUERY_LANES_INL_H
+#endif
+
+#include "sqmap/query/frame.h"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DF = hn::CappedTag<float, Probe::k_cluster>;
+using DI = hn::RebindToSigned<DF>;
+using DU = hn::RebindToUnsigned<DF>;
+using F = hn::Vec<DF>;
+using I = hn::Vec<DI>;
+using M = hn::Mask<DF>;
+constexpr DF df{};
+constexpr DI di{};
+constexpr DU du{};
+constexpr std::size_t k_lanes = hn::MaxLanes(DF());
+
+HWY_INLINE F set(float v) { return hn::Set(df, v); }
+HWY_INLINE I set_int(std::int32_t v) { return hn::Set(di, v); }
+HWY_INLINE F blend(M m, F yes, F no) { return hn::IfThenElse(m, yes, no); }
+HWY_INLINE I blend(M m, I yes, I no) { return hn::IfThenElse(hn::RebindMask(di, m), yes, no); }
+HWY_INLINE M equal(I a, I b) { return hn::RebindMask(df, hn::Eq(a, b)); }
+HWY_INLINE M not_negative(I a) { return hn::RebindMask(df, hn::Gt(a, set_int(-1))); }
+HWY_INLINE M none() { return hn::Ne(hn::Zero(df), hn::Zero(df)); }
+HWY_INLINE bool any(M m) { return !hn::AllFalse(df, m); }
+HWY_INLINE F mul_add(F a, F b, F c) { return hn::Add(hn::Mul(a, b), c); }
+HWY_INLINE I truncate(F v) { return hn::ConvertTo(di, v); }
+HWY_INLINE F truncate_float(F v) { return hn::ConvertTo(df, hn::ConvertTo(di, v)); }
+HWY_INLINE F to_float(I v) { return hn::ConvertTo(df, v); }
+template <int k>
+HWY_INLINE I shift_right(I v)
+{
+    return hn::BitCast(di, hn::ShiftRight<k>(hn::BitCast(du, v)));
+}
+
+/// Two neighbouring 16-bit values from an index on, the first in the low half. Reading past an array's last value is safe:
+/// something always follows it in a parsed model's blob.
+HWY_INLINE I gather_pair(const std::uint16_t* base, I index)
+{
+    return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(base), hn::Add(index, index));
+}
+HWY_INLINE I gather_word(const std::uint32_t* base, I index)
+{
+    return hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(base), index);
+}
+HWY_INLINE I low(I pair) { return hn::And(pair, set_int(0xffff)); }
+HWY_INLINE I high(I pair) { return shift_right<16>(pair); }
+
+struct V3 {
+    F x, y, z;
+};
+HWY_INLINE V3 blend(M m, const V3& yes, const V3& no)
+{
+    return {blend(m, yes.x, no.x), blend(m, yes.y, no.y), blend(m, yes.z, no.z)};
+}
+HWY_INLINE F dot(const V3& a, const V3& b) { return mul_add(a.x, b.x, mul_add(a.y, b.y, hn::Mul(a.z, b.z))); }
+HWY_INLINE F row_dot(const float* r, const V3& v)
+{
+    return mul_add(set(r[0]), v.x, mul_add(set(r[1]), v.y, hn::Mul(set(r[2]), v.z)));
+}
+
+HWY_INLINE V3 times(const V3& a, const V3& b) { return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)}; }
+HWY_INLINE V3 minus(const V3& a, const V3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
+HWY_INLINE V3 cross(const V3& a, const V3& b)
+{
+    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+
+/// The lanes of a mask one by one.
+template <class Do>
+HWY_INLINE void each_lane(M mask, Do&& action)
+{
+    HWY_ALIGN std::int32_t set_lanes[k_lanes];
+    hn::Store(hn::VecFromMask(di, hn::RebindMask(di, mask)), di, set_lanes);
+    for (std::size_t i = 0; i < hn::Lanes(df); ++i)
+        if (set_lanes[i] != 0) action(i);
+}
+
+}  // namespace
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,131 @@
+#include "bake/near_lists.h"
+
+#include "query/approach.h"
+#include "sqmap/math/triangle.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace sqmap::bake {
+namespace {
+
+using model::ModelView;
+using model::PlaceKind;
+
+/// A place that is not Free, an eighth of one that is divided, and the list that it shares.
+struct Place {
+    Vec3d centre;
+    double half;
+    std::uint32_t word;
+    model::NearList near;
+};
+
+std::vector<Place> places_of(const ModelView& v)
+{
+    std::vector<Place> out;
+    const model::Locator& l = v.locator;
+    const double cell = l.cell;
+    constexpr std::uint32_t n = model::k_brick;
+    const auto add = [&](Vec3d centre, double half, std::uint32_t word, const model::NearList& near) {
+        if (model::place_kind(word) != PlaceKind::Free) out.push_back({centre, half, word, near});
+    };
+    for (std::uint32_t i = 0; i < v.bricks.size(); ++i) {
+        if ((v.bricks[i] & model::k_free_brick) != 0) continue;
+        const Vec3d at{double(i % l.bricks[0]), double(i / l.bricks[0] % l.bricks[1]), double(i / (l.bricks[0] * l.bricks[1]))};
+        const Vec3d corner = cast<double>(model::vec3(l.origin)) + n * cell * at;
+        const bool deep = (v.bricks[i] & model::k_deep_brick) != 0;
+        const std::uint32_t first = v.bricks[i] & ~model::k_deep_brick;
+        if (deep) {
+            add(corner + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell, v.places[first], model::near_list(v, i, 0));
+            continue;
+        }
+        for (std::uint32_t k = 0; k < n * n * n; ++k) {
+            const std::uint32_t word = v.places[first + k];
+            if (model::place_kind(word) == PlaceKind::Free) continue;
+            const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
+            const model::NearList near = model::near_list(v, i, k);
+            if (!model::is_divided(word)) {
+                add(centre, 0.5 * cell, word, near);
+                continue;
+            }
+            for (std::uint32_t e = 0; e < 8; ++e)
+                add(centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.25 * cell,
+                    v.places[model::place_seed(word) + e], near);
+        }
+    }
+    return out;
+}
+
+void each_model(const std::function<void(const std::string&, const test::Parsed&)>& check)
+{
+    check("torus", test::Parsed(test::small_torus()));
+    check("dumbbell", test::Parsed(mesh::dumbbell({.segments = 24})));
+    check("hand", test::Parsed(test::small_hand()));
+    // Coplanar triangles, many of them equally near.
+    check("rounded box", test::Parsed(mesh::rounded_box({1, 0.6, 0.4}, 0.2, 3)));
+    if (const auto horse = test::shared_mesh("horse_5946.obj")) check("horse", test::Parsed(*horse));
+}
+
+TEST(NearLists, HoldTheNearestTriangleOfAnyPointOfTheirPlace)
+{
+    each_model([](const std::string& name, const test::Parsed& m) {
+        test::Random random(11);
+        const std::vector<Place> places = places_of(m.view());
+        const std::size_t stride = std::max<std::size_t>(1, places.size() / 1000);
+        double listed = 0, lists = 0;
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            const Place& place = places[i];
+            ASSERT_GT(place.near.count, 0u) << name;
+            listed += place.near.count;
+            ++lists;
+            for (int k = 0; k < 10; ++k) {
+                const Vec3d p = place.centre + place.half * random.in_box({-1, -1, -1}, {1, 1, 1});
+                const double nearest = m.solid().closest_boundary(p).distance;
+                double found = INFINITY;
+                for (std::uint32_t e = 0; e < place.near.count; ++e) {
+                    const mesh::Triangle& t = m.mesh().triangles[place.near[e]];
+                    const auto& v = m.mesh().vertices;
+                    found = std::min(found, norm(closest_point_on_triangle(p, v[t[0]], v[t[1]], v[t[2]]) - p));
+                }
+                ASSERT_LE(found, nearest * (1 + 1e-9) + 1e-12) << name;
+            }
+        }
+        EXPECT_LT(listed / lists, 0.3 * static_cast<double>(m.mesh().triangles.size())) << name << ": all would be right, too";
+    });
+}
+
+TEST(NearLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
+{
+    each_model([](const std::string& name, const test::Parsed& m) {
+        test::Random random(12);
+        const ModelView& v = m.view();
+        std::size_t inside = 0, outside = 0, dropped = 0;
+        for (const Place& place : places_of(v)) {
+            if (model::place_kind(place.word) != PlaceKind::Mixed) continue;
+            std::vector<model::Seed> chain;
+            for (std::uint32_t i = model::place_seed(place.word);; ++i) {
+                chain.push_back(v.seeds[i]);
+                if ((v.seeds[i].extent & model::k_last_seed) != 0) break;
+            }
+            const auto code = static_cast<std::int32_t>(chain.front().extent >> 16 & 0xffu);
+            if ((chain.front().extent & model::k_flat) == 0 || code == model::k_no_rise) continue;
+            const float rise = static_cast<float>(code) * model::k_seed_rise_step * v.locator.cell;
+            for (int k = 0; k < 8; ++k) {
+                const Vec3d p = place.centre + place.half * random.in_box({-1, -1, -1}, {1, 1, 1});
+                const float gap = query::flat_gap(v.locator, chain, cast<float>(p - place.centre)).gap;
+                const bool is_inside = m.solid().inside(p);
+                (is_inside ? inside : outside) += 1;
+                if (is_inside) ASSERT_GE(gap + rise, 0) << name << " at " << p.x << ' ' << p.y << ' ' << p.z;
+                dropped += !is_inside && gap + rise < 0 ? 1u : 0u;
+            }
+        }
+        EXPECT_GT(inside, 100u) << name;
+        EXPECT_GT(dropped, outside / 2) << name << ": a rise without end would be a bound, too";
+    });
+}
+
+}  // namespace
+}  // namespace sqmap::bake
