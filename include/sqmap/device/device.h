@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 
 namespace sqmap::device {
@@ -48,7 +49,15 @@ struct Sample {
     std::uint32_t buttons = 0;                ///< a bit each
 };
 
+/// A device that cannot be opened: no such kind, not there, or wrong arguments; what() says why and what to do.
+class DeviceError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
 /// Implementations: one file a family in src/device. A device is used by one thread at a time, the servo's, except zero().
+/// read, write and zero never wait, allocate or throw: what waits for hardware is done by a thread of the device's own. That
+/// thread exerts nothing where the last write is older than 20 ms, and the destructor leaves the hardware without force.
 class Device {
 public:
     virtual ~Device() = default;
@@ -57,7 +66,8 @@ public:
     virtual bool read(Sample& sample) noexcept = 0;
     /// One wrench a zone. False when the device is gone.
     virtual bool write(std::span<const Wrench> wrenches) noexcept = 0;
-    /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls.
+    /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls. It cancels every wrench
+    /// written before it; a later write() counts again, so whoever stops for good must also keep the servo from writing.
     virtual void zero() noexcept = 0;
 };
 
