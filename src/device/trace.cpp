@@ -31,14 +31,16 @@ void each_column(Row& row, std::size_t zones, Visit visit)
     visit("dt", -1, row.dt);
     visit("sequence", -1, row.sequence);
     visit("buttons", -1, row.buttons);
+    visit("input", -1, row.input);
     visit("cpu", -1, row.cpu);
     visit("contacts", -1, row.contacts);
     visit("depth", -1, row.depth);
     visit("status", -1, row.status);
     visit("filter", -1, row.filter);
     static constexpr const char* k_rotation[3][3] = {{"r00", "r01", "r02"}, {"r10", "r11", "r12"}, {"r20", "r21", "r22"}};
-    static constexpr const char* k_names[5][3] = {{"px", "py", "pz"}, {"fx", "fy", "fz"}, {"tx", "ty", "tz"},
-                                                  {"sent_fx", "sent_fy", "sent_fz"}, {"sent_tx", "sent_ty", "sent_tz"}};
+    static constexpr const char* k_names[7][3] = {{"px", "py", "pz"}, {"vx", "vy", "vz"}, {"wx", "wy", "wz"},
+                                                  {"fx", "fy", "fz"}, {"tx", "ty", "tz"}, {"sent_fx", "sent_fy", "sent_fz"},
+                                                  {"sent_tx", "sent_ty", "sent_tz"}};
     for (std::size_t z = 0; z < zones; ++z) {
         const int zone = static_cast<int>(z);
         const auto vector = [&](const char* const (&names)[3], auto& v) {
@@ -48,10 +50,12 @@ void each_column(Row& row, std::size_t zones, Visit visit)
         };
         for (int i = 0; i < 3; ++i) vector(k_rotation[i], row.poses[z].rotation.row[i]);
         vector(k_names[0], row.poses[z].translation);
-        vector(k_names[1], row.computed[z].force);
-        vector(k_names[2], row.computed[z].torque);
-        vector(k_names[3], row.sent[z].force);
-        vector(k_names[4], row.sent[z].torque);
+        vector(k_names[1], row.twists[z].linear);
+        vector(k_names[2], row.twists[z].angular);
+        vector(k_names[3], row.computed[z].force);
+        vector(k_names[4], row.computed[z].torque);
+        vector(k_names[5], row.sent[z].force);
+        vector(k_names[6], row.sent[z].torque);
     }
 }
 
@@ -81,8 +85,8 @@ bool same(std::uint64_t a, std::uint64_t b) { return a == b; }
 template <class Visit>
 void each_pair(const TraceRow& a, const TraceRow& b, std::size_t zones, Visit visit)
 {
-    double numbers[9 + 24 * k_most_zones];
-    std::uint64_t integers[9];
+    double numbers[4 + 30 * k_most_zones];
+    std::uint64_t integers[6];
     std::size_t i = 0, j = 0;
     each_column(a, zones, [&](const char*, int, const auto& value) {
         if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)

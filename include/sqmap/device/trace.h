@@ -34,18 +34,26 @@ struct TraceHeader {
     [[nodiscard]] std::optional<std::string> find(std::string_view key) const;
 };
 
+/// How the forces of a tick were asked for.
+enum TraceInput : std::uint32_t {
+    k_trace_measured_twist = 1,  ///< with the device's twists, not with differences of poses
+    k_trace_degraded = 2,        ///< from the last tangent planes
+};
+
 /// One tick. Arrays hold as many zones as the header says; the rest is not stored.
 struct TraceRow {
     double time = 0;             ///< s since the first tick
     double dt = 0;               ///< s, the step that the forces were computed with
     std::uint64_t sequence = 0;  ///< of the device's reading
     std::uint32_t buttons = 0;
+    std::uint32_t input = 0;     ///< bits of TraceInput
     double cpu = 0;              ///< s of the servo's own CPU time in this tick; the one column that a replay does not repeat
     std::uint32_t contacts = 0;
     double depth = 0;            ///< m, the deepest contact of all zones
     std::uint32_t status = 0;    ///< bits of the force algorithm
     std::uint32_t filter = 0;    ///< bits of the safety filter
     std::array<Pose, k_most_zones> poses{};
+    std::array<Twist, k_most_zones> twists{};     ///< zero where the device measures none
     std::array<Wrench, k_most_zones> computed{};  ///< by the force algorithm
     std::array<Wrench, k_most_zones> sent{};      ///< to the device, behind the safety filter
 };
