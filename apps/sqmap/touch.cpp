@@ -284,7 +284,7 @@ void add_touch(CLI::App& app, int& exit_code)
     const auto arguments = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("touch", "Touch models with a device, a scripted or a recorded path, and record it");
     command->add_option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m")->required();
-    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m] or a mesh")->capture_default_str();
+    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")->capture_default_str();
     command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

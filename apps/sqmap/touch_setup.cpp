@@ -84,6 +84,18 @@ std::uint64_t hash_of(std::span<const Vec3d> points)
     return hash | 1u;  // never the 0 that stands for any
 }
 
+/// NAME or NAME:RADIUS, m; false for any other tool.
+bool is_shape(const std::string& tool, const std::string& name, double& radius)
+{
+    if (tool == name) return true;
+    if (!tool.starts_with(name + ":")) return false;
+    const char* const last = tool.data() + tool.size();
+    const auto [end, error] = std::from_chars(tool.data() + name.size() + 1, last, radius);
+    if (error != std::errc() || end != last || !(radius > 0 && radius < 10))
+        throw BadTouch("--tool " + tool + ": the radius in metres must be above zero, as in sphere:0.005");
+    return true;
+}
+
 std::filesystem::path found(const std::string& file, const std::filesystem::path& beside)
 {
     std::error_code ignored;
@@ -126,21 +138,21 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
                             .weights = weights_,
                             .radius = options_.zone_radius > 0 ? options_.zone_radius : std::numeric_limits<double>::infinity(),
                             .options = options_.zone};
-    state_ = std::make_unique<haptic::State>(std::vector<haptic::Zone>(zones, zone));
+    state_ = std::make_unique<haptic::State>(
+        std::vector<haptic::Zone>(zones, zone),
+        haptic::StateOptions{.most_contacts = probe_->size(), .most_solids = std::max<std::size_t>(1, solids_.size())});
 }
 
 void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
     mesh::Mesh tool;
-    if (options_.tool == "sphere" || options_.tool.starts_with("sphere:")) {
-        double radius = k_default_radius;
-        if (options_.tool != "sphere") {
-            const std::string text = options_.tool.substr(7);
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), radius);
-            if (error != std::errc() || end != text.data() + text.size() || !(radius > 0 && radius < 10))
-                throw BadTouch("--tool " + options_.tool + ": the radius in metres must be above zero, as in sphere:0.005");
-        }
+    options_.zone.averaging = haptic::Averaging::Patch;
+    if (double radius = k_default_radius; is_shape(options_.tool, "sphere", radius)) {
         tool = mesh::sphere(radius, 3);
+    } else if (haptic::Smoothing smoothing; is_shape(options_.tool, "point", smoothing.radius)) {
+        options_.zone.averaging = haptic::Averaging::Stencil;
+        options_.zone.smoothing = smoothing;
+        tool.vertices = haptic::stencil_points(smoothing);
     } else {
         LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
         if (loaded.refused()) throw BadTouch(options_.tool + ": " + report(loaded));
@@ -150,7 +162,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
         for (Vec3d& v : tool.vertices) v = scale * (v - centre);
     }
-    weights_ = vertex_areas(tool);
+    if (options_.zone.averaging == haptic::Averaging::Patch) weights_ = vertex_areas(tool);
     const std::uint64_t hash = hash_of(tool.vertices);
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hex(hash) + ", the trace has " +

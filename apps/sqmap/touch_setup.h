@@ -31,7 +31,7 @@ struct TouchObject {
 
 struct TouchOptions {
     std::vector<TouchObject> objects;
-    std::string tool = "sphere";   ///< sphere[:RADIUS, m] or a mesh file
+    std::string tool = "sphere";   ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
     double tool_size = 0.1;        ///< m, R_max of a tool that is a mesh
     std::uint64_t tool_hash = 0;   ///< of its points; 0: any
     haptic::ZoneOptions zone{};

@@ -1,5 +1,7 @@
 #include "device/channel.h"
 
+#include "device/threaded.h"
+
 #include <time.h>
 
 #include <algorithm>
@@ -17,6 +19,14 @@ double now() noexcept
     timespec t{};
     ::clock_gettime(CLOCK_MONOTONIC, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+bool unit_rotation(double w, double x, double y, double z, Mat3d& rotation) noexcept
+{
+    const double length = std::sqrt(w * w + x * x + y * y + z * z);
+    if (!(std::abs(length - 1) <= 1e-3)) return false;
+    rotation = rotation_of(w / length, x / length, y / length, z / length);
+    return true;
 }
 
 void Channel::publish(Sample sample) noexcept

@@ -1,6 +1,7 @@
 // One tick of haptic rendering: poses of a tool's zones in, one wrench a zone out (section 6).
 #pragma once
 
+#include "sqmap/haptic/stencil.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/model/model.h"
@@ -63,6 +64,7 @@ enum class Shading : std::uint8_t {
 struct ZoneOptions {
     Mode mode = Mode::Direct;
     Averaging averaging = Averaging::Patch;
+    Smoothing smoothing{};  ///< Stencil: what the probe's points were made from
     Shading shading = Shading::Levelled;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
     double stiffness = 500;  ///< k of eqs. 21 and 32, N/m (errata 10)
@@ -130,11 +132,16 @@ struct StepResult {
     double deepest = 0;  ///< m
 };
 
+struct StateOptions {
+    std::size_t most_contacts = 8192;  ///< of one probe with one solid
+    std::size_t most_solids = 8;       ///< those beyond it are not felt, and k_step_full says so
+};
+
 /// What is remembered from tick to tick. Made outside the loop; one thread at a time.
 class State {
 public:
-    /// most_contacts: of one probe with one solid. Allocates. @pre every probe outlives the state
-    explicit State(std::span<const Zone> zones, std::size_t most_contacts = 8192);
+    /// Allocates. @pre every probe outlives the state
+    explicit State(std::span<const Zone> zones, const StateOptions& options = {});
 
     [[nodiscard]] std::size_t zones() const noexcept { return zones_.size(); }
     /// To be changed between ticks; probe and weights must stay.
@@ -145,7 +152,9 @@ public:
     /// Forgets contact, friction, proxies and bodies: after a teleport or another scene.
     void reset() noexcept;
 
-    struct Memory;
+    struct Memory;  ///< of a zone
+    struct Touch;   ///< of a zone with a solid
+    struct Asked;   ///< of a solid
     State(State&&) noexcept;
     State& operator=(State&&) noexcept;
     ~State();
@@ -155,7 +164,10 @@ private:
     std::vector<Zone> zones_;
     std::vector<ZoneReport> reports_;
     std::vector<Memory> memory_;
-    std::vector<query::FrameContact> found_;
+    std::vector<Touch> touches_;  ///< zone by solid
+    std::size_t most_solids_ = 0;
+    std::vector<query::FrameContact> found_;  ///< solid by contact
+    std::vector<Asked> asked_;
     std::uint64_t degraded_steps_ = 0;
 };
 
