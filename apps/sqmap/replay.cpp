@@ -78,8 +78,8 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
         o.largest_depth = std::max(o.largest_depth, std::abs(row.depth - recorded.depth));
         o.sum_force_sq += force * force;
         if (rows)
-            std::printf("%zu,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", reader.line(), recorded.time, columns.c_str(), recorded.depth,
-                        row.depth, was, is, force, torque);
+            std::printf("%zu,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", reader.line(), recorded.time, columns.c_str(),
+                        recorded.depth, row.depth, was, is, force, torque);
     }
     o.complete = reader.complete();
     o.dropped = reader.dropped();
@@ -131,8 +131,10 @@ int run(const Arguments& arguments)
         std::fprintf(out, "%llu of %llu ticks differ; forces %016llx\n", static_cast<unsigned long long>(o.different), ticks,
                      static_cast<unsigned long long>(o.hash));
         std::fprintf(out, "  first on line %zu, at %.6g s: %s\n", o.first_line, o.first_time, o.first_columns.c_str());
-        std::fprintf(out, "  largest difference: force %.6g N, torque %.6g N m, depth %.6g m; force, root mean square over all ticks %.6g N\n",
-                     o.largest_force, o.largest_torque, o.largest_depth, std::sqrt(o.sum_force_sq / static_cast<double>(o.ticks)));
+        std::fprintf(
+            out,
+            "  largest difference: force %.6g N, torque %.6g N m, depth %.6g m; force, root mean square over all ticks %.6g N\n",
+            o.largest_force, o.largest_torque, o.largest_depth, std::sqrt(o.sum_force_sq / static_cast<double>(o.ticks)));
     }
     if (arguments.threads > 1)
         std::fprintf(out, "%u threads: %s\n", arguments.threads, alike ? "all the same forces" : "NOT the same forces");

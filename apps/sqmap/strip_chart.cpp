@@ -40,7 +40,8 @@ std::string text(const char* format, auto... values)
 std::string escaped(const std::string& words)
 {
     std::string out;
-    for (const char c : words) out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '\'' ? "&apos;" : std::string(1, c);
+    for (const char c : words)
+        out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '\'' ? "&apos;" : std::string(1, c);
     return out;
 }
 
@@ -54,7 +55,8 @@ double tick_step(double range, int count)
 }
 
 /// One curve from least to most a column of pixels.
-std::string path_of(const Curve& curve, double first, double last, const std::vector<double>& times, double low, double high, double top)
+std::string path_of(const Curve& curve, double first, double last, const std::vector<double>& times, double low, double high,
+                    double top)
 {
     const double width = k_width - k_left - k_right;
     std::string d;
@@ -119,18 +121,20 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
     const auto [least, most] = std::minmax_element(times.begin(), times.end());
     const double first = *least, last = *most > *least ? *most : *least + 1e-3;
     const double height = k_top + static_cast<double>(strips.size()) * (k_strip + k_gap) + 16;
-    std::string out = text("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %.0f %.0f' width='%.0f' height='%.0f' "
-                           "font-family='Helvetica,Arial,sans-serif'>\n",
-                           k_width, height, k_width, height);
+    std::string out = text(
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %.0f %.0f' width='%.0f' height='%.0f' "
+        "font-family='Helvetica,Arial,sans-serif'>\n",
+        k_width, height, k_width, height);
     out += text("<rect width='%.0f' height='%.0f' rx='8' fill='%s'/>\n", k_width, height, k_ground);
     const auto words = [&](double x, double y, const char* anchor, int size, const char* colour, const std::string& what) {
-        out += text("<text x='%.1f' y='%.1f' text-anchor='%s' font-size='%d' fill='%s'>", x, y, anchor, size, colour) + escaped(what) +
-               "</text>\n";
+        out += text("<text x='%.1f' y='%.1f' text-anchor='%s' font-size='%d' fill='%s'>", x, y, anchor, size, colour) +
+               escaped(what) + "</text>\n";
     };
     const std::string device = reader.header().find("device").value_or("unknown device");
     const bool simulated = reader.header().find("simulated").value_or("") == "yes";
-    words(18, 27, "start", 15, k_ink, trace.filename().string() + ": " + device + (simulated ? " (no hardware)" : "") + ", " +
-                                          std::to_string(times.size()) + " ticks" + (reader.complete() ? "" : ", cut short"));
+    words(18, 27, "start", 15, k_ink,
+          trace.filename().string() + ": " + device + (simulated ? " (no hardware)" : "") + ", " + std::to_string(times.size()) +
+              " ticks" + (reader.complete() ? "" : ", cut short"));
     double top = k_top;
     for (Strip& strip : strips) {
         double high = 0;

@@ -92,8 +92,7 @@ std::unique_ptr<device::Device> scripted(const device::DeviceSpec& spec, const T
     o.radius = spec.number("radius", o.radius, 1e-6, 1e3);
     o.direction = vector_option(spec, "direction", o.direction);
     o.travel = vector_option(spec, "travel", o.travel);
-    std::vector<haptic::Pose> poses =
-        device::scripted_path(setup.first_model(), setup.tool(), k_scripts.at(spec.kind), o);
+    std::vector<haptic::Pose> poses = device::scripted_path(setup.first_model(), setup.tool(), k_scripts.at(spec.kind), o);
     for (haptic::Pose& pose : poses) pose = query::compose(setup.first_pose(), pose);
     return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), o.rate);
 }
@@ -214,8 +213,7 @@ Totals feel(device::Device& device, TouchSetup& setup, device::TraceWriter* writ
 
 void touch(const Arguments& arguments)
 {
-    if (!arguments.plot.empty() && arguments.record.empty())
-        throw BadTouch("--plot draws what is recorded: add --record FILE");
+    if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
     TouchOptions options = arguments.touch;
     for (const std::string& text : arguments.objects) options.objects.push_back(object_from(text));
     for (TouchObject& object : options.objects) {
@@ -240,7 +238,8 @@ void touch(const Arguments& arguments)
                 capabilities.simulated ? " (no hardware)" : "", capabilities.zones, capabilities.zones == 1 ? "" : "s",
                 options.objects.front().file.c_str(),
                 static_cast<double>(setup->first_model().header.r_max) * setup->first_model().header.unit);
-    const haptic::StiffnessCheck check = haptic::check_stiffness(limits_of(capabilities), options.zone.stiffness, options.zone.damping);
+    const haptic::StiffnessCheck check =
+        haptic::check_stiffness(limits_of(capabilities), options.zone.stiffness, options.zone.damping);
     const bool path = dynamic_cast<device::PathDevice*>(device.get()) != nullptr;
     if (!path && !check.safe)
         std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
@@ -249,12 +248,11 @@ void touch(const Arguments& arguments)
 
     std::optional<device::TraceWriter> writer;
     if (!arguments.record.empty())
-        writer.emplace(arguments.record,
-                       device::TraceHeader{.zones = capabilities.zones,
-                                           .fields = {{"made-by", "sqmap " SQMAP_VERSION},
-                                                      {"device", capabilities.name},
-                                                      {"simulated", capabilities.simulated ? "yes" : "no"},
-                                                      {"setup", setup_text(setup->options())}}});
+        writer.emplace(arguments.record, device::TraceHeader{.zones = capabilities.zones,
+                                                             .fields = {{"made-by", "sqmap " SQMAP_VERSION},
+                                                                        {"device", capabilities.name},
+                                                                        {"simulated", capabilities.simulated ? "yes" : "no"},
+                                                                        {"setup", setup_text(setup->options())}}});
     struct sigaction action {};
     action.sa_handler = interrupt;
     ::sigaction(SIGINT, &action, nullptr);
@@ -262,8 +260,9 @@ void touch(const Arguments& arguments)
     device::TraceWriter* const out = writer ? &*writer : nullptr;
     const Totals totals = path ? play(*device, *setup, out) : feel(*device, *setup, out, arguments.seconds);
     device.reset();
-    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n", static_cast<unsigned long long>(totals.ticks),
-                static_cast<unsigned long long>(totals.contact), totals.deepest, totals.largest_force);
+    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n",
+                static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
+                totals.largest_force);
     if (totals.ticks > 0)
         std::printf("  CPU time a tick: mean %.1f us, most %.1f us\n", 1e6 * totals.cpu / static_cast<double>(totals.ticks),
                     1e6 * totals.most_cpu);
@@ -283,8 +282,10 @@ void add_touch(CLI::App& app, int& exit_code)
 {
     const auto arguments = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("touch", "Touch models with a device, a scripted or a recorded path, and record it");
-    command->add_option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m")->required();
-    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")->capture_default_str();
+    command->add_option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m")
+        ->required();
+    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")
+        ->capture_default_str();
     command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
@@ -293,10 +294,9 @@ void add_touch(CLI::App& app, int& exit_code)
                      "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
                      "travel, rate), path:FILE, trace:FILE. Others: see sqmap devices")
         ->capture_default_str();
-    auto* const size =
-        command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
-            ->check(CLI::PositiveNumber)
-            ->capture_default_str();
+    auto* const size = command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
+                           ->check(CLI::PositiveNumber)
+                           ->capture_default_str();
     command->add_option("--unit", arguments->unit, "Or take a mesh unit as this many metres")
         ->transform(CLI::Transformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}}))
         ->check(CLI::PositiveNumber)

@@ -100,7 +100,8 @@ std::filesystem::path found(const std::string& file, const std::filesystem::path
 {
     std::error_code ignored;
     const std::filesystem::path other = beside / std::filesystem::path(file).filename();
-    return !beside.empty() && !std::filesystem::exists(file, ignored) && std::filesystem::exists(other, ignored) ? other : file;
+    if (!beside.empty() && !std::filesystem::exists(file, ignored) && std::filesystem::exists(other, ignored)) return other;
+    return file;
 }
 
 /// The area of the triangles about each vertex, a third each.
@@ -130,7 +131,8 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
             throw BadTouch(object.file + ": metres a unit must be above zero");
         views_.push_back(haptic::in_metres(view, object.metres_per_unit));
         const model::Header& h = views_.back().header;
-        solids_.push_back({.pose = {{}, object.place - Vec3d{h.origin[0], h.origin[1], h.origin[2]}}, .material = options_.material});
+        solids_.push_back(
+            {.pose = {{}, object.place - Vec3d{h.origin[0], h.origin[1], h.origin[2]}}, .material = options_.material});
     }
     for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].model = &views_[i];
     load_tool(beside);
@@ -248,7 +250,8 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     choice("--shading", o.zone.shading, k_shadings, "Full force across edges, or the gradient of one potential",
            "levelled|consistent");
     choice("--layer", o.zone.layer, k_layers, "Map to ask", "2|3|exact");
-    choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed", "none|coulomb|paper");
+    choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",
+           "none|coulomb|paper");
     number("--mu-static", o.material.mu_static, "Coulomb friction before slipping");
     number("--mu-dynamic", o.material.mu_dynamic, "Coulomb friction while slipping");
     number("--f-c", o.material.f_c, "f_c of eq. 33, N");

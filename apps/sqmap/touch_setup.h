@@ -31,11 +31,11 @@ struct TouchObject {
 
 struct TouchOptions {
     std::vector<TouchObject> objects;
-    std::string tool = "sphere";   ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
-    double tool_size = 0.1;        ///< m, R_max of a tool that is a mesh
-    std::uint64_t tool_hash = 0;   ///< of its points; 0: any
+    std::string tool = "sphere";  ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
+    double tool_size = 0.1;       ///< m, R_max of a tool that is a mesh
+    std::uint64_t tool_hash = 0;  ///< of its points; 0: any
     haptic::ZoneOptions zone{};
-    double zone_radius = 0;        ///< m, of the impact sphere; 0: the whole tool
+    double zone_radius = 0;  ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
 };
 

@@ -11,7 +11,8 @@ class Chai3d final : public ThreadedDevice {
 public:
     explicit Chai3d(unsigned index)
     {
-        if (!handler_.getDevice(device_, index) || !device_->open()) throw DeviceError("chai3d: there is no device " + std::to_string(index));
+        if (!handler_.getDevice(device_, index) || !device_->open())
+            throw DeviceError("chai3d: there is no device " + std::to_string(index));
         device_->calibrate();
         device_->enableForces(true);
         const chai3d::cHapticDeviceInfo info = device_->getSpecifications();
@@ -81,7 +82,9 @@ void list_chai3d(std::vector<DeviceListing>& list)
 {
     chai3d::cHapticDeviceHandler handler;
     const unsigned count = handler.getNumDevices();
-    list.push_back({"chai3d", count > 0 ? Presence::Here : Presence::Absent, std::to_string(count) + " devices found by CHAI3D",
+    list.push_back({"chai3d",
+                    count > 0 ? Presence::Here : Presence::Absent,
+                    std::to_string(count) + " devices found by CHAI3D",
                     {.name = "CHAI3D", .rotates_in = true, .force_out = true}});
 }
 

@@ -58,8 +58,8 @@ private:
             }
             const Wrench& out = channel_.output(time)[0];
             // The SDK itself waits for the device: this loop runs as fast as that answers.
-            if (dhdSetForceAndTorqueAndGripperForce(out.force.x, out.force.y, out.force.z, out.torque.x, out.torque.y, out.torque.z, 0,
-                                                    id_) < 0 ||
+            if (dhdSetForceAndTorqueAndGripperForce(out.force.x, out.force.y, out.force.z, out.torque.x, out.torque.y,
+                                                    out.torque.z, 0, id_) < 0 ||
                 !good)
                 dhdSleep(0.001);
         }
@@ -73,7 +73,8 @@ private:
 void list_force_dimension(std::vector<DeviceListing>& list)
 {
     const int count = dhdGetDeviceCount();
-    list.push_back({"forcedimension", count > 0 ? Presence::Here : Presence::Absent,
+    list.push_back({"forcedimension",
+                    count > 0 ? Presence::Here : Presence::Absent,
                     std::to_string(count > 0 ? count : 0) + " devices plugged in",
                     {.name = "Force Dimension", .rotates_in = true, .force_out = true}});
 }

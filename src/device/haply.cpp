@@ -22,8 +22,8 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
-using nlohmann::json;
 using boost::system::error_code;
+using nlohmann::json;
 
 constexpr std::size_t k_most_message = 64 * 1024;
 constexpr const char* k_default_port = "10001";
@@ -52,7 +52,10 @@ bool vector(const json* value, Vec3d& out)
     return true;
 }
 
-const json* first_of(const json* list) { return list != nullptr && list->is_array() && !list->empty() ? &list->front() : nullptr; }
+const json* first_of(const json* list)
+{
+    return list != nullptr && list->is_array() && !list->empty() ? &list->front() : nullptr;
+}
 
 /// Orientation and buttons of a grip, where one is connected. True with an orientation.
 bool read_grip(const json& root, Sample& sample)
@@ -104,7 +107,8 @@ HaplyMessage read_haply(std::string_view text, const std::string& wanted)
 std::string haply_force(const std::string& device_id, Vec3d force)
 {
     const json values{{"x", force.x}, {"y", force.y}, {"z", force.z}};
-    const json command{{"inverse3", json::array({{{"device_id", device_id}, {"commands", {{"set_cursor_force", {{"values", values}}}}}}})}};
+    const json command{
+        {"inverse3", json::array({{{"device_id", device_id}, {"commands", {{"set_cursor_force", {{"values", values}}}}}}})}};
     return command.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 
@@ -267,7 +271,9 @@ bool answers(const std::string& host, const std::string& port, std::chrono::mill
 
 void list_haply(std::vector<DeviceListing>& list)
 {
-    DeviceListing entry{"haply", Presence::Absent, std::string("Haply's service does not answer on localhost:") + k_default_port,
+    DeviceListing entry{"haply",
+                        Presence::Absent,
+                        std::string("Haply's service does not answer on localhost:") + k_default_port,
                         {.name = "Haply Inverse3", .rotates_in = true, .force_out = true}};
     if (answers("localhost", k_default_port, std::chrono::milliseconds(200))) {
         entry.presence = Presence::Here;

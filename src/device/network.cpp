@@ -109,7 +109,8 @@ std::optional<Capabilities> capabilities_of(Reader in)
     c.resolution = in.number();
     c.delay = in.number();
     const auto name = in.take<std::array<char, k_name>>();
-    const double numbers[] = {c.max_force, c.max_torque, c.continuous_force, c.damping, c.coulomb_friction, c.resolution, c.delay};
+    const double numbers[] = {c.max_force,  c.max_torque, c.continuous_force, c.damping, c.coulomb_friction,
+                              c.resolution, c.delay};
     if (!in.done() || c.zones < 1 || c.zones > k_most_zones || !(c.rate >= 1 && c.rate <= 1e5) ||
         std::any_of(std::begin(numbers), std::end(numbers), [](double x) { return x < 0; }))
         return std::nullopt;
@@ -144,8 +145,10 @@ int listen_on(const NetworkOptions& options)
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(options.port);
-    if (::inet_pton(AF_INET, options.address.c_str(), &address.sin_addr) != 1) errno = EINVAL;
-    else if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
+    if (::inet_pton(AF_INET, options.address.c_str(), &address.sin_addr) != 1)
+        errno = EINVAL;
+    else if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
+        return fd;
     const int error = errno;
     ::close(fd);
     errno = error;
@@ -208,7 +211,8 @@ private:
         const auto sequence = in.take<std::uint64_t>();
         if (!in.ok || magic != k_magic) return;  // no answer: it may be anything
         if (kind == k_hello) return hello(version, in, from);
-        if (version != k_network_version || !client_ || !same_place(*client_, from) || in.take<std::uint64_t>() != token_ || !in.ok)
+        if (version != k_network_version || !client_ || !same_place(*client_, from) || in.take<std::uint64_t>() != token_ ||
+            !in.ok)
             return;
         if (kind == k_bye) return forget();
         if (kind == k_pose) pose(sequence, in);

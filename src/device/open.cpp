@@ -37,7 +37,7 @@ std::unique_ptr<Device> open_trace(const DeviceSpec& spec)
 
 struct Family {
     const char* kind;
-    void (*list)(std::vector<DeviceListing>&);                  ///< null: not built
+    void (*list)(std::vector<DeviceListing>&);  ///< null: not built
     std::unique_ptr<Device> (*open)(const DeviceSpec&);
     const char* missing;  ///< how to get it built
 };
@@ -87,7 +87,7 @@ constexpr Family k_families[] = {
 std::vector<DeviceListing> list_devices()
 {
     std::vector<DeviceListing> list;
-    const Capabilities played{.simulated = true, .rotates_in = true};
+    const Capabilities played{.name = "path", .simulated = true, .rotates_in = true};
     list.push_back({"path:FILE", Presence::Here, "poses from a file, docs/devices.md", played});
     list.push_back({"trace:FILE", Presence::Here, "poses of a recording", played});
     list_network(list);

@@ -16,7 +16,8 @@ public:
     explicit OpenHaptics(const std::string& name)
     {
         handle_ = hdInitDevice(name.empty() ? HD_DEFAULT_DEVICE : name.c_str());
-        if (HD_DEVICE_ERROR(hdGetError())) throw DeviceError("openhaptics: no device '" + name + "'\n  cure: check it with the maker's own test program");
+        if (HD_DEVICE_ERROR(hdGetError()))
+            throw DeviceError("openhaptics: no device '" + name + "'\n  cure: check it with the maker's own test program");
         hdMakeCurrentDevice(handle_);
         hdEnable(HD_FORCE_OUTPUT);
         // Second to our own filter: the maker's limits stay on.
@@ -97,7 +98,9 @@ private:
 
 void list_openhaptics(std::vector<DeviceListing>& list)
 {
-    list.push_back({"openhaptics", Presence::Here, "built in; whether a device is plugged in shows when it is opened",
+    list.push_back({"openhaptics",
+                    Presence::Here,
+                    "built in; whether a device is plugged in shows when it is opened",
                     {.name = "OpenHaptics", .rotates_in = true, .force_out = true}});
 }
 

@@ -13,7 +13,8 @@ namespace sqmap::device {
 PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, std::size_t zones) : poses_(std::move(poses))
 {
     if (zones < 1 || zones > k_most_zones || poses_.empty() || poses_.size() % zones != 0)
-        throw DeviceError(name + ": " + std::to_string(poses_.size()) + " poses are no path of " + std::to_string(zones) + " zones");
+        throw DeviceError(name + ": " + std::to_string(poses_.size()) + " poses are no path of " + std::to_string(zones) +
+                          " zones");
     if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
     capabilities_ = {.name = std::move(name), .simulated = true, .zones = zones, .rotates_in = true, .rate = rate};
 }
@@ -134,8 +135,7 @@ public:
     /// Surface point and outward normal below a place that is a little inside; false where it is outside.
     bool surface(Vec3d place, Vec3d& point, Vec3d& normal) const
     {
-        const query::Contact c =
-            query::query_point(model_, model::to_model_space(model_.header, place), query::Layer::Three);
+        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, place), query::Layer::Three);
         if (!c.contact || norm(c.normal) == 0) return false;
         point = model::to_mesh_units(model_.header, c.point);
         normal = normalized(cast<double>(c.normal));
@@ -192,40 +192,74 @@ std::vector<Vec3d> averaged(const std::vector<Vec3d>& values, std::size_t half)
     return out;
 }
 
-/// Places of a tool that touches and moves on: along the surface, or round a circle in the tangent plane.
-std::vector<Vec3d> travelled(const Feeler& feeler, Place place, Script script, const ScriptOptions& o, std::size_t ticks)
+/// Places of a tool that has just not touched, and the directions away from the surface there.
+struct Travel {
+    std::vector<Vec3d> places, ways_out;
+};
+
+/// Round a circle about an axis: as high as the tool touches along it. Where it meets nothing, as high as before.
+Travel circle(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
 {
-    const double step = o.speed / o.rate;
-    const double inside = 1e-4 * feeler.far();
-    Vec3d travel = tangent(o.travel, place.normal);
-    const Vec3d u = travel, v = cross(place.normal, u), centre = place.point, up = place.normal;
-    std::vector<Vec3d> touching, normals;
+    const Vec3d u = tangent(o.travel, place.normal), v = cross(place.normal, u);
+    Travel travel;
     double height = 0;
     for (std::size_t k = 0; k < ticks; ++k) {
-        if (script == Script::Circle) {
-            const double angle = step * static_cast<double>(k) / o.radius;
-            place.point = centre + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
-        } else if (k > 0) {
-            // Deeper where the surface bends away; a place that stays outside keeps the last normal and goes straight on.
-            const Vec3d ahead = place.point + step * travel;
-            for (double below = inside; below < 64 * inside; below *= 2)
-                if (feeler.surface(ahead - below * place.normal, place.point, place.normal)) break;
-            travel = tangent(travel, place.normal);
-        }
-        const Vec3d normal = script == Script::Circle ? up : place.normal;
-        double found = height;
-        if (feeler.height(place.point, normal, height + feeler.far() / 100, found) ||
-            feeler.height(place.point, normal, feeler.far(), found))
-            height = found;
-        touching.push_back(place.point + height * normal);
-        normals.push_back(normal);
+        const double angle = o.speed / o.rate * static_cast<double>(k) / o.radius;
+        const Vec3d base = place.point + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
+        if (!feeler.height(base, place.normal, height + feeler.far() / 100, height))
+            (void)feeler.height(base, place.normal, feeler.far(), height);
+        travel.places.push_back(base + height * place.normal);
+        travel.ways_out.push_back(place.normal);
     }
-    touching = averaged(touching, 25);
-    normals = averaged(normals, 25);
+    return travel;
+}
+
+/// In the plane of normal and travel, always with the surface on the same side: from each place the next one lies a step away
+/// in the first direction, turning inwards, in which the tool would touch. Creases, edges and limbs are followed, never jumped.
+Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
+{
+    constexpr int k_directions = 25;
+    constexpr double k_first = 2.0, k_last = -2.6;  // rad from straight ahead: outwards, inwards
+    const double step = o.speed / o.rate;
+    Vec3d out = place.normal, ahead = tangent(o.travel, out);
+    Travel travel;
+    double height = 0;
+    if (!feeler.height(place.point, out, feeler.far(), height))
+        throw DeviceError("the tool does not reach the surface in that direction: choose another");
+    Vec3d at = place.point + (height + 1e-9 * feeler.far()) * out;
+    for (std::size_t k = 0; k < ticks; ++k) {
+        travel.places.push_back(at);
+        travel.ways_out.push_back(out);
+        const auto direction = [&](double angle) { return std::cos(angle) * ahead + std::sin(angle) * out; };
+        const auto blocked = [&](double angle) { return feeler.touches(at + step * direction(angle)); };
+        const double turn = (k_last - k_first) / (k_directions - 1);
+        double free = k_first;
+        int i = 1;
+        while (i < k_directions && !blocked(k_first + i * turn)) free = k_first + i++ * turn;
+        if (i < k_directions) {
+            double in = k_first + i * turn;
+            for (int n = 0; n < 16; ++n) {
+                const double middle = 0.5 * (in + free);
+                (blocked(middle) ? in : free) = middle;
+            }
+        }
+        const Vec3d next = direction(free);
+        out = normalized(std::cos(free) * out - std::sin(free) * ahead);
+        ahead = normalized(next);
+        at += step * ahead;
+    }
+    return travel;
+}
+
+/// The places of a travel, smoothed and pressed in; it starts at the gap.
+std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
+{
+    std::vector<Vec3d> places = averaged(travel.places, 25);
+    const std::vector<Vec3d> ways_out = averaged(travel.ways_out, 25);
     const double in = (o.gap + o.depth) / o.speed * 1.875;  // minimum jerk: its greatest speed is 1.875 times the mean
-    for (std::size_t k = 0; k < ticks; ++k)
-        touching[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(normals[k]);
-    return touching;
+    for (std::size_t k = 0; k < places.size(); ++k)
+        places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);
+    return places;
 }
 
 }  // namespace
@@ -234,15 +268,17 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
 {
     const double numbers[] = {o.seconds, o.rate, o.speed, o.radius};
     if (!std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return x > 0 && std::isfinite(x); }) ||
-        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !(norm(o.direction) > 0) || !std::isfinite(norm(o.direction)) ||
-        !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
+        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !(norm(o.direction) > 0) ||
+        !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
         throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
     const auto ticks = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
     const Feeler feeler(model, tool);
     const Place place = anchor(feeler, model, o.direction);
     std::vector<Vec3d> places;
-    if (script == Script::Slide || script == Script::Circle) {
-        places = travelled(feeler, place, script, o, ticks);
+    if (script == Script::Slide) {
+        places = pressed(slide(feeler, place, o, ticks), o);
+    } else if (script == Script::Circle) {
+        places = pressed(circle(feeler, place, o, ticks), o);
     } else {
         double height = 0;
         if (!feeler.height(place.point, place.normal, feeler.far(), height))

@@ -161,10 +161,9 @@ private:
 
     [[nodiscard]] double axis(int joystick_axis, SDL_GameControllerAxis pad_axis) const
     {
-        const Sint16 raw = pad_ != nullptr ? SDL_GameControllerGetAxis(pad_, pad_axis)
-                                           : joystick_axis < SDL_JoystickNumAxes(joystick_)
-                                                 ? SDL_JoystickGetAxis(joystick_, joystick_axis)
-                                                 : Sint16{0};
+        const Sint16 raw = pad_ != nullptr                                  ? SDL_GameControllerGetAxis(pad_, pad_axis)
+                           : joystick_axis < SDL_JoystickNumAxes(joystick_) ? SDL_JoystickGetAxis(joystick_, joystick_axis)
+                                                                            : Sint16{0};
         return std::max(-1.0, raw / 32767.0);
     }
 
@@ -173,11 +172,11 @@ private:
         Sample sample;
         sample.time = time;
         // Right is x, up is y, towards the user is z; sticks report down and towards as positive.
-        sample.poses[0].translation = settings_.range * Vec3d{axis(0, SDL_CONTROLLER_AXIS_LEFTX), -axis(2, SDL_CONTROLLER_AXIS_RIGHTY),
-                                                              axis(1, SDL_CONTROLLER_AXIS_LEFTY)};
+        sample.poses[0].translation =
+            settings_.range *
+            Vec3d{axis(0, SDL_CONTROLLER_AXIS_LEFTX), -axis(2, SDL_CONTROLLER_AXIS_RIGHTY), axis(1, SDL_CONTROLLER_AXIS_LEFTY)};
         const int buttons = std::min(32, SDL_JoystickNumButtons(joystick_));
-        for (int b = 0; b < buttons; ++b)
-            sample.buttons |= static_cast<std::uint32_t>(SDL_JoystickGetButton(joystick_, b)) << b;
+        for (int b = 0; b < buttons; ++b) sample.buttons |= static_cast<std::uint32_t>(SDL_JoystickGetButton(joystick_, b)) << b;
         channel_.publish(sample);
     }
 

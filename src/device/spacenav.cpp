@@ -127,7 +127,8 @@ private:
 
 void list_spacenav(std::vector<DeviceListing>& list)
 {
-    DeviceListing entry{"spacenav", Presence::Absent, "spacenavd does not answer", {.name = "SpaceNavigator", .rotates_in = true}};
+    DeviceListing entry{
+        "spacenav", Presence::Absent, "spacenavd does not answer", {.name = "SpaceNavigator", .rotates_in = true}};
     if (connected_somewhere.exchange(true)) {
         entry.state = "open in this program";
         entry.presence = Presence::Here;

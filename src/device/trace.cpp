@@ -38,12 +38,16 @@ void each_column(Row& row, std::size_t zones, Visit visit)
     visit("status", -1, row.status);
     visit("filter", -1, row.filter);
     static constexpr const char* k_rotation[3][3] = {{"r00", "r01", "r02"}, {"r10", "r11", "r12"}, {"r20", "r21", "r22"}};
-    static constexpr const char* k_names[7][3] = {{"px", "py", "pz"}, {"vx", "vy", "vz"}, {"wx", "wy", "wz"},
-                                                  {"fx", "fy", "fz"}, {"tx", "ty", "tz"}, {"sent_fx", "sent_fy", "sent_fz"},
+    static constexpr const char* k_names[7][3] = {{"px", "py", "pz"},
+                                                  {"vx", "vy", "vz"},
+                                                  {"wx", "wy", "wz"},
+                                                  {"fx", "fy", "fz"},
+                                                  {"tx", "ty", "tz"},
+                                                  {"sent_fx", "sent_fy", "sent_fz"},
                                                   {"sent_tx", "sent_ty", "sent_tz"}};
     for (std::size_t z = 0; z < zones; ++z) {
         const int zone = static_cast<int>(z);
-        const auto vector = [&](const char* const (&names)[3], auto& v) {
+        const auto vector = [&](const char* const(&names)[3], auto& v) {
             visit(names[0], zone, v.x);
             visit(names[1], zone, v.y);
             visit(names[2], zone, v.z);
@@ -207,9 +211,11 @@ TraceWriter::TraceWriter(const std::filesystem::path& path, const TraceHeader& h
     const std::filesystem::path& name = in_place ? s.target : s.temporary;
     s.file = ::open(name.c_str(), in_place ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (s.file < 0 && errno == EEXIST)
-        throw TraceError(name.string() + " is a recording that was cut short or is still running\n  cure: move it away or remove it");
+        throw TraceError(name.string() +
+                         " is a recording that was cut short or is still running\n  cure: move it away or remove it");
     if (s.file < 0) throw TraceError("cannot write " + name.string() + ": " + std::strerror(errno));
-    std::string text = std::string(k_magic) + std::to_string(k_trace_version) + "\n# zones " + std::to_string(header.zones) + "\n";
+    std::string text =
+        std::string(k_magic) + std::to_string(k_trace_version) + "\n# zones " + std::to_string(header.zones) + "\n";
     for (const auto& [key, value] : header.fields) {
         if (key.empty() || key.find_first_of(" \n\r") != std::string::npos || value.find_first_of("\n\r") != std::string::npos ||
             key == "end" || key == "zones")
@@ -271,10 +277,7 @@ struct TraceReader::State {
     std::uint64_t rows = 0, dropped = 0;
     bool complete = false, ended = false, whole = false;
 
-    [[noreturn]] void fail(const std::string& what) const
-    {
-        throw TraceError(name + ":" + std::to_string(line) + ": " + what);
-    }
+    [[noreturn]] void fail(const std::string& what) const { throw TraceError(name + ":" + std::to_string(line) + ": " + what); }
 
     /// The next line without its break. False at the end of the file; whole says whether the line had its break.
     bool next_line()
@@ -397,7 +400,8 @@ bool TraceReader::next(TraceRow& row)
     std::size_t column = 0;
     each_column(row, s.header.zones, [&](const char* name, int zone, auto& value) {
         ++column;
-        if (!more) s.fail("expected '" + column_name(name, zone) + "' in column " + std::to_string(column) + ", the row ends before");
+        if (!more)
+            s.fail("expected '" + column_name(name, zone) + "' in column " + std::to_string(column) + ", the row ends before");
         const std::size_t comma = rest.find(',');
         const std::string_view cell = rest.substr(0, comma);
         if (!State::parse(cell, value))

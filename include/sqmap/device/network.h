@@ -17,7 +17,7 @@ inline constexpr std::uint32_t k_network_version = 1;
 struct NetworkOptions {
     std::string address = "127.0.0.1";  ///< IPv4 to listen on; who may reach it may move the tool and feels its forces
     std::uint16_t port = k_network_port;
-    double wait = 10;                     ///< s to wait for a client's hello and first pose
+    double wait = 10;  ///< s to wait for a client's hello and first pose
 };
 
 /// Listens, waits for a client's hello and first pose, and hands out a device with what the client says it can do.

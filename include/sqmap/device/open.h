@@ -9,7 +9,8 @@
 
 namespace sqmap::device {
 
-/// Looks for every kind. Opens nothing that could move; waits up to about half a second for services. No exceptions but bad_alloc.
+/// Looks for every kind. Opens nothing that could move; waits up to about half a second for services. No exceptions but
+/// bad_alloc.
 [[nodiscard]] std::vector<DeviceListing> list_devices();
 
 /// @throw DeviceError for a kind that does not exist, was not built in or is not there, or for wrong arguments.

@@ -29,16 +29,16 @@ struct DeviceSpec {
 [[nodiscard]] DeviceSpec parse_spec(std::string_view text);
 
 enum class Presence {
-    Here,       ///< can be opened now
-    Absent,     ///< supported by this build, but not there: unplugged, or its service does not run
-    NotBuilt,   ///< this build has no support: what is missing is said
+    Here,      ///< can be opened now
+    Absent,    ///< supported by this build, but not there: unplugged, or its service does not run
+    NotBuilt,  ///< this build has no support: what is missing is said
 };
 
 /// What `sqmap devices` prints a line for.
 struct DeviceListing {
-    std::string spec;   ///< what to pass to open_device
+    std::string spec;  ///< what to pass to open_device
     Presence presence = Presence::Absent;
-    std::string state;  ///< for people: what was found, or what is missing and how to get it
+    std::string state;            ///< for people: what was found, or what is missing and how to get it
     Capabilities capabilities{};  ///< where known
 };
 

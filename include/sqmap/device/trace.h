@@ -46,12 +46,12 @@ struct TraceRow {
     double dt = 0;               ///< s, the step that the forces were computed with
     std::uint64_t sequence = 0;  ///< of the device's reading
     std::uint32_t buttons = 0;
-    std::uint32_t input = 0;     ///< bits of TraceInput
-    double cpu = 0;              ///< s of the servo's own CPU time in this tick; the one column that a replay does not repeat
+    std::uint32_t input = 0;  ///< bits of TraceInput
+    double cpu = 0;           ///< s of the servo's own CPU time in this tick; the one column that a replay does not repeat
     std::uint32_t contacts = 0;
-    double depth = 0;            ///< m, the deepest contact of all zones
-    std::uint32_t status = 0;    ///< bits of the force algorithm
-    std::uint32_t filter = 0;    ///< bits of the safety filter
+    double depth = 0;          ///< m, the deepest contact of all zones
+    std::uint32_t status = 0;  ///< bits of the force algorithm
+    std::uint32_t filter = 0;  ///< bits of the safety filter
     std::array<Pose, k_most_zones> poses{};
     std::array<Twist, k_most_zones> twists{};     ///< zero where the device measures none
     std::array<Wrench, k_most_zones> computed{};  ///< by the force algorithm
