@@ -19,9 +19,11 @@ constexpr double k_arm = 0.05;               // m: a damper of b turns with b ar
 constexpr double k_bin = 0.1;                // s
 constexpr double k_bad_window = 0.1;         // s
 constexpr double k_duty_begins = 0.8;        // share of the window's heat at which force begins to fall
+constexpr double k_grain = 1e-6;            // s, of a clock: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
-bool sane(double x) { return std::fabs(x) <= k_absurd; }  // false for NaN
+// False for NaN, and quiet: no floating-point exception.
+bool sane(double x) { return std::islessequal(std::fabs(x), k_absurd); }
 bool sane(const Vec3d& v) { return sane(v.x) && sane(v.y) && sane(v.z); }
 bool sane(const Pose& p)
 {
@@ -227,7 +229,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_most_safe_zones});
     tick.share.fill(1);
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.asked[z];
-    tick.dt = begun_ ? in.time - time_ : device_.period;
+    tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
     if (in.resume && verdict_ == SetupVerdict::Ok) {
         faults_ = 0;
@@ -252,7 +254,8 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
     tick.off = true;
     tick.acted |= k_step_finite;
     tick.fresh = false;  // nothing of this sample is remembered
-    if (!(tick.dt >= 0 && sane(tick.dt))) tick.dt = 0;
+    tick.wrench = {};
+    tick.dt = std::max(tick.dt, 0.);
     ++counters_.not_finite;
     bad_ = {sane(in.time) ? in.time : time_, bad_[0], bad_[1]};
     bad_count_ = std::min(bad_count_ + 1, bad_.size());
@@ -318,7 +321,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     if (late <= hold_ && tick.age <= hold_) return;
     tick.acted |= k_step_stale;
     ++counters_.stale;
-    tick.scale = late >= k_stale_zero ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
+    tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
     if (late > k_stale_fault) latch(k_fault_stale);
     if (tick.scale <= 0) {
         tick.off = true;
