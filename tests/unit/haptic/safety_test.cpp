@@ -324,7 +324,7 @@ TEST(SafetyClamp, TooMuchIsShortenedAlongItsDirectionBeforeTheOtherSteps)
     for (int i = 0; i < 100; ++i) {
         bench.asked[0] = {{30, 40, 0}, {0, 5, 0}};
         bench.tick();
-        EXPECT_NE(bench.report.acted & k_step_clamp, 0u);
+        EXPECT_NE(bench.report.acted & k_acted_clamp, 0u);
     }
     EXPECT_NEAR(bench.force().x, 1.2, 1e-12);
     EXPECT_NEAR(bench.force().y, 1.6, 1e-12);
