@@ -21,31 +21,31 @@ inline constexpr std::size_t k_most_zones = 16;
 
 /// What a device can do; the safety filter takes its limits from here. Zero means unknown, and then the careful default holds.
 struct Capabilities {
-    std::string name;              ///< for people: "Haply Inverse3 (service on localhost)"
-    bool simulated = false;        ///< no hardware: never shown as though it were
-    std::size_t zones = 1;         ///< poses in and wrenches out
-    bool rotates_in = false;       ///< reports orientation
-    bool force_out = false;        ///< directional force
+    std::string name;         ///< for people: "Haply Inverse3 (service on localhost)"
+    bool simulated = false;   ///< no hardware: never shown as though it were
+    std::size_t zones = 1;    ///< poses in and wrenches out
+    bool rotates_in = false;  ///< reports orientation
+    bool force_out = false;   ///< directional force
     bool torque_out = false;
-    bool rumble_out = false;       ///< only the force's magnitude can be felt
-    double max_force = 0;          ///< N
-    double max_torque = 0;         ///< N m
-    double continuous_force = 0;   ///< N, root mean square over 10 s
-    double damping = 0;            ///< b, N s/m, of the mechanism
-    double coulomb_friction = 0;   ///< f_c, N
-    double resolution = 0;         ///< Delta, m, of the encoder at the tip
-    double delay = 0;              ///< s from a pose to the force that answers it, besides the tick itself
-    double rate = 1000;            ///< Hz at which poses come
+    bool rumble_out = false;      ///< only the force's magnitude can be felt
+    double max_force = 0;         ///< N
+    double max_torque = 0;        ///< N m
+    double continuous_force = 0;  ///< N, root mean square over 10 s
+    double damping = 0;           ///< b, N s/m, of the mechanism
+    double coulomb_friction = 0;  ///< f_c, N
+    double resolution = 0;        ///< Delta, m, of the encoder at the tip
+    double delay = 0;             ///< s from a pose to the force that answers it, besides the tick itself
+    double rate = 1000;           ///< Hz at which poses come
 };
 
 /// One reading.
 struct Sample {
-    double time = 0;                          ///< s, monotonic, when the device measured it
-    std::uint64_t sequence = 0;               ///< grows by one with every fresh reading: the same number is a stale one
-    std::array<Pose, k_most_zones> poses{};   ///< of the zones; the world, metres
+    double time = 0;                           ///< s, monotonic, when the device measured it
+    std::uint64_t sequence = 0;                ///< grows by one with every fresh reading: the same number is a stale one
+    std::array<Pose, k_most_zones> poses{};    ///< of the zones; the world, metres
     std::array<Twist, k_most_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
     bool has_twist = false;
-    std::uint32_t buttons = 0;                ///< a bit each
+    std::uint32_t buttons = 0;  ///< a bit each
 };
 
 /// Implementations: one file a family in src/device. A device is used by one thread at a time, the servo's, except zero().
