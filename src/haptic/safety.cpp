@@ -19,9 +19,11 @@ constexpr double k_arm = 0.05;               // m: a damper of b turns with b ar
 constexpr double k_bin = 0.1;                // s
 constexpr double k_bad_window = 0.1;         // s
 constexpr double k_duty_begins = 0.8;        // share of the window's heat at which force begins to fall
+constexpr double k_grain = 1e-6;             // s, of a clock: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
-bool sane(double x) { return std::fabs(x) <= k_absurd; }  // false for NaN
+// False for NaN, and quiet: no floating-point exception.
+bool sane(double x) { return std::islessequal(std::fabs(x), k_absurd); }
 bool sane(const Vec3d& v) { return sane(v.x) && sane(v.y) && sane(v.z); }
 bool sane(const Pose& p)
 {
@@ -227,7 +229,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_most_safe_zones});
     tick.share.fill(1);
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.asked[z];
-    tick.dt = begun_ ? in.time - time_ : device_.period;
+    tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
     if (in.resume && verdict_ == SetupVerdict::Ok) {
         faults_ = 0;
@@ -250,9 +252,10 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
     for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
     if (ok) return;
     tick.off = true;
-    tick.acted |= k_step_finite;
+    tick.acted |= k_acted_finite;
     tick.fresh = false;  // nothing of this sample is remembered
-    if (!(tick.dt >= 0 && sane(tick.dt))) tick.dt = 0;
+    tick.wrench = {};
+    tick.dt = std::max(tick.dt, 0.);
     ++counters_.not_finite;
     bad_ = {sane(in.time) ? in.time : time_, bad_[0], bad_[1]};
     bad_count_ = std::min(bad_count_ + 1, bad_.size());
@@ -316,9 +319,9 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     const double late = std::max(tick.age, tick.dt);
     if (!tick.fresh) ++counters_.held;
     if (late <= hold_ && tick.age <= hold_) return;
-    tick.acted |= k_step_stale;
+    tick.acted |= k_acted_stale;
     ++counters_.stale;
-    tick.scale = late >= k_stale_zero ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
+    tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
     if (late > k_stale_fault) latch(k_fault_stale);
     if (tick.scale <= 0) {
         tick.off = true;
@@ -353,7 +356,7 @@ void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
         }
         if (zone.phase == Phase::Engaged) continue;
         const double share = zone.phase == Phase::Waiting ? 0 : zone.ramp;
-        tick.acted |= k_step_engage;
+        tick.acted |= k_acted_engage;
         tick.share[z] = share;
         tick.wrench[z] = share * tick.wrench[z];
     }
@@ -369,7 +372,7 @@ void SafetyFilter::clamp(Tick& tick) noexcept
         tick.wrench[z] = w;
     }
     if (!acted) return;
-    tick.acted |= k_step_clamp;
+    tick.acted |= k_acted_clamp;
     ++counters_.clamped;
 }
 
@@ -383,7 +386,7 @@ void SafetyFilter::slew(Tick& tick) noexcept
         tick.wrench[z] = w;
     }
     if (!acted) return;
-    tick.acted |= k_step_slew;
+    tick.acted |= k_acted_slew;
     ++counters_.slewed;
 }
 
@@ -408,7 +411,7 @@ void SafetyFilter::speed(Tick& tick) noexcept
         }
     }
     if (!acted) return;
-    tick.acted |= k_step_speed;
+    tick.acted |= k_acted_speed;
     ++counters_.fast;
 }
 
@@ -445,7 +448,7 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         wrench.torque -= damping * k_arm * k_arm * zone.turn;
     }
     if (!acted) return;
-    tick.acted |= k_step_passivity;
+    tick.acted |= k_acted_passivity;
     ++counters_.passivity;
 }
 
@@ -482,7 +485,7 @@ void SafetyFilter::duty(Tick& tick) noexcept
         }
     }
     if (!acted) return;
-    tick.acted |= k_step_duty;
+    tick.acted |= k_acted_duty;
     ++counters_.duty;
 }
 
@@ -498,7 +501,7 @@ void SafetyFilter::clamp_last(Tick& tick) noexcept
         tick.wrench[z] = w;
     }
     if (!acted) return;
-    tick.acted |= k_step_last;
+    tick.acted |= k_acted_last;
     ++counters_.last_clamped;
 }
 
@@ -506,10 +509,10 @@ SafetyReport SafetyFilter::finish(Tick& tick, std::span<Wrench> safe) noexcept
 {
     const bool off = tick.off || faults_ != 0;
     if (off) {
-        tick.acted |= k_step_off;
+        tick.acted |= k_acted_off;
         ++counters_.off;
         // A tick that is not finite passes; all else begins anew.
-        if ((tick.acted & k_step_finite) == 0 || faults_ != 0) disengage();
+        if ((tick.acted & k_acted_finite) == 0 || faults_ != 0) disengage();
     }
     SafetyReport report{.acted = tick.acted, .faults = faults_, .engaged = !off && tick.zones > 0, .age = tick.age};
     for (std::size_t z = 0; z < safe.size(); ++z) safe[z] = off || z >= tick.zones ? Wrench{} : tick.wrench[z];

@@ -101,16 +101,16 @@ struct SafetyInput {
 
 /// Bits of SafetyReport::acted: which step changed the wrench.
 enum SafetyStep : std::uint32_t {
-    k_step_finite = 1u << 0,
-    k_step_stale = 1u << 1,
-    k_step_engage = 1u << 2,
-    k_step_clamp = 1u << 3,
-    k_step_slew = 1u << 4,
-    k_step_speed = 1u << 5,
-    k_step_passivity = 1u << 6,
-    k_step_duty = 1u << 7,
-    k_step_last = 1u << 8,  ///< the final clamp
-    k_step_off = 1u << 9,   ///< FAULT, STOP, dead-man switch or no device: zero
+    k_acted_finite = 1u << 0,
+    k_acted_stale = 1u << 1,
+    k_acted_engage = 1u << 2,
+    k_acted_clamp = 1u << 3,
+    k_acted_slew = 1u << 4,
+    k_acted_speed = 1u << 5,
+    k_acted_passivity = 1u << 6,
+    k_acted_duty = 1u << 7,
+    k_acted_last = 1u << 8,  ///< the final clamp
+    k_acted_off = 1u << 9,   ///< FAULT, STOP, dead-man switch or no device: zero
 };
 
 /// Bits of SafetyReport::faults; any of them means zero until the user acts.
