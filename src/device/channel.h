@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/device/device.h"
+#include "sqmap/device/handover.h"
 
 #include <array>
 #include <atomic>
@@ -12,34 +13,6 @@ namespace sqmap::device {
 
 /// Monotonic clock, s: the time of samples.
 [[nodiscard]] double now() noexcept;
-
-/// The newest of a stream of values, from one thread to another (triple buffer): neither ever waits for the other.
-template <class T>
-class Latest {
-public:
-    /// The writer's thread.
-    void put(const T& value) noexcept
-    {
-        slot_[back_] = value;
-        back_ = shared_.exchange(back_ | k_fresh, std::memory_order_acq_rel) & k_index;
-    }
-    /// The reader's thread: moves on to the newest value; false where there is none since the last call.
-    bool take() noexcept
-    {
-        if ((shared_.load(std::memory_order_relaxed) & k_fresh) == 0) return false;
-        front_ = shared_.exchange(front_, std::memory_order_acq_rel) & k_index;
-        return true;
-    }
-    /// The reader's thread: the value of the last take.
-    [[nodiscard]] const T& value() const noexcept { return slot_[front_]; }
-
-private:
-    static constexpr std::uint32_t k_fresh = 4, k_index = 3;
-    static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
-    std::array<T, 3> slot_{};
-    std::uint32_t back_ = 0, front_ = 1;
-    std::atomic<std::uint32_t> shared_{2};
-};
 
 /// A wrench this old is not sent any more: the servo has stopped. The last line of defence, behind the safety filter's own.
 inline constexpr double k_wrench_timeout = 0.020;
@@ -68,8 +41,8 @@ private:
         double time = 0;
         std::uint64_t zeros = 0;  ///< calls of zero() before it was written
     };
-    Latest<Sample> samples_;
-    Latest<Packet> packets_;
+    Newest<Sample> samples_;
+    Newest<Packet> packets_;
     std::array<Wrench, k_most_zones> output_{};
     std::uint64_t sequence_ = 0;
     bool have_sample_ = false, have_packet_ = false;

@@ -1,5 +1,7 @@
 #include "sqmap/device/trace.h"
 
+#include "sqmap/device/handover.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -150,8 +152,8 @@ struct TraceWriter::State {
     std::filesystem::path target, temporary;  // temporary is empty where the target is written to in place
     int file = -1;
     std::size_t zones = 1;
-    std::vector<TraceRow> ring = std::vector<TraceRow>(k_ring);
-    std::atomic<std::uint64_t> head{0}, tail{0};  // rows pushed, rows written
+    Ring<TraceRow, k_ring> ring;
+    std::uint64_t pushed = 0;  // by the servo
     std::atomic<std::uint64_t> dropped{0};
     std::atomic<bool> stop{false};
     std::atomic<int> error{0};
@@ -173,13 +175,11 @@ struct TraceWriter::State {
     void run()
     {
         std::string text;
+        TraceRow row;
         for (;;) {
             const bool last = stop.load(std::memory_order_acquire);
-            const std::uint64_t end = head.load(std::memory_order_acquire);
-            std::uint64_t at = tail.load(std::memory_order_relaxed);
-            for (; at != end; ++at) {
-                append_row(text, ring[at % k_ring], zones);
-                tail.store(at + 1, std::memory_order_release);
+            while (ring.pop(row)) {
+                append_row(text, row, zones);
                 if (text.size() > 1 << 16) write(std::exchange(text, {}));
             }
             write(std::exchange(text, {}));
@@ -234,23 +234,18 @@ TraceWriter::~TraceWriter()
 
 bool TraceWriter::push(const TraceRow& row) noexcept
 {
-    State& s = *state_;
-    const std::uint64_t head = s.head.load(std::memory_order_relaxed);
-    if (head - s.tail.load(std::memory_order_acquire) >= k_ring) {
-        s.dropped.fetch_add(1, std::memory_order_relaxed);
-        return false;
-    }
-    s.ring[head % k_ring] = row;
-    s.head.store(head + 1, std::memory_order_release);
-    return true;
+    const bool taken = state_->ring.push(row);
+    if (taken)
+        ++state_->pushed;
+    else
+        state_->dropped.fetch_add(1, std::memory_order_relaxed);
+    return taken;
 }
 
 void TraceWriter::push_wait(const TraceRow& row)
 {
-    State& s = *state_;
-    while (s.head.load(std::memory_order_relaxed) - s.tail.load(std::memory_order_acquire) >= k_ring)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    push(row);
+    while (!state_->ring.push(row)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ++state_->pushed;
 }
 
 std::uint64_t TraceWriter::dropped() const noexcept { return state_->dropped.load(std::memory_order_relaxed); }
@@ -259,7 +254,7 @@ void TraceWriter::finish()
 {
     State& s = *state_;
     s.join();
-    s.write(std::string(k_end) + std::to_string(s.head.load()) + " rows, " + std::to_string(s.dropped.load()) + " dropped\n");
+    s.write(std::string(k_end) + std::to_string(s.pushed) + " rows, " + std::to_string(s.dropped.load()) + " dropped\n");
     if (s.error == 0 && !s.temporary.empty() && ::fsync(s.file) != 0) s.error = errno;
     ::close(std::exchange(s.file, -1));
     if (s.error == 0 && !s.temporary.empty() && ::rename(s.temporary.c_str(), s.target.c_str()) != 0) s.error = errno;

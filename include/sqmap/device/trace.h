@@ -28,7 +28,7 @@ inline constexpr int k_trace_version = 1;
 /// What was recorded and how: a zone count, and everything that a replay needs, as key and value, in order; a key may repeat.
 struct TraceHeader {
     std::size_t zones = 1;
-    std::vector<std::pair<std::string, std::string>> fields;  ///< a key has no blank, neither has a line break
+    std::vector<std::pair<std::string, std::string>> fields{};  ///< a key has no blank, neither has a line break
 
     /// The first value of key.
     [[nodiscard]] std::optional<std::string> find(std::string_view key) const;

@@ -94,7 +94,8 @@ TEST_F(Trace, EveryNumberReadsBackToTheBit)
         rows[6].computed[0].force.x = std::numeric_limits<double>::infinity();
         rows[7].poses[0].translation.y = std::numeric_limits<double>::quiet_NaN();
         rows[8].cpu = std::numeric_limits<double>::denorm_min();
-        const TraceHeader header{.zones = zones, .fields = {{"made-by", "a test"}, {"object", "x y z"}, {"object", "w"}, {"empty", ""}}};
+        const TraceHeader header{.zones = zones,
+                                 .fields = {{"made-by", "a test"}, {"object", "x y z"}, {"object", "w"}, {"empty", ""}}};
         {
             TraceWriter writer(path(), header);
             for (const TraceRow& row : rows) writer.push_wait(row);
@@ -203,7 +204,9 @@ TEST_F(Trace, ARowCutInTheMiddleIsLeftOutWhereverTheCut)
         TraceRow row;
         std::size_t rows = 0;
         while (reader.next(row)) ++rows;
-        EXPECT_EQ(rows, std::min<std::size_t>(3, static_cast<std::size_t>(std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut), '\n')) - 4 + 1));
+        EXPECT_EQ(rows, std::min<std::size_t>(3, static_cast<std::size_t>(std::count(
+                                                     whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut), '\n')) -
+                                                     4 + 1));
         EXPECT_FALSE(reader.complete());
     }
 }
@@ -236,7 +239,8 @@ TEST_F(Trace, ErrorsNameLineAndColumn)
     EXPECT_EQ(spoil("# end 2 rows", "# end of rows"), file + ":7: the end must read '# end N rows, M dropped'");
     EXPECT_EQ(spoil("# zones 1", "# zones 17"), file + ":2: zones must be 1 to 16, found '17'");
     EXPECT_EQ(spoil("# zones 1\n", ""), file + ":3: the header has no line '# zones N'");
-    EXPECT_TRUE(spoil("# sqmap-trace 1", "# sqmap-trace 2").starts_with(file + ":1: version '2' of the format, this program reads version 1"));
+    EXPECT_TRUE(spoil("# sqmap-trace 1", "# sqmap-trace 2")
+                    .starts_with(file + ":1: version '2' of the format, this program reads version 1"));
     EXPECT_TRUE(spoil("# sqmap-trace 1", "time,x,y").starts_with(file + ":1: not a trace"));
     write_text(good + "0,0\n");
     EXPECT_EQ(complaint(), file + ":8: something follows the end");
@@ -270,8 +274,8 @@ TEST_F(Trace, MutatedBytesReadOrAreRefusedAndNothingElse)
 
 TEST_F(Trace, HeadersThatWouldNotReadBackAreRefused)
 {
-    for (const auto& [key, value] : std::vector<std::pair<std::string, std::string>>{
-             {"", "x"}, {"a b", "x"}, {"a", "x\ny"}, {"end", "x"}, {"zones", "2"}})
+    for (const auto& [key, value] :
+         std::vector<std::pair<std::string, std::string>>{{"", "x"}, {"a b", "x"}, {"a", "x\ny"}, {"end", "x"}, {"zones", "2"}})
         EXPECT_THROW(TraceWriter(path(), {.fields = {{key, value}}}), TraceError) << key;
     EXPECT_THROW(TraceWriter(path(), {.zones = 0}), TraceError);
     EXPECT_THROW(TraceWriter(path(), {.zones = 17}), TraceError);
