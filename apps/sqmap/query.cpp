@@ -112,12 +112,9 @@ void add_query(CLI::App& app, int& exit_code)
             print("contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
             for (const Vec3d& p : points) {
                 // To model space in double: coordinates may be far from zero.
-                const query::Contact c =
-                    query::query_point(m, cast<float>((p - origin) / m.header.unit),
-                                       {.layer = layer,
-                                        .layer3_gate = options->gate,
-                                        .offset = options->offset,
-                                        .smoothing = options->smoothing});
+                const query::Contact c = query::query_point(
+                    m, cast<float>((p - origin) / m.header.unit),
+                    {.layer = layer, .layer3_gate = options->gate, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
                     print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,

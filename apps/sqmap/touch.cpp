@@ -289,6 +289,12 @@ std::unique_ptr<device::Device> open_device(const Arguments& arguments)
     }
 }
 
+/// A fake is never presented as hardware; some say so in their name.
+const char* note(const device::Capabilities& capabilities)
+{
+    return capabilities.simulated && capabilities.name.find("no hardware") == std::string::npos ? " (no hardware)" : "";
+}
+
 void touch(const Arguments& arguments)
 {
     if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
@@ -312,9 +318,8 @@ void touch(const Arguments& arguments)
     if (over) device = device_over(spec, *setup, arguments.seconds, hand);
     const device::Capabilities& capabilities = device->capabilities();
 
-    std::printf("%s%s, %zu zone%s; R_max of %s is %.4g m\n", capabilities.name.c_str(),
-                capabilities.simulated ? " (no hardware)" : "", capabilities.zones, capabilities.zones == 1 ? "" : "s",
-                options.objects.front().file.c_str(),
+    std::printf("%s%s, %zu zone%s; R_max of %s is %.4g m\n", capabilities.name.c_str(), note(capabilities), capabilities.zones,
+                capabilities.zones == 1 ? "" : "s", options.objects.front().file.c_str(),
                 static_cast<double>(setup->first_model().header.r_max) * setup->first_model().header.unit);
     const haptic::StiffnessCheck check = haptic::check_stiffness(device::safety_limits(capabilities, arguments.servo.period),
                                                                  options.zone.stiffness, options.zone.damping);
@@ -328,7 +333,7 @@ void touch(const Arguments& arguments)
     if (!arguments.record.empty())
         writer.emplace(arguments.record, device::TraceHeader{.zones = capabilities.zones,
                                                              .fields = {{"made-by", "sqmap " SQMAP_VERSION},
-                                                                        {"device", capabilities.name},
+                                                                        {"device", capabilities.name + note(capabilities)},
                                                                         {"simulated", capabilities.simulated ? "yes" : "no"},
                                                                         {"setup", setup_text(setup->options())}}});
     struct sigaction action {};
