@@ -159,12 +159,13 @@ Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d directio
     const query::Probe point(std::vector<Vec3d>{{}});
     const Feeler needle(model, point);
     double height = 0;
-    Place place;
-    const double inside = 1e-4 * feeler.far();
-    if (!needle.height(needle.origin(), out, needle.far(), height) ||
-        !feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal))
-        throw DeviceError("no surface lies in that direction of the model's origin: choose another");
-    return place;
+    if (needle.height(needle.origin(), out, needle.far(), height)) {
+        Place place;
+        // A little inside, more where the map and the frame's locator differ about a hair's breadth.
+        for (double inside = 1e-4 * feeler.far(); inside < 1e-2 * feeler.far(); inside *= 2)
+            if (feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal)) return place;
+    }
+    throw DeviceError("no surface lies in that direction of the model's origin: choose another");
 }
 
 double smooth(double x)  // minimum jerk from 0 to 1
@@ -195,6 +196,7 @@ std::vector<Vec3d> averaged(const std::vector<Vec3d>& values, std::size_t half)
 /// Places of a tool that has just not touched, and the directions away from the surface there.
 struct Travel {
     std::vector<Vec3d> places, ways_out;
+    Vec3d binormal{};  ///< unit, where the way lies in a plane: binormal x way points out
 };
 
 /// Round a circle about an axis: as high as the tool touches along it. Where it meets nothing, as high as before.
@@ -226,6 +228,7 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
     double height = 0;
     if (!feeler.height(place.point, out, feeler.far(), height))
         throw DeviceError("the tool does not reach the surface in that direction: choose another");
+    travel.binormal = cross(ahead, out);
     Vec3d at = place.point + (height + 1e-9 * feeler.far()) * out;
     for (std::size_t k = 0; k < ticks; ++k) {
         travel.places.push_back(at);
@@ -254,8 +257,16 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
 /// The places of a travel, smoothed and pressed in; it starts at the gap.
 std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 {
-    std::vector<Vec3d> places = averaged(travel.places, 25);
-    const std::vector<Vec3d> ways_out = averaged(travel.ways_out, 25);
+    constexpr std::size_t k_half = 25;
+    std::vector<Vec3d> places = averaged(travel.places, k_half);
+    std::vector<Vec3d> ways_out = travel.ways_out;
+    if (norm_sq(travel.binormal) > 0)
+        // From the smoothed way itself: the map's little steps would throw the direction about.
+        for (std::size_t k = 0; k < places.size(); ++k) {
+            const Vec3d along = places[std::min(k + 1, places.size() - 1)] - places[k > 0 ? k - 1 : 0];
+            if (norm_sq(along) > 0) ways_out[k] = normalized(cross(travel.binormal, along));
+        }
+    ways_out = averaged(ways_out, k_half);
     const double in = (o.gap + o.depth) / o.speed * 1.875;  // minimum jerk: its greatest speed is 1.875 times the mean
     for (std::size_t k = 0; k < places.size(); ++k)
         places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);

@@ -38,9 +38,9 @@ public:
         desc_.userdata = this;
         desc_.Update = [](void* self) { static_cast<Joystick*>(self)->update(); };
         if (rumbles)
-            desc_.Rumble = [](void* self, Uint16 low, Uint16 high) {
-                static_cast<Joystick*>(self)->low = low;
-                static_cast<Joystick*>(self)->high = high;
+            desc_.Rumble = [](void* self, Uint16 slow, Uint16 fast) {
+                static_cast<Joystick*>(self)->low = slow;
+                static_cast<Joystick*>(self)->high = fast;
                 return 0;
             };
         attach();
