@@ -152,20 +152,30 @@ struct Place {
     Vec3d point, normal;
 };
 
-/// Where the line from outside to the origin first meets the surface.
-Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d direction)
+/// Where the line from outside to the origin first meets the surface; false where it does not.
+bool meets(const Feeler& feeler, const model::ModelView& model, Vec3d direction, Place& place)
 {
     const Vec3d out = normalized(direction);
     const query::Probe point(std::vector<Vec3d>{{}});
     const Feeler needle(model, point);
     double height = 0;
-    if (needle.height(needle.origin(), out, needle.far(), height)) {
-        Place place;
-        // A little inside, more where the map and the frame's locator differ about a hair's breadth.
-        for (double inside = 1e-4 * feeler.far(); inside < 1e-2 * feeler.far(); inside *= 2)
-            if (feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal)) return place;
+    if (!needle.height(needle.origin(), out, needle.far(), height)) return false;
+    // A little inside, more where the map and the frame's locator differ about a hair's breadth.
+    for (double inside = 1e-4 * feeler.far(); inside < 1e-2 * feeler.far(); inside *= 2)
+        if (feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal)) return true;
+    return false;
+}
+
+Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d direction)
+{
+    Place place;
+    if (norm_sq(direction) > 0) {
+        if (meets(feeler, model, direction, place)) return place;
+        throw DeviceError("no surface lies in that direction of the model's origin: choose another, or none");
     }
-    throw DeviceError("no surface lies in that direction of the model's origin: choose another");
+    for (const Vec3d axis : {Vec3d{0, 0, 1}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, -1}, Vec3d{-1, 0, 0}, Vec3d{0, -1, 0}})
+        if (meets(feeler, model, axis, place)) return place;
+    throw DeviceError("no surface lies along the axes through the model's origin: choose a direction");
 }
 
 double smooth(double x)  // minimum jerk from 0 to 1
@@ -279,8 +289,8 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
 {
     const double numbers[] = {o.seconds, o.rate, o.speed, o.radius};
     if (!std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return x > 0 && std::isfinite(x); }) ||
-        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !(norm(o.direction) > 0) ||
-        !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
+        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !std::isfinite(norm(o.direction)) ||
+        !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
         throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
     const auto ticks = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
     const Feeler feeler(model, tool);

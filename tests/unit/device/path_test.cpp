@@ -176,7 +176,7 @@ TEST_F(Scripted, RefusesWhatCannotBeAPath)
                                                              {.depth = nan},
                                                              {.depth = -0.01, .gap = 0.01},
                                                              {.radius = 0},
-                                                             {.direction = {}},
+
                                                              {.direction = {nan, 0, 0}},
                                                              {.seconds = 1e9}})
         EXPECT_THROW((void)scripted_path(model(), tool, Script::Press, o), DeviceError);
