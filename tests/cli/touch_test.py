@@ -291,7 +291,7 @@ class Touch(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         devices = json.loads(result.stdout)
         kinds = {device["device"].split(":")[0] for device in devices}
-        self.assertLessEqual({"path", "trace", "network", "sdl", "spacenav", "haply", "openhaptics", "forcedimension", "chai3d"}, kinds)
+        self.assertLessEqual({"press", "tap", "slide", "circle", "simulated", "path", "trace", "network", "sdl", "spacenav", "haply", "openhaptics", "forcedimension", "chai3d"}, kinds)
         for device in devices:
             self.assertIn(device["presence"], ("here", "absent", "not built"))
             self.assertNotEqual(device["state"], "")
