@@ -12,6 +12,7 @@ void add_eval(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_query(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
+void add_rtcheck(CLI::App& app, int& exit_code);
 void add_shapes(CLI::App& app, int& exit_code);
 
 }  // namespace sqmap::app
