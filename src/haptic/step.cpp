@@ -17,18 +17,9 @@ constexpr double k_free_slope = 3;         ///< a force may change by so many ti
 constexpr int k_proxy_rounds = 4;
 constexpr double k_proxy_step = 0.002;  ///< m a round, so that nothing thicker is passed through
 
-Vec3d transform(const Pose& pose, Vec3d p)
-{
-    return pose.rotation * p + pose.translation;
-}
-Vec3d transform_back(const Pose& pose, Vec3d p)
-{
-    return transpose_mul(pose.rotation, p - pose.translation);
-}
-bool same(const Pose& a, const Pose& b)
-{
-    return a.rotation == b.rotation && a.translation == b.translation;
-}
+Vec3d transform(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+Vec3d transform_back(const Pose& pose, Vec3d p) { return transpose_mul(pose.rotation, p - pose.translation); }
+bool same(const Pose& a, const Pose& b) { return a.rotation == b.rotation && a.translation == b.translation; }
 /// 1 at the centre of an impact sphere, 0 from its surface on, with zero slope there.
 double share_of_sphere(double distance_sq, double radius)
 {
@@ -263,7 +254,8 @@ struct Stepper {
     }
 
     /// Modes Direct and Coupled: springs, damping and friction of all solids on a zone that stands at `at`.
-    void push(std::size_t z, const Pose& at, const Twist& twist, Wrench& springs, Wrench& rest, BodyLoad* load, double& free_change)
+    void push(std::size_t z, const Pose& at, const Twist& twist, Wrench& springs, Wrench& rest, BodyLoad* load,
+              double& free_change)
     {
         const ZoneOptions& o = state.zones_[z].options;
         Memory& m = state.memory_[z];
@@ -298,8 +290,7 @@ struct Stepper {
             const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
             const double damped = o.damping * approach * std::min(1., felt.depth / k_damping_depth);
             const double extra = std::max(damped, -spring_size);
-            const Vec3d other =
-                extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const Vec3d other = extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
             const Wrench side{other, o.torque_share * cross(felt.lever, other)};
             springs = springs + spring;
             rest = rest + side;
@@ -407,8 +398,7 @@ struct Stepper {
         // A surface that moves carries along what lies on it.
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching && touches[s].known) {
-                m.body.translation =
-                    transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
+                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
                 break;
             }
         const Vec3d before = m.body.translation;

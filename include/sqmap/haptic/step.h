@@ -67,18 +67,18 @@ struct ZoneOptions {
     Smoothing smoothing{};  ///< Stencil: what the probe's points were made from
     Shading shading = Shading::Levelled;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
-    double stiffness = 500;  ///< k of eqs. 21 and 32, N/m (errata 10)
-    double damping = 0;      ///< N s/m along the normal while pressing in; never pulls
-    double tangential_stiffness = 500;  ///< of the sticking spring of Coulomb friction, N/m
-    double torque_share = 1;  ///< 0: force only
+    double stiffness = 500;                    ///< k of eqs. 21 and 32, N/m (errata 10)
+    double damping = 0;                        ///< N s/m along the normal while pressing in; never pulls
+    double tangential_stiffness = 500;         ///< of the sticking spring of Coulomb friction, N/m
+    double torque_share = 1;                   ///< 0: force only
     /// Pre-contact braking: N s/m against the approach, from where the zone will be after brake_ahead seconds; 0: none. Costs
     /// a second query.
     double brake = 0, brake_ahead = 0.005;
     /// Where the foot point jumps (medial axis): what is left of a jump after each blend_time, s, is 1/e; 0: jumps pass.
     double blend_time = 0.010;
     /// Coupled: the spring between device and body, and the body. damping_ratio 1 is critical; see coupling_damping.
-    double coupling_stiffness = 800, coupling_rotational = 1.0;  ///< N/m, N m/rad
-    double mass = 0.05, inertia = 5e-5;                          ///< kg, kg m^2 about every axis
+    double coupling_stiffness = 800, coupling_rotational = 1.0;         ///< N/m, N m/rad
+    double mass = 0.05, inertia = 5e-5;                                 ///< kg, kg m^2 about every axis
     double coupling_damping = 12, coupling_rotational_damping = 0.014;  ///< N s/m, N m s/rad
 };
 
@@ -96,32 +96,32 @@ struct Zone {
 enum StepStatus : std::uint32_t {
     k_step_ok = 0,
     k_step_contact = 1,
-    k_step_full = 2,         ///< more contacts than the state holds: the rest does not count
-    k_step_not_finite = 4,   ///< a pose, a solid or dt was not: that zone's wrench is zero and its memory is cleared
-    k_step_degraded = 8,     ///< answered from the last tangent planes
-    k_step_blended = 16,     ///< a jump of the force is being blended
+    k_step_full = 2,        ///< more contacts than the state holds: the rest does not count
+    k_step_not_finite = 4,  ///< a pose, a solid or dt was not: that zone's wrench is zero and its memory is cleared
+    k_step_degraded = 8,    ///< answered from the last tangent planes
+    k_step_blended = 16,    ///< a jump of the force is being blended
     k_step_slipping = 32,
-    k_step_no_surface = 64,  ///< some contact had no surface to push to and was left out
+    k_step_no_surface = 64,   ///< some contact had no surface to push to and was left out
     k_step_short_span = 128,  ///< wrenches or on_solids holds fewer than there are: the rest is lost
 };
 
 /// What a zone felt in the last tick, for traces and pictures. World, metres.
 struct ZoneReport {
-    double depth = 0;             ///< effective: spring force over stiffness
-    double deepest = 0;           ///< of its contacts
-    Vec3d normal{};               ///< unit, the way out; zero where free
-    Vec3d point{};                ///< centre of the contacts on the surface
+    double depth = 0;    ///< effective: spring force over stiffness
+    double deepest = 0;  ///< of its contacts
+    Vec3d normal{};      ///< unit, the way out; zero where free
+    Vec3d point{};       ///< centre of the contacts on the surface
     std::uint32_t contacts = 0;
     std::uint32_t status = k_step_ok;
-    Pose body{};                  ///< where the zone's points stood: the device's pose, the proxy or the coupled body
-    double potential = 0;         ///< J, stored in the contact spring
+    Pose body{};           ///< where the zone's points stood: the device's pose, the proxy or the coupled body
+    double potential = 0;  ///< J, stored in the contact spring
 };
 
 struct StepInput {
-    std::span<const Solid> solids;
-    std::span<const Pose> poses;    ///< one a zone, world; their translation is what torque is about
-    std::span<const Twist> twists;  ///< one a zone where measured; empty: differences of poses
-    double dt = 0.001;              ///< s since the last step, the real one
+    std::span<const Solid> solids{};
+    std::span<const Pose> poses{};    ///< one a zone, world; their translation is what torque is about
+    std::span<const Twist> twists{};  ///< one a zone where measured; empty: differences of poses
+    double dt = 0.001;                ///< s since the last step, the real one
     /// No time for a query: every zone is answered from the tangent planes of its last one. Never by superquadrics alone.
     bool degraded = false;
 };
