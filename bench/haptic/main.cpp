@@ -21,24 +21,6 @@ struct SlideCommand {
     int places = 500;
 };
 
-/// The way about the mesh's greatest step on ground without sharp edges, 20 mm before and behind it.
-std::string window(const Slide& s)
-{
-    std::size_t at = 0;
-    double most = 0;
-    for (std::size_t i = 1; i < s.ticks.size(); ++i) {
-        const double step = norm(s.ticks[i].mesh - s.ticks[i - 1].mesh);
-        const bool begins = std::find(s.first.begin(), s.first.end(), i) != s.first.end();
-        if (!begins && !s.ticks[i].sharp && !s.ticks[i - 1].sharp && step > most) most = step, at = i;
-    }
-    std::size_t from = at > 200 ? at - 200 : 0, to = at + 200;
-    for (const std::size_t f : s.first) {
-        if (f > from && f <= at) from = f;
-        if (f > at) to = std::min(to, f);
-    }
-    return slide_csv(s, from, to);
-}
-
 void run_slide(const SlideCommand& c)
 {
     std::printf("%-18s %-6s | %-35s | %-35s | %-23s | %-23s | %s\n", "", "", "edges < 45 deg: max step, N",
@@ -69,7 +51,7 @@ void run_slide(const SlideCommand& c)
                     1e3 * o.p99, 1e3 * o.max, n.median, n.p95);
         std::fflush(stdout);
         if (!c.csv.empty()) {
-            const std::string text = window(s);
+            const std::string text = slide_csv(s);
             io::replace_file(c.csv, std::as_bytes(std::span(text)));
         }
     }
@@ -86,6 +68,7 @@ void add_slide(CLI::App& app)
     command->add_option("--depth", c->options.depth, "m")->capture_default_str();
     command->add_option("--stiffness", c->options.stiffness, "N/m")->capture_default_str();
     command->add_option("--radius", zone.smoothing.radius, "Of the smoothing, m")->capture_default_str();
+    command->add_option("--tolerance", zone.smoothing.tolerance, "Of the felt depth, m")->capture_default_str();
     command->add_option("--points", zone.smoothing.points, "Samples of the stencil")->capture_default_str();
     command->add_option("--blend", zone.blend_time, "s; 0: none")->capture_default_str();
     command->add_option("--planes", c->options.planes, "Sections along each axis")->capture_default_str();
@@ -98,7 +81,7 @@ void add_slide(CLI::App& app)
             std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
     command->add_flag_callback(
         "--consistent", [c] { c->options.zone.shading = haptic::Shading::Consistent; }, "The gradient of one potential");
-    command->add_option("--csv", c->csv, "The way about the last mesh's greatest step");
+    command->add_option("--csv", c->csv, "Every tick of the last mesh");
     command->callback([c] { run_slide(*c); });
 }
 

@@ -12,7 +12,7 @@ namespace sqmap::bench {
 namespace {
 
 constexpr double k_sphere = 0.005;  ///< m
-constexpr std::uint32_t k_sphere_points = 1000;
+constexpr std::uint32_t k_sphere_points = 500;
 
 /// A tool of one zone, frictionless, and how it is asked.
 class Tool {
@@ -26,9 +26,9 @@ public:
         solid_.model = &object.view;
         solid_.material.friction = haptic::Friction::None;
         haptic::ZoneOptions& o = state_.options(0);
-        o.averaging = options.sphere ? haptic::Averaging::Patch : haptic::Averaging::Stencil;
-        // The mean over a cap's contacts, weighted by depth, is two thirds of its depth: the same stiffness on flat ground.
-        o.stiffness = options.sphere ? 1.5 * options.stiffness : options.stiffness;
+        o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
+        if (options.sphere) o.smoothing.radius = k_sphere;
+        o.stiffness = options.stiffness;
         per_depth_ = options.stiffness;
     }
 
@@ -194,16 +194,18 @@ NormalError normal_error(const TouchObject& object, const SlideOptions& options,
     return {percentile(angles, 0.5), percentile(angles, 0.95), *std::max_element(angles.begin(), angles.end()), angles.size()};
 }
 
-std::string slide_csv(const Slide& slide, std::size_t from, std::size_t to)
+std::string slide_csv(const Slide& slide)
 {
     std::string text =
-        "way_mm,mesh_x,mesh_y,mesh_z,shaded_x,shaded_y,shaded_z,ours_x,ours_y,ours_z,true_depth_mm,felt_depth_mm\n";
-    for (std::size_t i = from; i < std::min(to, slide.ticks.size()); ++i) {
+        "way,x,y,z,mesh_x,mesh_y,mesh_z,shaded_x,shaded_y,shaded_z,ours_x,ours_y,ours_z,true_depth,felt_depth,sharp\n";
+    std::size_t way = 0;
+    for (std::size_t i = 0; i < slide.ticks.size(); ++i) {
         const SlideTick& t = slide.ticks[i];
-        char row[400];
-        std::snprintf(row, sizeof row, "%.4g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n",
-                      0.1 * static_cast<double>(i - from), t.mesh.x, t.mesh.y, t.mesh.z, t.shaded.x, t.shaded.y, t.shaded.z,
-                      t.ours.x, t.ours.y, t.ours.z, 1e3 * t.true_depth, 1e3 * t.felt_depth);
+        while (way < slide.first.size() && slide.first[way] <= i) ++way;
+        char row[500];
+        std::snprintf(row, sizeof row, "%zu,%.7g,%.7g,%.7g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%d\n", way,
+                      t.at.x, t.at.y, t.at.z, t.mesh.x, t.mesh.y, t.mesh.z, t.shaded.x, t.shaded.y, t.shaded.z, t.ours.x,
+                      t.ours.y, t.ours.z, t.true_depth, t.felt_depth, t.sharp ? 1 : 0);
         text += row;
     }
     return text;

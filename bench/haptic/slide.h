@@ -51,6 +51,6 @@ struct NormalError {
 };
 [[nodiscard]] NormalError normal_error(const TouchObject& object, const SlideOptions& options, int places);
 
-[[nodiscard]] std::string slide_csv(const Slide& slide, std::size_t from, std::size_t to);
+[[nodiscard]] std::string slide_csv(const Slide& slide);
 
 }  // namespace sqmap::bench

@@ -49,10 +49,11 @@ enum class Mode : std::uint8_t {
     Coupled,  ///< a simulated body, joined to the device by springs and dampers in position and rotation
 };
 
-/// What the forces of a zone's contacts become. Both leave a force that does not depend on how many points there are.
+/// What the forces of a zone's contacts become. All leave a force that does not depend on how many points there are.
 enum class Averaging : std::uint8_t {
     Patch,    ///< mean over the contacts, each weighted by its area and its depth, so that what enters has no weight
-    Stencil,  ///< the points are a small sphere's (stencil.h): the field about its centre, smoothed over the sphere
+    Stencil,  ///< the points are stencil_points: what the zone's tip feels, smoothed over a small sphere about it
+    Ball,     ///< the points are ball_points: a ball about the zone's tip; depth is that of its deepest place
 };
 
 /// Where on the smooth side a zone's force lies; see docs/algorithms/haptics.md.
@@ -64,7 +65,7 @@ enum class Shading : std::uint8_t {
 struct ZoneOptions {
     Mode mode = Mode::Direct;
     Averaging averaging = Averaging::Patch;
-    Smoothing smoothing{};  ///< Stencil: what the probe's points were made from
+    Smoothing smoothing{};  ///< Stencil and Ball: what the probe's points were made from
     Shading shading = Shading::Levelled;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
     double stiffness = 500;                    ///< k of eqs. 21 and 32, N/m (errata 10)
@@ -87,7 +88,8 @@ struct Zone {
     const query::Probe* probe = nullptr;  ///< in metres; zones in a row with one probe and one pose are asked once
     bool in_world = false;                ///< the probe's points are in the world (Probe::move), not in the zone's frame
     std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
-    std::span<const float> weights{};  ///< area a point, #points of the probe; empty: all alike. Outlives the state
+    Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
+    std::span<const float> weights{};  ///< Patch: area a point, #points of the probe; empty: all alike. Outlives the state
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
     ZoneOptions options{};
 };
@@ -132,6 +134,8 @@ struct StepResult {
     double deepest = 0;  ///< m
 };
 
+struct Sample;
+
 struct StateOptions {
     std::size_t most_contacts = 8192;  ///< of one probe with one solid
     std::size_t most_solids = 8;       ///< those beyond it are not felt, and k_step_full says so
@@ -168,6 +172,7 @@ private:
     std::size_t most_solids_ = 0;
     std::vector<query::FrameContact> found_;  ///< solid by contact
     std::vector<Asked> asked_;
+    std::vector<Sample> samples_;  ///< of one stencil
     std::uint64_t degraded_steps_ = 0;
 };
 
