@@ -20,15 +20,11 @@ public:
     Tool(const TouchObject& object, const SlideOptions& options)
         : probe_(haptic::stencil_points(options.sphere ? haptic::Smoothing{.radius = k_sphere, .points = k_sphere_points}
                                                        : options.zone.smoothing)),
-          zone_{.probe = &probe_, .options = options.zone},
+          zone_{.probe = &probe_, .options = zone_options(options)},
           state_(std::span(&zone_, 1), {.most_contacts = 2048, .most_solids = 1})
     {
         solid_.model = &object.view;
         solid_.material.friction = haptic::Friction::None;
-        haptic::ZoneOptions& o = state_.options(0);
-        o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
-        if (options.sphere) o.smoothing.radius = k_sphere;
-        o.stiffness = options.stiffness;
         per_depth_ = options.stiffness;
     }
 
@@ -44,6 +40,15 @@ public:
     double depth_of(Vec3d force) const { return norm(force) / per_depth_; }
 
 private:
+    static haptic::ZoneOptions zone_options(const SlideOptions& options)
+    {
+        haptic::ZoneOptions o = options.zone;
+        o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
+        if (options.sphere) o.smoothing.radius = k_sphere;
+        o.stiffness = options.stiffness;
+        return o;
+    }
+
     using Pose = haptic::Pose;
     query::Probe probe_;
     haptic::Zone zone_;

@@ -14,8 +14,9 @@ State::State(std::span<const Zone> zones, const StateOptions& options)
 {
     std::size_t most = 0;
     for (const Zone& zone : zones_)
-        if (zone.probe != nullptr) most = std::max(most, zone.probe->size());
+        if (zone.probe != nullptr && zone.options.averaging != Averaging::Patch) most = std::max(most, zone.probe->size());
     samples_.resize(most);
+    trails_.resize(touches_.size() * most);
 }
 
 State::State(State&&) noexcept = default;

@@ -5,36 +5,63 @@
 
 namespace sqmap::haptic {
 
-/// A sample in contact.
+/// A sample on the sphere.
 struct Sample {
-    Vec3d place{};  ///< from the centre
+    Vec3d place{};    ///< from the centre
+    Vec3d surface{};  ///< nearest one found, from the centre
     Vec3d normal{};
-    double depth = 0;
+    double depth = 0;  ///< 0: free, and then the rest is not known
 };
 
-/// Samples of a stencil or ball that are in contact.
-struct StencilSum {
-    std::span<Sample> samples;  ///< on the sphere
-    double total = 0;           ///< how many there are, in contact or not
-    Sample centre{};            ///< stencils only: depth 0 where free
+/// The surface that a sample found in the last tick, the solid's frame.
+struct Trail {
+    Vec3d surface{};
+    bool known = false;
+};
 
-    /// |depth(a) - depth(b)| <= |a - b|: a search for the nearest surface that ended at another one gave a depth that is too
-    /// large, and its neighbours know. Outside samples have depth 0, which bounds all the more.
-    void trust_the_least(double radius)
+struct StencilSum {
+    std::span<Sample> samples;
+    Sample centre{};  ///< stencils only: the exact one
+
+    /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
+    /// the centre or the sample itself in the last tick found bound it, so that it cannot jump. On a Fibonacci lattice
+    /// neighbours are Fibonacci numbers apart. trail: one a sample, from the centre and in the world's axes by way of `place`.
+    template <class Place>
+    void trust_the_least(double radius, std::span<const Trail> trail, Place&& place)
     {
-        double least = total > static_cast<double>(samples.size()) ? 0 : INFINITY;
-        for (const Sample& s : samples) least = std::min(least, s.depth);
-        centre.depth = std::min(centre.depth, least + radius);
-        for (Sample& s : samples) s.depth = std::min(s.depth, centre.depth + radius);
+        constexpr std::size_t steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            Sample& s = samples[i];
+            if (!(s.depth > 0)) continue;
+            double bound_sq = s.depth * s.depth;
+            const double found_sq = bound_sq;
+            const auto try_surface = [&](Vec3d surface) {
+                const double d = norm_sq(s.place - surface);
+                if (d < bound_sq) bound_sq = d, s.surface = surface;
+            };
+            if (centre.depth > 0) try_surface(centre.surface);
+            if (i < trail.size() && trail[i].known) try_surface(place(trail[i].surface));
+            for (const std::size_t step : steps) {
+                if (i >= step && samples[i - step].depth > 0) try_surface(samples[i - step].surface);
+                if (i + step < samples.size() && samples[i + step].depth > 0) try_surface(samples[i + step].surface);
+            }
+            if (!(bound_sq < found_sq)) continue;
+            s.depth = std::sqrt(bound_sq);
+            if (s.depth > 1e-6 * radius) s.normal = (s.surface - s.place) / s.depth;
+        }
     }
 
     [[nodiscard]] Felt felt(const ZoneOptions& o) const
     {
         const double r = o.smoothing.radius;
         const bool ball = o.averaging == Averaging::Ball;
+        const double total = static_cast<double>(samples.size());
         double first = 0, second = 0, deepest = 0;
         Vec3d normal{}, gradient{};
+        std::uint32_t count = 0;
         for (const Sample& s : samples) {
+            if (!(s.depth > 0)) continue;
+            ++count;
             first += s.depth / total;
             second += s.depth * s.depth / total;
             deepest = std::max(deepest, s.depth);
@@ -42,7 +69,7 @@ struct StencilSum {
             gradient -= (s.depth * s.depth / total / r) * s.place;
         }
         Felt felt;
-        felt.contacts = static_cast<std::uint32_t>(samples.size());
+        felt.contacts = count;
         felt.deepest = deepest;
         if (!(second > 0)) return felt;
         const StencilDepth smooth = depth_of_stencil(r, second);
@@ -52,10 +79,11 @@ struct StencilSum {
             felt.force = (2 * felt.depth * smooth.slope) * normal;
             return felt;
         }
-        // The smoothed depth, as far as it stays near the true one.
-        const double exact = ball ? deepest : centre.depth, excess = smooth.depth + offset - exact;
-        felt.depth =
-            std::max(exact + excess / std::sqrt(1 + excess * excess / (o.smoothing.tolerance * o.smoothing.tolerance)), 0.);
+        // The smoothed depth, as far as it stays near the true one; force begins where the true one does.
+        const double exact = ball ? deepest : centre.depth;
+        if (!(exact > 0)) return felt;
+        const double excess = smooth.depth + offset - exact, relative = excess / std::min(o.smoothing.tolerance, exact);
+        felt.depth = std::max(exact + excess / std::sqrt(1 + relative * relative), 0.);
         const Vec3d sum = o.smoothing.kernel == Kernel::Shell ? normal : gradient;
         const double size = norm(sum);
         // On flat ground the greater of these shares is 3/4 or more; opposite walls within the sphere cancel.

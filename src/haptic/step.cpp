@@ -44,6 +44,7 @@ void State::reset() noexcept
     for (Memory& m : memory_) m = {};
     for (Touch& t : touches_) t = {};
     for (ZoneReport& r : reports_) r = {};
+    for (Trail& t : trails_) t = {};
 }
 
 struct Stepper {
@@ -154,28 +155,50 @@ struct Stepper {
         return sum.patch(zone.options.shading);
     }
 
+    static Sample centre_of(const Solid& solid, Vec3d at)
+    {
+        const model::Header& header = solid.model->header;
+        const query::Contact c =
+            query::query_point(*solid.model, model::to_model_space(header, transform_back(solid.pose, at)), query::Layer::Exact);
+        if (!c.contact || (c.status & query::k_no_surface) != 0) return {};
+        const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
+        const double depth = header.unit * static_cast<double>(c.depth);
+        return {{}, depth * normal, normal, depth};
+    }
+
     Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
         const Solid& solid = in.solids[s];
         const std::size_t points = zone.probe->size(), first = std::min<std::size_t>(zone.first, points);
-        const std::size_t own = std::min<std::size_t>(zone.count, points - first);
+        const std::size_t own = std::min({std::size_t{zone.count}, points - first, state.samples_.size()});
         const bool ball = zone.options.averaging == Averaging::Ball;
         const Vec3d centre = tip(z, at);
+        const bool exact = !ball && zone.options.layer == query::Layer::Exact;
         StencilSum sum;
-        sum.total = static_cast<double>(ball ? own : own - (own > 0 ? 1 : 0));
-        std::size_t count = 0;
+        sum.samples = std::span(state.samples_).first(ball || own == 0 ? own : own - 1);
+        for (Sample& sample : sum.samples) sample = {};
         Found f;
         for (const query::FrameContact& c : contacts) {
             if (!read(z, s, at, c, f)) continue;
-            const Sample sample{f.point - centre, solid.pose.rotation * f.normal, f.depth};
-            if (!ball && c.index == first + own - 1)
+            const Vec3d normal = solid.pose.rotation * f.normal, place = f.point - centre;
+            const Sample sample{place, place + f.depth * normal, normal, f.depth};
+            if (const std::size_t i = c.index - first; i < sum.samples.size())
+                sum.samples[i] = sample;
+            else if (!ball && !exact)
                 sum.centre = sample;
-            else if (count < state.samples_.size())
-                state.samples_[count++] = sample;
         }
-        sum.samples = std::span(state.samples_).first(count);
-        if (!ball) sum.trust_the_least(zone.options.smoothing.radius);
+        // Of the one point that the felt depth hangs on the nearest surface is searched for, not looked up.
+        if (exact) sum.centre = centre_of(solid, at.translation + centre);
+        const std::span<Trail> trail =
+            std::span(state.trails_).subspan((z * state.most_solids_ + s) * state.samples_.size(), own);
+        sum.trust_the_least(zone.options.smoothing.radius, trail,
+                            [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
+        if (keep != nullptr)
+            for (std::size_t i = 0; i < sum.samples.size(); ++i) {
+                const Sample& sample = sum.samples[i];
+                trail[i] = {transform_back(solid.pose, sample.surface + at.translation + centre), sample.depth > 0};
+            }
         Felt felt = sum.felt(zone.options);
         felt.lever = centre;
         felt.torque = cross(centre, felt.force);
@@ -506,6 +529,8 @@ struct Stepper {
     {
         state.memory_[z] = {};
         for (std::size_t s = 0; s < state.most_solids_; ++s) touch(z, s) = {};
+        const std::size_t size = state.most_solids_ * state.samples_.size();
+        for (Trail& t : std::span(state.trails_).subspan(z * size, size)) t = {};
     }
 
     StepResult run()

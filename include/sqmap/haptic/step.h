@@ -135,6 +135,7 @@ struct StepResult {
 };
 
 struct Sample;
+struct Trail;
 
 struct StateOptions {
     std::size_t most_contacts = 8192;  ///< of one probe with one solid
@@ -148,7 +149,7 @@ public:
     explicit State(std::span<const Zone> zones, const StateOptions& options = {});
 
     [[nodiscard]] std::size_t zones() const noexcept { return zones_.size(); }
-    /// To be changed between ticks; probe and weights must stay.
+    /// To be changed between ticks; not the averaging, which the state made room for.
     [[nodiscard]] ZoneOptions& options(std::size_t zone) noexcept { return zones_[zone].options; }
     [[nodiscard]] const ZoneReport& report(std::size_t zone) const noexcept { return reports_[zone]; }
     /// Steps answered from old planes since the state was made.
@@ -173,6 +174,7 @@ private:
     std::vector<query::FrameContact> found_;  ///< solid by contact
     std::vector<Asked> asked_;
     std::vector<Sample> samples_;  ///< of one stencil
+    std::vector<Trail> trails_;    ///< zone by solid by sample
     std::uint64_t degraded_steps_ = 0;
 };
 
