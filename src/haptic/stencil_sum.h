@@ -13,10 +13,16 @@ struct Sample {
     double depth = 0;  ///< 0: free, and then the rest is not known
 };
 
-/// The surface that a sample found in the last tick, the solid's frame.
+/// What a sample found in the last tick.
 struct Trail {
-    Vec3d surface{};
+    Vec3d surface{};   ///< solid's frame
+    double depth = 0;  ///< 0: free
     bool known = false;
+};
+
+/// How far samples may have moved since, and how much of a jump is left after a tick.
+struct Passed {
+    double motion = INFINITY, left = 0;
 };
 
 struct StencilSum {
@@ -24,10 +30,11 @@ struct StencilSum {
     Sample centre{};  ///< stencils only: the exact one
 
     /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
-    /// the centre or the sample itself in the last tick found bound it, so that it cannot jump. On a Fibonacci lattice
-    /// neighbours are Fibonacci numbers apart. trail: one a sample, from the centre and in the world's axes by way of `place`.
+    /// the centre or the sample itself in the last tick found bound it, and a depth changes by no more than the motion: what
+    /// is found wrong only now is put right over some ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart.
+    /// trail: one a sample; `place` takes the solid's frame to the samples'.
     template <class Place>
-    void trust_the_least(double radius, std::span<const Trail> trail, Place&& place)
+    void trust_the_least(double radius, std::span<const Trail> trail, const Passed& passed, Place&& place)
     {
         constexpr std::size_t steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
         for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -40,14 +47,20 @@ struct StencilSum {
                 if (d < bound_sq) bound_sq = d, s.surface = surface;
             };
             if (centre.depth > 0) try_surface(centre.surface);
-            if (i < trail.size() && trail[i].known) try_surface(place(trail[i].surface));
+            const Trail before = i < trail.size() ? trail[i] : Trail{};
+            if (before.known && before.depth > 0) try_surface(place(before.surface));
             for (const std::size_t step : steps) {
                 if (i >= step && samples[i - step].depth > 0) try_surface(samples[i - step].surface);
                 if (i + step < samples.size() && samples[i + step].depth > 0) try_surface(samples[i + step].surface);
             }
-            if (!(bound_sq < found_sq)) continue;
-            s.depth = std::sqrt(bound_sq);
-            if (s.depth > 1e-6 * radius) s.normal = (s.surface - s.place) / s.depth;
+            if (bound_sq < found_sq) {
+                s.depth = std::sqrt(bound_sq);
+                if (s.depth > 1e-6 * radius) s.normal = (s.surface - s.place) / s.depth;
+            }
+            if (!before.known) continue;
+            if (const double least = before.depth - passed.motion; s.depth < least) s.depth += passed.left * (least - s.depth);
+            if (const double most = before.depth + passed.motion; s.depth > most)
+                s.depth = most + (1 - passed.left) * (s.depth - most);
         }
     }
 

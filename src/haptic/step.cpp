@@ -192,12 +192,21 @@ struct Stepper {
         if (exact) sum.centre = centre_of(solid, at.translation + centre);
         const std::span<Trail> trail =
             std::span(state.trails_).subspan((z * state.most_solids_ + s) * state.samples_.size(), own);
-        sum.trust_the_least(zone.options.smoothing.radius, trail,
+        Passed passed;
+        if (const Touch& t = touch(z, s); keep != nullptr && t.known && state.memory_[z].known) {
+            const Pose before = query::compose(query::inverse(t.solid_before), state.memory_[z].body_before);
+            const Pose now = query::compose(query::inverse(solid.pose), at);
+            const Twist moved = twist_between(before, now, 1);
+            passed.motion = norm(transform(now, zone.tip) - transform(before, zone.tip)) +
+                            zone.options.smoothing.radius * norm(moved.angular);
+            if (zone.options.blend_time > 0) passed.left = std::exp(-in.dt / zone.options.blend_time);
+        }
+        sum.trust_the_least(zone.options.smoothing.radius, trail, passed,
                             [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
         if (keep != nullptr)
             for (std::size_t i = 0; i < sum.samples.size(); ++i) {
                 const Sample& sample = sum.samples[i];
-                trail[i] = {transform_back(solid.pose, sample.surface + at.translation + centre), sample.depth > 0};
+                trail[i] = {transform_back(solid.pose, sample.surface + at.translation + centre), sample.depth, true};
             }
         Felt felt = sum.felt(zone.options);
         felt.lever = centre;
