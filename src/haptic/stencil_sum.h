@@ -27,7 +27,8 @@ struct Passed {
 
 struct StencilSum {
     std::span<Sample> samples;
-    Sample centre{};  ///< stencils only: the exact one
+    bool centre_bounds = false;  ///< its surface is a true one: any sample is at most so far from the boundary
+    Sample centre{};  ///< a stencil's own; of a ball, where it was searched for, its deepest place as its centre has it
 
     /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
     /// the centre or the sample itself in the last tick found bound it, and a depth changes by no more than the motion: what
@@ -46,7 +47,7 @@ struct StencilSum {
                 const double d = norm_sq(s.place - surface);
                 if (d < bound_sq) bound_sq = d, s.surface = surface;
             };
-            if (centre.depth > 0) try_surface(centre.surface);
+            if (centre.depth > 0 && centre_bounds) try_surface(centre.surface);
             const Trail before = i < trail.size() ? trail[i] : Trail{};
             if (before.known && before.depth > 0) try_surface(place(before.surface));
             for (const std::size_t step : steps) {
@@ -70,14 +71,17 @@ struct StencilSum {
         const bool ball = o.averaging == Averaging::Ball;
         const double total = static_cast<double>(samples.size());
         double first = 0, second = 0, deepest = 0;
-        Vec3d normal{}, gradient{};
+        Vec3d normal{}, gradient{}, nearest = centre.normal;
         std::uint32_t count = 0;
         for (const Sample& s : samples) {
             if (!(s.depth > 0)) continue;
             ++count;
             first += s.depth / total;
             second += s.depth * s.depth / total;
-            deepest = std::max(deepest, s.depth);
+            if (s.depth > deepest) {
+                deepest = s.depth;
+                if (!(centre.depth > 0)) nearest = s.normal;
+            }
             normal += (s.depth / total) * s.normal;
             gradient -= (s.depth * s.depth / total / r) * s.place;
         }
@@ -93,7 +97,7 @@ struct StencilSum {
             return felt;
         }
         // The smoothed depth, as far as it stays near the true one; force begins where the true one does.
-        const double exact = ball ? deepest : centre.depth;
+        const double exact = ball ? std::max(deepest, centre.depth) : centre.depth;
         if (!(exact > 0)) return felt;
         const double excess = smooth.depth + offset - exact, relative = excess / std::min(o.smoothing.tolerance, exact);
         felt.depth = std::max(exact + excess / std::sqrt(1 + relative * relative), 0.);
@@ -102,13 +106,11 @@ struct StencilSum {
         // On flat ground the greater of these shares is 3/4 or more; opposite walls within the sphere cancel.
         const double coherence = o.smoothing.kernel == Kernel::Shell ? size / first : std::max(size / second, 1.5 * size / first);
         Vec3d direction = size > 0 ? sum / size : Vec3d{};
-        if (const double u = (coherence - 0.2) / 0.3; !ball && u < 1) {
+        if (const double u = (coherence - 0.2) / 0.3; u < 1) {
             // Thinner than the sphere: the nearest surface alone says which way is out.
             const double share = u > 0 ? u * u * (3 - 2 * u) : 0;
-            direction = share * direction + (1 - share) * centre.normal;
+            direction = share * direction + (1 - share) * nearest;
             if (norm(direction) > 0.5) direction = normalized(direction);
-        } else if (ball && coherence < k_least_coherence) {
-            direction = coherence / k_least_coherence * direction;
         }
         felt.force = felt.depth * direction;
         return felt;

@@ -155,15 +155,17 @@ struct Stepper {
         return sum.patch(zone.options.shading);
     }
 
-    static Sample centre_of(const Solid& solid, Vec3d at)
+    /// The exact layer at a place; of a ball of the given radius there, depth is that of its deepest place.
+    static Sample searched(const Solid& solid, Vec3d at, double radius)
     {
         const model::Header& header = solid.model->header;
-        const query::Contact c =
-            query::query_point(*solid.model, model::to_model_space(header, transform_back(solid.pose, at)), query::Layer::Exact);
+        const double reach = radius / (header.unit * header.r_max);
+        const query::Contact c = query::query_point(*solid.model, model::to_model_space(header, transform_back(solid.pose, at)),
+                                                    {.layer = query::Layer::Exact, .margin = static_cast<float>(reach)});
         if (!c.contact || (c.status & query::k_no_surface) != 0) return {};
         const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
         const double depth = header.unit * static_cast<double>(c.depth);
-        return {{}, depth * normal, normal, depth};
+        return {{}, (depth - radius) * normal, normal, depth};
     }
 
     Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
@@ -174,7 +176,7 @@ struct Stepper {
         const std::size_t own = std::min({std::size_t{zone.count}, points - first, state.samples_.size()});
         const bool ball = zone.options.averaging == Averaging::Ball;
         const Vec3d centre = tip(z, at);
-        const bool exact = !ball && zone.options.layer == query::Layer::Exact;
+        const bool exact = zone.options.layer == query::Layer::Exact;
         StencilSum sum;
         sum.samples = std::span(state.samples_).first(ball || own == 0 ? own : own - 1);
         for (Sample& sample : sum.samples) sample = {};
@@ -189,7 +191,8 @@ struct Stepper {
                 sum.centre = sample;
         }
         // Of the one point that the felt depth hangs on the nearest surface is searched for, not looked up.
-        if (exact) sum.centre = centre_of(solid, at.translation + centre);
+        if (exact) sum.centre = searched(solid, at.translation + centre, ball ? zone.options.smoothing.radius : 0);
+        sum.centre_bounds = sum.centre.depth > 0;
         const std::span<Trail> trail =
             std::span(state.trails_).subspan((z * state.most_solids_ + s) * state.samples_.size(), own);
         Passed passed;
