@@ -5,7 +5,7 @@
 
 namespace sqmap::haptic {
 
-std::vector<Vec3d> ball_points(const Smoothing& smoothing)
+std::vector<Vec3d> stencil_points(const Smoothing& smoothing)
 {
     // Fibonacci lattice: no plane holds many of them.
     constexpr double turn = std::numbers::pi * 0.7639320225002103;  // golden angle: pi (3 - sqrt 5)
@@ -32,12 +32,6 @@ std::vector<Vec3d> ball_points(const Smoothing& smoothing)
         root = root * m;
     }
     for (Vec3d& p : points) p = smoothing.radius * (root * p);
-    return points;
-}
-
-std::vector<Vec3d> stencil_points(const Smoothing& smoothing)
-{
-    std::vector<Vec3d> points = ball_points(smoothing);
     points.push_back({});
     return points;
 }

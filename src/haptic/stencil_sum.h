@@ -25,63 +25,83 @@ struct Passed {
     double motion = INFINITY, left = 0;
 };
 
+/// A depth that should change by no more than the motion, and does so over some ticks where it did.
+inline double without_jump(double depth, const Trail& before, const Passed& passed)
+{
+    if (!before.known) return depth;
+    const double near = std::clamp(depth, before.depth - passed.motion, before.depth + passed.motion);
+    return depth + passed.left * (near - depth);
+}
+
 struct StencilSum {
-    std::span<Sample> samples;
-    bool centre_bounds = false;  ///< its surface is a true one: any sample is at most so far from the boundary
-    Sample centre{};  ///< a stencil's own; of a ball, where it was searched for, its deepest place as its centre has it
+    std::span<Sample> samples;  ///< on the sphere
+    Sample centre{};
+    bool searched = false;  ///< the centre is exact
+    double depth = 0;       ///< of a stencil's centre; of a ball's deepest place
+    Vec3d nearest{};        ///< unit, the way out there
 
     /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
-    /// the centre or the sample itself in the last tick found bound it, and a depth changes by no more than the motion: what
-    /// is found wrong only now is put right over some ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart.
-    /// trail: one a sample; `place` takes the solid's frame to the samples'.
+    /// the centre or the sample itself in the last tick found bound it; what is found wrong only now is put right over some
+    /// ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart. trail: one a sample, then the centre; `place`
+    /// takes the solid's frame to the samples'.
     template <class Place>
-    void trust_the_least(double radius, std::span<const Trail> trail, const Passed& passed, Place&& place)
+    void trust_the_least(std::span<const Trail> trail, const Passed& passed, Place&& place)
     {
         constexpr std::size_t steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
         for (std::size_t i = 0; i < samples.size(); ++i) {
             Sample& s = samples[i];
             if (!(s.depth > 0)) continue;
-            double bound_sq = s.depth * s.depth;
-            const double found_sq = bound_sq;
+            const double found_sq = s.depth * s.depth;
+            double bound_sq = found_sq;
             const auto try_surface = [&](Vec3d surface) {
                 const double d = norm_sq(s.place - surface);
                 if (d < bound_sq) bound_sq = d, s.surface = surface;
             };
-            if (centre.depth > 0 && centre_bounds) try_surface(centre.surface);
-            const Trail before = i < trail.size() ? trail[i] : Trail{};
-            if (before.known && before.depth > 0) try_surface(place(before.surface));
+            if (centre.depth > 0) try_surface(centre.surface);
+            if (trail[i].known && trail[i].depth > 0) try_surface(place(trail[i].surface));
             for (const std::size_t step : steps) {
                 if (i >= step && samples[i - step].depth > 0) try_surface(samples[i - step].surface);
                 if (i + step < samples.size() && samples[i + step].depth > 0) try_surface(samples[i + step].surface);
             }
             if (bound_sq < found_sq) {
                 s.depth = std::sqrt(bound_sq);
-                if (s.depth > 1e-6 * radius) s.normal = (s.surface - s.place) / s.depth;
+                if (s.depth > 1e-9) s.normal = (s.surface - s.place) / s.depth;
             }
-            if (!before.known) continue;
-            if (const double least = before.depth - passed.motion; s.depth < least) s.depth += passed.left * (least - s.depth);
-            if (const double most = before.depth + passed.motion; s.depth > most)
-                s.depth = most + (1 - passed.left) * (s.depth - most);
+            s.depth = without_jump(s.depth, trail[i], passed);
         }
+    }
+
+    /// How deep the centre or the ball is, from the nearest of all surfaces found. Samples see those on either side of an edge.
+    void settle(const ZoneOptions& o, const Trail& before, const Passed& passed)
+    {
+        const double r = o.smoothing.radius;
+        const bool ball = o.averaging == Averaging::Ball, inside = centre.depth > 0;
+        depth = centre.depth;
+        nearest = centre.normal;
+        if (!ball && (!inside || searched)) return;
+        double least_sq = inside ? centre.depth * centre.depth : r * r;
+        Vec3d surface{};
+        for (const Sample& s : samples)
+            if (s.depth > 0 && norm_sq(s.surface) < least_sq) least_sq = norm_sq(s.surface), surface = s.surface;
+        const double least = std::sqrt(least_sq);
+        if (norm_sq(surface) > 0) nearest = (inside ? 1 : -1) / least * surface;
+        depth = (ball ? r : 0) + (inside ? least : -least);
+        if (depth > 0) depth = without_jump(depth, before, passed);
     }
 
     [[nodiscard]] Felt felt(const ZoneOptions& o) const
     {
         const double r = o.smoothing.radius;
-        const bool ball = o.averaging == Averaging::Ball;
         const double total = static_cast<double>(samples.size());
         double first = 0, second = 0, deepest = 0;
-        Vec3d normal{}, gradient{}, nearest = centre.normal;
+        Vec3d normal{}, gradient{};
         std::uint32_t count = 0;
         for (const Sample& s : samples) {
             if (!(s.depth > 0)) continue;
             ++count;
             first += s.depth / total;
             second += s.depth * s.depth / total;
-            if (s.depth > deepest) {
-                deepest = s.depth;
-                if (!(centre.depth > 0)) nearest = s.normal;
-            }
+            deepest = std::max(deepest, s.depth);
             normal += (s.depth / total) * s.normal;
             gradient -= (s.depth * s.depth / total / r) * s.place;
         }
@@ -90,17 +110,16 @@ struct StencilSum {
         felt.deepest = deepest;
         if (!(second > 0)) return felt;
         const StencilDepth smooth = depth_of_stencil(r, second);
-        const double offset = ball ? r : 0;
+        const double offset = o.averaging == Averaging::Ball ? r : 0;
         if (o.shading == Shading::Consistent) {
             felt.depth = std::max(smooth.depth + offset, 0.);
             felt.force = (2 * felt.depth * smooth.slope) * normal;
             return felt;
         }
         // The smoothed depth, as far as it stays near the true one; force begins where the true one does.
-        const double exact = ball ? std::max(deepest, centre.depth) : centre.depth;
-        if (!(exact > 0)) return felt;
-        const double excess = smooth.depth + offset - exact, relative = excess / std::min(o.smoothing.tolerance, exact);
-        felt.depth = std::max(exact + excess / std::sqrt(1 + relative * relative), 0.);
+        if (!(depth > 0)) return felt;
+        const double excess = smooth.depth + offset - depth, relative = excess / std::min(o.smoothing.tolerance, depth);
+        felt.depth = std::max(depth + excess / std::sqrt(1 + relative * relative), 0.);
         const Vec3d sum = o.smoothing.kernel == Kernel::Shell ? normal : gradient;
         const double size = norm(sum);
         // On flat ground the greater of these shares is 3/4 or more; opposite walls within the sphere cancel.

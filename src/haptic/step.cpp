@@ -155,17 +155,16 @@ struct Stepper {
         return sum.patch(zone.options.shading);
     }
 
-    /// The exact layer at a place; of a ball of the given radius there, depth is that of its deepest place.
-    static Sample searched(const Solid& solid, Vec3d at, double radius)
+    /// The exact layer at a place: searched, not looked up.
+    static Sample searched(const Solid& solid, Vec3d at)
     {
         const model::Header& header = solid.model->header;
-        const double reach = radius / (header.unit * header.r_max);
-        const query::Contact c = query::query_point(*solid.model, model::to_model_space(header, transform_back(solid.pose, at)),
-                                                    {.layer = query::Layer::Exact, .margin = static_cast<float>(reach)});
+        const query::Contact c =
+            query::query_point(*solid.model, model::to_model_space(header, transform_back(solid.pose, at)), query::Layer::Exact);
         if (!c.contact || (c.status & query::k_no_surface) != 0) return {};
         const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
         const double depth = header.unit * static_cast<double>(c.depth);
-        return {{}, (depth - radius) * normal, normal, depth};
+        return {{}, depth * normal, normal, depth};
     }
 
     Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
@@ -176,9 +175,9 @@ struct Stepper {
         const std::size_t own = std::min({std::size_t{zone.count}, points - first, state.samples_.size()});
         const bool ball = zone.options.averaging == Averaging::Ball;
         const Vec3d centre = tip(z, at);
-        const bool exact = zone.options.layer == query::Layer::Exact;
+        if (own < 2) return {};
         StencilSum sum;
-        sum.samples = std::span(state.samples_).first(ball || own == 0 ? own : own - 1);
+        sum.samples = std::span(state.samples_).first(own - 1);
         for (Sample& sample : sum.samples) sample = {};
         Found f;
         for (const query::FrameContact& c : contacts) {
@@ -187,12 +186,14 @@ struct Stepper {
             const Sample sample{place, place + f.depth * normal, normal, f.depth};
             if (const std::size_t i = c.index - first; i < sum.samples.size())
                 sum.samples[i] = sample;
-            else if (!ball && !exact)
+            else
                 sum.centre = sample;
         }
         // Of the one point that the felt depth hangs on the nearest surface is searched for, not looked up.
-        if (exact) sum.centre = searched(solid, at.translation + centre, ball ? zone.options.smoothing.radius : 0);
-        sum.centre_bounds = sum.centre.depth > 0;
+        if (zone.options.layer == query::Layer::Exact && sum.centre.depth > 0) {
+            sum.centre = searched(solid, at.translation + centre);
+            sum.searched = true;
+        }
         const std::span<Trail> trail =
             std::span(state.trails_).subspan((z * state.most_solids_ + s) * state.samples_.size(), own);
         Passed passed;
@@ -204,13 +205,15 @@ struct Stepper {
                             zone.options.smoothing.radius * norm(moved.angular);
             if (zone.options.blend_time > 0) passed.left = std::exp(-in.dt / zone.options.blend_time);
         }
-        sum.trust_the_least(zone.options.smoothing.radius, trail, passed,
-                            [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
-        if (keep != nullptr)
+        sum.trust_the_least(trail, passed, [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
+        sum.settle(zone.options, trail[own - 1], passed);
+        if (keep != nullptr) {
             for (std::size_t i = 0; i < sum.samples.size(); ++i) {
                 const Sample& sample = sum.samples[i];
                 trail[i] = {transform_back(solid.pose, sample.surface + at.translation + centre), sample.depth, true};
             }
+            trail[own - 1] = {{}, sum.depth, true};
+        }
         Felt felt = sum.felt(zone.options);
         felt.lever = centre;
         felt.torque = cross(centre, felt.force);

@@ -19,15 +19,13 @@ enum class Kernel : std::uint8_t {
 /// `tolerance` of the true one; the direction is that of a surface rounded by about radius tan(turn / 2) / 4.
 struct Smoothing {
     Kernel kernel = Kernel::Ball;
-    double radius = 0.0015;     ///< m; of Averaging::Ball: the ball's own
+    double radius = 0.002;      ///< m; Averaging::Ball: the ball's own
     std::uint32_t points = 48;  ///< samples on the sphere
     double tolerance = 0.0001;  ///< m
 };
 
-/// Samples of a point about the origin: smoothing.points on the sphere and the centre. For Averaging::Stencil. Allocates.
+/// Samples about the origin: smoothing.points on the sphere, and last the centre. Allocates.
 [[nodiscard]] std::vector<Vec3d> stencil_points(const Smoothing& smoothing);
-/// Samples of a ball about the origin. For Averaging::Ball. Allocates.
-[[nodiscard]] std::vector<Vec3d> ball_points(const Smoothing& smoothing);
 
 /// What samples on a sphere of radius r feel on flat ground, as a function of the depth t of its centre: the mean of the
 /// squares of their depths, where what is outside has depth zero.

@@ -53,7 +53,7 @@ enum class Mode : std::uint8_t {
 enum class Averaging : std::uint8_t {
     Patch,    ///< mean over the contacts, each weighted by its area and its depth, so that what enters has no weight
     Stencil,  ///< the points are stencil_points: what the zone's tip feels, smoothed over a small sphere about it
-    Ball,     ///< the points are ball_points: a ball about the zone's tip; depth is that of its deepest place
+    Ball,     ///< the same points: a ball about the zone's tip, as deep as its deepest place
 };
 
 /// Where on the smooth side a zone's force lies; see docs/algorithms/haptics.md.
