@@ -21,7 +21,7 @@ struct Smoothing {
     Kernel kernel = Kernel::Ball;
     double radius = 0.002;      ///< m; Averaging::Ball: the ball's own
     std::uint32_t points = 48;  ///< samples on the sphere
-    double tolerance = 0.0001;  ///< m
+    double tolerance = 0.0002;  ///< m
 };
 
 /// Samples about the origin: smoothing.points on the sphere, and last the centre. Allocates.
