@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace sqmap::test {
@@ -42,6 +43,7 @@ struct Figures {
     double left = -1;       ///< J, the same when a contact ended: the greatest of all contacts
     double gained = 0;      ///< J, the same over the last 0.5 s of holding still
     int contacts = 0;
+    int reversals = 0;       ///< of the force in that time, by more than still()
     std::uint64_t over = 0;  ///< ticks with more than the limit sent
     haptic::SafetyCounters filter;
 };
@@ -55,7 +57,25 @@ struct Setting {
 /// The limits that a filter is given for a mechanism.
 inline haptic::DeviceLimits limits_of(const Mechanism& m) { return device::safety_limits(device::capabilities_of(m, 1), k_tick); }
 
+/// How often a signal turns round by more than a step: twice a period where it swings, at most once where it only changes.
+inline int reversals(std::span<const double> signal, double step)
+{
+    int count = 0, direction = 0;
+    double extreme = signal.front();
+    for (const double x : signal) {
+        if (direction == 0 ? std::fabs(x - extreme) > step : direction * (extreme - x) > step) {
+            count += direction != 0;
+            direction = x > extreme ? 1 : -1;
+            extreme = x;
+        } else if (direction * (x - extreme) > 0) {
+            extreme = x;
+        }
+    }
+    return count;
+}
+
 /// Runs one action. surface: wrench for a measured pose; called once a tick.
+inline double still(const Setting& setting);
 template <class Surface>
 Figures run(const Setting& setting, Action action, const Visit& visit, Surface&& surface)
 {
@@ -137,8 +157,8 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
     };
     f.swing = spread(forces);
     f.turn_swing = spread(torques);
+    f.reversals = reversals({forces.data() + forces.size() - 500, 500}, still(setting));
     f.gained = energies.back() - energies[energies.size() - 500];
-    for (auto it = forces.end() - 500; it != forces.end(); ++it) f.mean += *it / 500;
     move(above, visit.speed);
     wait(0.3);
     f.filter = filter.counters();

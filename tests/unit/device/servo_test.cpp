@@ -343,8 +343,10 @@ TEST(ServoProcess, TerminateAndExitZeroTheDevice)
     for (const bool terminate : {true, false}) {
         SharedWith<MotorRecord> motors;
         const pid_t child = child_that([&] {
-            auto* device = new SimulatedDevice({.motors = &*motors});
-            new Servo(*device, {}, newton, nullptr);
+            // Never destroyed, as in a program that leaves in a hurry.
+            static SimulatedDevice* const device = new SimulatedDevice({.motors = &*motors});
+            static Servo* const servo = new Servo(*device, {}, newton, nullptr);
+            (void)servo;
             while (!(motors->force > 0.5)) std::this_thread::sleep_for(1ms);
             if (terminate) std::terminate();
             std::exit(0);
