@@ -57,6 +57,10 @@ struct Setting {
 /// The limits that a filter is given for a mechanism.
 inline haptic::DeviceLimits limits_of(const Mechanism& m) { return device::safety_limits(device::capabilities_of(m, 1), k_tick); }
 
+/// A force that swings by less than this with the hand at rest does not swing: two steps of the encoder, and a hundredth of a
+/// newton for what has not quite died away.
+inline double still(const Setting& setting) { return 2 * setting.stiffness * setting.mechanism.resolution + 0.01; }
+
 /// How often a signal turns round by more than a step: twice a period where it swings, at most once where it only changes.
 inline int reversals(std::span<const double> signal, double step)
 {
@@ -75,7 +79,6 @@ inline int reversals(std::span<const double> signal, double step)
 }
 
 /// Runs one action. surface: wrench for a measured pose; called once a tick.
-inline double still(const Setting& setting);
 template <class Surface>
 Figures run(const Setting& setting, Action action, const Visit& visit, Surface&& surface)
 {
@@ -158,15 +161,12 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
     f.swing = spread(forces);
     f.turn_swing = spread(torques);
     f.reversals = reversals({forces.data() + forces.size() - 500, 500}, still(setting));
+    for (auto it = forces.end() - 500; it != forces.end(); ++it) f.mean += *it / 500;
     f.gained = energies.back() - energies[energies.size() - 500];
     move(above, visit.speed);
     wait(0.3);
     f.filter = filter.counters();
     return f;
 }
-
-/// A force that swings by less than this with the hand at rest does not swing: two steps of the encoder, and a hundredth of a
-/// newton for what has not quite died away.
-inline double still(const Setting& setting) { return 2 * setting.stiffness * setting.mechanism.resolution + 0.01; }
 
 }  // namespace sqmap::test
