@@ -38,8 +38,7 @@ Texture gaussian_texture(const NoiseOptions& options, std::vector<float>& values
     // Cut at three standard deviations: carving from the highest point must not sink the whole surface for one rare value.
     const double scale = options.amplitude / felt, top = 3 * options.amplitude;
     values.resize(count);
-    for (std::size_t i = 0; i < count; ++i)
-        values[i] = static_cast<float>(std::clamp(scale * white[i], -2 * top, top) - top);
+    for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(std::clamp(scale * white[i], -2 * top, top) - top);
     return {TextureMap::Solid, n, options.wavelength / 2, values};
 }
 
