@@ -23,6 +23,7 @@ struct Spring {
 /// What a zone feels of one solid.
 struct Felt {
     double depth = 0;  ///< effective
+    double exact = 0;  ///< before smoothing: how far out the surface is; of a patch the effective one
     Vec3d force{};     ///< over the stiffness: depth times the way out, or less (see Shading)
     Vec3d torque{};    ///< over the stiffness, about the pose's centre
     Vec3d lever{};     ///< centre of the contact, from the pose's centre
@@ -58,13 +59,13 @@ public:
         felt.deepest = deepest_;
         felt.lever = point_ / first_;
         if (shading == Shading::Consistent) {
-            felt.depth = third_ / second_;
+            felt.exact = felt.depth = third_ / second_;
             const double a = 3 * felt.depth / second_, b = -2 * felt.depth * felt.depth / second_;
             felt.force = a * normal2_ + b * normal1_;
             felt.torque = a * turn2_ + b * turn1_;
             return felt;
         }
-        felt.depth = second_ / first_;
+        felt.exact = felt.depth = second_ / first_;
         const double coherence = norm(normal2_) / second_, gain = 1 / (first_ * std::max(coherence, k_least_coherence));
         felt.force = gain * normal2_;
         felt.torque = gain * turn2_;
