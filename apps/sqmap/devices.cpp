@@ -1,5 +1,6 @@
 // sqmap devices: what there is on this machine to touch with.
 #include "commands.h"
+#include "sqmap/device/glove.h"
 #include "sqmap/device/open.h"
 #include "sqmap/device/simulated.h"
 
@@ -36,6 +37,8 @@ std::vector<device::DeviceListing> paths_over_models()
     for (const char* const script : {"press", "tap", "slide", "circle"})
         list.push_back({script, device::Presence::Here, "a scripted path over the model", path});
     list.push_back({"simulated:SCRIPT", device::Presence::Here, "a simulated mechanism in a simulated hand", simulated});
+    simulated.zones = device::k_glove_zones;
+    list.push_back({"glove", device::Presence::Here, "five fingertips and a palm of a simulated hand", simulated});
     return list;
 }
 

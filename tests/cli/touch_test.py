@@ -201,6 +201,15 @@ class Touch(unittest.TestCase):
         sent = [math.hypot(*(float(row["z0_sent_f" + axis]) for axis in "xyz")) for row in rows_of("simulated.csv")]
         self.assertLessEqual(max(sent), 2.0 + 1e-12)
 
+    def test_a_glove_has_six_zones_and_replays(self):
+        self.record("glove.csv", "--tool", "sphere:0.008", device="glove", seconds="2.5")
+        rows = rows_of("glove.csv")
+        self.assertIn("z5_sent_tz", rows[0])
+        self.assertNotIn("z6_px", rows[0])
+        felt = [max(math.hypot(*(float(row[f"z{zone}_f{axis}"]) for axis in "xyz")) for row in rows) for zone in range(6)]
+        self.assertGreater(sum(force > 0.01 for force in felt), 1, felt)
+        self.assertIn("bit-identical", run("replay", "glove.csv").stdout)
+
     def test_plots_are_svg(self):
         self.record("plotted.csv", "--plot", "plotted.svg")
         text = xml.dom.minidom.parse("plotted.svg").toxml()
@@ -291,7 +300,7 @@ class Touch(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         devices = json.loads(result.stdout)
         kinds = {device["device"].split(":")[0] for device in devices}
-        self.assertLessEqual({"press", "tap", "slide", "circle", "simulated", "path", "trace", "network", "sdl", "spacenav", "haply", "openhaptics", "forcedimension", "chai3d"}, kinds)
+        self.assertLessEqual({"press", "tap", "slide", "circle", "simulated", "glove", "path", "trace", "network", "sdl", "spacenav", "haply", "openhaptics", "forcedimension", "chai3d"}, kinds)
         for device in devices:
             self.assertIn(device["presence"], ("here", "absent", "not built"))
             self.assertNotEqual(device["state"], "")
