@@ -155,6 +155,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         options_.zone.averaging = haptic::Averaging::Stencil;
         options_.zone.smoothing = smoothing;
         tool.vertices = haptic::stencil_points(smoothing);
+        point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
     } else {
         LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
         if (loaded.refused()) throw BadTouch(options_.tool + ": " + report(loaded));

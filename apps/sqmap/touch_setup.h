@@ -51,8 +51,8 @@ public:
     /// The first object in metres, and where its frame is.
     [[nodiscard]] const model::ModelView& first_model() const { return views_.front(); }
     [[nodiscard]] const haptic::Pose& first_pose() const { return solids_.front().pose; }
-    [[nodiscard]] const query::Probe& tool() const { return *probe_; }
-    [[nodiscard]] double tool_radius() const { return probe_->sphere().radius; }
+    /// What a script brings into contact: the tool's points; of a point the point alone, not the samples of its smoothing.
+    [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : *probe_; }
 
     /// One tick: fills computed, depth, contacts and status of a row from its poses, twists, dt and input.
     void step(device::TraceRow& row) noexcept;
@@ -66,7 +66,7 @@ private:
     std::vector<io::MappedModel> models_;
     std::vector<model::ModelView> views_;  // in metres
     std::vector<haptic::Solid> solids_;
-    std::unique_ptr<query::Probe> probe_;
+    std::unique_ptr<query::Probe> probe_, point_;
     std::vector<float> weights_;
     std::unique_ptr<haptic::State> state_;
     std::size_t zones_;

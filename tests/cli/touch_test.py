@@ -103,7 +103,7 @@ class Touch(unittest.TestCase):
 
     def test_a_press_is_as_deep_and_as_strong_as_asked(self):
         # A ball of R_max 0.3 m pressed 2 mm deep by a point of 500 N/m: 1 N, along the press.
-        self.record("press.csv", "--tool", "point:0.0001", device="press:depth=0.002,direction=0/0/1", seconds="2")
+        self.record("press.csv", "--tool", "point", device="press:depth=0.002,direction=0/0/1", seconds="2")
         rows = rows_of("press.csv")
         middle = rows[len(rows) // 2]
         self.assertAlmostEqual(float(middle["z0_pz"]), 0.15 - 0.002, delta=0.0003)
