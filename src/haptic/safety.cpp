@@ -318,7 +318,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     }
     const double late = std::max(tick.age, tick.dt);
     if (!tick.fresh) ++counters_.held;
-    if (late <= hold_ && tick.age <= hold_) return;
+    if (late <= hold_) return;
     tick.acted |= k_acted_stale;
     ++counters_.stale;
     tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);

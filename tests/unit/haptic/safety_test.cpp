@@ -88,7 +88,7 @@ public:
 TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
 {
     for (const double bad : {k_nan, k_inf, -k_inf, 1e300})
-        for (int what = 0; what < 7; ++what) {
+        for (int what = 0; what < 10; ++what) {
             Bench bench(strong(), {}, 3);
             std::vector<Twist> twists(3);
             bench.input.twists = twists;
@@ -102,7 +102,17 @@ TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
             if (what == 4) twists[2].linear.x = bad;
             if (what == 5) twists[0].angular.z = bad;
             if (what == 6) bench.input.time = bad;
-            bench.tick();
+            if (what == 7) bench.poses[0].rotation.row[0].z = bad;
+            if (what == 8) bench.poses[0].rotation.row[2].y = bad;
+            const bool own_clock = what == 9;
+            if (own_clock) {
+                bench.input.time += k_tick;
+                ++bench.input.sequence;
+                bench.input.sample_time = bad;
+                bench.tick(false, 0);
+            } else {
+                bench.tick();
+            }
             EXPECT_TRUE(bench.silent()) << bad << " in " << what;
             EXPECT_EQ(bench.filter.counters().not_finite, 1u);
             EXPECT_EQ(bench.report.faults, 0u) << "one bad tick is no fault";
@@ -380,6 +390,9 @@ TEST(SafetyClamp, RefusedLimitsGiveNoForceAtAll)
     EXPECT_EQ(verdict([](D, O o) { o.slew = 1001; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D, O o) { o.slew = k_nan; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D, O o) { o.energy_margin = 0.02; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.energy_margin = -1e-3; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D d, O) { d.delay = 1e300; }), SetupVerdict::NotFinite);
+    EXPECT_EQ(verdict([](D d, O o) { d.max_torque = 0, o.torque_limit = 0.051; }), SetupVerdict::LimitAboveDevice);
     EXPECT_EQ(verdict([](D d, O) { d.period = 0; }), SetupVerdict::BadPeriod);
     EXPECT_EQ(verdict([](D d, O) { d.period = 0.1; }), SetupVerdict::BadPeriod);
 }
@@ -889,6 +902,12 @@ TEST(Stiffness, IsTheLeastOfTheBoundsAndSaysWhich)
     EXPECT_FALSE(c.safe);
     EXPECT_FALSE(check_stiffness(d, k_nan).safe);
     EXPECT_FALSE(check_stiffness(d, -1).safe);
+    for (double DeviceLimits::*number : {&DeviceLimits::damping, &DeviceLimits::coulomb_friction, &DeviceLimits::resolution,
+                                         &DeviceLimits::period, &DeviceLimits::delay}) {
+        DeviceLimits absurd = d;
+        absurd.*number = k_inf;
+        EXPECT_FALSE(check_stiffness(absurd, 1).safe);
+    }
     for (const StiffnessReason reason :
          {StiffnessReason::Sampling, StiffnessReason::Quantisation, StiffnessReason::Delay, StiffnessReason::VirtualDamping})
         EXPECT_GT(std::strlen(describe(reason)), 20u);
