@@ -13,6 +13,7 @@ namespace {
 constexpr double k_absurd = 1e9;             // no metre, newton or second of a haptic device: counts as not finite
 constexpr double k_smoothing = 0.003;        // s, of the velocity
 constexpr double k_store = 0.02;             // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_slack = 1.25;             // of what its springs hold: what a delay and an encoder may hide
 constexpr double k_damping = 5;              // N s/m, most that the passivity step adds; stable with 50 g and 3 ms of delay
 constexpr double k_fast_damping = 1;         // N s/m, above the top speed
 constexpr double k_arm = 0.05;               // m: a damper of b turns with b arm^2
@@ -63,6 +64,12 @@ Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
     return norm(rest) <= step ? to : kept + shortened(rest, step);
 }
 
+/// What a spring of stiffness K holds that asks for a force, where no more than most is exerted.
+double stored(double asked, double most, double stiffness)
+{
+    return asked <= most ? 0.5 * asked * asked / stiffness : most * (asked - 0.5 * most) / stiffness;
+}
+
 double or_unknown(double told, double unknown) { return told > 0 ? told : unknown; }
 
 }  // namespace
@@ -79,7 +86,7 @@ const char* describe(SetupVerdict verdict) noexcept
         case SetupVerdict::LimitAboveDevice:
             return "a limit is more than the device holds";
         case SetupVerdict::BadOption:
-            return "slew must be in (0, 1000] N/s and the energy margin in [0, 0.01] J";
+            return "slew must be in (0, 1000] N/s, the energy margin in [0, 0.01] J, the softest spring at least 20 N/m";
         case SetupVerdict::BadPeriod:
             return "a tick must be between 0.1 and 20 ms";
     }
@@ -140,7 +147,8 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
         verdict_ = SetupVerdict::LimitNotPositive;
     else if ((options.force_limit && force > most_force) || (options.torque_limit && torque > most_torque))
         verdict_ = SetupVerdict::LimitAboveDevice;
-    else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01))
+    else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01 &&
+               options.softest >= 20 && options.softest <= 1e6))
         verdict_ = SetupVerdict::BadOption;
     else if (!(device.period >= 1e-4 && device.period <= 0.02))
         verdict_ = SetupVerdict::BadPeriod;
@@ -154,6 +162,7 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     force_slew_ = options.slew;
     torque_slew_ = options.slew * torque_limit_ / force_limit_;
     margin_ = options.energy_margin;
+    softest_ = options.softest;
     dead_man_ = options.dead_man;
     // A slow device is late between its samples by nature; when force ends is the same for all.
     hold_ = std::clamp(2 * device.sample_period, k_stale_hold, 0.75 * k_stale_zero);
@@ -175,6 +184,7 @@ struct SafetyFilter::Tick {
     std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
     std::array<double, k_most_safe_zones> speed{}, spin{};
     std::array<bool, k_most_safe_zones> jumped{};
+    std::array<double, k_most_safe_zones> springs{};  // J, most that the springs behind what is asked hold
 };
 
 SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
@@ -367,6 +377,8 @@ void SafetyFilter::clamp(Tick& tick) noexcept
 {
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
+        tick.springs[z] = stored(norm(tick.wrench[z].force), force_limit_, softest_) +
+                          stored(norm(tick.wrench[z].torque), torque_limit_, softest_ * k_arm * k_arm);
         const Wrench w{shortened(tick.wrench[z].force, force_limit_), shortened(tick.wrench[z].torque, torque_limit_)};
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;
@@ -434,8 +446,11 @@ void SafetyFilter::passivity(Tick& tick) noexcept
             zone.since_count = 0;
         }
         Wrench& wrench = tick.wrench[z];
-        // Out of contact nothing is saved up; what was given too much stays owed.
-        if (is_zero(wrench) && is_zero(then)) zone.energy = std::max(zone.energy, 0.);
+        // No more is saved up than springs hold, so that what friction has taken cannot pay for what something else gives; out of
+        // contact nothing. What was given too much stays owed.
+        const double springs = std::max(tick.springs[z], stored(norm(then.force), force_limit_, softest_) +
+                                                             stored(norm(then.torque), torque_limit_, softest_ * k_arm * k_arm));
+        zone.energy = std::max(zone.energy, -k_slack * springs);
         const double excess = zone.energy - margin_, flow = v_sq + k_arm * k_arm * w_sq;
         if (!(excess > 0 && flow > 0) || is_zero(wrench)) continue;
         acted = true;

@@ -391,6 +391,8 @@ TEST(SafetyClamp, RefusedLimitsGiveNoForceAtAll)
     EXPECT_EQ(verdict([](D, O o) { o.slew = k_nan; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D, O o) { o.energy_margin = 0.02; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D, O o) { o.energy_margin = -1e-3; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.softest = 19; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.softest = k_inf; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D d, O) { d.delay = 1e300; }), SetupVerdict::NotFinite);
     EXPECT_EQ(verdict([](D d, O o) { d.max_torque = 0, o.torque_limit = 0.051; }), SetupVerdict::LimitAboveDevice);
     EXPECT_EQ(verdict([](D d, O) { d.period = 0; }), SetupVerdict::BadPeriod);
@@ -572,6 +574,39 @@ TEST(SafetyPassivity, ASpringGivesBackWhatItTookAndNothingIsChanged)
         bench.asked[0].force = {0, 0, 150 * depth};
         bench.tick();
         EXPECT_EQ(bench.force().z, bench.asked[0].force.z) << i;
+    }
+    EXPECT_EQ(bench.filter.counters().passivity, 0u);
+}
+
+TEST(SafetyPassivity, WhatFrictionHasTakenDoesNotPayForAMotor)
+{
+    // A second of rubbing against 1 N takes 0.1 J; then the same 1 N pushes along. Springs of 500 N/m hold 1 mJ of it.
+    DeviceLimits device = strong();
+    device.damping = 0;
+    Bench bench(device, {.softest = 500});
+    bench.engage();
+    double work = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const double step = i < 1000 ? -1e-4 : 1e-4;
+        work += i < 1000 ? 0 : bench.force().x * step;
+        bench.poses[0].translation.x += step;
+        bench.asked[0].force = {1, 0, 0};
+        bench.tick();
+    }
+    EXPECT_LT(work, 1.25e-3 + 2.5e-3);
+}
+
+TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
+{
+    Bench bench(strong(), {.softest = 500});
+    bench.engage();
+    for (int i = 0; i < 2000; ++i) {
+        const double phase = 2 * 3.14159265358979 * i * k_tick,
+                     depth = 0.005 * (1 - std::cos(phase));  // to 1 cm: 5 N are asked for
+        bench.poses[0].translation.z = -depth;
+        bench.asked[0].force = {0, 0, 500 * depth};
+        bench.tick();
+        EXPECT_NEAR(bench.force().z, std::min(500 * depth, 2.), 1e-12) << i;
     }
     EXPECT_EQ(bench.filter.counters().passivity, 0u);
 }
