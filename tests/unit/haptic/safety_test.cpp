@@ -557,8 +557,8 @@ TEST(SafetyPassivity, AnAlgorithmThatGivesEnergyIsHeldNearTheMargin)
         device.damping = 0;
         Bench bench(device);
         bench.engage();
-        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J.
-        EXPECT_LT(driven_energy(bench, 1, turning), 3e-3);
+        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J. The margin twice, and a milliwatt for 4 s.
+        EXPECT_LT(driven_energy(bench, 1, turning), 2e-3 + 4e-3);
         EXPECT_GT(bench.filter.counters().passivity, 0u);
         EXPECT_LT(bench.filter.energy(0), 3e-3);
     }
@@ -593,7 +593,7 @@ TEST(SafetyPassivity, WhatFrictionHasTakenDoesNotPayForAMotor)
         bench.asked[0].force = {1, 0, 0};
         bench.tick();
     }
-    EXPECT_LT(work, 1.25e-3 + 2.5e-3);
+    EXPECT_LT(work, 1.25e-3 + 2e-3 + 1e-3);
 }
 
 TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
@@ -622,7 +622,7 @@ TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
         bench.engage();
         double work = 0, most = 0;
         std::vector<double> places, forces;
-        for (int i = 0; i < 1000; ++i) {
+        for (int i = 0; i < 245; ++i) {  // one contact
             const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, depth = 0.002 * (1 - std::cos(phase));
             places.push_back(-depth);
             bench.poses[0].translation.z = -depth;
@@ -641,19 +641,24 @@ TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
 TEST(SafetyPassivity, ComesAfterTheSlewSoThatDampingIsAtOnce)
 {
     DeviceLimits device = strong();
-    device.damping = 0;
-    Bench bench(device, {.energy_margin = 0});
+    device.damping = 5;
+    Bench bench(device, {.softest = 1e6});
     bench.engage();
-    // 0.5 m/s along a force of 1 N: gives 0.5 mJ a tick. In one tick from pushing along to braking.
-    double deepest = 0;
-    for (int i = 0; i < 20; ++i) {
-        const double before = bench.force().x;
-        bench.poses[0].translation.x += 0.5e-3;
-        bench.asked[0].force = {1, 0, 0};
+    // Turns along a torque, which gives energy, until the valve is nearly shut; then a jerk: in one tick from next to nothing to
+    // braking.
+    double angle = 0, before = 0;
+    for (int i = 0; i < 61; ++i) {
+        before = bench.force().x;
+        if (i < 60)
+            angle += 0.01;
+        else
+            bench.poses[0].translation.x += 0.9e-3;
+        bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+        bench.asked[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
-        if (before >= 0) deepest = std::min(deepest, bench.force().x);
     }
-    EXPECT_LT(deepest, -0.4) << "not grown from zero by a quarter newton a tick";
+    EXPECT_GE(before, 0);
+    EXPECT_LT(bench.force().x, -0.4) << "not grown from zero by a quarter newton a tick";
 }
 
 // ---- Step 8
@@ -711,18 +716,22 @@ TEST(SafetyDuty, AnUnknownContinuousForceIsHalfTheLimit)
 TEST(SafetyLast, WhatTheDampersAddNeverExceedsTheLimit)
 {
     DeviceLimits device = strong();
-    device.damping = 0;
-    Bench bench(device, {.force_limit = 0.5, .torque_limit = 0.02, .energy_margin = 0});
+    device.damping = 4;
+    Bench bench(device, {.force_limit = 0.3, .energy_margin = 0.01, .softest = 1e6});
     bench.engage();
-    // Gives energy in a jerk, then is turned against the motion at the limit: the damper adds up to 0.9 m/s x 5 N s/m on top.
-    double most = 0;
-    for (int i = 0; i < 200; ++i) {
-        bench.poses[0].translation.x += i % 20 < 10 ? 0.9e-3 : -0.9e-3;
-        bench.asked[0].force = {i < 100 ? (i % 20 < 10 ? 0.5 : -0.5) : (i % 20 < 10 ? -0.5 : 0.5), 0, 0};
+    // Turns along a torque, which gives energy; then is torn away, and the damper asks for 2 N s/m times 0.9 m/s.
+    double most = 0, angle = 0;
+    for (int i = 0; i < 60; ++i) {
+        if (i < 40)
+            angle += 0.01;
+        else
+            bench.poses[0].translation.x -= 0.9e-3;
+        bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+        bench.asked[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
         most = std::max(most, norm(bench.force()));
     }
-    EXPECT_LE(most, 0.5 + 1e-12);
+    EXPECT_LE(most, 0.3 + 1e-12);
     EXPECT_GT(bench.filter.counters().passivity, 0u);
     EXPECT_GT(bench.filter.counters().last_clamped, 0u);
 }
