@@ -83,11 +83,11 @@ def main():
     meshes, paths = sorted(options.meshes.glob("*.obj")), sorted(options.paths.glob("*.csv"))
     hand = ["--meshes", options.meshes]
     runs = {
-        "slide": ["slide", "--places", "400", *meshes],
-        "ball": ["slide", "--sphere", "--tolerance", "0.0003", "--places", "200", *meshes],
+        "slide": ["slide", "--places", "300", *meshes],
+        "ball": ["slide", "--sphere", "--tolerance", "0.0003", "--planes", "2", "--places", "100", *meshes],
         "tick": ["tick", "--passes", "5", *hand, *paths],
         "density": ["density", *hand, *paths],
-        "energy": ["energy", "--places", "150", *meshes],
+        "energy": ["energy", "--places", "40", *meshes],
     }
     wanted = options.only.split(",")
     for name, arguments in runs.items():
