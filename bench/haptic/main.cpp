@@ -1,5 +1,6 @@
 // sqmap_haptic: the figures of docs/algorithms/haptics.md.
 #include "../error.h"
+#include "hand.h"
 #include "slide.h"
 #include "sqmap/io/replace_file.h"
 
@@ -85,6 +86,80 @@ void add_slide(CLI::App& app)
     command->callback([c] { run_slide(*c); });
 }
 
+void add_energy(CLI::App& app)
+{
+    const auto c = std::make_shared<SlideCommand>();
+    CLI::App* command = app.add_subcommand("energy", "What closed ways of 3 mm give, share of what the force moves");
+    command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
+    command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
+    command->add_option("--places", c->places, "Ways a mesh")->capture_default_str();
+    command->callback([c] {
+        c->options.zone.layer = query::Layer::Exact;
+        c->options.zone.blend_time = 0;
+        std::printf("%-18s | %-32s | %-32s\n%-18s | %10s %10s %10s | %10s %10s %10s\n", "", "consistent", "levelled", "mesh",
+                    "median", "least", "most", "median", "least", "most");
+        for (const std::filesystem::path& file : c->meshes) {
+            const TouchObject object(file);
+            std::printf("%-18s", file.stem().string().c_str());
+            for (const haptic::Shading shading : {haptic::Shading::Consistent, haptic::Shading::Levelled}) {
+                c->options.zone.shading = shading;
+                const Energy e = energy(object, c->options, c->places);
+                std::printf(" | %10.5f %10.5f %10.5f", e.median, e.least, e.worst);
+            }
+            std::printf("\n");
+        }
+    });
+}
+
+struct HandCommand {
+    std::vector<std::filesystem::path> paths;
+    std::filesystem::path meshes;
+    int passes = 10;
+};
+
+/// OBJECT.PROBE.KIND.csv
+HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
+{
+    const std::string name = path.filename().string();
+    const std::size_t a = name.find('.'), b = name.find('.', a + 1);
+    if (a == std::string::npos || b == std::string::npos) throw BenchError(name + ": not OBJECT.PROBE.KIND.csv");
+    return {{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")}, path};
+}
+
+void add_hand(CLI::App& app)
+{
+    const auto c = std::make_shared<HandCommand>();
+    CLI::App* tick = app.add_subcommand("tick", "CPU time of a step of a hand on its paths: query, force, torque, friction");
+    CLI::App* density = app.add_subcommand("density", "Force of a hand against one with every triangle split in four");
+    for (CLI::App* command : {tick, density}) {
+        command->add_option("paths", c->paths, "OBJECT.PROBE.KIND.csv")->required()->check(CLI::ExistingFile);
+        command->add_option("--meshes", c->meshes, "Folder of the meshes")->required()->check(CLI::ExistingDirectory);
+    }
+    tick->add_option("--passes", c->passes, "Times that every path is run")->capture_default_str();
+    tick->callback([c] {
+        std::printf("%-36s %8s %8s %8s %9s %8s\n", "path", "p50 us", "p99 us", "p99.9 us", "contacts", "ticks");
+        for (const std::filesystem::path& path : c->paths) {
+            const TickCost t = tick_cost(hand_path(*c, path), c->passes);
+            std::printf("%-36s %8.1f %8.1f %8.1f %9.1f %8u\n", path.stem().string().c_str(), t.p50, t.p99, t.p999, t.contacts,
+                        t.ticks);
+            std::fflush(stdout);
+        }
+    });
+    density->callback([c] {
+        std::printf("%-36s %6s %9s %9s | %-26s | %-26s | %-20s | %s\n", "path", "ticks", "contacts", "dense",
+                    "of force, %: median p95 max", "of k depth", "torque, %: median p95",
+                    "without areas: of k depth, median p95");
+        for (const std::filesystem::path& path : c->paths) {
+            const DensityChange d = density_change(hand_path(*c, path), true), n = density_change(hand_path(*c, path), false);
+            std::printf("%-36s %6u %9.1f %9.1f | %8.3f %8.3f %8.3f | %8.3f %8.3f %8.3f | %8.3f %8.3f | %8.3f %8.3f\n",
+                        path.stem().string().c_str(), d.touching, d.contacts, d.dense_contacts, d.force_median, d.force_p95,
+                        d.force_max, d.share_median, d.share_p95, d.share_max, d.torque_median, d.torque_p95, n.share_median,
+                        n.share_p95);
+            std::fflush(stdout);
+        }
+    });
+}
+
 }  // namespace
 }  // namespace sqmap::bench
 
@@ -93,6 +168,8 @@ int main(int argc, char** argv)
     CLI::App app("Figures of haptic rendering");
     app.require_subcommand(1);
     sqmap::bench::add_slide(app);
+    sqmap::bench::add_energy(app);
+    sqmap::bench::add_hand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -199,6 +199,39 @@ NormalError normal_error(const TouchObject& object, const SlideOptions& options,
     return {percentile(angles, 0.5), percentile(angles, 0.95), *std::max_element(angles.begin(), angles.end()), angles.size()};
 }
 
+Energy energy(const TouchObject& object, const SlideOptions& options, int places)
+{
+    Tool tool(object, options);
+    SplitMix64 random(11);
+    std::vector<double> shares;
+    for (const Place& p : random_places(object, places)) {
+        const Vec3d side = normalized(cross(p.normal, std::abs(p.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+        const double tilt = random.between(0, 6.283185307);
+        const Vec3d u = std::cos(tilt) * side + std::sin(tilt) * cross(p.normal, side), v = p.normal;
+        const double out = options.sphere ? k_sphere : 0;
+        constexpr int n = 1500;
+        double around = 0, moved = 0;
+        Vec3d at{}, before{};
+        tool.reset();
+        for (int i = 0; i <= n; ++i) {
+            const double a = 6.283185307179586 * (i % n) / n;
+            const Vec3d next = p.point + (out - 0.001) * p.normal + 0.003 * std::cos(a) * u + 0.001 * std::sin(a) * v;
+            const Vec3d f = tool.force(next);
+            if (i > 0) {
+                around += dot(0.5 * (f + before), next - at);
+                moved += 0.5 * norm(f + before) * norm(next - at);
+            }
+            at = next, before = f;
+        }
+        if (moved > 0) shares.push_back(around / moved);
+    }
+    if (shares.empty()) return {};
+    Energy e{*std::max_element(shares.begin(), shares.end()), 0, *std::min_element(shares.begin(), shares.end()), shares.size()};
+    for (double& s : shares) s = std::abs(s);
+    e.median = percentile(shares, 0.5);
+    return e;
+}
+
 std::string slide_csv(const Slide& slide)
 {
     std::string text =

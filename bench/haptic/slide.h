@@ -51,6 +51,14 @@ struct NormalError {
 };
 [[nodiscard]] NormalError normal_error(const TouchObject& object, const SlideOptions& options, int places);
 
+/// Energy that the force gives around closed ways of 3 mm about places of the surface, share of what it moves: positive is
+/// gained.
+struct Energy {
+    double worst = 0, median = 0, least = 0;  ///< greatest, of the absolute value, and least
+    std::size_t ways = 0;
+};
+[[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int places);
+
 [[nodiscard]] std::string slide_csv(const Slide& slide);
 
 }  // namespace sqmap::bench

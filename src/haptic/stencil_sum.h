@@ -107,6 +107,7 @@ struct StencilSum {
         }
         Felt felt;
         felt.contacts = count;
+        felt.exact = std::max(depth, 0.);
         felt.deepest = deepest;
         if (!(second > 0)) return felt;
         const StencilDepth smooth = depth_of_stencil(r, second);

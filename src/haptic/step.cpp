@@ -15,6 +15,8 @@ namespace {
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
 constexpr int k_proxy_rounds = 4;
+/// m: a proxy lies so deep, and so goes on touching what it rests on.
+constexpr double k_proxy_sink = 1e-5;
 constexpr double k_proxy_step = 0.002;  ///< m a round, so that nothing thicker is passed through
 
 Vec3d transform(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -135,7 +137,7 @@ struct Stepper {
         const Texture* texture = solid.material.texture;
         const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
         if (keep != nullptr) keep->plane_count = 0, keep->single = false;
-        ContactSum sum;
+        ContactSum sum(zone.options);
         Found f;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             if (!read(z, s, at, contacts[i], f)) continue;
@@ -152,7 +154,7 @@ struct Stepper {
             spring.normal = solid.pose.rotation * f.normal;
             if (spring.depth > 0) sum.add(spring);
         }
-        return sum.patch(zone.options.shading);
+        return sum.felt();
     }
 
     /// The exact layer at a place: searched, not looked up.
@@ -217,7 +219,7 @@ struct Stepper {
         Felt felt = sum.felt(zone.options);
         felt.lever = centre;
         felt.torque = cross(centre, felt.force);
-        if (keep != nullptr) keep_single(*keep, solid, at, felt);
+        if (keep != nullptr) keep_single(*keep, solid, at, felt, felt.exact);
         const double size = norm(felt.force);
         if (solid.material.texture != nullptr && size > 0) {
             // Once, after the smoothing: it would be worn down by it.
@@ -232,13 +234,13 @@ struct Stepper {
         return felt;
     }
 
-    static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt)
+    static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt, double out)
     {
         keep.single = true;
         keep.plane_count = 0;
-        if (!(felt.depth > 0)) return;
+        if (!(felt.exact > 0) || !(norm_sq(felt.force) > 0)) return;
         const Vec3d normal = transpose_mul(solid.pose.rotation, normalized(felt.force));
-        keep.planes[0] = {transform_back(solid.pose, at.translation + felt.lever) + felt.depth * normal, normal,
+        keep.planes[0] = {transform_back(solid.pose, at.translation + felt.lever) + out * normal, normal,
                           transpose_mul(at.rotation, felt.lever), 1};
         keep.plane_count = 1;
     }
@@ -248,17 +250,17 @@ struct Stepper {
     {
         const Touch& t = touch(z, s);
         const Solid& solid = in.solids[s];
-        ContactSum sum;
+        ContactSum sum(state.zones_[z].options);
         for (std::uint32_t i = 0; i < t.plane_count; ++i) {
             const Touch::Plane& p = t.planes[i];
             const Vec3d lever = at.rotation * p.probe, point = transform_back(solid.pose, at.translation + lever);
             const double depth = dot(p.point - point, p.normal);
             const Vec3d normal = solid.pose.rotation * p.normal;
             if (!(depth > 0)) continue;
-            if (t.single) return {depth, depth * normal, cross(lever, depth * normal), lever, 1, depth};
+            if (t.single) return {depth, depth, depth * normal, cross(lever, depth * normal), lever, 1, depth};
             sum.add({lever, normal, depth, p.weight});
         }
-        return sum.patch(state.zones_[z].options.shading);
+        return sum.felt();
     }
 
     /// How the zone's material at a lever has moved over the solid since the last step.
@@ -481,9 +483,10 @@ struct Stepper {
             for (std::size_t s = 0; s < solids; ++s) {
                 Touch& t = touches[s];
                 const Felt felt = feel(z, s, m.body, nullptr);
-                if (felt.depth > 0) {
-                    keep_single(t, in.solids[s], m.body, felt);
-                    m.body.translation += felt.depth * normalized(felt.force);
+                if (felt.exact > 0 && norm_sq(felt.force) > 0) {
+                    const double out = felt.exact - k_proxy_sink;
+                    keep_single(t, in.solids[s], m.body, felt, out);
+                    m.body.translation += out * normalized(felt.force);
                     changed = true;
                 } else if (t.plane_count > 0) {
                     // The surface has curved away from its plane.

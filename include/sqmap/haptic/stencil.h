@@ -19,7 +19,7 @@ enum class Kernel : std::uint8_t {
 /// `tolerance` of the true one; the direction is that of a surface rounded by about radius tan(turn / 2) / 4.
 struct Smoothing {
     Kernel kernel = Kernel::Ball;
-    double radius = 0.002;      ///< m; Averaging::Ball: the ball's own
+    double radius = 0.0025;     ///< m; Averaging::Ball: the ball's own
     std::uint32_t points = 48;  ///< samples on the sphere
     double tolerance = 0.0002;  ///< m
 };
