@@ -10,20 +10,20 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_absurd = 1e9;                        // no metre, newton or second of a haptic device: counts as not finite
-constexpr double k_smoothing = 0.003;                   // s, of the velocity
-constexpr double k_store = 0.02;                        // J, most that a zone may save up: 2 N against 100 N/m
-constexpr double k_slack = 1.25;                        // of what its springs hold: what a delay and an encoder may hide
-constexpr double k_damping = 5;                         // N s/m, most that the passivity step adds
-constexpr double k_least_valve = 1e-4;                  // J, over which the valve closes where the margin is less
-constexpr double k_forgive = 2, k_forgive_free = 0.25;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
-constexpr double k_fast_damping = 1;                    // N s/m, above the top speed
-constexpr double k_arm = 0.05;                          // m: a damper of b turns with b arm^2
-constexpr double k_lever = 0.02;                        // m: a spring that turns is as stiff as one of K at the end of it
-constexpr double k_bin = 0.1;                           // s
-constexpr double k_bad_window = 0.1;                    // s
-constexpr double k_duty_begins = 0.8;                   // share of the window's heat at which force begins to fall
-constexpr double k_grain = 1e-6;                        // s, of a clock: zero comes this much early rather than late
+constexpr double k_absurd = 1e9;                      // no metre, newton or second of a haptic device: counts as not finite
+constexpr double k_smoothing = 0.003;                 // s, of the velocity
+constexpr double k_store = 0.02;                      // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_slack = 1.25;                      // of what its springs hold: what a delay and an encoder may hide
+constexpr double k_damping = 5;                       // N s/m, most that the passivity step adds
+constexpr double k_least_valve = 1e-4;                // J, over which the valve closes where the margin is less
+constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
+constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
+constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
+constexpr double k_lever = 0.02;                      // m: a spring that turns is as stiff as one of K at the end of it
+constexpr double k_bin = 0.1;                         // s
+constexpr double k_bad_window = 0.1;                  // s
+constexpr double k_duty_begins = 0.8;                 // share of the window's heat at which force begins to fall
+constexpr double k_grain = 1e-6;                      // s, of a clock: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
 // False for NaN, and quiet: no floating-point exception.

@@ -557,8 +557,8 @@ TEST(SafetyPassivity, AnAlgorithmThatGivesEnergyIsHeldNearTheMargin)
         device.damping = 0;
         Bench bench(device);
         bench.engage();
-        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J. The margin twice, and a milliwatt for 4 s.
-        EXPECT_LT(driven_energy(bench, 1, turning), 2e-3 + 4e-3);
+        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J. The margin twice, and what is forgiven.
+        EXPECT_LT(driven_energy(bench, 1, turning), 2e-3 + 1e-3);
         EXPECT_GT(bench.filter.counters().passivity, 0u);
         EXPECT_LT(bench.filter.energy(0), 3e-3);
     }
@@ -593,7 +593,7 @@ TEST(SafetyPassivity, WhatFrictionHasTakenDoesNotPayForAMotor)
         bench.asked[0].force = {1, 0, 0};
         bench.tick();
     }
-    EXPECT_LT(work, 1.25e-3 + 2e-3 + 1e-3);
+    EXPECT_LT(work, 1.25e-3 + 2e-3 + 2e-4);
 }
 
 TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
