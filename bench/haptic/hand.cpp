@@ -118,7 +118,7 @@ DensityChange density_change(const HandPath& path, bool weighted)
     scene.solid.material.friction = haptic::Friction::None;
     Hand coarse(scene.setting->probe, weighted), dense(split_in_four(scene.setting->probe), weighted);
     for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
-    std::vector<double> force, torque;
+    std::vector<double> force, share, torque;
     DensityChange out;
     for (const haptic::Pose& pose : scene.poses) {
         haptic::StepResult a, b;
@@ -127,6 +127,8 @@ DensityChange density_change(const HandPath& path, bool weighted)
         out.contacts += a.contacts;
         out.dense_contacts += b.contacts;
         force.push_back(100 * norm(d.force - c.force) / norm(c.force));
+        const double pressed = coarse.state->options(0).stiffness * coarse.state->report(0).depth;
+        share.push_back(100 * norm(d.force - c.force) / pressed);
         torque.push_back(100 * norm(d.torque - c.torque) / norm(c.torque));
     }
     if (force.empty()) return out;
@@ -136,6 +138,9 @@ DensityChange density_change(const HandPath& path, bool weighted)
     out.force_median = percentile(force, 0.5);
     out.force_p95 = percentile(force, 0.95);
     out.force_max = *std::max_element(force.begin(), force.end());
+    out.share_median = percentile(share, 0.5);
+    out.share_p95 = percentile(share, 0.95);
+    out.share_max = *std::max_element(share.begin(), share.end());
     out.torque_median = percentile(torque, 0.5);
     out.torque_p95 = percentile(torque, 0.95);
     return out;

@@ -146,13 +146,15 @@ void add_hand(CLI::App& app)
         }
     });
     density->callback([c] {
-        std::printf("%-36s %6s %9s %9s | %-30s | %-20s | %s\n", "path", "ticks", "contacts", "dense", "force, %: median p95 max",
-                    "torque, %: median p95", "without areas: force median p95");
+        std::printf("%-36s %6s %9s %9s | %-26s | %-26s | %-20s | %s\n", "path", "ticks", "contacts", "dense",
+                    "of force, %: median p95 max", "of k depth", "torque, %: median p95",
+                    "without areas: of k depth, median p95");
         for (const std::filesystem::path& path : c->paths) {
             const DensityChange d = density_change(hand_path(*c, path), true), n = density_change(hand_path(*c, path), false);
-            std::printf("%-36s %6u %9.1f %9.1f | %8.3f %8.3f %8.3f | %8.3f %8.3f | %8.3f %8.3f\n", path.stem().string().c_str(),
-                        d.touching, d.contacts, d.dense_contacts, d.force_median, d.force_p95, d.force_max, d.torque_median,
-                        d.torque_p95, n.force_median, n.force_p95);
+            std::printf("%-36s %6u %9.1f %9.1f | %8.3f %8.3f %8.3f | %8.3f %8.3f %8.3f | %8.3f %8.3f | %8.3f %8.3f\n",
+                        path.stem().string().c_str(), d.touching, d.contacts, d.dense_contacts, d.force_median, d.force_p95,
+                        d.force_max, d.share_median, d.share_p95, d.share_max, d.torque_median, d.torque_p95, n.share_median,
+                        n.share_p95);
             std::fflush(stdout);
         }
     });

@@ -34,47 +34,56 @@ struct Felt {
 /// Moments of the contacts: weights times powers of depth. Whatever enters or leaves does so with weight zero.
 class ContactSum {
 public:
+    explicit ContactSum(const ZoneOptions& options)
+        : shading_(options.shading), per_entry_(options.entry_depth > 0 ? 1 / options.entry_depth : INFINITY)
+    {
+    }
+
     void add(const Spring& s)
     {
-        const double wd = s.weight * s.depth, wdd = wd * s.depth;
         const Vec3d turn = cross(s.point, s.normal);
+        // Consistent: squares of depths throughout. Levelled: the paper's mean, but for the shallowest contacts.
+        const double share = shading_ == Shading::Consistent ? s.depth : std::min(1., s.depth * per_entry_);
+        const double w = s.weight * share, wd = w * s.depth, wdd = wd * s.depth;
+        weight_ += w;
         first_ += wd;
         second_ += wdd;
-        third_ += wdd * s.depth;
+        normal0_ += w * s.normal;
         normal1_ += wd * s.normal;
-        normal2_ += wdd * s.normal;
+        turn0_ += w * turn;
         turn1_ += wd * turn;
-        turn2_ += wdd * turn;
-        point_ += wd * s.point;
+        point_ += w * s.point;
         deepest_ = std::max(deepest_, s.depth);
         ++count_;
     }
 
-    /// Depth-weighted means over the contacts. Consistent: minus the gradient of half the square of third / second.
-    [[nodiscard]] Felt patch(Shading shading) const
+    /// Means over the contacts. Consistent: minus the gradient of half the square of sum w d^3 / sum w d^2.
+    [[nodiscard]] Felt felt() const
     {
-        if (!(first_ > 0) || !(second_ > 0)) return {};
+        if (!(weight_ > 0) || !(first_ > 0)) return {};
         Felt felt;
         felt.contacts = count_;
         felt.deepest = deepest_;
-        felt.lever = point_ / first_;
-        if (shading == Shading::Consistent) {
-            felt.exact = felt.depth = third_ / second_;
-            const double a = 3 * felt.depth / second_, b = -2 * felt.depth * felt.depth / second_;
-            felt.force = a * normal2_ + b * normal1_;
-            felt.torque = a * turn2_ + b * turn1_;
+        felt.lever = point_ / weight_;
+        if (shading_ == Shading::Consistent) {
+            felt.exact = felt.depth = second_ / first_;
+            const double a = 3 * felt.depth / first_, b = -2 * felt.depth * felt.depth / first_;
+            felt.force = a * normal1_ + b * normal0_;
+            felt.torque = a * turn1_ + b * turn0_;
             return felt;
         }
-        felt.exact = felt.depth = second_ / first_;
-        const double coherence = norm(normal2_) / second_, gain = 1 / (first_ * std::max(coherence, k_least_coherence));
-        felt.force = gain * normal2_;
-        felt.torque = gain * turn2_;
+        felt.exact = felt.depth = first_ / weight_;
+        const double coherence = norm(normal1_) / first_, gain = 1 / (weight_ * std::max(coherence, k_least_coherence));
+        felt.force = gain * normal1_;
+        felt.torque = gain * turn1_;
         return felt;
     }
 
 private:
-    double first_ = 0, second_ = 0, third_ = 0;
-    Vec3d normal1_{}, normal2_{}, turn1_{}, turn2_{}, point_{};
+    Shading shading_;
+    double per_entry_;
+    double weight_ = 0, first_ = 0, second_ = 0;
+    Vec3d normal0_{}, normal1_{}, turn0_{}, turn1_{}, point_{};
     double deepest_ = 0;
     std::uint32_t count_ = 0;
 };

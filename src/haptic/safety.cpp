@@ -10,16 +10,20 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_absurd = 1e9;             // no metre, newton or second of a haptic device: counts as not finite
-constexpr double k_smoothing = 0.003;        // s, of the velocity
-constexpr double k_store = 0.02;             // J, most that a zone may save up: 2 N against 100 N/m
-constexpr double k_damping = 5;              // N s/m, most that the passivity step adds; stable with 50 g and 3 ms of delay
-constexpr double k_fast_damping = 1;         // N s/m, above the top speed
-constexpr double k_arm = 0.05;               // m: a damper of b turns with b arm^2
-constexpr double k_bin = 0.1;                // s
-constexpr double k_bad_window = 0.1;         // s
-constexpr double k_duty_begins = 0.8;        // share of the window's heat at which force begins to fall
-constexpr double k_grain = 1e-6;             // s, of a clock: zero comes this much early rather than late
+constexpr double k_absurd = 1e9;                      // no metre, newton or second of a haptic device: counts as not finite
+constexpr double k_smoothing = 0.003;                 // s, of the velocity
+constexpr double k_store = 0.02;                      // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_slack = 1.25;                      // of what its springs hold: what a delay and an encoder may hide
+constexpr double k_damping = 5;                       // N s/m, most that the passivity step adds
+constexpr double k_least_valve = 1e-4;                // J, over which the valve closes where the margin is less
+constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
+constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
+constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
+constexpr double k_lever = 0.02;                      // m: a spring that turns is as stiff as one of K at the end of it
+constexpr double k_bin = 0.1;                         // s
+constexpr double k_bad_window = 0.1;                  // s
+constexpr double k_duty_begins = 0.8;                 // share of the window's heat at which force begins to fall
+constexpr double k_grain = 1e-6;                      // s, of a clock: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
 // False for NaN, and quiet: no floating-point exception.
@@ -63,6 +67,12 @@ Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
     return norm(rest) <= step ? to : kept + shortened(rest, step);
 }
 
+/// What a spring of stiffness K holds that asks for a force, where no more than most is exerted.
+double stored(double asked, double most, double stiffness)
+{
+    return asked <= most ? 0.5 * asked * asked / stiffness : most * (asked - 0.5 * most) / stiffness;
+}
+
 double or_unknown(double told, double unknown) { return told > 0 ? told : unknown; }
 
 }  // namespace
@@ -79,7 +89,7 @@ const char* describe(SetupVerdict verdict) noexcept
         case SetupVerdict::LimitAboveDevice:
             return "a limit is more than the device holds";
         case SetupVerdict::BadOption:
-            return "slew must be in (0, 1000] N/s and the energy margin in [0, 0.01] J";
+            return "slew must be in (0, 1000] N/s, the energy margin in [0, 0.01] J, the softest spring at least 20 N/m";
         case SetupVerdict::BadPeriod:
             return "a tick must be between 0.1 and 20 ms";
     }
@@ -140,7 +150,8 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
         verdict_ = SetupVerdict::LimitNotPositive;
     else if ((options.force_limit && force > most_force) || (options.torque_limit && torque > most_torque))
         verdict_ = SetupVerdict::LimitAboveDevice;
-    else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01))
+    else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01 &&
+               options.softest >= 20 && options.softest <= 1e6))
         verdict_ = SetupVerdict::BadOption;
     else if (!(device.period >= 1e-4 && device.period <= 0.02))
         verdict_ = SetupVerdict::BadPeriod;
@@ -154,6 +165,7 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     force_slew_ = options.slew;
     torque_slew_ = options.slew * torque_limit_ / force_limit_;
     margin_ = options.energy_margin;
+    softest_ = options.softest;
     dead_man_ = options.dead_man;
     // A slow device is late between its samples by nature; when force ends is the same for all.
     hold_ = std::clamp(2 * device.sample_period, k_stale_hold, 0.75 * k_stale_zero);
@@ -175,6 +187,7 @@ struct SafetyFilter::Tick {
     std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
     std::array<double, k_most_safe_zones> speed{}, spin{};
     std::array<bool, k_most_safe_zones> jumped{};
+    std::array<double, k_most_safe_zones> springs{};  // J, most that the springs behind what is asked hold
 };
 
 SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
@@ -318,7 +331,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     }
     const double late = std::max(tick.age, tick.dt);
     if (!tick.fresh) ++counters_.held;
-    if (late <= hold_ && tick.age <= hold_) return;
+    if (late <= hold_) return;
     tick.acted |= k_acted_stale;
     ++counters_.stale;
     tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
@@ -367,6 +380,8 @@ void SafetyFilter::clamp(Tick& tick) noexcept
 {
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
+        tick.springs[z] = stored(norm(tick.wrench[z].force), force_limit_, softest_) +
+                          stored(norm(tick.wrench[z].torque), torque_limit_, softest_ * k_lever * k_lever);
         const Wrench w{shortened(tick.wrench[z].force, force_limit_), shortened(tick.wrench[z].torque, torque_limit_)};
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;
@@ -416,7 +431,7 @@ void SafetyFilter::speed(Tick& tick) noexcept
 }
 
 /// Step 7. Observer: the work of what was in effect over the motion that was measured, less what the device's own damping took.
-/// Controller: a damper that takes the excess back, and no wrench that would give more.
+/// Controller: a valve that closes as the excess grows to the margin once more, and a damper.
 void SafetyFilter::passivity(Tick& tick) noexcept
 {
     bool acted = false;
@@ -425,27 +440,32 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         const Wrench& then = sent_before(zone, 1 + delay_ticks_);
         zone.since = zone.since + then;
         ++zone.since_count;
-        const double v_sq = norm_sq(zone.velocity), w_sq = norm_sq(zone.turn);
         if (tick.fresh) {
             const Wrench mean = 1. / zone.since_count * zone.since;
             const double given = power(mean, tick.moved[z], tick.turned[z]);
-            zone.energy = std::clamp(zone.energy + given - device_.damping * v_sq * tick.sample_dt, -k_store, k_store);
+            zone.energy =
+                std::clamp(zone.energy + given - device_.damping * norm_sq(zone.velocity) * tick.sample_dt, -k_store, k_store);
             zone.since = {};
             zone.since_count = 0;
         }
         Wrench& wrench = tick.wrench[z];
-        // Out of contact nothing is saved up; what was given too much stays owed.
-        if (is_zero(wrench) && is_zero(then)) zone.energy = std::max(zone.energy, 0.);
-        const double excess = zone.energy - margin_, flow = v_sq + k_arm * k_arm * w_sq;
-        if (!(excess > 0 && flow > 0) || is_zero(wrench)) continue;
+        // No more is saved up than springs hold, so that what friction has taken cannot pay for what something else gives; out of
+        // contact nothing.
+        const double springs =
+            std::max(tick.springs[z], stored(norm(then.force), force_limit_, softest_) +
+                                          stored(norm(then.torque), torque_limit_, softest_ * k_lever * k_lever));
+        zone.energy = std::max(zone.energy, -k_slack * springs);
+        const bool free = is_zero(wrench) && is_zero(then);
+        // What is owed is forgiven slowly, in contact down to the margin, or a zone that owes would be dead for ever.
+        const double kept = free ? 0 : margin_, rate = tick.dt / (free ? k_forgive_free : k_forgive);
+        if (zone.energy > kept) zone.energy -= std::min(rate, 1.) * (zone.energy - kept);
+        const double excess = zone.energy - margin_;
+        if (!(excess > 0) || is_zero(wrench)) continue;
         acted = true;
-        const double damping = std::min(k_damping, excess / (flow * device_.period));
-        const double withheld = margin_ > 0 ? std::min(excess / margin_, 1.) : 1;
-        const double out = dot(wrench.force, zone.velocity), round = dot(wrench.torque, zone.turn);
-        if (out > 0 && v_sq > 0) wrench.force -= withheld * out / v_sq * zone.velocity;
-        if (round > 0 && w_sq > 0) wrench.torque -= withheld * round / w_sq * zone.turn;
-        wrench.force -= damping * zone.velocity;
-        wrench.torque -= damping * k_arm * k_arm * zone.turn;
+        // The valve follows energy, which is never late, not velocity, which is; and a damper of half the device's own cannot
+        // make the two together active, however late it is.
+        wrench = std::clamp(1 - excess / std::max(margin_, k_least_valve), 0., 1.) * wrench;
+        wrench.force -= std::min(k_damping, 0.5 * device_.damping) * zone.velocity;
     }
     if (!acted) return;
     tick.acted |= k_acted_passivity;

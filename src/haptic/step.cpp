@@ -137,7 +137,7 @@ struct Stepper {
         const Texture* texture = solid.material.texture;
         const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
         if (keep != nullptr) keep->plane_count = 0, keep->single = false;
-        ContactSum sum;
+        ContactSum sum(zone.options);
         Found f;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             if (!read(z, s, at, contacts[i], f)) continue;
@@ -154,7 +154,7 @@ struct Stepper {
             spring.normal = solid.pose.rotation * f.normal;
             if (spring.depth > 0) sum.add(spring);
         }
-        return sum.patch(zone.options.shading);
+        return sum.felt();
     }
 
     /// The exact layer at a place: searched, not looked up.
@@ -250,7 +250,7 @@ struct Stepper {
     {
         const Touch& t = touch(z, s);
         const Solid& solid = in.solids[s];
-        ContactSum sum;
+        ContactSum sum(state.zones_[z].options);
         for (std::uint32_t i = 0; i < t.plane_count; ++i) {
             const Touch::Plane& p = t.planes[i];
             const Vec3d lever = at.rotation * p.probe, point = transform_back(solid.pose, at.translation + lever);
@@ -260,7 +260,7 @@ struct Stepper {
             if (t.single) return {depth, depth, depth * normal, cross(lever, depth * normal), lever, 1, depth};
             sum.add({lever, normal, depth, p.weight});
         }
-        return sum.patch(state.zones_[z].options.shading);
+        return sum.felt();
     }
 
     /// How the zone's material at a lever has moved over the solid since the last step.

@@ -86,7 +86,7 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
     HeldTool tool(setting.mechanism, hand);
     haptic::DeviceLimits limits = limits_of(setting.mechanism);
     limits.continuous_force = limits.max_force;  // seconds of pressing at the limit are no matter for the duty step here
-    haptic::SafetyFilter filter(limits, {});
+    haptic::SafetyFilter filter(limits, {.softest = setting.stiffness});
     Figures f;
     double time = 0;
     std::uint64_t sequence = 0;

@@ -1,5 +1,6 @@
 // The real-time contract (docs/realtime.md): after a model is parsed no query allocates, and none raises a
 // floating-point exception that would stop a program that traps them.
+#include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"
@@ -11,14 +12,15 @@
 #include <cstdlib>
 #include <limits>
 #include <new>
+#include <optional>
 
 #ifdef __linux__
-#include <csignal>
 #include <linux/seccomp.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <csignal>
 #endif
 
 namespace {
@@ -149,7 +151,8 @@ public:
     {
         for (const query::Layer layer : k_layers)
             for (const bool offset : {false, true})
-                for (const query::Pose& pose : poses_) frame({.layer = layer, .offset = offset, .margin = offset ? 0.01f : 0.f}, pose);
+                for (const query::Pose& pose : poses_)
+                    frame({.layer = layer, .offset = offset, .margin = offset ? 0.01f : 0.f}, pose);
         deforming_.move(hand_.mesh.vertices);
     }
     [[nodiscard]] std::size_t contacts() const { return total_; }
@@ -159,7 +162,8 @@ private:
     {
         total_ += query::query_frame(ring_.view, hand_.probe, pose, options, frame_).contacts;
         for (std::size_t size : {contacts_.size(), std::size_t{5}})
-            total_ += query::query_pair(ring_.at(), hand_.at(pose), {.frame = options}, room_, std::span(contacts_).first(size)).contacts;
+            total_ += query::query_pair(ring_.at(), hand_.at(pose), {.frame = options}, room_, std::span(contacts_).first(size))
+                          .contacts;
         // Every third body jumps.
         for (query::BodyId id = 0; id < scene_.size(); ++id)
             (void)scene_.set_pose(id, {pose.rotation, (id % 3 == 0 ? 2.0 : 0.01) * static_cast<double>(id) * pose.translation});
@@ -185,7 +189,8 @@ public:
         for (int i = 0; i < 6; ++i) poses_.push_back(test::random_pose(random, 0.5));
         poses_.push_back(test::shifted({1e6, 0, 0}));
         poses_.push_back(test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
-        for (int i = 0; i < 30; ++i) (void)scene_.add(&(i % 2 == 0 ? ring_ : ball_).view, &(i % 2 == 0 ? ring_ : ball_).probe, poses_[0]);
+        for (int i = 0; i < 30; ++i)
+            (void)scene_.add(&(i % 2 == 0 ? ring_ : ball_).view, &(i % 2 == 0 ? ring_ : ball_).probe, poses_[0]);
     }
 };
 
@@ -194,6 +199,78 @@ TEST(RealTime, FramesPairsAndScenesDoNotAllocate)
     Frames frames;
     EXPECT_EQ(allocations_of([&] { frames.run(); }), 0);
     EXPECT_GT(frames.contacts(), 1000u);
+}
+
+/// Steps of a hand, a tip and a ball in every mode, with everything on, near and far, late and not finite.
+class Steps {
+public:
+    Steps()
+    {
+        (void)haptic::gaussian_texture({.amplitude = 0.01, .wavelength = 0.1}, relief_);
+        texture_ = haptic::gaussian_texture({.amplitude = 0.01, .wavelength = 0.1}, relief_);
+        for (haptic::Solid& s : solids_) s.material.texture = &texture_;
+        solids_[0].model = &ring_.view;
+        solids_[1].model = &ball_.view;
+        solids_[0].material.friction = haptic::Friction::Paper;
+        for (const haptic::Mode mode : {haptic::Mode::Direct, haptic::Mode::Proxy, haptic::Mode::Coupled})
+            for (const haptic::Averaging averaging :
+                 {haptic::Averaging::Patch, haptic::Averaging::Stencil, haptic::Averaging::Ball})
+                for (const haptic::Shading shading : {haptic::Shading::Levelled, haptic::Shading::Consistent}) {
+                    haptic::ZoneOptions o{.mode = mode, .averaging = averaging, .shading = shading, .damping = 1, .brake = 1};
+                    o.layer = shading == haptic::Shading::Levelled ? query::Layer::Exact : query::Layer::Three;
+                    o.smoothing.radius = 0.05;
+                    zones_.push_back(
+                        {.probe = averaging == haptic::Averaging::Patch ? &hand_.probe : &tip_, .radius = 3, .options = o});
+                }
+        state_.emplace(zones_);
+        wrenches_.resize(zones_.size());
+        test::Random random(4);
+        for (int i = 0; i < 4; ++i) {
+            ways_.emplace_back(zones_.size(), test::random_pose(random, 0.8));
+            ways_.push_back(ways_.back());
+            for (haptic::Pose& p : ways_.back()) p.translation += Vec3d{0.01, 0, 0.01};
+        }
+        ways_.emplace_back(zones_.size(), test::shifted({1e9, 0, 0}));
+        ways_.emplace_back(zones_.size(), test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
+        ways_.emplace_back(zones_.size(), test::shifted({0, -std::numeric_limits<double>::infinity(), 0}));
+        ways_.push_back(ways_.front());
+    }
+    void run()
+    {
+        for (const std::vector<haptic::Pose>& poses : ways_)
+            for (const bool degraded : {false, true}) {
+                solids_[1].pose = ways_.front().front();
+                const haptic::StepResult r =
+                    haptic::step(*state_, {.solids = solids_, .poses = poses, .degraded = degraded}, wrenches_, on_solids_);
+                contacts_ += r.contacts;
+                for (const haptic::Wrench& w : wrenches_) finite_ = finite_ && std::isfinite(norm(w.force) + norm(w.torque));
+            }
+        state_->reset();
+    }
+    [[nodiscard]] std::size_t contacts() const { return contacts_; }
+    [[nodiscard]] bool finite() const { return finite_; }
+
+private:
+    test::Solid hand_{test::small_hand()}, ring_{test::small_torus()}, ball_{mesh::sphere(0.3, 2)};
+    query::Probe tip_{haptic::stencil_points({.radius = 0.05})};
+    std::vector<float> relief_;
+    haptic::Texture texture_;
+    haptic::Solid solids_[2];
+    std::vector<haptic::Zone> zones_;
+    std::optional<haptic::State> state_;
+    std::vector<haptic::Wrench> wrenches_;
+    haptic::Wrench on_solids_[2];
+    std::vector<std::vector<haptic::Pose>> ways_;
+    std::size_t contacts_ = 0;
+    bool finite_ = true;
+};
+
+TEST(RealTime, HapticStepsDoNotAllocate)
+{
+    Steps steps;
+    EXPECT_EQ(allocations_of([&] { steps.run(); }), 0);
+    EXPECT_GT(steps.contacts(), 1000u);
+    EXPECT_TRUE(steps.finite());
 }
 
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -217,6 +294,12 @@ TEST(RealTime, FramesPairsAndScenesMakeNoSystemCall)
     Frames frames;
     ASSERT_EQ(signal_of([] { (void)getppid(); }), SIGKILL) << "the guard sees system calls";
     EXPECT_EQ(signal_of([&] { frames.run(); }), 0);
+}
+
+TEST(RealTime, HapticStepsMakeNoSystemCall)
+{
+    Steps steps;
+    EXPECT_EQ(signal_of([&] { steps.run(); }), 0);
 }
 #endif
 

@@ -50,7 +50,9 @@ struct SafetyOptions {
     std::optional<double> torque_limit{};  ///< N m; default: 0.1 N m or the device's most, whichever is less
     double slew = 250;            ///< N/s, most growth of a force; at most 1000; of a torque, the same share of its limit
     double energy_margin = 1e-3;  ///< J that a zone may give before the passivity step acts; at most 10 mJ
-    bool dead_man = false;        ///< force only while SafetyInput::held
+    /// N/m, the softest spring that the algorithm shows: what a zone can have saved up follows from it. At least 20.
+    double softest = 100;
+    bool dead_man = false;  ///< force only while SafetyInput::held
 };
 
 enum class SetupVerdict : std::uint8_t {
@@ -58,7 +60,7 @@ enum class SetupVerdict : std::uint8_t {
     NotFinite,         ///< a limit or a number of the device is NaN, infinite or negative
     LimitNotPositive,  ///< a limit of zero or less: to switch the force off, do not open the device
     LimitAboveDevice,  ///< more than the device holds
-    BadOption,         ///< slew or margin outside its range
+    BadOption,         ///< slew, margin or softest spring outside its range
     BadPeriod,         ///< a tick that is not between 0.1 and 20 ms
 };
 [[nodiscard]] const char* describe(SetupVerdict verdict) noexcept;
@@ -198,7 +200,7 @@ private:
 
     SetupVerdict verdict_ = SetupVerdict::Ok;
     DeviceLimits device_{};
-    double force_limit_ = 0, torque_limit_ = 0, continuous_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0,
+    double force_limit_ = 0, torque_limit_ = 0, continuous_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0, softest_ = 0,
            hold_ = k_stale_hold;
     bool dead_man_ = false;
     std::size_t delay_ticks_ = 0;

@@ -51,7 +51,7 @@ enum class Mode : std::uint8_t {
 
 /// What the forces of a zone's contacts become. All leave a force that does not depend on how many points there are.
 enum class Averaging : std::uint8_t {
-    Patch,    ///< mean over the contacts, each weighted by its area and its depth, so that what enters has no weight
+    Patch,    ///< mean over the contacts, weighted by area; what enters does so with no weight (entry_depth)
     Stencil,  ///< the points are stencil_points: what the zone's tip feels, smoothed over a small sphere about it
     Ball,     ///< the same points: a ball about the zone's tip, as deep as its deepest place
 };
@@ -67,6 +67,7 @@ struct ZoneOptions {
     Averaging averaging = Averaging::Patch;
     Smoothing smoothing{};  ///< Stencil and Ball: what the probe's points were made from
     Shading shading = Shading::Levelled;
+    double entry_depth = 0.0005;  ///< m, Patch: from here on a contact has its full weight; 0: at once, the paper's mean
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
     double stiffness = 500;                    ///< k of eqs. 21 and 32, N/m (errata 10)
     double damping = 0;                        ///< N s/m along the normal while pressing in; never pulls

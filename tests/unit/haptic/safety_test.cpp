@@ -88,7 +88,7 @@ public:
 TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
 {
     for (const double bad : {k_nan, k_inf, -k_inf, 1e300})
-        for (int what = 0; what < 7; ++what) {
+        for (int what = 0; what < 10; ++what) {
             Bench bench(strong(), {}, 3);
             std::vector<Twist> twists(3);
             bench.input.twists = twists;
@@ -102,7 +102,17 @@ TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
             if (what == 4) twists[2].linear.x = bad;
             if (what == 5) twists[0].angular.z = bad;
             if (what == 6) bench.input.time = bad;
-            bench.tick();
+            if (what == 7) bench.poses[0].rotation.row[0].z = bad;
+            if (what == 8) bench.poses[0].rotation.row[2].y = bad;
+            const bool own_clock = what == 9;
+            if (own_clock) {
+                bench.input.time += k_tick;
+                ++bench.input.sequence;
+                bench.input.sample_time = bad;
+                bench.tick(false, 0);
+            } else {
+                bench.tick();
+            }
             EXPECT_TRUE(bench.silent()) << bad << " in " << what;
             EXPECT_EQ(bench.filter.counters().not_finite, 1u);
             EXPECT_EQ(bench.report.faults, 0u) << "one bad tick is no fault";
@@ -380,6 +390,11 @@ TEST(SafetyClamp, RefusedLimitsGiveNoForceAtAll)
     EXPECT_EQ(verdict([](D, O o) { o.slew = 1001; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D, O o) { o.slew = k_nan; }), SetupVerdict::BadOption);
     EXPECT_EQ(verdict([](D, O o) { o.energy_margin = 0.02; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.energy_margin = -1e-3; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.softest = 19; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.softest = k_inf; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D d, O) { d.delay = 1e300; }), SetupVerdict::NotFinite);
+    EXPECT_EQ(verdict([](D d, O o) { d.max_torque = 0, o.torque_limit = 0.051; }), SetupVerdict::LimitAboveDevice);
     EXPECT_EQ(verdict([](D d, O) { d.period = 0; }), SetupVerdict::BadPeriod);
     EXPECT_EQ(verdict([](D d, O) { d.period = 0.1; }), SetupVerdict::BadPeriod);
 }
@@ -542,8 +557,8 @@ TEST(SafetyPassivity, AnAlgorithmThatGivesEnergyIsHeldNearTheMargin)
         device.damping = 0;
         Bench bench(device);
         bench.engage();
-        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J.
-        EXPECT_LT(driven_energy(bench, 1, turning), 3e-3);
+        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J. The margin twice, and what is forgiven.
+        EXPECT_LT(driven_energy(bench, 1, turning), 2e-3 + 1e-3);
         EXPECT_GT(bench.filter.counters().passivity, 0u);
         EXPECT_LT(bench.filter.energy(0), 3e-3);
     }
@@ -563,6 +578,39 @@ TEST(SafetyPassivity, ASpringGivesBackWhatItTookAndNothingIsChanged)
     EXPECT_EQ(bench.filter.counters().passivity, 0u);
 }
 
+TEST(SafetyPassivity, WhatFrictionHasTakenDoesNotPayForAMotor)
+{
+    // A second of rubbing against 1 N takes 0.1 J; then the same 1 N pushes along. Springs of 500 N/m hold 1 mJ of it.
+    DeviceLimits device = strong();
+    device.damping = 0;
+    Bench bench(device, {.softest = 500});
+    bench.engage();
+    double work = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const double step = i < 1000 ? -1e-4 : 1e-4;
+        work += i < 1000 ? 0 : bench.force().x * step;
+        bench.poses[0].translation.x += step;
+        bench.asked[0].force = {1, 0, 0};
+        bench.tick();
+    }
+    EXPECT_LT(work, 1.25e-3 + 2e-3 + 2e-4);
+}
+
+TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
+{
+    Bench bench(strong(), {.softest = 500});
+    bench.engage();
+    for (int i = 0; i < 2000; ++i) {
+        const double phase = 2 * 3.14159265358979 * i * k_tick,
+                     depth = 0.005 * (1 - std::cos(phase));  // to 1 cm: 5 N are asked for
+        bench.poses[0].translation.z = -depth;
+        bench.asked[0].force = {0, 0, 500 * depth};
+        bench.tick();
+        EXPECT_NEAR(bench.force().z, std::min(500 * depth, 2.), 1e-12) << i;
+    }
+    EXPECT_EQ(bench.filter.counters().passivity, 0u);
+}
+
 TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
 {
     // A spring seen 3 ticks late gives K v delay per metre; the observer must see that, not the energy of the undelayed spring.
@@ -574,7 +622,7 @@ TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
         bench.engage();
         double work = 0, most = 0;
         std::vector<double> places, forces;
-        for (int i = 0; i < 1000; ++i) {
+        for (int i = 0; i < 245; ++i) {  // one contact
             const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, depth = 0.002 * (1 - std::cos(phase));
             places.push_back(-depth);
             bench.poses[0].translation.z = -depth;
@@ -593,19 +641,24 @@ TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
 TEST(SafetyPassivity, ComesAfterTheSlewSoThatDampingIsAtOnce)
 {
     DeviceLimits device = strong();
-    device.damping = 0;
-    Bench bench(device, {.energy_margin = 0});
+    device.damping = 5;
+    Bench bench(device, {.softest = 1e6});
     bench.engage();
-    // 0.5 m/s along a force of 1 N: gives 0.5 mJ a tick. In one tick from pushing along to braking.
-    double deepest = 0;
-    for (int i = 0; i < 20; ++i) {
-        const double before = bench.force().x;
-        bench.poses[0].translation.x += 0.5e-3;
-        bench.asked[0].force = {1, 0, 0};
+    // Turns along a torque, which gives energy, until the valve is nearly shut; then a jerk: in one tick from next to nothing to
+    // braking.
+    double angle = 0, before = 0;
+    for (int i = 0; i < 61; ++i) {
+        before = bench.force().x;
+        if (i < 60)
+            angle += 0.01;
+        else
+            bench.poses[0].translation.x += 0.9e-3;
+        bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+        bench.asked[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
-        if (before >= 0) deepest = std::min(deepest, bench.force().x);
     }
-    EXPECT_LT(deepest, -0.4) << "not grown from zero by a quarter newton a tick";
+    EXPECT_GE(before, 0);
+    EXPECT_LT(bench.force().x, -0.4) << "not grown from zero by a quarter newton a tick";
 }
 
 // ---- Step 8
@@ -663,18 +716,22 @@ TEST(SafetyDuty, AnUnknownContinuousForceIsHalfTheLimit)
 TEST(SafetyLast, WhatTheDampersAddNeverExceedsTheLimit)
 {
     DeviceLimits device = strong();
-    device.damping = 0;
-    Bench bench(device, {.force_limit = 0.5, .torque_limit = 0.02, .energy_margin = 0});
+    device.damping = 4;
+    Bench bench(device, {.force_limit = 0.3, .energy_margin = 0.01, .softest = 1e6});
     bench.engage();
-    // Gives energy in a jerk, then is turned against the motion at the limit: the damper adds up to 0.9 m/s x 5 N s/m on top.
-    double most = 0;
-    for (int i = 0; i < 200; ++i) {
-        bench.poses[0].translation.x += i % 20 < 10 ? 0.9e-3 : -0.9e-3;
-        bench.asked[0].force = {i < 100 ? (i % 20 < 10 ? 0.5 : -0.5) : (i % 20 < 10 ? -0.5 : 0.5), 0, 0};
+    // Turns along a torque, which gives energy; then is torn away, and the damper asks for 2 N s/m times 0.9 m/s.
+    double most = 0, angle = 0;
+    for (int i = 0; i < 60; ++i) {
+        if (i < 40)
+            angle += 0.01;
+        else
+            bench.poses[0].translation.x -= 0.9e-3;
+        bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+        bench.asked[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
         most = std::max(most, norm(bench.force()));
     }
-    EXPECT_LE(most, 0.5 + 1e-12);
+    EXPECT_LE(most, 0.3 + 1e-12);
     EXPECT_GT(bench.filter.counters().passivity, 0u);
     EXPECT_GT(bench.filter.counters().last_clamped, 0u);
 }
@@ -889,6 +946,12 @@ TEST(Stiffness, IsTheLeastOfTheBoundsAndSaysWhich)
     EXPECT_FALSE(c.safe);
     EXPECT_FALSE(check_stiffness(d, k_nan).safe);
     EXPECT_FALSE(check_stiffness(d, -1).safe);
+    for (double DeviceLimits::*number : {&DeviceLimits::damping, &DeviceLimits::coulomb_friction, &DeviceLimits::resolution,
+                                         &DeviceLimits::period, &DeviceLimits::delay}) {
+        DeviceLimits absurd = d;
+        absurd.*number = k_inf;
+        EXPECT_FALSE(check_stiffness(absurd, 1).safe);
+    }
     for (const StiffnessReason reason :
          {StiffnessReason::Sampling, StiffnessReason::Quantisation, StiffnessReason::Delay, StiffnessReason::VirtualDamping})
         EXPECT_GT(std::strlen(describe(reason)), 20u);

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""Measures haptic rendering on a folder of meshes and hand paths; writes the figures into docs/algorithms/haptics.md.
+
+usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only slide,ball,tick,density,energy,picture]
+FOLDERs default to ../shared/meshes and ../shared/paths beside the repository.
+"""
+import argparse
+import csv
+import math
+import pathlib
+import re
+import subprocess
+import tempfile
+
+import plot
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs/algorithms/haptics.md"
+PICTURE_MESH = "horse_5946.obj"
+METHODS = (("mesh", "mesh: nearest triangle", plot.GREY), ("shaded", "force shading", plot.BLUE), ("ours", "sqmap", plot.ORANGE))
+
+
+def vector(row, name):
+    return tuple(float(row[f"{name}_{axis}"]) for axis in "xyz")
+
+
+def distance(a, b):
+    return math.dist(a, b)
+
+
+def window(rows, reach=80):
+    """The ticks about the greatest step of the mesh's force on ground without sharp edges."""
+    best, at = 0, 0
+    for i in range(reach, len(rows) - reach):
+        near = rows[i - reach:i + reach]
+        if near[0]["way"] != near[-1]["way"] or any(r["sharp"] == "1" for r in near):
+            continue
+        step = distance(vector(rows[i], "mesh"), vector(rows[i - 1], "mesh"))
+        if step > best:
+            best, at = step, i
+    return rows[at - reach:at + reach]
+
+
+def picture(trace, out):
+    with open(trace, encoding="utf-8") as file:
+        rows = window(list(csv.DictReader(file)))
+    turn = plot.Chart("a. Direction of the force", "way, mm", "angle to its mean direction, degrees")
+    step = plot.Chart("b. |F_i - F_(i-1)|, k = 500 N/m, 1 mm deep", "way, mm", "N")
+    # One plane for all: the mean direction, and the way that the mesh's force turns most.
+    forces = [vector(r, "mesh") for r in rows]
+    mean = [sum(f[k] for f in forces) for k in range(3)]
+    size = math.hypot(*mean)
+    mean = [m / size for m in mean]
+    jump = max(range(1, len(rows)), key=lambda i: distance(forces[i], forces[i - 1]))
+    side = [b - a for a, b in zip(forces[jump - 1], forces[jump])]
+    along = sum(s * m for s, m in zip(side, mean))
+    side = [s - along * m for s, m in zip(side, mean)]
+    size = math.hypot(*side)
+    side = [s / size for s in side]
+    for name, words, colour in METHODS:
+        f = [vector(r, name) for r in rows]
+        angle = [math.degrees(math.atan2(sum(a * b for a, b in zip(v, side)), sum(a * b for a, b in zip(v, mean)))) for v in f]
+        turn.line(words, [(0.1 * i, a) for i, a in enumerate(angle)], colour)
+        step.line(words, [(0.1 * i, distance(f[i], f[i - 1])) for i in range(1, len(f))], colour)
+    plot.save(out, turn, step)
+
+
+def replace(name, text):
+    page = PAGE.read_text(encoding="utf-8")
+    pattern = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
+    if not pattern.search(page):
+        raise SystemExit(f"{PAGE}: no mark {name}")
+    PAGE.write_text(pattern.sub(lambda m: f"{m[1]}```\n{text.rstrip()}\n```\n{m[2]}", page), encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--meshes", type=pathlib.Path, default=ROOT.parent / "shared/meshes")
+    parser.add_argument("--paths", type=pathlib.Path, default=ROOT.parent / "shared/paths")
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sqmap_haptic")
+    parser.add_argument("--only", default="slide,ball,tick,density,energy,picture")
+    options = parser.parse_args()
+    meshes, paths = sorted(options.meshes.glob("*.obj")), sorted(options.paths.glob("*.csv"))
+    hand = ["--meshes", options.meshes]
+    runs = {
+        "slide": ["slide", "--places", "300", *meshes],
+        "ball": ["slide", "--sphere", "--tolerance", "0.0003", "--planes", "2", "--places", "100", *meshes],
+        "tick": ["tick", "--passes", "5", *hand, *paths],
+        "density": ["density", *hand, *paths],
+        "energy": ["energy", "--places", "40", *meshes],
+    }
+    wanted = options.only.split(",")
+    for name, arguments in runs.items():
+        if name in wanted:
+            print(name, flush=True)
+            found = subprocess.run([options.program, *map(str, arguments)], check=True, capture_output=True, text=True)
+            replace(name, found.stdout)
+    if "picture" in wanted:
+        with tempfile.TemporaryDirectory() as folder:
+            trace = pathlib.Path(folder) / "trace.csv"
+            subprocess.run([options.program, "slide", "--places", "1", options.meshes / PICTURE_MESH, "--csv", trace], check=True,
+                           stdout=subprocess.DEVNULL)
+            picture(trace, ROOT / "docs/images/haptic_edges.svg")
+
+
+if __name__ == "__main__":
+    main()
