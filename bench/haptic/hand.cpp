@@ -138,6 +138,7 @@ DensityChange density_change(const HandPath& path, bool weighted)
     out.force_median = percentile(force, 0.5);
     out.force_p95 = percentile(force, 0.95);
     out.force_max = *std::max_element(force.begin(), force.end());
+    for (const double f : force) out.within_5 += f < 5 ? 100. / static_cast<double>(force.size()) : 0;
     out.share_median = percentile(share, 0.5);
     out.share_p95 = percentile(share, 0.95);
     out.share_max = *std::max_element(share.begin(), share.end());

@@ -24,6 +24,7 @@ struct TickCost {
 /// How the force and torque of a probe with every triangle split in four differ from the probe's own, percent.
 struct DensityChange {
     double force_median = 0, force_p95 = 0, force_max = 0;  ///< of the force
+    double within_5 = 0;                                    ///< share of the ticks whose force changes by less than 5 %
     double share_median = 0, share_p95 = 0, share_max = 0;  ///< of stiffness times depth: opposite contacts do not cancel in it
     double torque_median = 0, torque_p95 = 0;
     std::uint32_t touching = 0;

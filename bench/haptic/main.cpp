@@ -146,15 +146,14 @@ void add_hand(CLI::App& app)
         }
     });
     density->callback([c] {
-        std::printf("%-36s %6s %9s %9s | %-26s | %-26s | %-20s | %s\n", "path", "ticks", "contacts", "dense",
-                    "of force, %: median p95 max", "of k depth", "torque, %: median p95",
-                    "without areas: of k depth, median p95");
+        std::printf("%-36s %6s %9s %9s %6s | %-26s | %-26s | %-20s | %s\n", "path", "ticks", "contacts", "dense", "< 5 %",
+                    "of force, %: median p95 max", "of k depth", "torque, %: median p95", "equal weights: of k depth");
         for (const std::filesystem::path& path : c->paths) {
             const DensityChange d = density_change(hand_path(*c, path), true), n = density_change(hand_path(*c, path), false);
-            std::printf("%-36s %6u %9.1f %9.1f | %8.3f %8.3f %8.3f | %8.3f %8.3f %8.3f | %8.3f %8.3f | %8.3f %8.3f\n",
-                        path.stem().string().c_str(), d.touching, d.contacts, d.dense_contacts, d.force_median, d.force_p95,
-                        d.force_max, d.share_median, d.share_p95, d.share_max, d.torque_median, d.torque_p95, n.share_median,
-                        n.share_p95);
+            std::printf("%-36s %6u %9.1f %9.1f %6.1f | %8.3f %8.3f %8.3f | %8.3f %8.3f %8.3f | %8.3f %8.3f | %8.3f %8.3f\n",
+                        path.stem().string().c_str(), d.touching, d.contacts, d.dense_contacts, d.within_5, d.force_median,
+                        d.force_p95, d.force_max, d.share_median, d.share_p95, d.share_max, d.torque_median, d.torque_p95,
+                        n.share_median, n.share_p95);
             std::fflush(stdout);
         }
     });
