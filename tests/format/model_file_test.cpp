@@ -52,7 +52,9 @@ private:
 const ModelData& torus_model()
 {
     static const ModelData k_model = [] {
-        ModelData data = test::baked(test::small_torus()).result.model;
+        ModelData data =
+            test::baked(mesh::torus({.major_radius = 1, .minor_radius = 0.3, .major_segments = 44, .minor_segments = 20}))
+                .result.model;
         data.made_by = "test";
         data.source = "torus.obj";
         data.options = "none";
