@@ -1,0 +1,127 @@
+#include "sqmap/query/swept.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+constexpr std::uint32_t k_none = 0xffffffffu;
+
+Vec3d apply(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+
+/// About a unit axis (Rodrigues).
+Mat3d rotation_about(Vec3d axis, double angle)
+{
+    const double c = std::cos(angle), s = std::sin(angle);
+    const Vec3d a = axis;
+    return {{{c + a.x * a.x * (1 - c), a.x * a.y * (1 - c) - a.z * s, a.x * a.z * (1 - c) + a.y * s},
+             {a.y * a.x * (1 - c) + a.z * s, c + a.y * a.y * (1 - c), a.y * a.z * (1 - c) - a.x * s},
+             {a.z * a.x * (1 - c) - a.y * s, a.z * a.y * (1 - c) + a.x * s, c + a.z * a.z * (1 - c)}}};
+}
+
+}  // namespace
+
+Pose between(const Pose& from, const Pose& to, double share) noexcept
+{
+    if (!(share > 0)) return from;
+    if (!(share < 1)) return to;
+    const Mat3d turn = to.rotation * transpose(from.rotation);
+    const Vec3d twice_sine{turn.row[2].y - turn.row[1].z, turn.row[0].z - turn.row[2].x, turn.row[1].x - turn.row[0].y};
+    const double sine = 0.5 * norm(twice_sine), cosine = 0.5 * (turn.row[0].x + turn.row[1].y + turn.row[2].z - 1);
+    Vec3d axis = normalized(twice_sine);
+    if (sine < 1e-9 && cosine < 0) {
+        // Half a turn: turn + 1 = 2 axis axis^T.
+        const int k =
+            turn.row[0].x >= turn.row[1].y && turn.row[0].x >= turn.row[2].z ? 0 : (turn.row[1].y >= turn.row[2].z ? 1 : 2);
+        axis = turn.row[k];
+        axis[k] += 1;
+        axis = normalized(axis);
+    }
+    const Vec3d shift = from.translation + share * (to.translation - from.translation);
+    return {rotation_about(axis, share * std::atan2(sine, cosine)) * from.rotation, shift};
+}
+
+struct SweptQuery {
+    const model::ModelView& model;
+    Probe& probe;
+    std::span<const Vec3d> previous, now;
+    const Pose &from, &to;
+    const SweptOptions& options;
+    SweptRoom& room;
+    std::span<FrameContact> contacts;
+
+    /// As the model sees it.
+    Vec3d end_of(std::uint32_t point) const
+    {
+        const double unit = model.header.unit;
+        return (apply(to, now[point]) - Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]}) / unit;
+    }
+
+    SweptResult run() noexcept
+    {
+        SweptResult result;
+        double longest = 0;
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            const Vec3d a = apply(from, previous[i]), b = apply(to, now[i]);
+            const double way_sq = norm_sq(b - a);
+            room.fast_[i] = way_sq > options.step * options.step && std::isfinite(way_sq) ? 1 : 0;
+            if (room.fast_[i] == 0) continue;
+            ++result.fast;
+            longest = std::max(longest, way_sq);
+        }
+        probe.move(now);
+        result.frame = query_frame(model, probe, to, options.frame, contacts);
+        if (result.fast == 0) return result;
+
+        std::size_t count = std::min(result.frame.contacts, contacts.size());
+        std::fill(room.contact_.begin(), room.contact_.end(), k_none);
+        for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
+        const double wanted = std::ceil(std::sqrt(longest) / options.step);
+        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
+        if (wanted > steps) result.frame.status |= k_swept_coarse;
+        for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
+            const double share = static_cast<double>(step) / steps;
+            const Pose pose = between(from, to, share);
+            for (std::size_t i = 0; i < now.size(); ++i) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
+            probe.move(room.at_, room.fast_);
+            const FrameResult found = query_frame(model, probe, pose, options.frame, room.found_);
+            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
+            for (std::size_t f = 0; f < std::min(found.contacts, room.found_.size()); ++f)
+                if (room.fast_[room.found_[f].index] == 1) take(room.found_[f], count, result);
+        }
+        probe.move(now);
+        return result;
+    }
+
+    /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
+    void take(FrameContact c, std::size_t& count, SweptResult& result) noexcept
+    {
+        const double behind = dot(cast<double>(c.point) - end_of(c.index), cast<double>(c.normal));
+        if (!(behind > 0)) return;
+        const std::uint32_t own = room.contact_[c.index];
+        if (own != k_none && dot(contacts[own].normal, c.normal) > 0.f) return;
+        c.depth = static_cast<float>(behind);
+        room.fast_[c.index] = 2;  // the first crossing counts
+        ++result.caught;
+        if (own != k_none) {
+            contacts[own] = c;
+            return;
+        }
+        ++result.frame.contacts;
+        if (count < contacts.size())
+            contacts[count++] = c;
+        else
+            result.frame.status |= k_frame_full;
+    }
+};
+
+SweptResult query_swept(const model::ModelView& model, Probe& probe, std::span<const Vec3d> previous, std::span<const Vec3d> now,
+                        const Pose& from, const Pose& to, const SweptOptions& options, SweptRoom& room,
+                        std::span<FrameContact> contacts) noexcept
+{
+    return SweptQuery{model, probe, previous, now, from, to, options, room, contacts}.run();
+}
+
+}  // namespace sqmap::query
