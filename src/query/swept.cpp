@@ -71,7 +71,6 @@ struct SweptQuery {
             ++result.fast;
             longest = std::max(longest, way_sq);
         }
-        probe.move(now);
         result.frame = query_frame(model, probe, to, options.frame, contacts);
         if (result.fast == 0) return result;
 
