@@ -7,6 +7,7 @@ namespace sqmap::query {
 
 namespace {
 
+constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal
 constexpr std::uint32_t k_none = 0xffffffffu;
 
 Vec3d apply(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -52,12 +53,12 @@ struct SweptQuery {
     SweptRoom& room;
     std::span<FrameContact> contacts;
 
-    /// As the model sees it.
-    Vec3d end_of(std::uint32_t point) const
+    Vec3d in_model(Vec3d in_mesh) const
     {
-        const double unit = model.header.unit;
-        return (apply(to, now[point]) - Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]}) / unit;
+        return (in_mesh - Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]}) / model.header.unit;
     }
+    Vec3d start_of(std::uint32_t point) const { return in_model(apply(from, previous[point])); }
+    Vec3d end_of(std::uint32_t point) const { return in_model(apply(to, now[point])); }
 
     SweptResult run() noexcept
     {
@@ -97,7 +98,10 @@ struct SweptQuery {
     /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
     void take(FrameContact c, std::size_t& count, SweptResult& result) noexcept
     {
-        const double behind = dot(cast<double>(c.point) - end_of(c.index), cast<double>(c.normal));
+        // Along a bulge a point may end behind a plane that it slid over; what it goes through it meets head on.
+        const Vec3d end = end_of(c.index), start = start_of(c.index);
+        if (!(dot(normalized(start - end), cast<double>(c.normal)) > k_head_on)) return;
+        const double behind = dot(cast<double>(c.point) - end, cast<double>(c.normal));
         if (!(behind > 0)) return;
         const std::uint32_t own = room.contact_[c.index];
         if (own != k_none && dot(contacts[own].normal, c.normal) > 0.f) return;

@@ -109,7 +109,8 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
     }
 }
 
-void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, std::uint32_t& status) noexcept
+void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact,
+                   std::uint32_t& status) noexcept
 {
     if (count_ == spaces_.size()) {
         status |= k_cloth_full;

@@ -15,8 +15,8 @@ namespace sqmap::query {
 
 struct SweptOptions {
     FrameOptions frame{};
-    /// Nothing is missed whose chord along a point's way, as the model sees it, is at least this long. Probe units, > 0. Points
-    /// that move less are asked once.
+    /// Nothing is missed whose chord along a point's way, as the model sees it, is at least this long, where the way meets it at
+    /// more than 15 degrees. Probe units, > 0. Points that move less are asked once.
     double step = 0;
     std::uint32_t most_steps = 64;  ///< a point that moves farther than this many steps is asked at longer ones: k_swept_coarse
 };
