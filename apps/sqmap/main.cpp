@@ -16,6 +16,9 @@ int main(int argc, char** argv)
     sqmap::app::add_eval(app, exit_code);
     sqmap::app::add_render(app, exit_code);
     sqmap::app::add_shapes(app, exit_code);
+#ifdef SQMAP_WITH_SIM
+    sqmap::app::add_dress(app, exit_code);
+#endif
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
