@@ -136,6 +136,22 @@ Sphere Probe::sphere() const noexcept
     return {origin_ + cast<double>(Vec3f{sphere_[0], sphere_[1], sphere_[2]}), static_cast<double>(sphere_[3])};
 }
 
+bool Probe::reaches(const Sphere& sphere) const noexcept
+{
+    const Vec3f c = cast<float>(sphere.centre - origin_);
+    const auto radius = static_cast<float>(sphere.radius * (1 + 1e-6));
+    const auto touches = [&](float x, float y, float z, float r) {
+        return norm_sq(Vec3f{x, y, z} - c) <= (r + radius) * (r + radius);
+    };
+    if (size_ == 0 || !touches(sphere_[0], sphere_[1], sphere_[2], sphere_[3])) return false;
+    for (std::size_t g = 0; g < group_radius_.size(); ++g) {
+        if (!touches(group_x_[g], group_y_[g], group_z_[g], group_radius_[g])) continue;
+        for (std::size_t i = g * k_cluster; i < std::min((g + 1) * k_cluster, clusters()); ++i)
+            if (touches(centre_x_[i], centre_y_[i], centre_z_[i], radius_[i])) return true;
+    }
+    return false;
+}
+
 void Probe::refit() noexcept
 {
     const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };

@@ -1,5 +1,7 @@
 #include "sqmap/query/swept.h"
 
+#include "sqmap/query/pair.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -60,15 +62,36 @@ struct SweptQuery {
     Vec3d start_of(std::uint32_t point) const { return in_model(apply(from, previous[point])); }
     Vec3d end_of(std::uint32_t point) const { return in_model(apply(to, now[point])); }
 
+    /// The model's sphere where the frame ends, in the probe's frame, and how far the poses move points in it at most.
+    struct Reach {
+        Vec3d centre;
+        double radius, motion;
+    };
+    Reach reach_of_model() const
+    {
+        const Sphere sphere = sphere_of({&model, nullptr, {}});
+        const Pose end = inverse(to), start = inverse(from);
+        const Vec3d shift = apply(end, sphere.centre) - apply(start, sphere.centre);
+        double turn_sq = 0;  // Frobenius norm, no less than the spectral
+        for (int i = 0; i < 3; ++i) turn_sq += norm_sq(end.rotation.row[i] - start.rotation.row[i]);
+        return {apply(end, sphere.centre), sphere.radius, norm(shift) + std::sqrt(turn_sq) * sphere.radius};
+    }
+
     SweptResult run() noexcept
     {
         SweptResult result;
         double longest = 0;
+        const Reach reach = reach_of_model();
         for (std::size_t i = 0; i < now.size(); ++i) {
-            const Vec3d a = apply(from, previous[i]), b = apply(to, now[i]);
-            const double way_sq = norm_sq(b - a);
-            room.fast_[i] = way_sq > options.step * options.step && std::isfinite(way_sq) ? 1 : 0;
-            if (room.fast_[i] == 0) continue;
+            room.fast_[i] = 0;
+            // Most points move too little, or are too far from the model, whatever the poses do to them.
+            const double own = norm(now[i] - previous[i]);
+            if (own + reach.motion <= options.step) continue;
+            const double far = reach.radius + own + reach.motion;
+            if (norm_sq(now[i] - reach.centre) > far * far) continue;
+            const double way_sq = norm_sq(apply(to, now[i]) - apply(from, previous[i]));
+            if (!(way_sq > options.step * options.step && std::isfinite(way_sq))) continue;
+            room.fast_[i] = 1;
             ++result.fast;
             longest = std::max(longest, way_sq);
         }

@@ -86,6 +86,7 @@ struct Cloth::State {
         bool sewn = true;
         std::vector<btScalar> gap;  ///< rest lengths at the time of sewing
         double age = 0;
+        bool carried = true;  ///< the first sewing
     };
     struct Pin {
         std::uint32_t node, solid;
@@ -180,7 +181,7 @@ struct Cloth::State {
         for (const Seam& seam : garment.seams) {
             SeamLinks links;
             links.first = body->m_links.size();
-            links.sewn = seam.sewn;
+            links.sewn = links.carried = seam.sewn;
             for (const auto& pair : seam.pairs)
                 body->appendLink(static_cast<int>(pair[0]), static_cast<int>(pair[1]), thread, false);
             links.count = body->m_links.size() - links.first;
@@ -379,6 +380,10 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     }
     const double start = cpu_seconds();
     btSoftBody& body = *s.body;
+    // The tailor's hands carry a garment until it is sewn.
+    const bool sewing =
+        std::any_of(s.seams.begin(), s.seams.end(), [](const State::SeamLinks& l) { return l.carried && l.age < k_sewing_time; });
+    s.info.m_gravity = sewing ? btVector3(0, 0, 0) : to_bullet(s.options.gravity);
     body.predictMotion(static_cast<btScalar>(dt));
     s.place_pins(solids);
     s.set_seams(dt);
@@ -489,6 +494,7 @@ void Cloth::sew(std::size_t seam)
         links.gap[static_cast<std::size_t>(i)] = (l.m_n[0]->m_x - l.m_n[1]->m_x).length();
     }
     links.age = 0;
+    links.carried = false;
     links.sewn = true;
 }
 

@@ -65,9 +65,13 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     for (std::size_t k = 0; k < solids.size(); ++k) {
         const Solid& solid = solids[k];
         if (solid.model == nullptr) continue;
+        const double motion = motion_bound(solid);
+        query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
+        near.radius += std::sqrt(longest_sq) + motion;
+        if (!probe_.reaches(near)) continue;
         const query::Pose to = query::inverse(solid.pose);
         query::FrameResult frame;
-        if (std::sqrt(longest_sq) + motion_bound(solid) <= sweep_step_) {
+        if (std::sqrt(longest_sq) + motion <= sweep_step_) {
             frame = query::query_frame(*solid.model, probe_, to, options_, found_);
         } else {
             const query::SweptOptions swept{options_, sweep_step_, 64};

@@ -29,7 +29,7 @@ constexpr unsigned k_skin = 0xd9b99b;
 struct Arguments {
     std::string avatar, output, report, pictures, layer = "3";
     std::vector<std::string> garments;
-    double walker = 0, seconds = 4, rate = 240, fps = 15, azimuth = 25;
+    double walker = 0, seconds = 4, rate = 240, fps = 15, azimuth = 25, thinnest = 0.02;
     bool walk = false, paper_friction = false, self_collision = false;
     int iterations = 12;
 };
@@ -212,6 +212,7 @@ void dress(const Arguments& a)
     options.layer = a.layer == "exact" ? query::Layer::Exact : (a.layer == "2" ? query::Layer::Two : query::Layer::Three);
     options.friction = a.paper_friction ? sim::Friction::Paper : sim::Friction::Coulomb;
     options.iterations = a.iterations;
+    options.sweep_step = 0.5 * a.thinnest;
     options.self_collision = a.self_collision;
     std::vector<Worn> worn;
     for (const std::string& path : a.garments) {
@@ -359,6 +360,10 @@ void add_dress(CLI::App& app, int& exit_code)
     command->add_option("--rate", a->rate, "Steps a second")->check(CLI::Range(10.0, 10000.0))->capture_default_str();
     command->add_option("--fps", a->fps, "Frames a second that are written")
         ->check(CLI::Range(0.1, 240.0))
+        ->capture_default_str();
+    command
+        ->add_option("--thinnest", a->thinnest, "Parts of the avatar at least this thick, in metres, are not tunnelled through")
+        ->check(CLI::Range(0.001, 1.0))
         ->capture_default_str();
     command->add_option("--iterations", a->iterations, "Of the threads' solver")
         ->check(CLI::Range(1, 200))

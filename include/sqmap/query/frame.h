@@ -50,6 +50,8 @@ public:
     [[nodiscard]] std::size_t clusters() const { return point_.size() / k_cluster; }
     /// Holds every point; the points' own frame.
     [[nodiscard]] Sphere sphere() const noexcept;
+    /// False where no point is in the sphere (the points' own frame), by the clusters' spheres; true where one may be.
+    [[nodiscard]] bool reaches(const Sphere& sphere) const noexcept;
     /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
     [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
 
