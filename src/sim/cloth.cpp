@@ -95,7 +95,7 @@ struct Cloth::State {
     };
     struct HeldLink {
         std::uint32_t held, free;
-        btScalar rest_sq;
+        btScalar rest_sq, stiffness;
     };
 
     State(const Garment& garment, const Fabric& f, const ClothOptions& o)
@@ -224,7 +224,7 @@ struct Cloth::State {
             const btVector3 del = node(l.free).m_x - node(l.held).m_x;
             const btScalar length_sq = del.length2();
             if (!(length_sq + l.rest_sq > SIMD_EPSILON) || !(node(l.free).m_im > 0)) continue;
-            const btVector3 shift = del * ((l.rest_sq - length_sq) / (l.rest_sq + length_sq));
+            const btVector3 shift = del * (l.stiffness * (l.rest_sq - length_sq) / (l.rest_sq + length_sq));
             node(l.free).m_x += shift;
             pull += from_bullet(-shift) / static_cast<double>(node(l.free).m_im);
         }
@@ -336,9 +336,9 @@ struct Cloth::State {
         for (int l = 0; l < last; ++l) {
             const btSoftBody::Link& link = body->m_links[l];
             const std::uint32_t a = number(link.m_n[0]), b = number(link.m_n[1]);
-            if (is_held[a] == is_held[b] || link.m_bbending) continue;
+            if (is_held[a] == is_held[b]) continue;
             muted.push_back(static_cast<std::uint32_t>(l));
-            held_links.push_back({is_held[a] != 0 ? a : b, is_held[a] != 0 ? b : a, link.m_c1});
+            held_links.push_back({is_held[a] != 0 ? a : b, is_held[a] != 0 ? b : a, link.m_c1, link.m_material->m_kLST});
         }
     }
 

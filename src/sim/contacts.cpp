@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::uint32_t k_none = 0xffffffffu;
 constexpr double k_speed_matters = 1e-6;  ///< m a step: below it a motion has no direction
+constexpr double k_deeper = 1.25;  ///< times thickness: asked below a node that touches, so that rounding does not let it go
+constexpr std::uint8_t k_remembered = 8;  ///< steps for which a node that left a surface is asked along its normal
 constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -35,6 +37,7 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
       head_(points.size()),
       asked_(points.size()),
       touched_(points.size()),
+      free_for_(points.size()),
       thickness_(thickness),
       sweep_step_(std::max(sweep_step, 2 * thickness)),
       options_{layer, false, false, 0}
@@ -47,10 +50,10 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
-    // the place thickness below it: along the normal it last felt, or ahead on its way where it felt none.
+    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
     double longest_sq = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
-        Vec3d ahead = -touched_[i];
+        Vec3d ahead = -k_deeper * touched_[i];
         const Vec3d way = now[i] - previous[i];
         const double way_sq = norm_sq(way);
         if (norm_sq(ahead) == 0 && way_sq > k_speed_matters * k_speed_matters) ahead = way / std::sqrt(way_sq);
@@ -85,7 +88,13 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
         for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
             if ((contact.status & query::k_no_surface) == 0) add(static_cast<std::uint32_t>(k), solid, contact, status);
     }
-    std::fill(touched_.begin(), touched_.end(), Vec3d{});
+    for (std::size_t i = 0; i < touched_.size(); ++i)
+        if (head_[i] != k_none) {
+            touched_[i] = {};
+            free_for_[i] = 0;
+        } else if (free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
+            touched_[i] = {};
+        }
     for (const HalfSpace& s : all())
         if (s.push >= 0.f) touched_[s.node] = normalized(touched_[s.node] + cast<double>(s.normal));
     // Half-spaces that another one of the same node made void are not kept.

@@ -45,9 +45,10 @@ private:
     query::SweptRoom room_;
     std::vector<query::FrameContact> found_;
     std::vector<HalfSpace> spaces_;
-    std::vector<std::uint32_t> head_;  ///< of each node
-    std::vector<Vec3d> asked_;         ///< the nodes, each thickness deeper along its last normal
-    std::vector<Vec3d> touched_;       ///< that normal; zero where the node was free
+    std::vector<std::uint32_t> head_;     ///< of each node
+    std::vector<Vec3d> asked_;            ///< the nodes, each a little more than thickness deeper along its last normal
+    std::vector<Vec3d> touched_;          ///< that normal; zero where the node is free
+    std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
     std::size_t count_ = 0;
     double thickness_, sweep_step_;
     query::FrameOptions options_;
