@@ -248,7 +248,8 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
         if (time < from) continue;
         c.fastest = r.fastest;
         c.cloth_us.push_back(1e6 * (r.seconds.move + r.seconds.query));
-        if (step % every == 0) c.frames.push_back({{cloth.positions().begin(), cloth.positions().end()}, poses});
+        // The places that the cloth asks about: where it lies on a body they are in it.
+        if (step % every == 0) c.frames.push_back({{cloth.asked().begin(), cloth.asked().end()}, poses});
     }
     c.deep = sim::penetration(cloth.positions(), cloth.triangles(), solids, 4);
     return c;

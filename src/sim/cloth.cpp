@@ -16,6 +16,7 @@ namespace sqmap::sim {
 namespace {
 
 constexpr int k_last_pushes = 3;       ///< a node between several surfaces needs more than one
+constexpr double k_hard_push = 2;      ///< times thickness: a node that is pushed farther stops where it is
 constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
 
 btVector3 to_bullet(Vec3d v) { return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)}; }
@@ -230,7 +231,8 @@ struct Cloth::State {
         }
     }
 
-    void push_out(double dt)
+    /// last: after the step's new half-spaces were found.
+    void push_out(double dt, bool last)
     {
         const float mu = static_cast<float>(fabric.friction);
         for (HalfSpace& s : contacts.all()) {
@@ -242,6 +244,10 @@ struct Cloth::State {
                 x -= height * s.normal;
                 s.push -= height;
             } else if (s.push <= 0.f) {
+                continue;
+            }
+            if (last && options.friction == Friction::Paper) {  // has acted already: it does not grow with the push
+                n.m_x.setValue(x.x, x.y, x.z);
                 continue;
             }
             const Vec3f q{n.m_q.x(), n.m_q.y(), n.m_q.z()};
@@ -300,6 +306,8 @@ struct Cloth::State {
                 const Vec3d normal = cast<double>(s.normal);
                 const double leaves = dot(velocity[s.node] - cast<double>(s.motion) / dt, normal);
                 if (leaves > 0) velocity[s.node] -= leaves * normal;
+                // Where threads and a surface pull a node to and fro, it does not gain by it.
+                if (static_cast<double>(s.push) > k_hard_push * fabric.thickness) velocity[s.node] = cast<double>(s.motion) / dt;
                 report.deepest =
                     std::max(report.deepest, static_cast<double>(s.offset) - fabric.thickness - dot(position[s.node], normal));
             }
@@ -408,7 +416,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
         if (s.options.self_collision) btSoftBody::PSolve_SContacts(&body, 1, 0);
         const double threads = cpu_seconds();
         report.seconds.threads += threads - mark;
-        s.push_out(dt);
+        s.push_out(dt, false);
         mark = cpu_seconds();
         report.seconds.response += mark - threads;
     }
@@ -416,7 +424,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     report.seconds.predict += cpu_seconds() - mark;
     report.status |= s.contacts.find(s.previous, s.position, solids, report);
     mark = cpu_seconds();
-    for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt);
+    for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
     report.seconds.response += cpu_seconds() - mark;
     mark = cpu_seconds();
     s.tension = s.pull / (dt * dt);
@@ -428,6 +436,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
 std::size_t Cloth::size() const noexcept { return state_->position.size(); }
 std::span<const std::array<std::uint32_t, 3>> Cloth::triangles() const noexcept { return state_->triangles; }
 std::span<const Vec3d> Cloth::positions() const noexcept { return state_->position; }
+std::span<const Vec3d> Cloth::asked() const noexcept { return state_->contacts.asked(); }
 std::span<const Vec3d> Cloth::velocities() const noexcept { return state_->velocity; }
 
 std::vector<double> Cloth::strain() const

@@ -13,6 +13,7 @@ constexpr std::uint32_t k_none = 0xffffffffu;
 constexpr double k_speed_matters = 1e-6;  ///< m a step: below it a motion has no direction
 constexpr double k_deeper = 1.25;  ///< times thickness: asked below a node that touches, so that rounding does not let it go
 constexpr std::uint8_t k_remembered = 8;  ///< steps for which a node that left a surface is asked along its normal
+constexpr double k_creep = 0.1;           ///< times thickness: how far a node may creep until it is asked again
 constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -38,10 +39,39 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
       asked_(points.size()),
       touched_(points.size()),
       free_for_(points.size()),
+      asked_from_(points.size(), Vec3d{INFINITY, 0, 0}),
+      stale_(points.size(), 1),
       thickness_(thickness),
       sweep_step_(std::max(sweep_step, 2 * thickness)),
       options_{layer, false, false, 0}
 {
+}
+
+bool Contacts::mark_stale(std::span<const Vec3d> now, std::span<const Solid> solids) noexcept
+{
+    bool still = solids.size() == solids_;
+    for (const Solid& s : solids)
+        still = still && s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+    const double most = k_creep * thickness_;
+    stale_count_ = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        stale_[i] = !still || !(norm_sq(now[i] - asked_from_[i]) <= most * most) ? 1 : 0;
+        stale_count_ += stale_[i];
+    }
+    solids_ = solids.size();
+    return still && 2 * stale_count_ < now.size();
+}
+
+void Contacts::drop_void() noexcept
+{
+    const auto last = std::remove_if(spaces_.begin(), spaces_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                     [](const HalfSpace& s) { return s.push < 0.f; });
+    count_ = static_cast<std::size_t>(last - spaces_.begin());
+    std::fill(head_.begin(), head_.end(), k_none);
+    for (std::size_t s = 0; s < count_; ++s) {
+        spaces_[s].next = head_[spaces_[s].node];
+        head_[spaces_[s].node] = static_cast<std::uint32_t>(s);
+    }
 }
 
 std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
@@ -49,62 +79,84 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
 {
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
+    // What was asked within a hair of where it is, of solids that stand still, has its answer.
+    const bool some = mark_stale(now, solids);
+    if (!some) {
+        std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
+        stale_count_ = now.size();
+    }
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
     // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
     double longest_sq = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
+        if (stale_[i] == 0) continue;
         Vec3d ahead = -k_deeper * touched_[i];
         const Vec3d way = now[i] - previous[i];
         const double way_sq = norm_sq(way);
         if (norm_sq(ahead) == 0 && way_sq > k_speed_matters * k_speed_matters) ahead = way / std::sqrt(way_sq);
         asked_[i] = now[i] + thickness_ * ahead;
+        asked_from_[i] = now[i];
         longest_sq = std::max(longest_sq, norm_sq(asked_[i] - previous[i]));
     }
-    probe_.move(asked_);
+    if (stale_count_ > 0) {
+        if (some)
+            probe_.move(asked_, stale_);
+        else
+            probe_.move(asked_);
+    }
     const double moved = cpu_seconds();
 
-    count_ = 0;
-    std::fill(head_.begin(), head_.end(), k_none);
-    for (std::size_t k = 0; k < solids.size(); ++k) {
-        const Solid& solid = solids[k];
-        if (solid.model == nullptr) continue;
-        const double motion = motion_bound(solid);
-        query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
-        near.radius += std::sqrt(longest_sq) + motion;
-        if (!probe_.reaches(near)) continue;
-        const query::Pose to = query::inverse(solid.pose);
-        query::FrameResult frame;
-        if (std::sqrt(longest_sq) + motion <= sweep_step_) {
-            frame = query::query_frame(*solid.model, probe_, to, options_, found_);
-        } else {
-            const query::SweptOptions swept{options_, sweep_step_, 64};
-            const query::SweptResult result = query::query_swept(*solid.model, probe_, previous, asked_,
-                                                                 query::inverse(solid.previous), to, swept, room_, found_);
-            frame = result.frame;
-            report.caught += result.caught;
-            if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+    if (stale_count_ > 0) {
+        for (HalfSpace& s : all())
+            if (stale_[s.node] != 0) s.push = -1.f;
+        drop_void();
+        for (std::size_t k = 0; k < solids.size(); ++k)
+            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, std::sqrt(longest_sq), report);
+        // Half-spaces that another one of the same node made void are not kept.
+        drop_void();
+        for (std::size_t i = 0; i < touched_.size(); ++i) {
+            if (stale_[i] == 0) continue;
+            if (head_[i] != k_none) {
+                touched_[i] = {};
+                free_for_[i] = 0;
+                for (std::uint32_t s = head_[i]; s != k_none; s = spaces_[s].next) touched_[i] += cast<double>(spaces_[s].normal);
+                touched_[i] = normalized(touched_[i]);
+            } else if (free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
+                touched_[i] = {};
+            }
         }
-        if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
-        for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
-            if ((contact.status & query::k_no_surface) == 0) add(static_cast<std::uint32_t>(k), solid, contact, status);
     }
-    for (std::size_t i = 0; i < touched_.size(); ++i)
-        if (head_[i] != k_none) {
-            touched_[i] = {};
-            free_for_[i] = 0;
-        } else if (free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
-            touched_[i] = {};
-        }
-    for (const HalfSpace& s : all())
-        if (s.push >= 0.f) touched_[s.node] = normalized(touched_[s.node] + cast<double>(s.normal));
-    // Half-spaces that another one of the same node made void are not kept.
-    const auto last = std::remove_if(spaces_.begin(), spaces_.begin() + static_cast<std::ptrdiff_t>(count_),
-                                     [](const HalfSpace& s) { return s.push < 0.f; });
-    count_ = static_cast<std::size_t>(last - spaces_.begin());
     report.contacts =
         static_cast<std::size_t>(std::count_if(head_.begin(), head_.end(), [](std::uint32_t h) { return h != k_none; }));
     report.seconds.move += moved - start;
     report.seconds.query += cpu_seconds() - moved;
+    return status;
+}
+
+std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
+                            StepReport& report) noexcept
+{
+    if (solid.model == nullptr) return k_cloth_ok;
+    std::uint32_t status = k_cloth_ok;
+    const double motion = motion_bound(solid);
+    query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
+    near.radius += longest + motion;
+    if (!probe_.reaches(near)) return k_cloth_ok;
+    const query::Pose to = query::inverse(solid.pose);
+    query::FrameResult frame;
+    if (longest + motion <= sweep_step_) {
+        frame = query::query_frame(*solid.model, probe_, to, options_, found_);
+    } else {
+        const query::SweptOptions swept{options_, sweep_step_, 64};
+        const query::SweptResult result =
+            query::query_swept(*solid.model, probe_, previous, asked_, query::inverse(solid.previous), to, swept, room_, found_);
+        frame = result.frame;
+        report.caught += result.caught;
+        if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+    }
+    if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
+    for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
+        if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0) add(number, solid, contact, status);
     return status;
 }
 

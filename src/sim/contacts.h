@@ -36,9 +36,15 @@ public:
     /// Moves the half-spaces of the last step with their solids.
     void ride(std::span<const Solid> solids) noexcept;
 
+    [[nodiscard]] std::span<const Vec3d> asked() const noexcept { return asked_; }
     [[nodiscard]] std::span<HalfSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:
+    /// Marks the nodes that have to be asked again; false: every node has.
+    bool mark_stale(std::span<const Vec3d> now, std::span<const Solid> solids) noexcept;
+    void drop_void() noexcept;
+    std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
+                      StepReport& report) noexcept;
     void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, std::uint32_t& status) noexcept;
 
     query::Probe probe_;
@@ -49,6 +55,9 @@ private:
     std::vector<Vec3d> asked_;            ///< the nodes, each a little more than thickness deeper along its last normal
     std::vector<Vec3d> touched_;          ///< that normal; zero where the node is free
     std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
+    std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked
+    std::vector<std::uint8_t> stale_;
+    std::size_t stale_count_ = 0, solids_ = 0;
     std::size_t count_ = 0;
     double thickness_, sweep_step_;
     query::FrameOptions options_;

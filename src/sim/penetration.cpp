@@ -28,7 +28,13 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
                         std::span<const Solid> solids, int steps, query::Layer layer)
 {
     Penetration out;
-    for (const Vec3d& p : nodes) out.nodes = std::max(out.nodes, depth_of(p, solids, layer));
+    const auto keep = [&](Vec3d p, double& deepest, Vec3d& at) {
+        const double depth = depth_of(p, solids, layer);
+        if (!(depth > deepest)) return;
+        deepest = depth;
+        at = p;
+    };
+    for (const Vec3d& p : nodes) keep(p, out.nodes, out.node_at);
     for (const auto& t : triangles)
         for (int i = 0; i <= steps; ++i)
             for (int j = 0; j <= steps - i; ++j) {
@@ -36,7 +42,7 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
                 if (i == steps || j == steps || k == steps) continue;
                 const double n = steps;
                 const Vec3d p = (i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]];
-                out.interiors = std::max(out.interiors, depth_of(p, solids, layer));
+                keep(p, out.interiors, out.interior_at);
             }
     return out;
 }

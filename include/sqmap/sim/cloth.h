@@ -80,6 +80,8 @@ public:
     [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept;
     [[nodiscard]] std::span<const Vec3d> positions() const noexcept;   ///< world, m
     [[nodiscard]] std::span<const Vec3d> velocities() const noexcept;  ///< m / s
+    /// Where the last step asked the solids about each node: a little more than the thickness below it where it touches.
+    [[nodiscard]] std::span<const Vec3d> asked() const noexcept;
     /// Of each vertex: the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
     [[nodiscard]] std::vector<double> strain() const;
 
@@ -110,6 +112,7 @@ private:
 /// solids the deepest solid counts, which bounds the depth in the union from below.
 struct Penetration {
     double nodes = 0, interiors = 0;
+    Vec3d node_at{}, interior_at{};  ///< where, world
 };
 [[nodiscard]] Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array<std::uint32_t, 3>> triangles,
                                       std::span<const Solid> solids, int steps, query::Layer layer = query::Layer::Exact);
