@@ -299,7 +299,7 @@ int main(int argc, char** argv)
             parts[b].mesh = mesh::polygonized(solid, 0.022);
             fill(parts[b], k_samples / 2);
         }
-        const sim::Gait gait{.lower_at = 3.0, .walk_at = 3.5, .ease = 0.5};
+        const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
         const auto pose = [&](double time, std::span<query::Pose> poses) { sim::walk(bones, gait, time, poses); };
         std::vector<query::Pose> rest(bones.size());
         pose(0, rest);
@@ -321,7 +321,7 @@ int main(int argc, char** argv)
             double time = 0;
             for (const bool walks : {false, true}) {
                 Case c = played(name + (walks ? " on the figure, walking" : " on the figure, standing"), cloth, parts, pose, time,
-                                walks ? 5.0 : 3.0, walks ? 4.0 : 2.75, walks ? 4 : 1);
+                                walks ? 6.0 : 4.0, walks ? 5.0 : 3.75, walks ? 4 : 1);
                 c.height = 1.75;
                 report(c, parts);
             }

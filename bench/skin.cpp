@@ -71,7 +71,7 @@ int main(int argc, char** argv)
         std::fprintf(stderr, "usage: sqmap_skin HAND.glb OBJECT [LEAST_WEIGHT]\n");
         return 64;
     }
-    const double least_weight = argc > 3 ? std::atof(argv[3]) : 0.3;
+    const double least_weight = argc > 3 ? std::atof(argv[3]) : 0.05;
     const io::SkinResult read = io::read_skinned_file(argv[1]);
     if (read.error) {
         std::fprintf(stderr, "%s: %s\n", argv[1], read.error->message.c_str());

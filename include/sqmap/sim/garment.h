@@ -17,7 +17,7 @@ struct Fabric {
     double stretch = 1;        ///< share of a thread's strain that an iteration removes, (0, 1]
     double shear = 0.6;        ///< the same across the threads
     double bend = 0.1;         ///< the same of bending
-    double damping = 1.0;      ///< 1 / s: how fast motion against still air dies away
+    double damping = 4.0;      ///< 1 / s: how fast motion against still air dies away
     double friction = 0.4;     ///< Coulomb's coefficient against the body
     double thickness = 0.002;  ///< m: nodes stay this far from the body
 };
