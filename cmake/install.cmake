@@ -1,5 +1,8 @@
 include(CMakePackageConfigHelpers)
 install(TARGETS sqmap_runtime sqmap_io sqmap_build sqmap_device EXPORT sqmapTargets FILE_SET HEADERS)
+if(TARGET sqmap_sim)
+  install(TARGETS sqmap_sim EXPORT sqmapTargets FILE_SET HEADERS)
+endif()
 install(EXPORT sqmapTargets NAMESPACE sqmap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
 configure_package_config_file(cmake/sqmapConfig.cmake.in ${PROJECT_BINARY_DIR}/sqmapConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
