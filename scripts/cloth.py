@@ -46,9 +46,10 @@ def metres(name):
 
 
 def short(case):
-    name = case["name"].split("/")[-1].replace(".off", "")
-    words = case["name"].split(" on ")[0]
-    return name if words in name else f"{words}, {name}"
+    """"skirt, walking" or "bull, at rest": the words that tell cases apart."""
+    garment, _, place = case["name"].partition(" on ")
+    body, _, state = pathlib.PurePath(place).name.rpartition(", ")
+    return f"{garment if body.endswith('figure') else body.replace('.off', '')}, {state}"
 
 
 def main():
@@ -75,7 +76,7 @@ def main():
                 rows.writerow((short(case), case["vertices"], method, m["us_median"], m["us_p99"], m["found"]))
     if not args.quick:
         chart = plot.Chart("Fig. 11b: cloth against an avatar", "", "% of the OBB tree with refit, all pairs", y_log=True,
-                           categories=[short(c) for c in cases], width=760, height=470)
+                           categories=[short(c) for c in cases], width=900, height=470)
         for method, words, colour, shape, hollow in METHODS:
             chart.dots(words, [(short(c), 100 * c["methods"][method]["us_median"] / c["methods"][TREE]["us_median"]) for c in cases], colour,
                        shape=shape, hollow=hollow)

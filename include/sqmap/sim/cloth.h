@@ -30,7 +30,7 @@ struct ClothOptions {
     double paper_stiffness = 100;   ///< k_f of eq. 33 with depth in m, 1 / m
     int iterations = 12;            ///< of the threads' solver, each followed by the contacts
     double most_speed = 10;         ///< m / s: faster nodes are slowed to it, k_cloth_slowed
-    double sweep_step = 0.01;         ///< m: solids twice as thick are not tunnelled through
+    double sweep_step = 0.01;       ///< m: solids twice as thick are not tunnelled through
     bool self_collision = false;    ///< Bullet's trees of nodes and faces, thickness apart
 };
 
