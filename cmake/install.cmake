@@ -1,5 +1,8 @@
 include(CMakePackageConfigHelpers)
 install(TARGETS sqmap_runtime sqmap_io sqmap_build sqmap_device sqmap_hardware EXPORT sqmapTargets FILE_SET HEADERS)
+if(TARGET sqmap_sim)
+  install(TARGETS sqmap_sim EXPORT sqmapTargets FILE_SET HEADERS)
+endif()
 install(EXPORT sqmapTargets NAMESPACE sqmap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
 # Libraries, by name, that sqmap::hardware was built to link.
 get_property(SQMAP_HARDWARE_LIBRARIES GLOBAL PROPERTY SQMAP_HARDWARE_LIBRARIES)

@@ -17,6 +17,7 @@ for i, folder in enumerate(BUILD):
 # Baking writes models and judges the map it has just made with the query that will read it.
 ALLOWED["bake"] |= {"model", "query"}
 
+ALLOWED["sim"] = {"math", "shape", "model", "query", "sim"}
 ALLOWED["device"] = ALLOWED["haptic"] | {"haptic", "device"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]', re.MULTILINE)

@@ -9,6 +9,7 @@ namespace sqmap::app {
 void add_bake(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app, int& exit_code);
+void add_dress(CLI::App& app, int& exit_code);  // where sqmap::sim is built
 void add_eval(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_query(CLI::App& app, int& exit_code);

@@ -20,6 +20,9 @@ int main(int argc, char** argv)
     sqmap::app::add_touch(app, exit_code);
     sqmap::app::add_replay(app, exit_code);
     sqmap::app::add_devices(app, exit_code);
+#ifdef SQMAP_WITH_SIM
+    sqmap::app::add_dress(app, exit_code);
+#endif
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

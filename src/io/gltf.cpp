@@ -1,12 +1,14 @@
 // glTF 2.0 (Khronos, ISO/IEC 12113:2022), JSON with buffers beside it or inside it, and GLB. Only what makes the surface
 // is read: nodes, meshes, triangle primitives, positions and indices.
 #include "parse.h"
+#include "sqmap/io/read_skin.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <fstream>
 #include <vector>
 
@@ -243,7 +245,113 @@ public:
         return std::move(soup_);
     }
 
+    SkinnedSoup skinned(std::uint64_t file_bytes)
+    {
+        budget_ = (std::uint64_t{32} << 20) + 32 * file_bytes;
+        const json* nodes = array_or_null(root_, "nodes", "nodes");
+        for (std::uint64_t n = 0; nodes != nullptr && n < nodes->size(); ++n) {
+            const std::string where = name_of("node", n);
+            const json& node = item(root_, "nodes", n);
+            if (!node.contains("mesh") || !node.contains("skin")) continue;
+            SkinnedSoup out;
+            const std::uint64_t mesh = whole(node, "mesh", where);
+            add_joints(whole(node, "skin", where), *nodes, out.skeleton);
+            const json* primitives = array_or_null(item(root_, "meshes", mesh), "primitives", name_of("mesh", mesh));
+            for (const json& primitive : primitives != nullptr ? *primitives : json::array())
+                add_influences(primitive, name_of("mesh", mesh), out);
+            add_mesh(mesh, Transform{});
+            if (out.joints.size() != soup_.positions.size())
+                fail_format(name_of("mesh", mesh), "a primitive has no joints or is not made of triangles");
+            out.soup = std::move(soup_);
+            return out;
+        }
+        fail_format("nodes", "no node has both a mesh and a skin");
+    }
+
 private:
+    void add_joints(std::uint64_t index, const json& nodes, std::vector<SkinJoint>& out)
+    {
+        const std::string where = name_of("skin", index);
+        const json& skin = item(root_, "skins", index);
+        const json* list = array_or_null(skin, "joints", where);
+        if (list == nullptr || list->empty() || list->size() > 65535)
+            fail_format(where, "'joints' is missing, empty or too long");
+        std::vector<std::int64_t> parent(nodes.size(), -1), joint_of(nodes.size(), -1);
+        for (std::uint64_t n = 0; n < nodes.size(); ++n)
+            if (const json* children = array_or_null(item(root_, "nodes", n), "children", name_of("node", n)))
+                for (const json& c : *children)
+                    if (c.is_number_unsigned() && c.get<std::uint64_t>() < nodes.size())
+                        parent[c.get<std::uint64_t>()] = static_cast<std::int64_t>(n);
+        std::vector<std::uint64_t> node_of;
+        for (const json& j : *list) {
+            if (!j.is_number_unsigned() || j.get<std::uint64_t>() >= nodes.size())
+                fail_format(where, "a joint is not a node number");
+            node_of.push_back(j.get<std::uint64_t>());
+            joint_of[node_of.back()] = static_cast<std::int64_t>(node_of.size()) - 1;
+        }
+        std::optional<Accessor> bind;
+        if (skin.contains("inverseBindMatrices")) {
+            bind = accessor(whole(skin, "inverseBindMatrices", where));
+            if (bind->type != "MAT4" || bind->component != 5126 || bind->count < node_of.size())
+                fail_format(where, "inverseBindMatrices are not a matrix a joint");
+        }
+        for (std::size_t j = 0; j < node_of.size(); ++j) {
+            SkinJoint joint;
+            const json& node = item(root_, "nodes", node_of[j]);
+            if (const auto name = node.find("name"); name != node.end() && name->is_string())
+                joint.name = name->get<std::string>();
+            Transform local = transform_of(node, name_of("node", node_of[j]));
+            // Nodes between a joint and the joint above it do not move by themselves.
+            std::int64_t up = parent[node_of[j]];
+            for (std::size_t steps = 0; up >= 0 && joint_of[static_cast<std::size_t>(up)] < 0; ++steps) {
+                if (steps > nodes.size()) fail_format("nodes", "every node is another's child: nodes must form a tree");
+                local = transform_of(item(root_, "nodes", static_cast<std::uint64_t>(up)),
+                                     name_of("node", static_cast<std::uint64_t>(up))) *
+                        local;
+                up = parent[static_cast<std::size_t>(up)];
+            }
+            joint.parent = up < 0 ? -1 : static_cast<int>(joint_of[static_cast<std::size_t>(up)]);
+            joint.local = {local.linear, local.shift};
+            if (bind) {
+                const auto m = [&](std::size_t row, std::size_t column) { return bind->real(j, 4 * column + row); };
+                joint.inverse_bind = {{{{m(0, 0), m(0, 1), m(0, 2)}, {m(1, 0), m(1, 1), m(1, 2)}, {m(2, 0), m(2, 1), m(2, 2)}}},
+                                      {m(0, 3), m(1, 3), m(2, 3)}};
+            }
+            out.push_back(std::move(joint));
+        }
+    }
+
+    void add_influences(const json& primitive, const std::string& where, SkinnedSoup& out)
+    {
+        const auto attributes = primitive.is_object() ? primitive.find("attributes") : primitive.end();
+        if (attributes == primitive.end() || !attributes->is_object() || !attributes->contains("JOINTS_0") ||
+            !attributes->contains("WEIGHTS_0"))
+            fail_format(where, "a primitive of a skinned mesh has no JOINTS_0 and WEIGHTS_0");
+        const Accessor joints = accessor(whole(*attributes, "JOINTS_0", where)),
+                       weights = accessor(whole(*attributes, "WEIGHTS_0", where));
+        if (joints.type != "VEC4" || weights.type != "VEC4" || joints.count != weights.count)
+            fail_format(where, "JOINTS_0 and WEIGHTS_0 do not match");
+        check_face_limit(joints.count, limits_);
+        for (std::size_t v = 0; v < joints.count; ++v) {
+            std::array<std::uint16_t, 4> j{};
+            std::array<double, 4> w{};
+            double sum = 0;
+            for (std::size_t k = 0; k < 4; ++k) {
+                const double number = joints.real(v, k);
+                w[k] = weights.real(v, k);
+                if (!(w[k] >= 0)) w[k] = 0;
+                if (w[k] > 0 && !(number >= 0 && number < static_cast<double>(out.skeleton.size())))
+                    fail_format(where, "a vertex names a joint that the skin does not have");
+                j[k] = w[k] > 0 ? static_cast<std::uint16_t>(number) : std::uint16_t{0};
+                sum += w[k];
+            }
+            if (!(sum > 0) || !std::isfinite(sum)) fail_format(where, "a vertex has no weights");
+            for (double& x : w) x /= sum;
+            out.joints.push_back(j);
+            out.weights.push_back(w);
+        }
+    }
+
     std::vector<std::uint64_t> root_nodes(const json* nodes) const
     {
         std::vector<std::uint64_t> roots;
@@ -311,12 +419,16 @@ private:
         if (type == a.end() || !type->is_string()) fail_format(where, "'type' is missing");
         out.type = type->get<std::string>();
         out.is_normalized = a.contains("normalized") && a["normalized"].is_boolean() && a["normalized"].get<bool>();
-        const std::uint64_t components = out.type == "SCALAR" ? 1 : (out.type == "VEC3" ? 3 : 0);
+        const std::uint64_t components = out.type == "SCALAR" ? 1
+                                         : out.type == "VEC3" ? 3
+                                         : out.type == "VEC4" ? 4
+                                         : out.type == "MAT4" ? 16
+                                                              : 0;
         const std::uint64_t size = out.component == 5120 || out.component == 5121   ? 1
                                    : out.component == 5122 || out.component == 5123 ? 2
                                    : out.component == 5125 || out.component == 5126 ? 4
                                                                                     : 0;
-        if (components == 0 || size == 0) fail_format(where, "neither indices nor positions");
+        if (components == 0 || size == 0) fail_format(where, "not of a kind that is read");
         const std::uint64_t element_bytes = components * size;
         const std::uint64_t view_index = whole(a, "bufferView", where);
         const json& view = item(root_, "bufferViews", view_index);
@@ -420,7 +532,9 @@ std::uint32_t word(std::span<const std::byte> bytes, std::size_t at)
 
 }  // namespace
 
-PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const ReadLimits& limits)
+namespace {
+
+Document document_of(std::span<const std::byte> bytes, const std::filesystem::path& folder, const ReadLimits& limits)
 {
     std::span<const std::byte> text = bytes, binary;
     if (bytes.size() >= 4 && word(bytes, 0) == k_magic) {
@@ -463,7 +577,33 @@ PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::p
     if (asset == root.end() || !asset->is_object() || !asset->contains("version") || !(*asset)["version"].is_string() ||
         !(*asset)["version"].get_ref<const std::string&>().starts_with("2"))
         fail_format("asset", "a glTF file of version 2 says so in asset.version");
-    return Document(std::move(root), binary, folder, limits).soup(bytes.size());
+    return {std::move(root), binary, folder, limits};
+}
+
+}  // namespace
+
+PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const ReadLimits& limits)
+{
+    return document_of(bytes, folder, limits).soup(bytes.size());
+}
+
+SkinResult read_skinned_file(const std::filesystem::path& path, const ReadLimits& limits)
+{
+    SkinResult result;
+    try {
+        std::error_code status;
+        const std::uintmax_t size = std::filesystem::is_regular_file(path, status) ? std::filesystem::file_size(path, status) : 0;
+        if (status || size == 0) fail_truncated("file", "it cannot be read, or is empty");
+        if (size > limits.max_bytes) fail_limit("file", std::to_string(size) + " bytes");
+        std::vector<std::byte> bytes(size);
+        std::ifstream in(path, std::ios::binary);
+        in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+        if (!in) fail_truncated("file", "it cannot be read");
+        result.skin = document_of(bytes, path.parent_path(), limits).skinned(size);
+    } catch (const ReadFailure& failure) {
+        result.error = failure.error;
+    }
+    return result;
 }
 
 }  // namespace sqmap::io

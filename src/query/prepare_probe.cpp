@@ -57,6 +57,7 @@ Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
     for (auto* v : {&centre_x_, &centre_y_, &centre_z_, &radius_}) v->resize(clusters + k_cluster);  // read by whole vectors
     for (auto* v : {&group_x_, &group_y_, &group_z_, &group_radius_}) v->resize(groups);
     move(points);
+    refit();
 }
 
 }  // namespace sqmap::query

@@ -32,6 +32,7 @@ struct FrameJob;
 class Probe {
 public:
     static constexpr std::size_t k_cluster = 16;
+    static constexpr float k_far = 1e12f;  ///< where clusters stand that are not asked; the probe's own units
 
     /// points: finite, any order. Allocates; cost n log n.
     explicit Probe(std::span<const Vec3d> points);
@@ -40,17 +41,25 @@ public:
     /// the first places, so a probe that is turned inside out is slower, never wrong.
     /// @pre points.size() == size()
     void move(std::span<const Vec3d> points) noexcept;
+    /// The same, but only points with asked[i] != 0 are there: others cost next to nothing. Answers about them are void: where
+    /// they share a cluster with asked points they repeat one of those.
+    /// @pre asked.size() == size()
+    void move(std::span<const Vec3d> points, std::span<const std::uint8_t> asked) noexcept;
 
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] std::size_t clusters() const { return point_.size() / k_cluster; }
     /// Holds every point; the points' own frame.
     [[nodiscard]] Sphere sphere() const noexcept;
+    /// False where no point is in the sphere (the points' own frame), by the clusters' spheres; true where one may be.
+    [[nodiscard]] bool reaches(const Sphere& sphere) const noexcept;
     /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
     [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
 
 private:
     friend struct FrameJob;
-    void refit() noexcept;
+    void hide(std::span<const std::uint8_t> asked) noexcept;
+    void refit() noexcept;          ///< tight spheres
+    void refit_quickly() noexcept;  ///< spheres about boxes
 
     std::size_t size_ = 0;
     Vec3d origin_{};                            ///< stored places are relative to it, so that float suffices

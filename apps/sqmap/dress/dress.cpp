@@ -1,0 +1,394 @@
+// sqmap dress: a fitting without a window.
+#include "commands.h"
+#include "dress/avatar.h"
+#include "dress/garment_file.h"
+#include "render/raycast.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
+#include "sqmap/io/write_gltf.h"
+#include "sqmap/sim/cloth.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+
+namespace sqmap::app {
+namespace {
+
+using nlohmann::json;
+
+constexpr double k_at_rest = 0.05;        ///< m / s: the fastest vertex of cloth that rests
+constexpr double k_tool_stiffness = 500;  ///< N / m: k_f of eq. 32 for the tool against the body
+constexpr unsigned k_colours[] = {0x3b6ea5, 0xb5563c, 0x5a8f4a, 0x8a5fa0, 0xc29a3a};
+constexpr unsigned k_skin = 0xd9b99b;
+
+struct Arguments {
+    std::string avatar, output, report, pictures, layer = "3";
+    std::vector<std::string> garments;
+    double walker = 0, seconds = 4, rate = 240, fps = 15, azimuth = 25, thinnest = 0.02;
+    bool walk = false, paper_friction = false, self_collision = false;
+    int iterations = 12;
+};
+
+/// What a stage takes, over the steps.
+struct Stage {
+    std::vector<double> us;
+    [[nodiscard]] json summary()
+    {
+        if (us.empty()) return nullptr;
+        std::sort(us.begin(), us.end());
+        return {{"mean", std::accumulate(us.begin(), us.end(), 0.0) / static_cast<double>(us.size())},
+                {"median", us[us.size() / 2]},
+                {"p99", us[us.size() * 99 / 100]}};
+    }
+};
+
+struct Worn {
+    GarmentFile file;
+    sim::Cloth cloth;
+    Stage predict, move, query, response, threads, self, collision;
+    std::vector<std::vector<Vec3d>> shapes;
+    std::uint32_t status = 0;
+    std::size_t caught = 0, most_contacts = 0;
+    double speed = 0, rests_since = -1, deepest_walking = 0;
+    double least_energy = INFINITY, start_energy = NAN, most_energy = -INFINITY;
+    const Pull* pulling = nullptr;
+    Vec3d grabbed{};
+    json pulls = json::array();
+};
+
+const char* status_text(std::uint32_t bit)
+{
+    switch (bit) {
+        case sim::k_cloth_not_finite:
+            return "not finite: put back to the step before";
+        case sim::k_cloth_slowed:
+            return "slowed to the greatest speed";
+        case sim::k_cloth_full:
+            return "more contacts than there is room for";
+        case sim::k_cloth_coarse_sweep:
+            return "thin parts may have been missed";
+        default:
+            return "bad step";
+    }
+}
+
+/// Force of the body on a tool's tip (eq. 32).
+Vec3d body_force(Vec3d tip, std::span<const sim::Solid> solids)
+{
+    Vec3d force{};
+    for (const sim::Solid& s : solids) {
+        const auto& h = s.model->header;
+        const query::Pose to = query::inverse(s.pose);
+        const Vec3d p = (to.rotation * tip + to.translation - Vec3d{h.origin[0], h.origin[1], h.origin[2]}) / h.unit;
+        const query::Contact c = query::query_point(*s.model, cast<float>(p), query::Layer::Three);
+        if (c.contact)
+            force += k_tool_stiffness * h.unit * static_cast<double>(c.depth) * (s.pose.rotation * cast<double>(c.normal));
+    }
+    return force;
+}
+
+void handle_events(Worn& worn, double time, double dt, std::span<const sim::Solid> solids)
+{
+    for (const SeamEvent& e : worn.file.seam_events) {
+        if (!(e.at > time - 0.5 * dt && e.at <= time + 0.5 * dt)) continue;
+        for (std::size_t s = 0; s < worn.cloth.seams(); ++s)
+            if (worn.file.garment.seams[s].name == e.seam) e.sew ? worn.cloth.sew(s) : worn.cloth.cut(s);
+    }
+    for (const Pull& p : worn.file.pulls) {
+        if (worn.pulling == nullptr && time >= p.at && time < p.until) {
+            std::uint32_t nearest = 0;
+            const auto at = worn.cloth.positions();
+            for (std::uint32_t i = 1; i < at.size(); ++i)
+                if (norm_sq(at[i] - p.near) < norm_sq(at[nearest] - p.near)) nearest = i;
+            worn.grabbed = at[nearest];
+            worn.cloth.grasp(nearest, p.radius, worn.grabbed);
+            worn.pulling = &p;
+            worn.pulls.push_back({{"at", p.at}, {"vertex", nearest}, {"most_cloth_N", 0.0}, {"most_body_N", 0.0}});
+        }
+        if (worn.pulling != &p) continue;
+        if (time >= p.until) {
+            worn.cloth.release();
+            worn.pulling = nullptr;
+            continue;
+        }
+        const Vec3d tool = worn.grabbed + ((time - p.at) / (p.until - p.at)) * p.by;
+        worn.cloth.drag(tool);
+        json& log = worn.pulls.back();
+        log["last_cloth_N"] = norm(worn.cloth.tension());
+        log["most_cloth_N"] = std::max(log["most_cloth_N"].get<double>(), norm(worn.cloth.tension()));
+        log["most_body_N"] = std::max(log["most_body_N"].get<double>(), norm(body_force(tool, solids)));
+    }
+}
+
+Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const std::vector<Worn>& worn, double azimuth)
+{
+    std::vector<Layer> layers;
+    for (std::size_t p = 0; p < avatar.parts.size(); ++p) {
+        Layer layer{avatar.parts[p].mesh, {}, 1, {}, false};
+        for (Vec3d& v : layer.mesh.vertices) v = solids[p].pose.rotation * v + solids[p].pose.translation;
+        layer.colours.assign(layer.mesh.triangles.size(), srgb(k_skin));
+        layers.push_back(std::move(layer));
+    }
+    for (std::size_t g = 0; g < worn.size(); ++g) {
+        const auto at = worn[g].cloth.positions();
+        Layer layer{{{at.begin(), at.end()}, {}}, {}, 1, {}, false};
+        for (const auto& t : worn[g].cloth.triangles()) layer.mesh.triangles.push_back(t);
+        layer.colours.assign(layer.mesh.triangles.size(), srgb(k_colours[g % std::size(k_colours)]));
+        layers.push_back(std::move(layer));
+    }
+    View view;
+    view.azimuth = azimuth;
+    view.width = 480;
+    view.height = 640;
+    return render(layers, view);
+}
+
+json report_of(Worn& w, double height, std::span<const sim::Solid> solids, double time)
+{
+    const sim::Penetration deep = sim::penetration(w.cloth.positions(), w.cloth.triangles(), solids, 4);
+    std::vector<double> strain = w.cloth.strain();
+    json map = json::array();
+    for (const double s : strain) map.push_back(std::round(1e4 * s) / 1e4);
+    std::sort(strain.begin(), strain.end());
+    json status = json::array();
+    for (std::uint32_t bit = 1; bit <= sim::k_cloth_bad_step; bit *= 2)
+        if ((w.status & bit) != 0) status.push_back(status_text(bit));
+    json seams = json::object();
+    for (std::size_t s = 0; s < w.cloth.seams(); ++s) seams[w.file.garment.seams[s].name] = w.cloth.gap(s);
+    const bool rests = w.rests_since >= 0;
+    return {{"name", w.file.name},
+            {"fabric", w.file.fabric_name},
+            {"vertices", w.cloth.size()},
+            {"triangles", w.cloth.triangles().size()},
+            {"status", status},
+            {"rest",
+             {{"reached", rests},
+              {"since_s", rests ? json(w.rests_since) : json(nullptr)},
+              {"speed_m_s", w.speed},
+              {"threshold_m_s", k_at_rest}}},
+            {"penetration_at_end",
+             {{"nodes_m", deep.nodes},
+              {"interiors_m", deep.interiors},
+              {"nodes_percent_of_height", 100 * deep.nodes / height},
+              {"interiors_percent_of_height", 100 * deep.interiors / height},
+              {"deepest_interior_at", {deep.interior_at.x, deep.interior_at.y, deep.interior_at.z}}}},
+            {"deepest_node_of_any_frame_m", w.deepest_walking},
+            {"caught_by_sweep", w.caught},
+            {"most_contacts", w.most_contacts},
+            {"energy_J", {{"start", w.start_energy}, {"most", w.most_energy}, {"least", w.least_energy}}},
+            {"strain",
+             {{"median", strain[strain.size() / 2]},
+              {"p99", strain[strain.size() * 99 / 100]},
+              {"largest", strain.back()},
+              {"vertices", map}}},
+            {"seam_gaps_m", seams},
+            {"pulls", w.pulls},
+            {"until_s", time},
+            {"us_per_step",
+             {{"collision", w.collision.summary()},
+              {"points_moved", w.move.summary()},
+              {"query", w.query.summary()},
+              {"response", w.response.summary()},
+              {"threads", w.threads.summary()},
+              {"self_collision", w.self.summary()},
+              {"prediction", w.predict.summary()}}}};
+}
+
+void dress(const Arguments& a)
+{
+    sim::Gait gait;
+    if (!a.walk) gait.lower_at = gait.walk_at = INFINITY;
+    Avatar avatar = a.avatar.empty() ? walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3) : still_avatar(a.avatar);
+    std::vector<query::Pose> poses(avatar.parts.size());
+    avatar.pose(0, poses);
+    std::vector<sim::Solid> solids;
+    for (std::size_t p = 0; p < poses.size(); ++p) solids.push_back({&avatar.parts[p].model, poses[p], poses[p]});
+
+    sim::ClothOptions options;
+    options.layer = a.layer == "exact" ? query::Layer::Exact : (a.layer == "2" ? query::Layer::Two : query::Layer::Three);
+    options.friction = a.paper_friction ? sim::Friction::Paper : sim::Friction::Coulomb;
+    options.iterations = a.iterations;
+    options.sweep_step = 0.5 * a.thinnest;
+    options.self_collision = a.self_collision;
+    std::vector<Worn> worn;
+    for (const std::string& path : a.garments) {
+        GarmentFile file = read_garment(path);
+        sim::Cloth cloth(file.garment, file.fabric, options);
+        if (!file.waist_bone.empty()) {
+            std::uint32_t solid = sim::Cloth::k_world;
+            for (std::uint32_t p = 0; p < avatar.parts.size(); ++p)
+                if (avatar.parts[p].name == file.waist_bone) solid = p;
+            if (solid == sim::Cloth::k_world && file.waist_bone != "world")
+                throw GarmentFileError(path + ": 'waist_bone' " + file.waist_bone + " is no bone of the avatar");
+            cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? query::Pose{} : poses[solid]);
+        }
+        worn.push_back({std::move(file), std::move(cloth), {}, {}, {}, {}, {}, {}, {}, {}});
+    }
+
+    const double dt = 1 / a.rate;
+    const auto steps = static_cast<int>(std::lround(a.seconds * a.rate)),
+               every = std::max(1, static_cast<int>(std::lround(a.rate / a.fps)));
+    std::vector<io::MovingMesh> scene(avatar.parts.size());
+    std::vector<double> times;
+    const auto keep_frame = [&](double time) {
+        times.push_back(time);
+        for (std::size_t p = 0; p < poses.size(); ++p) scene[p].keys.push_back({poses[p].rotation, poses[p].translation});
+        for (Worn& w : worn) {
+            w.shapes.emplace_back(w.cloth.positions().begin(), w.cloth.positions().end());
+            w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids, 1).nodes);
+        }
+        if (!a.pictures.empty()) {
+            char name[32];
+            std::snprintf(name, sizeof name, "%04zu.png", times.size() - 1);
+            write_png(std::filesystem::path(a.pictures) / name, picture(avatar, solids, worn, a.azimuth));
+        }
+    };
+    keep_frame(0);
+    for (int step = 1; step <= steps; ++step) {
+        const double time = step * dt;
+        avatar.pose(time, poses);
+        for (std::size_t p = 0; p < poses.size(); ++p) {
+            solids[p].previous = solids[p].pose;
+            solids[p].pose = poses[p];
+        }
+        for (Worn& w : worn) {
+            handle_events(w, time, dt, solids);
+            const sim::StepReport r = w.cloth.step(dt, solids);
+            w.status |= r.status;
+            w.caught += r.caught;
+            w.most_contacts = std::max(w.most_contacts, r.contacts);
+            w.speed = r.fastest;
+            if (r.fastest > k_at_rest)
+                w.rests_since = -1;
+            else if (w.rests_since < 0)
+                w.rests_since = time;
+            const double energy = r.kinetic + r.potential;
+            if (std::isnan(w.start_energy)) w.start_energy = energy;
+            w.most_energy = std::max(w.most_energy, energy);
+            w.least_energy = std::min(w.least_energy, energy);
+            const auto& s = r.seconds;
+            for (const auto& [stage, seconds] : {std::pair{&w.predict, s.predict},
+                                                 {&w.move, s.move},
+                                                 {&w.query, s.query},
+                                                 {&w.response, s.response},
+                                                 {&w.threads, s.threads},
+                                                 {&w.self, s.self},
+                                                 {&w.collision, s.move + s.query}})
+                stage->us.push_back(1e6 * seconds);
+        }
+        if (step % every == 0 || step == steps) keep_frame(time);
+    }
+
+    for (std::size_t p = 0; p < avatar.parts.size(); ++p) {
+        const Rgb c = srgb(k_skin);
+        scene[p].name = avatar.parts[p].name;
+        scene[p].positions = avatar.parts[p].mesh.vertices;
+        scene[p].triangles = avatar.parts[p].mesh.triangles;
+        scene[p].colour = {c.r, c.g, c.b};
+        scene[p].times = times;
+        if (a.walker <= 0) scene[p].times.clear(), scene[p].keys.clear();
+    }
+    for (std::size_t g = 0; g < worn.size(); ++g) {
+        const Rgb c = srgb(k_colours[g % std::size(k_colours)]);
+        io::MovingMesh mesh;
+        mesh.name = worn[g].file.name;
+        mesh.positions = worn[g].shapes.front();
+        mesh.triangles.assign(worn[g].cloth.triangles().begin(), worn[g].cloth.triangles().end());
+        mesh.colour = {c.r, c.g, c.b};
+        mesh.two_sided = true;
+        mesh.times = times;
+        mesh.shapes = std::move(worn[g].shapes);
+        scene.push_back(std::move(mesh));
+    }
+    io::write_glb(a.output, scene);
+
+    json report{{"avatar", a.avatar.empty() ? "capsule human" : a.avatar},
+                {"height_m", avatar.height},
+                {"steps_per_second", a.rate},
+                {"layer", a.layer}};
+    for (Worn& w : worn) {
+        json garment = report_of(w, avatar.height, solids, steps * dt);
+        std::printf("%s: %zu vertices, %s; %s; deepest node %.2f mm (%.3f %% of height), inside triangles %.2f mm (%.3f %%)\n",
+                    w.file.name.c_str(), w.cloth.size(), w.file.fabric_name.c_str(), w.rests_since >= 0 ? "at rest" : "in motion",
+                    1e3 * garment["penetration_at_end"]["nodes_m"].get<double>(),
+                    garment["penetration_at_end"]["nodes_percent_of_height"].get<double>(),
+                    1e3 * garment["penetration_at_end"]["interiors_m"].get<double>(),
+                    garment["penetration_at_end"]["interiors_percent_of_height"].get<double>());
+        std::printf(
+            "  a step, us of CPU time: collision %.0f (points %.0f, query %.0f), response %.0f, threads %.0f, prediction %.0f\n",
+            garment["us_per_step"]["collision"]["mean"].get<double>(),
+            garment["us_per_step"]["points_moved"]["mean"].get<double>(), garment["us_per_step"]["query"]["mean"].get<double>(),
+            garment["us_per_step"]["response"]["mean"].get<double>(), garment["us_per_step"]["threads"]["mean"].get<double>(),
+            garment["us_per_step"]["prediction"]["mean"].get<double>());
+        for (const json& s : garment["status"]) std::printf("  %s\n", s.get<std::string>().c_str());
+        report["garments"].push_back(std::move(garment));
+    }
+    if (!a.report.empty()) {
+        const std::string text = report.dump(1) + "\n";
+        io::replace_file(a.report, std::as_bytes(std::span(text)));
+    }
+}
+
+}  // namespace
+
+void add_dress(CLI::App& app, int& exit_code)
+{
+    const auto a = std::make_shared<Arguments>();
+    CLI::App* command =
+        app.add_subcommand("dress", "Dress an avatar: cloth on a model, or on a figure that walks; animation as glTF");
+    auto* avatar = command->add_option("--avatar", a->avatar, "Model (.sqmap) of a solid in metres, y up; it stands still")
+                       ->check(CLI::ExistingFile);
+    auto* walker = command->add_option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres")
+                       ->check(CLI::Range(0.2, 5.0));
+    avatar->excludes(walker);
+    command
+        ->add_flag("--walk", a->walk,
+                   "The figure lowers its arms after 1 s and walks from 2 s on; otherwise it stands, arms stretched")
+        ->needs(walker);
+    command->add_option("--garment", a->garments, "Garment (.json); several are worn, but do not feel each other")
+        ->required()
+        ->check(CLI::ExistingFile);
+    command->add_option("-o,--output", a->output, "Animation to write (.glb)")->required();
+    command->add_option("--report", a->report, "Write penetration, strain and time by stage, as JSON");
+    command->add_option("--pictures", a->pictures, "Folder for a picture of each frame")->check(CLI::ExistingDirectory);
+    command->add_option("--azimuth", a->azimuth, "Of the pictures, degrees; 0: from the front")->capture_default_str();
+    command->add_option("--seconds", a->seconds, "Time to simulate")->check(CLI::Range(0.01, 600.0))->capture_default_str();
+    command->add_option("--rate", a->rate, "Steps a second")->check(CLI::Range(10.0, 10000.0))->capture_default_str();
+    command->add_option("--fps", a->fps, "Frames a second that are written")
+        ->check(CLI::Range(0.1, 240.0))
+        ->capture_default_str();
+    command
+        ->add_option("--thinnest", a->thinnest, "Parts of the avatar at least this thick, in metres, are not tunnelled through")
+        ->check(CLI::Range(0.001, 1.0))
+        ->capture_default_str();
+    command->add_option("--iterations", a->iterations, "Of the threads' solver")
+        ->check(CLI::Range(1, 200))
+        ->capture_default_str();
+    command->add_option("--layer", a->layer, "Of the contacts: 2, 3 or exact")
+        ->check(CLI::IsMember({"2", "3", "exact"}))
+        ->capture_default_str();
+    command->add_flag("--paper-friction", a->paper_friction, "Friction of eq. 33 instead of Coulomb's");
+    command->add_flag("--self-collision", a->self_collision, "Cloth feels itself (slow)");
+    command->footer("Exit code: 0 done, 2 bad model or garment, or a file not written, 64 wrong usage, 70 internal error.");
+    command->callback([a, &exit_code] {
+        if (a->avatar.empty() && a->walker <= 0) throw CLI::ValidationError("dress", "give --avatar or --figure");
+        exit_code = 2;
+        try {
+            dress(*a);
+            exit_code = 0;
+        } catch (const GarmentFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const ImageError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        }
+    });
+}
+
+}  // namespace sqmap::app

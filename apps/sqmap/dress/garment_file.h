@@ -1,0 +1,44 @@
+// What is worn: a garment's pattern, fabric and what is done to it, from JSON.
+#pragma once
+
+#include "sqmap/sim/garment.h"
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace sqmap::app {
+
+/// A garment file that does not say what it should; what() names the file, the key and the cure.
+class GarmentFileError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+struct SeamEvent {
+    std::string seam;
+    double at = 0;  ///< s
+    bool sew = false;
+};
+
+/// A tool that takes the vertex nearest to a place and moves it.
+struct Pull {
+    double at = 0, until = 0;  ///< s
+    Vec3d near{}, by{};        ///< m; by: in all, at a steady rate
+    double radius = 0.02;
+};
+
+struct GarmentFile {
+    std::string name, fabric_name;
+    sim::Garment garment;
+    sim::Fabric fabric;
+    std::string waist_bone;  ///< that the waistband rides; empty: none
+    std::vector<SeamEvent> seam_events;
+    std::vector<Pull> pulls;
+};
+
+/// @throw GarmentFileError
+[[nodiscard]] GarmentFile read_garment(const std::filesystem::path& path);
+
+}  // namespace sqmap::app

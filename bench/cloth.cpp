@@ -1,0 +1,356 @@
+// Fig. 11b: cloth against an avatar. Garments settle and walk once; then every method answers the very same frames in one run:
+// sqmap's layers on points that are moved and refitted, FCL's OBB tree with its tree of the cloth refitted, dense distance
+// fields. usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...     models: solids in metres, y up; a blanket falls on each
+#include "sqmap/sim/cloth.h"
+#include "clock.h"
+#include "distance_grid.h"
+#include "sqmap/bake/bake.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/read.h"
+#include "sqmap/io/replace_file.h"
+#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/query/pair.h"
+#include "sqmap/sim/walker.h"
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/narrowphase/collision.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace sqmap;
+
+constexpr double k_dt = 1.0 / 240;
+constexpr double k_target_error = 0.2;    ///< of the models, percent of R_max
+constexpr std::uint32_t k_samples = 128;  ///< of a dense field along each axis; 64 for each of many bones
+
+struct Part {
+    mesh::Mesh mesh;
+    std::vector<std::byte> bytes;
+    model::ModelView model;
+    bench::DistanceGrid grid;
+    std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree;
+};
+
+/// What all methods are asked.
+struct Frame {
+    std::vector<Vec3d> nodes;
+    std::vector<query::Pose> poses;
+};
+
+struct Case {
+    std::string name;
+    std::vector<Frame> frames;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<double> cloth_us;  ///< of sim::Cloth itself: points and query
+    double height = 0;
+    sim::Penetration deep;
+    double fastest = 0;
+};
+
+std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree_of(std::span<const Vec3d> vertices,
+                                                         std::span<const std::array<std::uint32_t, 3>> triangles)
+{
+    auto tree = std::make_shared<fcl::BVHModel<fcl::OBB<double>>>();
+    std::vector<fcl::Vector3d> points;
+    for (const Vec3d& v : vertices) points.emplace_back(v.x, v.y, v.z);
+    std::vector<fcl::Triangle> faces;
+    for (const auto& t : triangles) faces.emplace_back(t[0], t[1], t[2]);
+    tree->beginModel(static_cast<int>(faces.size()), static_cast<int>(points.size()));
+    tree->addSubModel(points, faces);
+    tree->endModel();
+    return tree;
+}
+
+void fill(Part& part, std::uint32_t samples)
+{
+    bake::BakeOptions options;
+    options.target_error = k_target_error;
+    part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
+    if (model::parse(part.bytes, part.model) != model::ParseStatus::Ok) std::abort();
+    part.tree = tree_of(part.mesh.vertices, part.mesh.triangles);
+    const mesh::Solid solid(part.mesh);
+    bench::DistanceGrid& g = part.grid;
+    g.samples = samples;
+    Vec3d lo = part.mesh.vertices.front(), hi = lo;
+    for (const Vec3d& v : part.mesh.vertices)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], v[k]);
+            hi[k] = std::max(hi[k], v[k]);
+        }
+    g.spacing = (hi - lo) / static_cast<double>(samples - 4);
+    g.lo = lo - 1.5 * g.spacing;
+    g.values.resize(std::size_t{samples} * samples * samples);
+    for (std::uint32_t k = 0; k < samples; ++k)
+        for (std::uint32_t j = 0; j < samples; ++j)
+            for (std::uint32_t i = 0; i < samples; ++i)
+                g.values[g.index(i, j, k)] = static_cast<float>(
+                    bench::signed_distance(solid, g.lo + Vec3d{i * g.spacing.x, j * g.spacing.y, k * g.spacing.z}));
+}
+
+/// Depth and normal by trilinear interpolation, for every node. Returns the contacts.
+std::size_t ask_field(const bench::DistanceGrid& g, const query::Pose& pose, std::span<const Vec3d> nodes,
+                      std::vector<query::FrameContact>& out)
+{
+    Mat3f to_cells;
+    Vec3f origin;
+    for (int i = 0; i < 3; ++i) {
+        to_cells.row[i] = cast<float>(pose.rotation.row[i] / g.spacing[i]);
+        origin[i] = static_cast<float>((pose.translation[i] - g.lo[i]) / g.spacing[i]);
+    }
+    const std::size_t dy = g.samples, dz = dy * dy;
+    const auto last = static_cast<float>(g.samples - 1);
+    std::size_t count = 0;
+    for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+        const Vec3f p = to_cells * cast<float>(nodes[n]) + origin;
+        if (!(p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < last && p.y < last && p.z < last)) continue;
+        const auto cx = static_cast<std::uint32_t>(p.x), cy = static_cast<std::uint32_t>(p.y),
+                   cz = static_cast<std::uint32_t>(p.z);
+        const float fx = p.x - static_cast<float>(cx), fy = p.y - static_cast<float>(cy), fz = p.z - static_cast<float>(cz);
+        const float* v = &g.values[g.index(cx, cy, cz)];
+        const auto row = [fx](const float* r) { return r[0] + fx * (r[1] - r[0]); };
+        const float a = row(v), b = row(v + dy), c = row(v + dz), d = row(v + dz + dy);
+        const float near = a + fy * (b - a), far = c + fy * (d - c), distance = near + fz * (far - near);
+        if (!(distance < 0)) continue;
+        const auto slope = [&](const float* r) { return r[1] - r[0]; };
+        const float sx =
+            (1 - fz) * ((1 - fy) * slope(v) + fy * slope(v + dy)) + fz * ((1 - fy) * slope(v + dz) + fy * slope(v + dz + dy));
+        const Vec3f gradient{sx / static_cast<float>(g.spacing.x),
+                             ((1 - fz) * (b - a) + fz * (d - c)) / static_cast<float>(g.spacing.y),
+                             (far - near) / static_cast<float>(g.spacing.z)};
+        query::FrameContact& contact = out[count++];
+        contact.index = n;
+        contact.depth = -distance;
+        contact.normal = normalized(gradient);
+    }
+    return count;
+}
+
+double median(std::vector<double> v)
+{
+    if (v.empty()) return NAN;
+    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+    return v[v.size() / 2];
+}
+
+template <class Run>
+nlohmann::json timed(const bench::FrameClock& clock, const Case& c, Run&& run)
+{
+    std::vector<double> us;
+    double found = 0;
+    for (const Frame& f : c.frames) found += static_cast<double>(run(f));  // warm
+    for (const Frame& f : c.frames) {
+        const auto mark = bench::FrameClock::start();
+        (void)run(f);
+        us.push_back(clock.stop_us(mark));
+    }
+    std::vector<double> sorted = us;
+    std::sort(sorted.begin(), sorted.end());
+    return {{"us_median", median(us)},
+            {"us_p99", sorted[sorted.size() * 99 / 100]},
+            {"found", found / static_cast<double>(c.frames.size())}};
+}
+
+nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vector<Part>& parts)
+{
+    nlohmann::json rows = nlohmann::json::object();
+    query::Probe probe(c.frames.front().nodes);
+    std::vector<query::FrameContact> found(c.frames.front().nodes.size());
+    rows["sqmap, points moved and refitted"] = timed(clock, c, [&](const Frame& f) {
+        probe.move(f.nodes);
+        return std::size_t{0};
+    });
+    for (const auto& [name, layer] : {std::pair{"sqmap, layer 1", query::Layer::One},
+                                      {"sqmap, layer 2", query::Layer::Two},
+                                      {"sqmap, layer 3", query::Layer::Three},
+                                      {"sqmap, exact layer", query::Layer::Exact}}) {
+        query::FrameOptions options;
+        options.layer = layer;
+        rows[name] = timed(clock, c, [&](const Frame& f) {
+            probe.move(f.nodes);
+            std::size_t contacts = 0;
+            for (std::size_t p = 0; p < parts.size(); ++p) {
+                query::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
+                if (!probe.reaches(sphere)) continue;
+                contacts += query::query_frame(parts[p].model, probe, query::inverse(f.poses[p]), options, found).contacts;
+            }
+            return contacts;
+        });
+    }
+    rows["dense field"] = timed(clock, c, [&](const Frame& f) {
+        std::size_t contacts = 0;
+        for (std::size_t p = 0; p < parts.size(); ++p)
+            contacts += ask_field(parts[p].grid, query::inverse(f.poses[p]), f.nodes, found);
+        return contacts;
+    });
+    const auto cloth = tree_of(c.frames.front().nodes, c.triangles);
+    std::vector<fcl::Vector3d> points(c.frames.front().nodes.size());
+    const auto refit = [&](const Frame& f) {
+        for (std::size_t i = 0; i < points.size(); ++i) points[i] = {f.nodes[i].x, f.nodes[i].y, f.nodes[i].z};
+        cloth->beginReplaceModel();
+        cloth->replaceSubModel(points);
+        cloth->endReplaceModel(/*refit=*/true, /*bottomup=*/true);
+    };
+    rows["OBB tree, refit alone"] = timed(clock, c, [&](const Frame& f) {
+        refit(f);
+        return std::size_t{0};
+    });
+    for (const bool all : {true, false}) {
+        const fcl::CollisionRequestd request(all ? std::numeric_limits<int>::max() : 1, false);
+        rows[all ? "OBB tree with refit, all pairs" : "OBB tree with refit, first pair"] = timed(clock, c, [&](const Frame& f) {
+            refit(f);
+            std::size_t pairs = 0;
+            for (std::size_t p = 0; p < parts.size(); ++p) {
+                fcl::Transform3d at = fcl::Transform3d::Identity();
+                for (int i = 0; i < 3; ++i) {
+                    for (int j = 0; j < 3; ++j) at.linear()(i, j) = f.poses[p].rotation.row[i][j];
+                    at.translation()[i] = f.poses[p].translation[i];
+                }
+                fcl::CollisionResultd result;
+                fcl::collide(parts[p].tree.get(), at, cloth.get(), fcl::Transform3d::Identity(), request, result);
+                pairs += result.numContacts();
+            }
+            return pairs;
+        });
+    }
+    return rows;
+}
+
+/// Steps a cloth; keeps frames from the time `from`, every `every` steps.
+Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
+            const std::function<void(double, std::span<query::Pose>)>& pose, double& time, double until, double from, int every)
+{
+    Case c{std::move(name), {}, {cloth.triangles().begin(), cloth.triangles().end()}, {}, 0, {}, 0};
+    std::vector<query::Pose> poses(parts.size());
+    pose(time, poses);
+    std::vector<sim::Solid> solids;
+    for (std::size_t p = 0; p < parts.size(); ++p) solids.push_back({&parts[p].model, poses[p], poses[p]});
+    for (int step = 0; time < until; ++step) {
+        time += k_dt;
+        pose(time, poses);
+        for (std::size_t p = 0; p < parts.size(); ++p) {
+            solids[p].previous = solids[p].pose;
+            solids[p].pose = poses[p];
+        }
+        const sim::StepReport r = cloth.step(k_dt, solids);
+        if (time < from) continue;
+        c.fastest = r.fastest;
+        c.cloth_us.push_back(1e6 * (r.seconds.move + r.seconds.query));
+        // The places that the cloth asks about: where it lies on a body they are in it.
+        if (step % every == 0) c.frames.push_back({{cloth.asked().begin(), cloth.asked().end()}, poses});
+    }
+    c.deep = sim::penetration(cloth.positions(), cloth.triangles(), solids, 4);
+    return c;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    if (argc < 3) {
+        std::fprintf(stderr, "usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...\n");
+        return 64;
+    }
+    const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[2]));
+    const bench::FrameClock clock;
+    nlohmann::json out{{"vertices", vertices}, {"target_error_percent", k_target_error}, {"cases", nlohmann::json::array()}};
+    const auto report = [&](const Case& c, std::vector<Part>& parts) {
+        nlohmann::json row{{"name", c.name},
+                           {"vertices", c.frames.front().nodes.size()},
+                           {"frames", c.frames.size()},
+                           {"height_m", c.height},
+                           {"methods", compare(clock, c, parts)}};
+        std::vector<double> us = c.cloth_us;
+        row["cloth_step_us_median"] = median(us);
+        row["nodes_percent"] = 100 * c.deep.nodes / c.height;
+        row["interiors_percent"] = 100 * c.deep.interiors / c.height;
+        row["fastest_m_s"] = c.fastest;
+        std::printf(
+            "%s: %zu vertices; cloth's own collision %.0f us a step; nodes %.3f %%, interiors %.3f %% of the height; %.3f m/s at "
+            "the end\n",
+            c.name.c_str(), c.frames.front().nodes.size(), median(us), 100 * c.deep.nodes / c.height,
+            100 * c.deep.interiors / c.height, c.fastest);
+        for (const auto& [method, m] : row["methods"].items())
+            std::printf("  %-34s %9.1f us  (p99 %.1f)  finds %.0f\n", method.c_str(), m["us_median"].get<double>(),
+                        m["us_p99"].get<double>(), m["found"].get<double>());
+        std::fflush(stdout);
+        out["cases"].push_back(std::move(row));
+    };
+
+    {
+        const std::vector<sim::Bone> bones = sim::capsule_human(1.75);
+        std::vector<Part> parts(bones.size());
+        for (std::size_t b = 0; b < bones.size(); ++b) {
+            mesh::CapsuleSolid solid;
+            solid.blend = 0.003;
+            for (const sim::BoneCapsule& f : bones[b].flesh) solid.capsules.push_back({f.a, f.b, f.radius_a, f.radius_b});
+            parts[b].mesh = mesh::polygonized(solid, 0.022);
+            fill(parts[b], k_samples / 2);
+        }
+        const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
+        const auto pose = [&](double time, std::span<query::Pose> poses) { sim::walk(bones, gait, time, poses); };
+        std::vector<query::Pose> rest(bones.size());
+        pose(0, rest);
+        sim::ClothOptions options;
+        options.sweep_step = 0.02;
+        for (const bool is_shirt : {false, true}) {
+            const sim::Garment garment = is_shirt ? sim::shirt({.collar = {0, 1.53, 0},
+                                                                .chest = 0.52,
+                                                                .length = 0.62,
+                                                                .span = 1.0,
+                                                                .sleeve = 0.24,
+                                                                .neck = 0.24,
+                                                                .gap = 0.14,
+                                                                .vertices = vertices})
+                                                  : sim::skirt({{0, 1.08, 0}, 0.155, 0.5, vertices});
+            sim::Cloth cloth(garment, sim::fabric("cotton"), options);
+            if (!is_shirt) cloth.pin(garment.waist, 0, rest[0]);
+            const std::string name = is_shirt ? "shirt" : "skirt";
+            double time = 0;
+            for (const bool walks : {false, true}) {
+                Case c = played(name + (walks ? " on the figure, walking" : " on the figure, standing"), cloth, parts, pose, time,
+                                walks ? 6.0 : 4.0, walks ? 5.0 : 3.75, walks ? 4 : 1);
+                c.height = 1.75;
+                report(c, parts);
+            }
+        }
+    }
+    for (int a = 3; a < argc; ++a) {
+        const io::ReadResult read = io::read_mesh_file(argv[a]);
+        const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
+        if (read.error || gate.verdict == mesh::Verdict::Refused || !gate.solid) {
+            std::fprintf(stderr, "%s: no closed mesh\n", argv[a]);
+            return 2;
+        }
+        std::vector<Part> parts(1);
+        parts[0].mesh = gate.mesh;
+        fill(parts[0], k_samples);
+        Vec3d lo = gate.facts.box_min, hi = gate.facts.box_max;
+        const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
+        sim::Cloth cloth(
+            sim::sheet({{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)}, side, side, 0, 0, vertices}),
+            sim::fabric("wool"), {});
+        double time = 0;
+        const auto pose = [](double, std::span<query::Pose> poses) { std::fill(poses.begin(), poses.end(), query::Pose{}); };
+        Case falling = played(std::string("blanket on ") + argv[a] + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
+        falling.height = height;
+        report(falling, parts);
+        Case still = played(std::string("blanket on ") + argv[a] + ", at rest", cloth, parts, pose, time, 4.0, 3.75, 1);
+        still.height = height;
+        report(still, parts);
+    }
+    const std::string text = out.dump(1) + "\n";
+    io::replace_file(argv[1], std::as_bytes(std::span(text)));
+}

@@ -1,0 +1,120 @@
+// Cloth on bodies: Bullet's soft body carries the threads, sqmap the contacts.
+#pragma once
+
+#include "sqmap/query/swept.h"
+#include "sqmap/sim/garment.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sqmap::sim {
+
+/// A solid that cloth lies on: a model and where it is, at the step's beginning and end. x_world = pose x_mesh, m.
+struct Solid {
+    const model::ModelView* model = nullptr;
+    query::Pose previous{}, pose{};
+};
+
+enum class Friction : std::uint8_t {
+    Coulomb,  ///< at most friction times the normal force
+    Paper,    ///< eq. 33: friction (1 + k_f depth) newtons against the motion, whatever the normal force
+};
+
+struct ClothOptions {
+    Vec3d gravity{0, -9.81, 0};
+    query::Layer layer = query::Layer::Three;
+    Friction friction = Friction::Coulomb;
+    double paper_friction = 0.002;  ///< f_c of eq. 33, N a node
+    double paper_stiffness = 100;   ///< k_f of eq. 33 with depth in m, 1 / m
+    int iterations = 12;            ///< of the threads' solver, each followed by the contacts
+    double most_speed = 10;         ///< m / s: faster nodes are slowed to it, k_cloth_slowed
+    double sweep_step = 0.01;       ///< m: solids twice as thick are not tunnelled through
+    bool self_collision = false;    ///< Bullet's trees of nodes and faces, thickness apart
+};
+
+enum ClothStatus : std::uint32_t {
+    k_cloth_ok = 0,
+    k_cloth_not_finite = 1,    ///< a node was NaN or infinite: the cloth was put back to the step before, at rest
+    k_cloth_slowed = 2,        ///< a node was faster than most_speed
+    k_cloth_full = 4,          ///< more contacts than there is room for
+    k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
+    k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive: nothing was done
+};
+
+/// Seconds of CPU time.
+struct StepTime {
+    double predict = 0;   ///< Bullet: forces, integration, its trees
+    double move = 0;      ///< sqmap: the probe's points posed and its clusters refitted
+    double query = 0;     ///< sqmap: contacts of all solids
+    double response = 0;  ///< contacts' share of the iterations
+    double threads = 0;   ///< Bullet: links
+    double self = 0;      ///< Bullet: the cloth against itself
+};
+
+struct StepReport {
+    std::uint32_t status = k_cloth_ok;
+    std::size_t contacts = 0;           ///< nodes with one or more
+    std::size_t caught = 0;             ///< of which the sweep alone saw
+    double deepest = 0;                 ///< m below the surface, of nodes at the end of the step; by the planes of their contacts
+    double fastest = 0;                 ///< m / s
+    double kinetic = 0, potential = 0;  ///< J; potential: of gravity
+    StepTime seconds;
+};
+
+/// Seams that are sewn at first are drawn together over half a second, in which the cloth has no weight.
+/// Not copyable, movable. Set-up allocates and may throw; a step allocates only where self_collision is on.
+class Cloth {
+public:
+    /// @throw std::invalid_argument for a garment with indices out of range, without a triangle, or with places not finite
+    Cloth(const Garment& garment, const Fabric& fabric, const ClothOptions& options = {});
+    ~Cloth();
+    Cloth(Cloth&&) noexcept;
+    Cloth& operator=(Cloth&&) noexcept;
+
+    /// One step of dt seconds. Pinned nodes ride their solids. Never throws.
+    StepReport step(double dt, std::span<const Solid> solids) noexcept;
+
+    [[nodiscard]] std::size_t size() const noexcept;
+    [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept;
+    [[nodiscard]] std::span<const Vec3d> positions() const noexcept;   ///< world, m
+    [[nodiscard]] std::span<const Vec3d> velocities() const noexcept;  ///< m / s
+    /// Where the last step asked the solids about each node: a little more than the thickness below it where it touches.
+    [[nodiscard]] std::span<const Vec3d> asked() const noexcept;
+    /// Of each vertex: the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
+    [[nodiscard]] std::vector<double> strain() const;
+
+    /// Nodes keep their place relative to a solid (its number at step), as they are now; k_world: where they are.
+    static constexpr std::uint32_t k_world = 0xffffffffu;
+    void pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const query::Pose& pose);
+    void unpin(std::span<const std::uint32_t> nodes);
+
+    [[nodiscard]] std::size_t seams() const noexcept;
+    void cut(std::size_t seam);  ///< @pre seam < seams(); so below
+    void sew(std::size_t seam);  ///< threads draw the edges together over half a second
+    /// Largest distance of a pair of the seam, m.
+    [[nodiscard]] double gap(std::size_t seam) const;
+
+    /// Holds a node and what is within radius of it at a place relative to a tool; tension is what it feels.
+    void grasp(std::uint32_t node, double radius, Vec3d tool);
+    void drag(Vec3d tool) noexcept;
+    void release();
+    [[nodiscard]] Vec3d tension() const noexcept;  ///< N, on the tool, of the threads that leave what is held
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Deepest places of cloth in solids, asked of the models point by point: nodes, and samples within triangles (a grid of
+/// barycentric coordinates with the given steps an edge, corners left out). m; zero where nothing is inside. Of a union of
+/// solids the deepest solid counts, which bounds the depth in the union from below.
+struct Penetration {
+    double nodes = 0, interiors = 0;
+    Vec3d node_at{}, interior_at{};  ///< where, world
+};
+[[nodiscard]] Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array<std::uint32_t, 3>> triangles,
+                                      std::span<const Solid> solids, int steps, query::Layer layer = query::Layer::Exact);
+
+}  // namespace sqmap::sim

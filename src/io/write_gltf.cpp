@@ -1,0 +1,263 @@
+#include "sqmap/io/write_gltf.h"
+
+#include "sqmap/io/replace_file.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+namespace sqmap::io {
+namespace {
+
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "glTF buffers are little-endian");
+
+constexpr std::uint32_t k_float = 5126, k_uint = 5125;
+constexpr std::uint32_t k_vertices = 34962, k_indices = 34963;
+
+void need(bool holds, const MovingMesh& mesh, const char* what)
+{
+    if (!holds) throw std::invalid_argument("mesh '" + mesh.name + "': " + what);
+}
+
+bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+void check(const MovingMesh& m)
+{
+    need(!m.positions.empty() && !m.triangles.empty(), m, "it is empty");
+    for (const auto& t : m.triangles)
+        for (const std::uint32_t v : t) need(v < m.positions.size(), m, "a triangle names a vertex that is not there");
+    need(m.keys.empty() || m.keys.size() == m.times.size(), m, "not one key a time");
+    need(m.shapes.empty() || m.shapes.size() == m.times.size(), m, "not one shape a time");
+    need(std::is_sorted(m.times.begin(), m.times.end(), [](double a, double b) { return a <= b; }), m, "times do not ascend");
+    for (const double t : m.times) need(std::isfinite(t) && t >= 0, m, "a time is negative or not finite");
+    for (const Vec3d& p : m.positions) need(finite(p), m, "a place is not finite");
+    for (const auto& shape : m.shapes) {
+        need(shape.size() == m.positions.size(), m, "a shape has another number of places");
+        for (const Vec3d& p : shape) need(finite(p), m, "a place is not finite");
+    }
+}
+
+/// Mean of the triangles' normals by area; +z where there is none.
+std::vector<Vec3d> normals_of(std::span<const Vec3d> p, std::span<const std::array<std::uint32_t, 3>> triangles)
+{
+    std::vector<Vec3d> out(p.size());
+    for (const auto& t : triangles) {
+        const Vec3d n = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+        for (const std::uint32_t v : t) out[v] += n;
+    }
+    for (Vec3d& n : out) n = norm(n) > 1e-30 ? normalized(n) : Vec3d{0, 0, 1};
+    return out;
+}
+
+/// Unit quaternion (x, y, z, w) of a rotation (Shepperd 1978).
+std::array<double, 4> quaternion_of(const Mat3d& m)
+{
+    const double d[4] = {m.row[0].x, m.row[1].y, m.row[2].z, m.row[0].x + m.row[1].y + m.row[2].z};
+    const int k = static_cast<int>(std::max_element(d, d + 4) - d);
+    std::array<double, 4> q{};
+    if (k == 3) {
+        q = {m.row[2].y - m.row[1].z, m.row[0].z - m.row[2].x, m.row[1].x - m.row[0].y, 1 + d[3]};
+    } else {
+        const int i = k, j = (k + 1) % 3, l = (k + 2) % 3;
+        q[static_cast<std::size_t>(i)] = 1 + 2 * d[k] - d[3];
+        q[static_cast<std::size_t>(j)] = m.row[i][j] + m.row[j][i];
+        q[static_cast<std::size_t>(l)] = m.row[i][l] + m.row[l][i];
+        q[3] = m.row[l][j] - m.row[j][l];
+    }
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double& v : q) v /= length;
+    return q;
+}
+
+class Writer {
+public:
+    explicit Writer(std::span<const MovingMesh> meshes)
+    {
+        root_["asset"] = {{"version", "2.0"}, {"generator", "sqmap"}};
+        root_["scene"] = 0;
+        json channels = json::array(), samplers = json::array();
+        for (const MovingMesh& m : meshes) add(m, channels, samplers);
+        json nodes = json::array();
+        for (std::size_t i = 0; i < meshes.size(); ++i) nodes.push_back(i);
+        root_["scenes"] = json::array({{{"nodes", nodes}}});
+        if (!channels.empty())
+            root_["animations"] = json::array({{{"name", "motion"}, {"channels", channels}, {"samplers", samplers}}});
+        root_["buffers"] = json::array({{{"byteLength", binary_.size()}}});
+    }
+
+    [[nodiscard]] std::vector<std::byte> bytes() const
+    {
+        std::string text = root_.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        std::vector<std::byte> out;
+        const auto word = [&](std::uint64_t value) {
+            if (value > 0xffffffffu)
+                throw std::invalid_argument("the animation is larger than a GLB file can be: use fewer frames");
+            const auto v = static_cast<std::uint32_t>(value);
+            const auto* p = reinterpret_cast<const std::byte*>(&v);
+            out.insert(out.end(), p, p + 4);
+        };
+        word(0x46546C67);
+        word(2);
+        word(12 + 8 + text.size() + 8 + binary_.size());
+        word(text.size());
+        word(0x4E4F534A);
+        const auto* p = reinterpret_cast<const std::byte*>(text.data());
+        out.insert(out.end(), p, p + text.size());
+        word(binary_.size());
+        word(0x004E4942);
+        out.insert(out.end(), binary_.begin(), binary_.end());
+        return out;
+    }
+
+private:
+    template <class T>
+    std::size_t add_view(std::span<const T> values, std::uint32_t target)
+    {
+        const std::size_t offset = binary_.size();
+        const auto bytes = std::as_bytes(values);
+        binary_.insert(binary_.end(), bytes.begin(), bytes.end());
+        binary_.resize((binary_.size() + 3) / 4 * 4);
+        json view{{"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes.size()}};
+        if (target != 0) view["target"] = target;
+        root_["bufferViews"].push_back(view);
+        return root_["bufferViews"].size() - 1;
+    }
+
+    std::size_t add_accessor(json accessor)
+    {
+        root_["accessors"].push_back(std::move(accessor));
+        return root_["accessors"].size() - 1;
+    }
+
+    std::size_t add_vectors(std::span<const Vec3d> values, bool with_bounds, std::uint32_t target)
+    {
+        std::vector<float> flat;
+        flat.reserve(3 * values.size());
+        float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+        for (const Vec3d& v : values)
+            for (int k = 0; k < 3; ++k) {
+                const auto f = static_cast<float>(v[k]);
+                flat.push_back(f);
+                lo[k] = std::min(lo[k], f);
+                hi[k] = std::max(hi[k], f);
+            }
+        json a{{"bufferView", add_view<float>(flat, target)},
+               {"componentType", k_float},
+               {"count", values.size()},
+               {"type", "VEC3"}};
+        if (with_bounds) {
+            a["min"] = {lo[0], lo[1], lo[2]};
+            a["max"] = {hi[0], hi[1], hi[2]};
+        }
+        return add_accessor(std::move(a));
+    }
+
+    std::size_t add_floats(std::span<const float> values, const char* type, std::size_t width, bool with_bounds)
+    {
+        json a{{"bufferView", add_view<float>(values, 0)},
+               {"componentType", k_float},
+               {"count", values.size() / width},
+               {"type", type}};
+        if (with_bounds) {
+            a["min"] = {*std::min_element(values.begin(), values.end())};
+            a["max"] = {*std::max_element(values.begin(), values.end())};
+        }
+        return add_accessor(std::move(a));
+    }
+
+    void add(const MovingMesh& m, json& channels, json& samplers)
+    {
+        check(m);
+        const std::span<const Vec3d> base = m.shapes.empty() ? std::span<const Vec3d>(m.positions) : m.shapes.front();
+        const std::vector<Vec3d> normals = normals_of(base, m.triangles);
+        std::vector<std::uint32_t> indices;
+        for (const auto& t : m.triangles) indices.insert(indices.end(), t.begin(), t.end());
+        const std::size_t index = add_accessor({{"bufferView", add_view<std::uint32_t>(indices, k_indices)},
+                                                {"componentType", k_uint},
+                                                {"count", indices.size()},
+                                                {"type", "SCALAR"}});
+        root_["materials"].push_back(
+            {{"name", m.name},
+             {"pbrMetallicRoughness",
+              {{"baseColorFactor", {m.colour[0], m.colour[1], m.colour[2], 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}}},
+             {"doubleSided", m.two_sided}});
+        json primitive{{"attributes",
+                        {{"POSITION", add_vectors(base, true, k_vertices)}, {"NORMAL", add_vectors(normals, false, k_vertices)}}},
+                       {"indices", index},
+                       {"material", root_["materials"].size() - 1}};
+        json mesh{{"name", m.name}};
+        for (std::size_t s = 1; s < m.shapes.size(); ++s) {
+            const std::vector<Vec3d> bent = normals_of(m.shapes[s], m.triangles);
+            std::vector<Vec3d> shift(base.size()), turn(base.size());
+            for (std::size_t i = 0; i < base.size(); ++i) {
+                shift[i] = m.shapes[s][i] - base[i];
+                turn[i] = bent[i] - normals[i];
+            }
+            primitive["targets"].push_back(
+                {{"POSITION", add_vectors(shift, true, k_vertices)}, {"NORMAL", add_vectors(turn, false, k_vertices)}});
+        }
+        const std::size_t targets = m.shapes.empty() ? 0 : m.shapes.size() - 1;
+        if (targets > 0) mesh["weights"] = std::vector<float>(targets, 0.f);
+        mesh["primitives"] = json::array({primitive});
+        root_["meshes"].push_back(mesh);
+        json node{{"name", m.name}, {"mesh", root_["meshes"].size() - 1}};
+        const std::size_t number = root_["nodes"].is_array() ? root_["nodes"].size() : 0;
+        if (m.times.size() > 1 && (targets > 0 || !m.keys.empty())) {
+            std::vector<float> times;
+            for (const double t : m.times) times.push_back(static_cast<float>(t));
+            const std::size_t input = add_floats(times, "SCALAR", 1, true);
+            const auto channel = [&](std::size_t output, const char* path) {
+                channels.push_back({{"sampler", samplers.size()}, {"target", {{"node", number}, {"path", path}}}});
+                samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
+            };
+            if (targets > 0) {
+                std::vector<float> weights(m.times.size() * targets, 0.f);
+                for (std::size_t k = 1; k <= targets; ++k) weights[k * targets + k - 1] = 1.f;
+                channel(add_floats(weights, "SCALAR", 1, false), "weights");
+            }
+            if (!m.keys.empty()) {
+                std::vector<float> turns, shifts;
+                std::array<double, 4> last{0, 0, 0, 1};
+                for (const RigidKey& key : m.keys) {
+                    std::array<double, 4> q = quaternion_of(key.rotation);
+                    // The nearer of the two quaternions of a rotation, so that players take the short way.
+                    if (q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3] < 0)
+                        for (double& v : q) v = -v;
+                    last = q;
+                    for (const double v : q) turns.push_back(static_cast<float>(v));
+                    for (int k = 0; k < 3; ++k) shifts.push_back(static_cast<float>(key.translation[k]));
+                }
+                channel(add_floats(turns, "VEC4", 4, false), "rotation");
+                channel(add_floats(shifts, "VEC3", 3, false), "translation");
+            }
+        }
+        if (!m.keys.empty()) {
+            const auto q = quaternion_of(m.keys.front().rotation);
+            const Vec3d t = m.keys.front().translation;
+            node["rotation"] = {q[0], q[1], q[2], q[3]};
+            node["translation"] = {t.x, t.y, t.z};
+        }
+        root_["nodes"].push_back(node);
+    }
+
+    json root_ = json::object();
+    std::vector<std::byte> binary_;
+};
+
+}  // namespace
+
+void write_glb(const std::filesystem::path& path, std::span<const MovingMesh> meshes)
+{
+    if (meshes.empty()) throw std::invalid_argument("no mesh to write");
+    const std::vector<std::byte> bytes = Writer(meshes).bytes();
+    replace_file(path, bytes);
+}
+
+}  // namespace sqmap::io

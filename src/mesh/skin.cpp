@@ -1,0 +1,48 @@
+#include "sqmap/mesh/skin.h"
+
+#include "sqmap/mesh/gate.h"
+
+namespace sqmap::mesh {
+
+Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a.linear * b.shift + a.shift}; }
+
+std::vector<Vec3d> skinned(std::span<const Vec3d> vertices, const Influences& influences, std::span<const Affine> maps)
+{
+    std::vector<Vec3d> out(vertices.size());
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+        for (std::size_t k = 0; k < 4; ++k) {
+            const double weight = influences.weights[v][k];
+            if (!(weight > 0)) continue;
+            const Affine& map = maps[influences.joints[v][k]];
+            out[v] += weight * (map.linear * vertices[v] + map.shift);
+        }
+    return out;
+}
+
+std::optional<Mesh> joint_solid(const Mesh& mesh, const Influences& influences, std::uint16_t joint, double least_weight)
+{
+    std::vector<bool> moved(mesh.vertices.size());
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+        double weight = 0;
+        for (std::size_t k = 0; k < 4; ++k)
+            if (influences.joints[v][k] == joint) weight += influences.weights[v][k];
+        moved[v] = weight >= least_weight;
+    }
+    std::vector<std::int64_t> indices;
+    std::vector<std::uint32_t> offsets{0};
+    for (const Triangle& t : mesh.triangles) {
+        if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) continue;
+        for (const std::uint32_t v : t) indices.push_back(v);
+        offsets.push_back(static_cast<std::uint32_t>(indices.size()));
+    }
+    if (indices.empty()) return std::nullopt;
+    GateOptions options;
+    options.repair = Repair::Holes;
+    options.max_hole_edges = 100000;
+    options.max_hole_size = 10;
+    GateResult gate = admit({mesh.vertices, offsets, indices}, options);
+    if (gate.verdict == Verdict::Refused || !gate.solid) return std::nullopt;
+    return std::move(gate.mesh);
+}
+
+}  // namespace sqmap::mesh

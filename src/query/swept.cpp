@@ -1,0 +1,153 @@
+#include "sqmap/query/swept.h"
+
+#include "sqmap/query/pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal
+constexpr std::uint32_t k_none = 0xffffffffu;
+
+Vec3d apply(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+
+/// About a unit axis (Rodrigues).
+Mat3d rotation_about(Vec3d axis, double angle)
+{
+    const double c = std::cos(angle), s = std::sin(angle);
+    const Vec3d a = axis;
+    return {{{c + a.x * a.x * (1 - c), a.x * a.y * (1 - c) - a.z * s, a.x * a.z * (1 - c) + a.y * s},
+             {a.y * a.x * (1 - c) + a.z * s, c + a.y * a.y * (1 - c), a.y * a.z * (1 - c) - a.x * s},
+             {a.z * a.x * (1 - c) - a.y * s, a.z * a.y * (1 - c) + a.x * s, c + a.z * a.z * (1 - c)}}};
+}
+
+}  // namespace
+
+Pose between(const Pose& from, const Pose& to, double share) noexcept
+{
+    if (!(share > 0)) return from;
+    if (!(share < 1)) return to;
+    const Mat3d turn = to.rotation * transpose(from.rotation);
+    const Vec3d twice_sine{turn.row[2].y - turn.row[1].z, turn.row[0].z - turn.row[2].x, turn.row[1].x - turn.row[0].y};
+    const double sine = 0.5 * norm(twice_sine), cosine = 0.5 * (turn.row[0].x + turn.row[1].y + turn.row[2].z - 1);
+    Vec3d axis = normalized(twice_sine);
+    if (sine < 1e-9 && cosine < 0) {
+        // Half a turn: turn + 1 = 2 axis axis^T.
+        const int k =
+            turn.row[0].x >= turn.row[1].y && turn.row[0].x >= turn.row[2].z ? 0 : (turn.row[1].y >= turn.row[2].z ? 1 : 2);
+        axis = turn.row[k];
+        axis[k] += 1;
+        axis = normalized(axis);
+    }
+    const Vec3d shift = from.translation + share * (to.translation - from.translation);
+    return {rotation_about(axis, share * std::atan2(sine, cosine)) * from.rotation, shift};
+}
+
+struct SweptQuery {
+    const model::ModelView& model;
+    Probe& probe;
+    std::span<const Vec3d> previous, now;
+    const Pose &from, &to;
+    const SweptOptions& options;
+    SweptRoom& room;
+    std::span<FrameContact> contacts;
+
+    Vec3d in_model(Vec3d in_mesh) const
+    {
+        return (in_mesh - Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]}) / model.header.unit;
+    }
+    Vec3d start_of(std::uint32_t point) const { return in_model(apply(from, previous[point])); }
+    Vec3d end_of(std::uint32_t point) const { return in_model(apply(to, now[point])); }
+
+    /// The model's sphere where the frame ends, in the probe's frame, and how far the poses move points in it at most.
+    struct Reach {
+        Vec3d centre;
+        double radius, motion;
+    };
+    Reach reach_of_model() const
+    {
+        const Sphere sphere = sphere_of({&model, nullptr, {}});
+        const Pose end = inverse(to), start = inverse(from);
+        const Vec3d shift = apply(end, sphere.centre) - apply(start, sphere.centre);
+        double turn_sq = 0;  // Frobenius norm, no less than the spectral
+        for (int i = 0; i < 3; ++i) turn_sq += norm_sq(end.rotation.row[i] - start.rotation.row[i]);
+        return {apply(end, sphere.centre), sphere.radius, norm(shift) + std::sqrt(turn_sq) * sphere.radius};
+    }
+
+    SweptResult run() noexcept
+    {
+        SweptResult result;
+        double longest = 0;
+        const Reach reach = reach_of_model();
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            room.fast_[i] = 0;
+            // Most points move too little, or are too far from the model, whatever the poses do to them.
+            const double own = norm(now[i] - previous[i]);
+            if (own + reach.motion <= options.step) continue;
+            const double far = reach.radius + own + reach.motion;
+            if (norm_sq(now[i] - reach.centre) > far * far) continue;
+            const double way_sq = norm_sq(apply(to, now[i]) - apply(from, previous[i]));
+            if (!(way_sq > options.step * options.step && std::isfinite(way_sq))) continue;
+            room.fast_[i] = 1;
+            ++result.fast;
+            longest = std::max(longest, way_sq);
+        }
+        result.frame = query_frame(model, probe, to, options.frame, contacts);
+        if (result.fast == 0) return result;
+
+        std::size_t count = std::min(result.frame.contacts, contacts.size());
+        std::fill(room.contact_.begin(), room.contact_.end(), k_none);
+        for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
+        const double wanted = std::ceil(std::sqrt(longest) / options.step);
+        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
+        if (wanted > steps) result.frame.status |= k_swept_coarse;
+        for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
+            const double share = static_cast<double>(step) / steps;
+            const Pose pose = between(from, to, share);
+            for (std::size_t i = 0; i < now.size(); ++i) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
+            probe.move(room.at_, room.fast_);
+            const FrameResult found = query_frame(model, probe, pose, options.frame, room.found_);
+            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
+            for (std::size_t f = 0; f < std::min(found.contacts, room.found_.size()); ++f)
+                if (room.fast_[room.found_[f].index] == 1) take(room.found_[f], count, result);
+        }
+        probe.move(now);
+        return result;
+    }
+
+    /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
+    void take(FrameContact c, std::size_t& count, SweptResult& result) noexcept
+    {
+        // Along a bulge a point may end behind a plane that it slid over; what it goes through it meets head on.
+        const Vec3d end = end_of(c.index), start = start_of(c.index);
+        if (!(dot(normalized(start - end), cast<double>(c.normal)) > k_head_on)) return;
+        const double behind = dot(cast<double>(c.point) - end, cast<double>(c.normal));
+        if (!(behind > 0)) return;
+        const std::uint32_t own = room.contact_[c.index];
+        if (own != k_none && dot(contacts[own].normal, c.normal) > 0.f) return;
+        c.depth = static_cast<float>(behind);
+        room.fast_[c.index] = 2;  // the first crossing counts
+        ++result.caught;
+        if (own != k_none) {
+            contacts[own] = c;
+            return;
+        }
+        ++result.frame.contacts;
+        if (count < contacts.size())
+            contacts[count++] = c;
+        else
+            result.frame.status |= k_frame_full;
+    }
+};
+
+SweptResult query_swept(const model::ModelView& model, Probe& probe, std::span<const Vec3d> previous, std::span<const Vec3d> now,
+                        const Pose& from, const Pose& to, const SweptOptions& options, SweptRoom& room,
+                        std::span<FrameContact> contacts) noexcept
+{
+    return SweptQuery{model, probe, previous, now, from, to, options, room, contacts}.run();
+}
+
+}  // namespace sqmap::query

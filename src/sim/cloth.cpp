@@ -1,0 +1,561 @@
+#include "sqmap/sim/cloth.h"
+
+#include "contacts.h"
+#include "cpu_time.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+#include <BulletSoftBody/btSoftBodyInternals.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+namespace sqmap::sim {
+
+namespace {
+
+constexpr int k_last_pushes = 3;       ///< a node between several surfaces needs more than one
+constexpr double k_hard_push = 2;      ///< times thickness: a node that is pushed farther stops where it is
+constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
+
+btVector3 to_bullet(Vec3d v) { return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)}; }
+Vec3d from_bullet(const btVector3& v)
+{
+    return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
+}
+bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(const query::Pose& p)
+{
+    return finite(p.translation) && finite(p.rotation.row[0]) && finite(p.rotation.row[1]) && finite(p.rotation.row[2]);
+}
+Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+
+void check(const Garment& garment)
+{
+    const std::size_t n = garment.start.size();
+    if (garment.flat.size() != n)
+        throw std::invalid_argument("a garment's flat pattern has another number of vertices than its start");
+    if (garment.triangles.empty()) throw std::invalid_argument("a garment without triangles");
+    for (const auto& t : garment.triangles)
+        for (const std::uint32_t v : t)
+            if (v >= n) throw std::invalid_argument("a garment's triangle names a vertex that is not there");
+    for (const Seam& seam : garment.seams)
+        for (const auto& pair : seam.pairs)
+            if (pair[0] >= n || pair[1] >= n)
+                throw std::invalid_argument("seam '" + seam.name + "' names a vertex that is not there");
+    for (std::size_t i = 0; i < n; ++i)
+        if (!finite(garment.start[i]) || !finite(garment.flat[i]))
+            throw std::invalid_argument("a garment's vertex is not finite");
+}
+
+/// Nodes against faces of the same cloth. Bullet's own collider takes a node's own faces and pads by twice the motion, which is
+/// right for two bodies.
+struct SelfCollider : btSoftColliders::CollideVF_SS {
+    void Process(const btDbvtNode* node_leaf, const btDbvtNode* face_leaf) override
+    {
+        auto* node = static_cast<btSoftBody::Node*>(node_leaf->data);
+        auto* face = static_cast<btSoftBody::Face*>(face_leaf->data);
+        for (const btSoftBody::Node* n : face->m_n)
+            if (n == node) return;
+        const btVector3 o = node->m_x;
+        btVector3 nearest(0, 0, 0);
+        btScalar distance_sq = SIMD_INFINITY;
+        ProjectOrigin(face->m_n[0]->m_x - o, face->m_n[1]->m_x - o, face->m_n[2]->m_x - o, nearest, distance_sq);
+        if (!(distance_sq < mrg * mrg) || distance_sq < btScalar(1e-14)) return;
+        const btVector3 w = BaryCoord(face->m_n[0]->m_x, face->m_n[1]->m_x, face->m_n[2]->m_x, nearest + o);
+        const btScalar ma = node->m_im, mb = BaryEval(face->m_n[0]->m_im, face->m_n[1]->m_im, face->m_n[2]->m_im, w);
+        if (!(ma + mb > 0)) return;
+        btSoftBody::SContact c;
+        c.m_normal = nearest / -btSqrt(distance_sq);
+        c.m_margin = mrg;
+        c.m_node = node;
+        c.m_face = face;
+        c.m_weights = w;
+        c.m_friction = psb[0]->m_cfg.kDF;
+        c.m_cfm[0] = ma / (ma + mb) * psb[0]->m_cfg.kSHR;
+        c.m_cfm[1] = mb / (ma + mb) * psb[0]->m_cfg.kSHR;
+        psb[0]->m_scontacts.push_back(c);
+    }
+};
+
+}  // namespace
+
+struct Cloth::State {
+    struct SeamLinks {
+        int first = 0, count = 0;  ///< of the body's links
+        bool sewn = true;
+        std::vector<btScalar> gap;  ///< rest lengths at the time of sewing
+        double age = 0;
+        bool carried = true;  ///< the first sewing
+    };
+    struct Pin {
+        std::uint32_t node, solid;
+        Vec3d place;  ///< in the solid's frame
+        btScalar mass;
+    };
+    struct HeldLink {
+        std::uint32_t held, free;
+        btScalar rest_sq, stiffness;
+    };
+
+    State(const Garment& garment, const Fabric& f, const ClothOptions& o)
+        : fabric(f), options(o), triangles(garment.triangles), contacts(garment.start, f.thickness, o.sweep_step, o.layer)
+    {
+        info.m_gravity = to_bullet(o.gravity);
+        const std::size_t n = garment.start.size();
+        std::vector<btVector3> x(n);
+        for (std::size_t i = 0; i < n; ++i) x[i] = to_bullet(garment.start[i]);
+        body = std::make_unique<btSoftBody>(&info, static_cast<int>(n), x.data(), nullptr);
+        body->getCollisionShape()->setMargin(static_cast<btScalar>(f.thickness));
+        body->m_cfg.kDF = static_cast<btScalar>(std::min(1.0, f.friction));
+        body->m_cfg.kSHR = 1;
+        add_threads(garment);
+        add_mass(garment);
+        add_seams(garment);
+        body->m_bUpdateRtCst = false;  // Bullet would take the start for the rest shape
+        body->updateLinkConstants();
+        if (o.self_collision) body->initializeFaceTree();
+        position.assign(garment.start.begin(), garment.start.end());
+        velocity.resize(n);
+        previous = good = position;
+    }
+
+    void add_threads(const Garment& garment)
+    {
+        const auto material = [&](double stiffness) {
+            btSoftBody::Material* m = body->appendMaterial();
+            m->m_kLST = static_cast<btScalar>(std::clamp(stiffness, 0.0, 1.0));
+            return m;
+        };
+        btSoftBody::Material *along = material(fabric.stretch), *across = material(fabric.shear), *bend = material(fabric.bend);
+        struct Edge {
+            std::uint32_t opposite[2] = {};
+            int count = 0;
+        };
+        std::map<std::array<std::uint32_t, 2>, Edge> edges;
+        for (const auto& t : garment.triangles) {
+            body->appendFace(static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2]));
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+                Edge& edge = edges[{std::min(a, b), std::max(a, b)}];
+                if (edge.count < 2) edge.opposite[edge.count] = t[(k + 2) % 3];
+                ++edge.count;
+            }
+        }
+        const auto link = [&](std::uint32_t a, std::uint32_t b, btSoftBody::Material* m) {
+            body->appendLink(static_cast<int>(a), static_cast<int>(b), m, false);
+            btSoftBody::Link& l = body->m_links[body->m_links.size() - 1];
+            l.m_rl = static_cast<btScalar>(norm(garment.flat[a] - garment.flat[b]));
+            l.m_c1 = l.m_rl * l.m_rl;
+            l.m_bbending = m == bend ? -1 : 0;
+        };
+        for (const auto& [ends, edge] : edges) {
+            // The longest edge of both its triangles is a diagonal of the weave.
+            const double length = norm(garment.flat[ends[0]] - garment.flat[ends[1]]);
+            bool longest = edge.count == 2;
+            for (int k = 0; k < std::min(edge.count, 2); ++k)
+                for (const std::uint32_t end : ends)
+                    longest = longest && length > norm(garment.flat[edge.opposite[k]] - garment.flat[end]);
+            link(ends[0], ends[1], longest ? across : along);
+            if (edge.count == 2) link(edge.opposite[0], edge.opposite[1], bend);
+        }
+        body->randomizeConstraints();  // a sweep in the order of the weave would pull to one side
+    }
+
+    void add_mass(const Garment& garment)
+    {
+        std::vector<double> mass(garment.start.size());
+        for (const auto& t : garment.triangles) {
+            const double area =
+                0.5 * norm(cross(garment.flat[t[1]] - garment.flat[t[0]], garment.flat[t[2]] - garment.flat[t[0]]));
+            for (const std::uint32_t v : t) mass[v] += fabric.density * area / 3;
+        }
+        for (std::size_t i = 0; i < mass.size(); ++i)
+            body->setMass(static_cast<int>(i), static_cast<btScalar>(std::max(mass[i], 1e-9)));
+    }
+
+    void add_seams(const Garment& garment)
+    {
+        btSoftBody::Material* thread = body->appendMaterial();
+        thread->m_kLST = 1;
+        for (const Seam& seam : garment.seams) {
+            SeamLinks links;
+            links.first = body->m_links.size();
+            links.sewn = links.carried = seam.sewn;
+            for (const auto& pair : seam.pairs)
+                body->appendLink(static_cast<int>(pair[0]), static_cast<int>(pair[1]), thread, false);
+            links.count = body->m_links.size() - links.first;
+            for (int i = 0; i < links.count; ++i) links.gap.push_back(body->m_links[links.first + i].m_rl);
+            seams.push_back(std::move(links));
+        }
+    }
+
+    btSoftBody::Node& node(std::size_t i) { return body->m_nodes[static_cast<int>(i)]; }
+    std::uint32_t number(const btSoftBody::Node* n) const { return static_cast<std::uint32_t>(n - &body->m_nodes[0]); }
+
+    void set_seams(double dt)
+    {
+        for (SeamLinks& seam : seams) {
+            seam.age += dt;
+            const double share = std::max(0.0, 1 - seam.age / k_sewing_time);
+            for (int i = 0; i < seam.count; ++i) {
+                btSoftBody::Link& l = body->m_links[seam.first + i];
+                const btScalar rest = static_cast<btScalar>(share) * seam.gap[static_cast<std::size_t>(i)];
+                l.m_c0 = seam.sewn ? l.m_n[0]->m_im + l.m_n[1]->m_im : 0;
+                l.m_c1 = rest * rest;
+            }
+        }
+        for (const std::uint32_t l : muted) body->m_links[static_cast<int>(l)].m_c0 = 0;
+    }
+
+    void place_pins(std::span<const Solid> solids)
+    {
+        for (const Pin& pin : pins) {
+            const Vec3d at = pin.solid < solids.size() ? apply(solids[pin.solid].pose, pin.place) : pin.place;
+            node(pin.node).m_x = to_bullet(at);
+        }
+        for (std::size_t i = 0; i < held.size(); ++i) node(held[i]).m_x = to_bullet(tool + held_place[i]);
+    }
+
+    /// Links that leave what a tool holds, with what they pull at it.
+    void solve_held()
+    {
+        for (const HeldLink& l : held_links) {
+            const btVector3 del = node(l.free).m_x - node(l.held).m_x;
+            const btScalar length_sq = del.length2();
+            if (!(length_sq + l.rest_sq > SIMD_EPSILON) || !(node(l.free).m_im > 0)) continue;
+            const btVector3 shift = del * (l.stiffness * (l.rest_sq - length_sq) / (l.rest_sq + length_sq));
+            node(l.free).m_x += shift;
+            pull += from_bullet(-shift) / static_cast<double>(node(l.free).m_im);
+        }
+    }
+
+    /// last: after the step's new half-spaces were found.
+    void push_out(double dt, bool last)
+    {
+        const float mu = static_cast<float>(fabric.friction);
+        for (HalfSpace& s : contacts.all()) {
+            btSoftBody::Node& n = node(s.node);
+            if (!(n.m_im > 0)) continue;
+            Vec3f x{n.m_x.x(), n.m_x.y(), n.m_x.z()};
+            const float height = dot(s.normal, x) - s.offset;
+            if (height < 0.f) {
+                x -= height * s.normal;
+                s.push -= height;
+            } else if (s.push <= 0.f) {
+                continue;
+            }
+            if (last && options.friction == Friction::Paper) {  // has acted already: it does not grow with the push
+                n.m_x.setValue(x.x, x.y, x.z);
+                continue;
+            }
+            const Vec3f q{n.m_q.x(), n.m_q.y(), n.m_q.z()};
+            Vec3f slip = x - q - s.motion;
+            slip -= dot(slip, s.normal) * s.normal;
+            // Friction's sum so far, less the slip, but no longer than the cone (or what eq. 33 says) allows.
+            float most = mu * s.push;
+            if (options.friction == Friction::Paper)
+                most = static_cast<float>(options.paper_friction * (1 + options.paper_stiffness * static_cast<double>(s.depth)) *
+                                          dt * dt) *
+                       n.m_im;
+            Vec3f grip = s.grip - slip;
+            const float length = norm(grip);
+            if (length > most) grip = (most / length) * grip;
+            x += grip - s.grip;
+            s.grip = grip;
+            n.m_x.setValue(x.x, x.y, x.z);
+        }
+    }
+
+    /// No node goes farther in the step than most_speed allows: the sweep has to follow it.
+    void limit(double dt, StepReport& report)
+    {
+        const double most = options.most_speed * dt;
+        for (std::size_t i = 0; i < position.size(); ++i) {
+            previous[i] = from_bullet(node(i).m_q);
+            position[i] = from_bullet(node(i).m_x);
+            const Vec3d way = position[i] - previous[i];
+            const double way_sq = norm_sq(way);
+            if (!(way_sq > most * most) || !(node(i).m_im > 0)) continue;
+            position[i] = previous[i] + (most / std::sqrt(way_sq)) * way;
+            node(i).m_x = to_bullet(position[i]);
+            report.status |= k_cloth_slowed;
+        }
+    }
+
+    void finish(double dt, StepReport& report)
+    {
+        const std::size_t n = position.size();
+        const double keep = std::exp(-fabric.damping * dt);
+        bool all_finite = true;
+        for (std::size_t i = 0; i < n; ++i) {
+            position[i] = from_bullet(node(i).m_x);
+            all_finite = all_finite && finite(position[i]);
+            velocity[i] = (keep / dt) * (position[i] - previous[i]);
+        }
+        if (!all_finite) {
+            report.status |= k_cloth_not_finite;
+            position = previous = good;
+            std::fill(velocity.begin(), velocity.end(), Vec3d{});
+        } else {
+            good = position;
+            // Pushing out is no bounce: what leaves a surface faster than it was hit does so at the surface's own speed.
+            for (const HalfSpace& s : contacts.all()) {
+                if (s.push <= 0.f) continue;
+                const Vec3d normal = cast<double>(s.normal);
+                const double leaves = dot(velocity[s.node] - cast<double>(s.motion) / dt, normal);
+                if (leaves > 0) velocity[s.node] -= leaves * normal;
+                // Where threads and a surface pull a node to and fro, it does not gain by it.
+                if (static_cast<double>(s.push) > k_hard_push * fabric.thickness) velocity[s.node] = cast<double>(s.motion) / dt;
+                report.deepest =
+                    std::max(report.deepest, static_cast<double>(s.offset) - fabric.thickness - dot(position[s.node], normal));
+            }
+        }
+        for (const Pin& pin : pins) velocity[pin.node] = {};
+        for (const std::uint32_t h : held) velocity[h] = {};
+        double fastest_sq = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+            fastest_sq = std::max(fastest_sq, norm_sq(velocity[i]));
+            btSoftBody::Node& b = node(i);
+            b.m_x = to_bullet(position[i]);
+            b.m_v = to_bullet(velocity[i]);
+            b.m_f.setZero();
+            if (b.m_im > 0) {
+                const double mass = 1 / static_cast<double>(b.m_im);
+                report.kinetic += 0.5 * mass * norm_sq(velocity[i]);
+                report.potential -= mass * dot(options.gravity, position[i]);
+            }
+        }
+        report.fastest = std::sqrt(fastest_sq);
+    }
+
+    void hold_links()
+    {
+        for (const std::uint32_t l : muted) {
+            btSoftBody::Link& link = body->m_links[static_cast<int>(l)];
+            link.m_c0 = (link.m_n[0]->m_im + link.m_n[1]->m_im) / link.m_material->m_kLST;
+        }
+        muted.clear();
+        held_links.clear();
+        std::vector<std::uint8_t> is_held(position.size(), 0);
+        for (const std::uint32_t h : held) is_held[h] = 1;
+        const int last = seams.empty() ? body->m_links.size() : seams.front().first;
+        for (int l = 0; l < last; ++l) {
+            const btSoftBody::Link& link = body->m_links[l];
+            const std::uint32_t a = number(link.m_n[0]), b = number(link.m_n[1]);
+            if (is_held[a] == is_held[b]) continue;
+            muted.push_back(static_cast<std::uint32_t>(l));
+            held_links.push_back({is_held[a] != 0 ? a : b, is_held[a] != 0 ? b : a, link.m_c1, link.m_material->m_kLST});
+        }
+    }
+
+    Fabric fabric;
+    ClothOptions options;
+    btSoftBodyWorldInfo info;
+    std::unique_ptr<btSoftBody> body;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<Vec3d> position, previous, good, velocity;
+    std::vector<SeamLinks> seams;
+    std::vector<Pin> pins;
+    std::vector<std::uint32_t> held;
+    std::vector<Vec3d> held_place;
+    std::vector<btScalar> held_mass;
+    std::vector<HeldLink> held_links;
+    std::vector<std::uint32_t> muted;  ///< Bullet's links that are solved here
+    Vec3d tool{}, pull{}, tension{};
+    Contacts contacts;
+};
+
+Cloth::Cloth(const Garment& garment, const Fabric& fabric, const ClothOptions& options)
+{
+    check(garment);
+    state_ = std::make_unique<State>(garment, fabric, options);
+}
+Cloth::~Cloth() = default;
+Cloth::Cloth(Cloth&&) noexcept = default;
+Cloth& Cloth::operator=(Cloth&&) noexcept = default;
+
+StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
+{
+    State& s = *state_;
+    StepReport report;
+    bool good = std::isfinite(dt) && dt > 0;
+    for (const Solid& solid : solids) good = good && finite(solid.pose) && finite(solid.previous);
+    if (!good) {
+        report.status = k_cloth_bad_step;
+        return report;
+    }
+    const double start = cpu_seconds();
+    btSoftBody& body = *s.body;
+    // The tailor's hands carry a garment until it is sewn.
+    const bool sewing =
+        std::any_of(s.seams.begin(), s.seams.end(), [](const State::SeamLinks& l) { return l.carried && l.age < k_sewing_time; });
+    s.info.m_gravity = sewing ? btVector3(0, 0, 0) : to_bullet(s.options.gravity);
+    body.predictMotion(static_cast<btScalar>(dt));
+    s.place_pins(solids);
+    s.set_seams(dt);
+    s.contacts.ride(solids);
+    double mark = cpu_seconds();
+    report.seconds.predict = mark - start;
+    if (s.options.self_collision) {
+        SelfCollider collider;
+        collider.psb[0] = collider.psb[1] = &body;
+        collider.mrg = static_cast<btScalar>(s.fabric.thickness);
+        body.m_ndbvt.collideTT(body.m_ndbvt.m_root, body.m_fdbvt.m_root, collider);
+        const double now = cpu_seconds();
+        report.seconds.self += now - mark;
+        mark = now;
+    }
+    // Threads pull against the half-spaces that the last step found; what they pulled into a solid, or through one, is found
+    // afterwards and has the last word.
+    s.pull = {};
+    for (int i = 0; i < s.options.iterations; ++i) {
+        btSoftBody::PSolve_Links(&body, 1, 0);
+        s.solve_held();
+        if (s.options.self_collision) btSoftBody::PSolve_SContacts(&body, 1, 0);
+        const double threads = cpu_seconds();
+        report.seconds.threads += threads - mark;
+        s.push_out(dt, false);
+        mark = cpu_seconds();
+        report.seconds.response += mark - threads;
+    }
+    s.limit(dt, report);
+    report.seconds.predict += cpu_seconds() - mark;
+    report.status |= s.contacts.find(s.previous, s.position, solids, report);
+    mark = cpu_seconds();
+    for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
+    report.seconds.response += cpu_seconds() - mark;
+    mark = cpu_seconds();
+    s.tension = s.pull / (dt * dt);
+    s.finish(dt, report);
+    report.seconds.predict += cpu_seconds() - mark;
+    return report;
+}
+
+std::size_t Cloth::size() const noexcept { return state_->position.size(); }
+std::span<const std::array<std::uint32_t, 3>> Cloth::triangles() const noexcept { return state_->triangles; }
+std::span<const Vec3d> Cloth::positions() const noexcept { return state_->position; }
+std::span<const Vec3d> Cloth::asked() const noexcept { return state_->contacts.asked(); }
+std::span<const Vec3d> Cloth::velocities() const noexcept { return state_->velocity; }
+
+std::vector<double> Cloth::strain() const
+{
+    const State& s = *state_;
+    std::map<std::array<std::uint32_t, 2>, double> stretch;
+    for (int l = 0; l < s.body->m_links.size(); ++l) {
+        const btSoftBody::Link& link = s.body->m_links[l];
+        if (link.m_bbending || !(link.m_rl > 0)) continue;
+        const std::uint32_t a = s.number(link.m_n[0]), b = s.number(link.m_n[1]);
+        stretch[{std::min(a, b), std::max(a, b)}] = norm(s.position[a] - s.position[b]) / static_cast<double>(link.m_rl) - 1;
+    }
+    std::vector<double> sum(size()), count(size());
+    for (const auto& t : s.triangles) {
+        double most = -1;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto found = stretch.find({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
+            if (found != stretch.end()) most = std::max(most, found->second);
+        }
+        for (const std::uint32_t v : t) {
+            sum[v] += most;
+            count[v] += 1;
+        }
+    }
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = count[i] > 0 ? sum[i] / count[i] : 0;
+    return sum;
+}
+
+void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const query::Pose& pose)
+{
+    State& s = *state_;
+    for (const std::uint32_t n : nodes) {
+        if (n >= size()) throw std::invalid_argument("a pin names a node that is not there");
+        const Vec3d place = solid == k_world ? s.position[n] : apply(query::inverse(pose), s.position[n]);
+        s.pins.push_back({n, solid, place, s.body->getMass(static_cast<int>(n))});
+        s.body->setMass(static_cast<int>(n), 0);
+    }
+    s.body->m_bUpdateRtCst = false;
+    s.body->updateLinkConstants();
+}
+
+void Cloth::unpin(std::span<const std::uint32_t> nodes)
+{
+    State& s = *state_;
+    for (const std::uint32_t n : nodes) {
+        const auto found = std::find_if(s.pins.begin(), s.pins.end(), [n](const State::Pin& p) { return p.node == n; });
+        if (found == s.pins.end()) continue;
+        s.body->setMass(static_cast<int>(n), found->mass);
+        s.pins.erase(found);
+    }
+    s.body->m_bUpdateRtCst = false;
+    s.body->updateLinkConstants();
+}
+
+std::size_t Cloth::seams() const noexcept { return state_->seams.size(); }
+void Cloth::cut(std::size_t seam) { state_->seams.at(seam).sewn = false; }
+
+void Cloth::sew(std::size_t seam)
+{
+    State& s = *state_;
+    State::SeamLinks& links = s.seams.at(seam);
+    for (int i = 0; i < links.count; ++i) {
+        const btSoftBody::Link& l = s.body->m_links[links.first + i];
+        links.gap[static_cast<std::size_t>(i)] = (l.m_n[0]->m_x - l.m_n[1]->m_x).length();
+    }
+    links.age = 0;
+    links.carried = false;
+    links.sewn = true;
+}
+
+double Cloth::gap(std::size_t seam) const
+{
+    const State& s = *state_;
+    const State::SeamLinks& links = s.seams.at(seam);
+    double widest = 0;
+    for (int i = 0; i < links.count; ++i) {
+        const btSoftBody::Link& l = s.body->m_links[links.first + i];
+        widest = std::max(widest, static_cast<double>((l.m_n[0]->m_x - l.m_n[1]->m_x).length()));
+    }
+    return widest;
+}
+
+void Cloth::grasp(std::uint32_t node, double radius, Vec3d tool)
+{
+    State& s = *state_;
+    if (node >= size()) throw std::invalid_argument("a grasp of a node that is not there");
+    release();
+    for (std::uint32_t i = 0; i < size(); ++i) {
+        if (i != node && norm(s.position[i] - s.position[node]) > radius) continue;
+        if (s.node(i).m_im <= 0) continue;
+        s.held.push_back(i);
+        s.held_place.push_back(s.position[i] - tool);
+        s.held_mass.push_back(s.body->getMass(static_cast<int>(i)));
+        s.body->setMass(static_cast<int>(i), 0);
+    }
+    s.tool = tool;
+    s.body->m_bUpdateRtCst = false;
+    s.body->updateLinkConstants();
+    s.hold_links();
+}
+
+void Cloth::drag(Vec3d tool) noexcept
+{
+    if (finite(tool)) state_->tool = tool;
+}
+
+void Cloth::release()
+{
+    State& s = *state_;
+    for (std::size_t i = 0; i < s.held.size(); ++i) s.body->setMass(static_cast<int>(s.held[i]), s.held_mass[i]);
+    s.held.clear();
+    s.held_place.clear();
+    s.held_mass.clear();
+    s.body->m_bUpdateRtCst = false;
+    s.body->updateLinkConstants();
+    s.hold_links();
+    s.tension = {};
+}
+
+Vec3d Cloth::tension() const noexcept { return state_->tension; }
+
+}  // namespace sqmap::sim

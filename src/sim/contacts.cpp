@@ -1,0 +1,215 @@
+#include "contacts.h"
+
+#include "cpu_time.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::sim {
+
+namespace {
+
+constexpr std::uint32_t k_none = 0xffffffffu;
+constexpr double k_speed_matters = 1e-6;  ///< m a step: below it a motion has no direction
+constexpr double k_deeper = 1.25;  ///< times thickness: asked below a node that touches, so that rounding does not let it go
+constexpr std::uint8_t k_remembered = 8;  ///< steps for which a node that left a surface is asked along its normal
+constexpr double k_creep = 0.1;           ///< times thickness: how far a node may creep until it is asked again
+constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
+
+Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+
+/// How far a solid's surface moves in the step at most.
+double motion_bound(const Solid& solid)
+{
+    const query::Sphere sphere = query::sphere_of({solid.model, nullptr, {}});
+    const Vec3d shift = apply(solid.pose, sphere.centre) - apply(solid.previous, sphere.centre);
+    double turn_sq = 0;  // Frobenius norm, no less than the spectral
+    for (int i = 0; i < 3; ++i) turn_sq += norm_sq(solid.pose.rotation.row[i] - solid.previous.rotation.row[i]);
+    return norm(shift) + std::sqrt(turn_sq) * sphere.radius;
+}
+
+}  // namespace
+
+Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep_step, query::Layer layer)
+    : probe_(points),
+      room_(points.size()),
+      found_(points.size()),
+      spaces_(k_most_solids * points.size()),
+      head_(points.size()),
+      asked_(points.size()),
+      touched_(points.size()),
+      free_for_(points.size()),
+      asked_from_(points.size(), Vec3d{INFINITY, 0, 0}),
+      stale_(points.size(), 1),
+      thickness_(thickness),
+      sweep_step_(std::max(sweep_step, 2 * thickness)),
+      options_{layer, false, false, 0}
+{
+}
+
+bool Contacts::mark_stale(std::span<const Vec3d> now, std::span<const Solid> solids) noexcept
+{
+    bool still = solids.size() == solids_;
+    for (const Solid& s : solids)
+        still = still && s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+    const double most = k_creep * thickness_;
+    stale_count_ = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        stale_[i] = !still || !(norm_sq(now[i] - asked_from_[i]) <= most * most) ? 1 : 0;
+        stale_count_ += stale_[i];
+    }
+    solids_ = solids.size();
+    return still && 2 * stale_count_ < now.size();
+}
+
+void Contacts::drop_void() noexcept
+{
+    const auto last = std::remove_if(spaces_.begin(), spaces_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                     [](const HalfSpace& s) { return s.push < 0.f; });
+    count_ = static_cast<std::size_t>(last - spaces_.begin());
+    std::fill(head_.begin(), head_.end(), k_none);
+    for (std::size_t s = 0; s < count_; ++s) {
+        spaces_[s].next = head_[spaces_[s].node];
+        head_[spaces_[s].node] = static_cast<std::uint32_t>(s);
+    }
+}
+
+std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
+                             StepReport& report) noexcept
+{
+    const double start = cpu_seconds();
+    std::uint32_t status = k_cloth_ok;
+    // What was asked within a hair of where it is, of solids that stand still, has its answer.
+    const bool some = mark_stale(now, solids);
+    if (!some) {
+        std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
+        stale_count_ = now.size();
+    }
+    // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
+    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
+    double longest_sq = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        if (stale_[i] == 0) continue;
+        Vec3d ahead = -k_deeper * touched_[i];
+        const Vec3d way = now[i] - previous[i];
+        const double way_sq = norm_sq(way);
+        if (norm_sq(ahead) == 0 && way_sq > k_speed_matters * k_speed_matters) ahead = way / std::sqrt(way_sq);
+        asked_[i] = now[i] + thickness_ * ahead;
+        asked_from_[i] = now[i];
+        longest_sq = std::max(longest_sq, norm_sq(asked_[i] - previous[i]));
+    }
+    if (stale_count_ > 0) {
+        if (some)
+            probe_.move(asked_, stale_);
+        else
+            probe_.move(asked_);
+    }
+    const double moved = cpu_seconds();
+
+    if (stale_count_ > 0) {
+        for (HalfSpace& s : all())
+            if (stale_[s.node] != 0) s.push = -1.f;
+        drop_void();
+        for (std::size_t k = 0; k < solids.size(); ++k)
+            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, std::sqrt(longest_sq), report);
+        // Half-spaces that another one of the same node made void are not kept.
+        drop_void();
+        for (std::size_t i = 0; i < touched_.size(); ++i) {
+            if (stale_[i] == 0) continue;
+            if (head_[i] != k_none) {
+                touched_[i] = {};
+                free_for_[i] = 0;
+                for (std::uint32_t s = head_[i]; s != k_none; s = spaces_[s].next) touched_[i] += cast<double>(spaces_[s].normal);
+                touched_[i] = normalized(touched_[i]);
+            } else if (free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
+                touched_[i] = {};
+            }
+        }
+    }
+    report.contacts =
+        static_cast<std::size_t>(std::count_if(head_.begin(), head_.end(), [](std::uint32_t h) { return h != k_none; }));
+    report.seconds.move += moved - start;
+    report.seconds.query += cpu_seconds() - moved;
+    return status;
+}
+
+std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
+                            StepReport& report) noexcept
+{
+    if (solid.model == nullptr) return k_cloth_ok;
+    std::uint32_t status = k_cloth_ok;
+    const double motion = motion_bound(solid);
+    query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
+    near.radius += longest + motion;
+    if (!probe_.reaches(near)) return k_cloth_ok;
+    const query::Pose to = query::inverse(solid.pose);
+    query::FrameResult frame;
+    if (longest + motion <= sweep_step_) {
+        frame = query::query_frame(*solid.model, probe_, to, options_, found_);
+    } else {
+        const query::SweptOptions swept{options_, sweep_step_, 64};
+        const query::SweptResult result =
+            query::query_swept(*solid.model, probe_, previous, asked_, query::inverse(solid.previous), to, swept, room_, found_);
+        frame = result.frame;
+        report.caught += result.caught;
+        if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+    }
+    if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
+    for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
+        if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0) add(number, solid, contact, status);
+    return status;
+}
+
+void Contacts::ride(std::span<const Solid> solids) noexcept
+{
+    for (HalfSpace& s : all()) {
+        s.push = 0;
+        s.grip = {};
+        if (s.solid >= solids.size()) continue;
+        const Solid& solid = solids[s.solid];
+        const Vec3d at = apply(solid.pose, cast<double>(s.place)), normal = solid.pose.rotation * cast<double>(s.direction);
+        s.normal = cast<float>(normal);
+        s.offset = static_cast<float>(dot(normal, at) + thickness_);
+        s.motion = cast<float>(at - apply(solid.previous, cast<double>(s.place)));
+    }
+}
+
+void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact,
+                   std::uint32_t& status) noexcept
+{
+    if (count_ == spaces_.size()) {
+        status |= k_cloth_full;
+        return;
+    }
+    const auto& header = solid.model->header;
+    const double unit = header.unit;
+    const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
+    const Vec3d at = apply(solid.pose, in_mesh), normal = solid.pose.rotation * cast<double>(contact.normal);
+    HalfSpace space;
+    space.normal = cast<float>(normal);
+    space.offset = static_cast<float>(dot(normal, at) + thickness_);
+    space.motion = cast<float>(at - apply(solid.previous, in_mesh));
+    space.depth = static_cast<float>(unit * static_cast<double>(contact.depth));
+    space.node = contact.index;
+    space.solid = solid_number;
+    space.place = cast<float>(in_mesh);
+    space.direction = contact.normal;
+    // Solids are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point lies
+    // behind the other's tangent plane is left out; the deeper one stays where both do.
+    const double slack = 0.25 * thickness_;
+    for (std::uint32_t o = head_[space.node]; o != k_none; o = spaces_[o].next) {
+        HalfSpace& other = spaces_[o];
+        if (other.push < 0.f) continue;
+        const Vec3d p = asked_[space.node];
+        const Vec3d other_at = p + static_cast<double>(other.depth) * cast<double>(other.normal);
+        const bool hidden = dot(at, cast<double>(other.normal)) < dot(other_at, cast<double>(other.normal)) - slack;
+        const bool hides = dot(other_at - at, normal) < -slack;
+        if (hidden && (!hides || space.depth <= other.depth)) return;
+        if (hides) other.push = -1.f;  // void
+    }
+    space.next = head_[space.node];
+    head_[space.node] = static_cast<std::uint32_t>(count_);
+    spaces_[count_++] = space;
+}
+
+}  // namespace sqmap::sim

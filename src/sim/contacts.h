@@ -1,0 +1,66 @@
+// Contacts of cloth with solids: what sqmap answers, as half-spaces that the threads' solver respects.
+#pragma once
+
+#include "sqmap/query/pair.h"
+#include "sqmap/query/swept.h"
+#include "sqmap/sim/cloth.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::sim {
+
+/// A node has to stay where dot(normal, x) >= offset. World, m.
+struct HalfSpace {
+    Vec3f normal{};
+    float offset = 0;
+    Vec3f motion{};   ///< of the surface in this step
+    float push = 0;   ///< sum of what it moved the node, >= 0
+    Vec3f grip{};     ///< sum of what friction moved it
+    float depth = 0;  ///< below the solid's surface, of the asked place
+    std::uint32_t node = 0;
+    std::uint32_t next = 0;  ///< of the same node
+    std::uint32_t solid = 0;
+    Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame
+};
+
+class Contacts {
+public:
+    Contacts(std::span<const Vec3d> points, double thickness, double sweep_step, query::Layer layer);
+
+    /// Nodes went from previous to now; finds the half-spaces. Bits of ClothStatus. No allocation.
+    std::uint32_t find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
+                       StepReport& report) noexcept;
+
+    /// Moves the half-spaces of the last step with their solids.
+    void ride(std::span<const Solid> solids) noexcept;
+
+    [[nodiscard]] std::span<const Vec3d> asked() const noexcept { return asked_; }
+    [[nodiscard]] std::span<HalfSpace> all() noexcept { return std::span(spaces_).first(count_); }
+
+private:
+    /// Marks the nodes that have to be asked again; false: every node has.
+    bool mark_stale(std::span<const Vec3d> now, std::span<const Solid> solids) noexcept;
+    void drop_void() noexcept;
+    std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
+                      StepReport& report) noexcept;
+    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, std::uint32_t& status) noexcept;
+
+    query::Probe probe_;
+    query::SweptRoom room_;
+    std::vector<query::FrameContact> found_;
+    std::vector<HalfSpace> spaces_;
+    std::vector<std::uint32_t> head_;     ///< of each node
+    std::vector<Vec3d> asked_;            ///< the nodes, each a little more than thickness deeper along its last normal
+    std::vector<Vec3d> touched_;          ///< that normal; zero where the node is free
+    std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
+    std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked
+    std::vector<std::uint8_t> stale_;
+    std::size_t stale_count_ = 0, solids_ = 0;
+    std::size_t count_ = 0;
+    double thickness_, sweep_step_;
+    query::FrameOptions options_;
+};
+
+}  // namespace sqmap::sim

@@ -1,0 +1,245 @@
+#include "sqmap/sim/cloth.h"
+
+#include "support/bodies.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::sim {
+namespace {
+
+constexpr double k_dt = 1.0 / 240;
+
+const test::Parsed& ball()
+{
+    static const test::Parsed k_ball(mesh::sphere(0.3, 4));
+    return k_ball;
+}
+const test::Parsed& plate()
+{
+    static const test::Parsed k_plate = [] {
+        mesh::Mesh m = test::cube();
+        for (Vec3d& v : m.vertices) v.y *= 0.02;
+        return test::Parsed(m);
+    }();
+    return k_plate;
+}
+Solid still(const test::Parsed& p, Vec3d at = {}) { return {&p.view(), {{}, at}, {{}, at}}; }
+
+double largest_y(const Cloth& cloth)
+{
+    double y = -INFINITY;
+    for (const Vec3d& p : cloth.positions()) y = std::max(y, p.y);
+    return y;
+}
+
+TEST(Cloth, ADrapeOverABallComesToRestOutsideIt)
+{
+    Cloth cloth(sheet({{0, 0.33, 0}, 0.7, 0.7, 0, 0, 900}), fabric("wool"));
+    const Solid solid = still(ball());
+    double quiet = 0;
+    StepReport r;
+    for (int i = 0; i < 6 * 240 && quiet < 0.25; ++i) {
+        r = cloth.step(k_dt, {&solid, 1});
+        ASSERT_EQ(r.status, k_cloth_ok);
+        quiet = r.fastest < 0.05 ? quiet + k_dt : 0;
+    }
+    EXPECT_LT(r.fastest, 0.05);
+    EXPECT_GT(r.contacts, 100u);
+    const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 4);
+    EXPECT_LE(deep.nodes, 0.002 * 0.6);
+    EXPECT_LE(deep.interiors, 0.005 * 0.6);
+    EXPECT_GT(largest_y(cloth), 0.3);   // it lies on the ball
+    EXPECT_LT(largest_y(cloth), 0.31);  // and touches it
+}
+
+TEST(Cloth, EnergyNeverGrowsAtAnyTimeStep)
+{
+    for (const double dt : {k_dt, 10 * k_dt}) {
+        Cloth cloth(sheet({{0, 0.5, 0}, 0.8, 0.8, 0, 0, 400}), fabric("cotton"));
+        const Solid solid = still(ball());
+        double first = NAN, mass = 0.15 * 0.64;
+        for (int i = 0; i < static_cast<int>(1.5 / dt); ++i) {
+            const StepReport r = cloth.step(dt, {&solid, 1});
+            if (std::isnan(first)) first = r.kinetic + r.potential;
+            // What is pushed out of the ball is lifted by the cloth's thickness at most.
+            ASSERT_LE(r.kinetic + r.potential, first + mass * 9.81 * 0.003) << dt << " at step " << i;
+        }
+    }
+}
+
+TEST(Cloth, NothingTunnelsThroughAThinPlateAtFiveMetresASecond)
+{
+    // Gravity that brings it to 5 m/s just above the plate: 20 mm a step, half the plate's thickness.
+    ClothOptions options;
+    options.gravity = {0, -25, 0};
+    Fabric thin = fabric("cotton");
+    thin.damping = 0;
+    Cloth cloth(sheet({{0, 0.54, 0}, 0.9, 0.9, 0, 0, 900}), thin, options);
+    const Solid solid = still(plate());
+    double fastest = 0;
+    for (int i = 0; i < 120; ++i) {
+        fastest = std::max(fastest, cloth.step(k_dt, {&solid, 1}).fastest);
+        for (const Vec3d& p : cloth.positions()) ASSERT_GT(p.y, 0.02 - 0.002) << "step " << i;
+    }
+    EXPECT_GT(fastest, 4.9);
+}
+
+TEST(Cloth, FrictionHoldsWithinItsConeAndLetsGoBeyond)
+{
+    for (const auto& [mu, holds] : {std::pair{0.8, true}, {0.2, false}}) {
+        ClothOptions options;
+        options.gravity = {9.81 * std::sin(0.5), -9.81 * std::cos(0.5), 0};  // tan 0.5 = 0.55
+        Fabric f = fabric("cotton");
+        f.friction = mu;
+        f.damping = 0;
+        Cloth cloth(sheet({{0, 0.0225, 0}, 0.3, 0.3, 0, 0, 100}), f, options);
+        const Solid solid = still(plate());
+        for (int i = 0; i < 96; ++i) cloth.step(k_dt, {&solid, 1});
+        Vec3d mean{};
+        for (const Vec3d& p : cloth.positions()) mean += p / static_cast<double>(cloth.size());
+        if (holds) {
+            EXPECT_LT(std::abs(mean.x), 0.005);
+        } else {
+            const double t = 0.4, expected = 0.5 * t * t * 9.81 * (std::sin(0.5) - 0.2 * std::cos(0.5));
+            EXPECT_NEAR(mean.x, expected, 0.1 * expected);
+        }
+    }
+}
+
+TEST(Cloth, PaperFrictionSlowsByItsForceWhateverTheNormalForce)
+{
+    ClothOptions options;
+    options.gravity = {2, -9.81, 0};
+    options.friction = Friction::Paper;
+    Fabric f = fabric("cotton");
+    f.damping = 0;
+    const Garment garment = sheet({{0, 0.0225, 0}, 0.3, 0.3, 0, 0, 100});
+    const double node_mass = f.density * 0.09 / static_cast<double>(garment.start.size());
+    options.paper_friction = 0.5 * 2 * node_mass;  // half of what pulls
+    options.paper_stiffness = 0;
+    Cloth cloth(garment, f, options);
+    const Solid solid = still(plate());
+    for (int i = 0; i < 96; ++i) cloth.step(k_dt, {&solid, 1});
+    Vec3d mean{};
+    for (const Vec3d& p : cloth.positions()) mean += p / static_cast<double>(cloth.size());
+    EXPECT_NEAR(mean.x, 0.5 * 1.0 * 0.16, 0.02);
+}
+
+TEST(Cloth, ClothRidesASolidThatMoves)
+{
+    Fabric f = fabric("wool");
+    f.damping = 0;
+    Cloth cloth(sheet({{0, 0.0245, 0}, 0.3, 0.3, 0, 0, 100}), f);
+    Solid solid = still(plate());
+    for (int i = 1; i <= 240; ++i) {
+        const double t = i * k_dt;
+        solid.previous = solid.pose;
+        solid.pose.translation = {0.25 * t * t, 0.1 * std::sin(3 * t), 0};  // 0.5 m/s^2 < 0.6 g
+        cloth.step(k_dt, {&solid, 1});
+    }
+    Vec3d mean{};
+    for (const Vec3d& p : cloth.positions()) mean += p / static_cast<double>(cloth.size());
+    EXPECT_NEAR(mean.x, 0.25, 0.02);
+    EXPECT_NEAR(mean.y, 0.024 + 0.1 * std::sin(3.0), 0.003);
+}
+
+TEST(Cloth, OverlappingSolidsAreOne)
+{
+    // Two plates, the right one overlapping the left: cloth lies flat across the hidden ends of both.
+    Cloth cloth(sheet({{0.9, 0.05, 0}, 0.6, 0.6, 0, 0, 900}), fabric("wool"));
+    const std::array solids{still(plate(), {0, 0, 0}), still(plate(), {1.8, 0, 0})};
+    for (int i = 0; i < 300; ++i) ASSERT_EQ(cloth.step(k_dt, solids).status, k_cloth_ok);
+    for (const Vec3d& p : cloth.positions()) EXPECT_NEAR(p.y, 0.024, 0.004);
+}
+
+TEST(Cloth, WhatIsNotFiniteIsStoppedAndSaid)
+{
+    ClothOptions options;
+    options.gravity.y = std::numeric_limits<double>::quiet_NaN();
+    Cloth cloth(sheet({{0, 1, 0}, 0.3, 0.3, 0, 0, 50}), fabric("silk"), options);
+    const std::vector<Vec3d> before(cloth.positions().begin(), cloth.positions().end());
+    EXPECT_NE(cloth.step(k_dt, {}).status & k_cloth_not_finite, 0u);
+    EXPECT_TRUE(std::equal(before.begin(), before.end(), cloth.positions().begin()));
+    EXPECT_EQ(cloth.step(0, {}).status, k_cloth_bad_step);
+    Solid solid = still(ball());
+    solid.pose.translation.x = INFINITY;
+    EXPECT_EQ(cloth.step(k_dt, {&solid, 1}).status, k_cloth_bad_step);
+}
+
+TEST(Cloth, GarmentsThatContradictThemselvesAreRefused)
+{
+    Garment g = sheet({{0, 1, 0}, 0.3, 0.3, 0, 0, 50});
+    g.triangles[0][0] = 1000;
+    EXPECT_THROW(Cloth(g, fabric("silk")), std::invalid_argument);
+    g = sheet({{0, 1, 0}, 0.3, 0.3, 0, 0, 50});
+    g.start[3].x = NAN;
+    EXPECT_THROW(Cloth(g, fabric("silk")), std::invalid_argument);
+}
+
+TEST(Cloth, SeamsCloseAreCutAndSewnAgain)
+{
+    Cloth cloth(shirt({.collar = {0, 0, 0}, .gap = 0.05, .vertices = 600}), fabric("cotton"), {.gravity = {0, -1, 0}});
+    EXPECT_NEAR(cloth.gap(1), 0.1, 1e-6);
+    for (int i = 0; i < 144; ++i) cloth.step(k_dt, {});
+    EXPECT_LT(cloth.gap(0), 0.003);
+    EXPECT_LT(cloth.gap(1), 0.003);
+    cloth.cut(1);
+    // Hold the front by its hem, let the back swing.
+    const std::vector<std::uint32_t> top{0, 1, 2, 3};
+    cloth.pin(top, Cloth::k_world, {});
+    for (int i = 0; i < 60; ++i) cloth.step(k_dt, {});
+    const double open = cloth.gap(1);
+    EXPECT_GT(open, 0.005);
+    cloth.sew(1);
+    for (int i = 0; i < 180; ++i) cloth.step(k_dt, {});
+    EXPECT_LT(cloth.gap(1), 0.003);
+}
+
+TEST(Cloth, AToolFeelsTheWeightOfWhatItHolds)
+{
+    const Fabric f = fabric("denim");
+    Cloth cloth(sheet({{0, 1, 0}, 0.2, 0.2, 0, 0, 100}), f);
+    cloth.grasp(0, 0.001, cloth.positions()[0]);
+    Vec3d mean{};
+    for (int i = 0; i < 1200; ++i) {
+        cloth.step(k_dt, {});
+        if (i >= 960) mean += cloth.tension() / 240.0;
+    }
+    const double weight = f.density * 0.04 * 9.81;
+    EXPECT_NEAR(mean.y, -weight, 0.1 * weight);
+    EXPECT_LT(std::hypot(mean.x, mean.z), 0.15 * weight);
+    cloth.release();
+    EXPECT_EQ(norm(cloth.tension()), 0);
+}
+
+TEST(Cloth, StrainIsWhatTheStartIsStretchedBy)
+{
+    Garment g = sheet({{0, 1, 0}, 0.3, 0.3, 0, 0, 64});
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t i = 0; i < g.start.size(); ++i) {
+        g.start[i] = 1.1 * g.start[i];
+        all.push_back(i);
+    }
+    Cloth cloth(g, fabric("cotton"));
+    cloth.pin(all, Cloth::k_world, {});
+    for (const double s : cloth.strain()) EXPECT_NEAR(s, 0.1, 1e-5);
+}
+
+TEST(Cloth, PenetrationIsTheDepthOfPlacesWithinTriangles)
+{
+    // A triangle whose corners are outside the ball and whose middle is 0.1 below its top.
+    const std::array corners{Vec3d{-1, 0.2, -1}, Vec3d{1, 0.2, -1}, Vec3d{0, 0.2, 2}};
+    const std::array<std::array<std::uint32_t, 3>, 1> triangle{{{0, 1, 2}}};
+    const Solid solid = still(ball());
+    const Penetration deep = penetration(corners, triangle, {&solid, 1}, 3);
+    EXPECT_EQ(deep.nodes, 0);
+    EXPECT_NEAR(deep.interiors, 0.1, 0.002);
+}
+
+}  // namespace
+}  // namespace sqmap::sim
