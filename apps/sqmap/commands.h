@@ -1,5 +1,5 @@
 // Every subcommand registers itself on the parser; its callback does the work and returns the exit code through the
-// exit_code reference (0 done, 2 refused input, 64 usage, 70 internal).
+// exit_code reference (0 done, 1 replay found differences, 2 refused input, 64 usage, 70 internal).
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,10 +8,13 @@ namespace sqmap::app {
 
 void add_bake(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
+void add_devices(CLI::App& app, int& exit_code);
 void add_eval(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_query(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
 void add_shapes(CLI::App& app, int& exit_code);
+void add_touch(CLI::App& app, int& exit_code);
 
 }  // namespace sqmap::app

@@ -16,6 +16,9 @@ int main(int argc, char** argv)
     sqmap::app::add_eval(app, exit_code);
     sqmap::app::add_render(app, exit_code);
     sqmap::app::add_shapes(app, exit_code);
+    sqmap::app::add_touch(app, exit_code);
+    sqmap::app::add_replay(app, exit_code);
+    sqmap::app::add_devices(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

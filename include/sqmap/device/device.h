@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 
 namespace sqmap::device {
@@ -21,34 +22,42 @@ inline constexpr std::size_t k_most_zones = 16;
 
 /// What a device can do; the safety filter takes its limits from here. Zero means unknown, and then the careful default holds.
 struct Capabilities {
-    std::string name;              ///< for people: "Haply Inverse3 (service on localhost)"
-    bool simulated = false;        ///< no hardware: never shown as though it were
-    std::size_t zones = 1;         ///< poses in and wrenches out
-    bool rotates_in = false;       ///< reports orientation
-    bool force_out = false;        ///< directional force
+    std::string name;         ///< for people: "Haply Inverse3 (service on localhost)"
+    bool simulated = false;   ///< no hardware: never shown as though it were
+    std::size_t zones = 1;    ///< poses in and wrenches out
+    bool rotates_in = false;  ///< reports orientation
+    bool force_out = false;   ///< directional force
     bool torque_out = false;
-    bool rumble_out = false;       ///< only the force's magnitude can be felt
-    double max_force = 0;          ///< N
-    double max_torque = 0;         ///< N m
-    double continuous_force = 0;   ///< N, root mean square over 10 s
-    double damping = 0;            ///< b, N s/m, of the mechanism
-    double coulomb_friction = 0;   ///< f_c, N
-    double resolution = 0;         ///< Delta, m, of the encoder at the tip
-    double delay = 0;              ///< s from a pose to the force that answers it, besides the tick itself
-    double rate = 1000;            ///< Hz at which poses come
+    bool rumble_out = false;      ///< only the force's magnitude can be felt
+    double max_force = 0;         ///< N
+    double max_torque = 0;        ///< N m
+    double continuous_force = 0;  ///< N, root mean square over 10 s
+    double damping = 0;           ///< b, N s/m, of the mechanism
+    double coulomb_friction = 0;  ///< f_c, N
+    double resolution = 0;        ///< Delta, m, of the encoder at the tip
+    double delay = 0;             ///< s from a pose to the force that answers it, besides the tick itself
+    double rate = 1000;           ///< Hz at which poses come
 };
 
 /// One reading.
 struct Sample {
-    double time = 0;                          ///< s, monotonic, when the device measured it
-    std::uint64_t sequence = 0;               ///< grows by one with every fresh reading: the same number is a stale one
-    std::array<Pose, k_most_zones> poses{};   ///< of the zones; the world, metres
+    double time = 0;                           ///< s, monotonic, when the device measured it
+    std::uint64_t sequence = 0;                ///< grows by one with every fresh reading: the same number is a stale one
+    std::array<Pose, k_most_zones> poses{};    ///< of the zones; the world, metres
     std::array<Twist, k_most_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
     bool has_twist = false;
-    std::uint32_t buttons = 0;                ///< a bit each
+    std::uint32_t buttons = 0;  ///< a bit each
+};
+
+/// A device that cannot be opened: no such kind, not there, or wrong arguments; what() says why and what to do.
+class DeviceError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
 };
 
 /// Implementations: one file a family in src/device. A device is used by one thread at a time, the servo's, except zero().
+/// read, write and zero never wait, allocate or throw: what waits for hardware is done by a thread of the device's own. That
+/// thread exerts nothing where the last write is older than 20 ms, and the destructor leaves the hardware without force.
 class Device {
 public:
     virtual ~Device() = default;
@@ -57,7 +66,8 @@ public:
     virtual bool read(Sample& sample) noexcept = 0;
     /// One wrench a zone. False when the device is gone.
     virtual bool write(std::span<const Wrench> wrenches) noexcept = 0;
-    /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls.
+    /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls. It cancels every wrench
+    /// written before it; a later write() counts again, so whoever stops for good must also keep the servo from writing.
     virtual void zero() noexcept = 0;
 };
 

@@ -1,0 +1,74 @@
+// sqmap devices: what there is on this machine to touch with.
+#include "commands.h"
+#include "sqmap/device/open.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <memory>
+
+namespace sqmap::app {
+namespace {
+
+const char* word(device::Presence presence)
+{
+    switch (presence) {
+        case device::Presence::Here:
+            return "here";
+        case device::Presence::Absent:
+            return "absent";
+        case device::Presence::NotBuilt:
+            break;
+    }
+    return "not built";
+}
+
+std::string output(const device::Capabilities& c)
+{
+    std::string out = c.torque_out ? "force and torque" : c.force_out ? "force" : c.rumble_out ? "rumble" : "none";
+    char limit[48];
+    if ((c.force_out || c.torque_out) && c.max_force > 0) {
+        std::snprintf(limit, sizeof limit, ", at most %.3g N", c.max_force);
+        out += limit;
+    }
+    return out;
+}
+
+}  // namespace
+
+void add_devices(CLI::App& app, int& exit_code)
+{
+    const auto json = std::make_shared<bool>(false);
+    CLI::App* command = app.add_subcommand("devices", "List the devices to touch with: what is here, its rate and its limits");
+    command->add_flag("--json", *json, "Answer as JSON");
+    command->footer("Pass the first column to sqmap touch --device. Exit code: 0, 64 wrong usage, 70 internal error.");
+    command->callback([json, &exit_code] {
+        const std::vector<device::DeviceListing> list = device::list_devices();
+        if (*json) {
+            nlohmann::ordered_json out = nlohmann::ordered_json::array();
+            for (const device::DeviceListing& d : list)
+                out.push_back({{"device", d.spec},
+                               {"presence", word(d.presence)},
+                               {"state", d.state},
+                               {"simulated", d.capabilities.simulated},
+                               {"zones", d.capabilities.zones},
+                               {"rate", d.capabilities.rate},
+                               {"force", d.capabilities.force_out},
+                               {"torque", d.capabilities.torque_out},
+                               {"rumble", d.capabilities.rumble_out},
+                               {"max_force", d.capabilities.max_force},
+                               {"max_torque", d.capabilities.max_torque}});
+            std::printf("%s\n", out.dump(2).c_str());
+        } else {
+            for (const device::DeviceListing& d : list) {
+                std::printf("%-20s %-9s  %s\n", d.spec.c_str(), word(d.presence), d.state.c_str());
+                if (d.presence == device::Presence::Here)
+                    std::printf("%-20s %-9s  %s%g Hz; output: %s\n", "", "", d.capabilities.simulated ? "no hardware; " : "",
+                                d.capabilities.rate, output(d.capabilities).c_str());
+            }
+        }
+        exit_code = 0;
+    });
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,177 @@
+// sqmap replay: computes the forces of a recording anew and compares them with what was recorded, to the bit.
+#include "commands.h"
+#include "sqmap/device/trace.h"
+#include "strip_chart.h"
+#include "touch_setup.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace sqmap::app {
+namespace {
+
+struct Arguments {
+    std::string trace, against, plot;
+    bool diff = false;
+    unsigned threads = 1;
+};
+
+struct Outcome {
+    std::uint64_t ticks = 0, different = 0, dropped = 0;
+    std::size_t first_line = 0;
+    double first_time = 0;
+    std::string first_columns;
+    double largest_force = 0, largest_torque = 0, largest_depth = 0;  ///< differences
+    double sum_force_sq = 0;                                          ///< of differences
+    std::uint64_t hash = 0xcbf29ce484222325u;                         ///< of all forces that were computed
+    bool complete = false;
+    std::string error;
+};
+
+void mix(std::uint64_t& hash, double value)
+{
+    // All NaN are one.
+    const std::uint64_t bits = std::isnan(value) ? ~0ull : std::bit_cast<std::uint64_t>(value);
+    hash = (hash ^ bits) * 0x100000001b3u;
+}
+
+/// rows: prints what differs. Everything is this thread's own: setup, reader, state.
+Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows)
+{
+    device::TraceReader reader(arguments.trace);
+    const std::size_t zones = reader.header().zones;
+    TouchSetup setup(options, zones, std::filesystem::path(arguments.trace).parent_path());
+    Outcome o;
+    device::TraceRow recorded;
+    if (rows) std::printf("line,time,columns,recorded_depth,depth,recorded_force,force,force_difference,torque_difference\n");
+    while (reader.next(recorded)) {
+        device::TraceRow row = recorded;
+        setup.step(row);
+        ++o.ticks;
+        for (std::size_t z = 0; z < zones; ++z)
+            for (int i = 0; i < 3; ++i) {
+                mix(o.hash, row.computed[z].force[i]);
+                mix(o.hash, row.computed[z].torque[i]);
+            }
+        if (device::same_bits(recorded, row, zones)) continue;
+        const std::string columns = device::differences(recorded, row, zones);
+        if (o.different++ == 0) {
+            o.first_line = reader.line();
+            o.first_time = recorded.time;
+            o.first_columns = columns;
+        }
+        double force = 0, torque = 0, was = 0, is = 0;
+        for (std::size_t z = 0; z < zones; ++z) {
+            force = std::max(force, norm(row.computed[z].force - recorded.computed[z].force));
+            torque = std::max(torque, norm(row.computed[z].torque - recorded.computed[z].torque));
+            was = std::max(was, norm(recorded.computed[z].force));
+            is = std::max(is, norm(row.computed[z].force));
+        }
+        o.largest_force = std::max(o.largest_force, force);
+        o.largest_torque = std::max(o.largest_torque, torque);
+        o.largest_depth = std::max(o.largest_depth, std::abs(row.depth - recorded.depth));
+        o.sum_force_sq += force * force;
+        if (rows)
+            std::printf("%zu,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", reader.line(), recorded.time, columns.c_str(),
+                        recorded.depth, row.depth, was, is, force, torque);
+    }
+    o.complete = reader.complete();
+    o.dropped = reader.dropped();
+    return o;
+}
+
+int run(const Arguments& arguments)
+{
+    TouchOptions options;
+    {
+        const device::TraceReader reader(arguments.trace);
+        const auto setup = reader.header().find("setup");
+        if (!setup) throw BadTouch(arguments.trace + " has no setup: it was not recorded by sqmap touch");
+        options = setup_from(*setup);
+    }
+    if (!arguments.against.empty()) {
+        options.objects.front().file = arguments.against;
+        options.objects.front().hash = 0;
+    }
+    std::vector<Outcome> outcomes(arguments.threads);
+    std::vector<std::thread> threads;
+    for (unsigned i = 1; i < arguments.threads; ++i)
+        threads.emplace_back([&, i] {
+            try {
+                outcomes[i] = replay(arguments, options, false);
+            } catch (const std::exception& e) {
+                outcomes[i].error = e.what();
+            }
+        });
+    try {
+        outcomes[0] = replay(arguments, options, arguments.diff);
+    } catch (...) {
+        for (std::thread& thread : threads) thread.join();
+        throw;
+    }
+    for (std::thread& thread : threads) thread.join();
+    const Outcome& o = outcomes.front();
+    std::FILE* const out = arguments.diff ? stderr : stdout;  // the rows have the other one
+    if (!o.complete) std::fprintf(out, "%s was cut short: its last whole row is the last tick\n", arguments.trace.c_str());
+    if (o.dropped > 0)
+        std::fprintf(out, "%llu rows were dropped while recording: what has a memory may differ after each\n",
+                     static_cast<unsigned long long>(o.dropped));
+    bool alike = true;
+    for (const Outcome& other : outcomes) alike &= other.error.empty() && other.hash == o.hash && other.ticks == o.ticks;
+    const auto ticks = static_cast<unsigned long long>(o.ticks);
+    if (o.different == 0) {
+        std::fprintf(out, "%llu ticks, all bit-identical; forces %016llx\n", ticks, static_cast<unsigned long long>(o.hash));
+    } else {
+        std::fprintf(out, "%llu of %llu ticks differ; forces %016llx\n", static_cast<unsigned long long>(o.different), ticks,
+                     static_cast<unsigned long long>(o.hash));
+        std::fprintf(out, "  first on line %zu, at %.6g s: %s\n", o.first_line, o.first_time, o.first_columns.c_str());
+        std::fprintf(
+            out,
+            "  largest difference: force %.6g N, torque %.6g N m, depth %.6g m; force, root mean square over all ticks %.6g N\n",
+            o.largest_force, o.largest_torque, o.largest_depth, std::sqrt(o.sum_force_sq / static_cast<double>(o.ticks)));
+    }
+    if (arguments.threads > 1)
+        std::fprintf(out, "%u threads: %s\n", arguments.threads, alike ? "all the same forces" : "NOT the same forces");
+    if (!arguments.plot.empty()) plot_trace(arguments.trace, arguments.plot);
+    const bool failed = !alike || (o.different > 0 && arguments.against.empty());
+    return failed ? 1 : 0;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand("replay", "Compute the forces of a recording anew and compare them, to the bit");
+    command->add_option("trace", arguments->trace, "What sqmap touch --record wrote")->required()->check(CLI::ExistingFile);
+    command->add_option("--against", arguments->against, "Another model in place of the first: how do its forces differ?")
+        ->check(CLI::ExistingFile);
+    command->add_flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
+    command->add_option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
+    command->add_option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG)");
+    command->footer(
+        "Exit code: 0 bit-identical, or compared --against another model; 1 different; 2 bad trace or model, 64 wrong usage, 70 "
+        "internal error.");
+    command->callback([arguments, &exit_code] {
+        exit_code = 2;
+        try {
+            exit_code = run(*arguments);
+        } catch (const BadTouch& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const device::TraceError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        }
+    });
+}
+
+}  // namespace sqmap::app

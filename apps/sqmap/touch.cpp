@@ -1,0 +1,426 @@
+// sqmap touch: a device, real or scripted, touches models; every tick can be recorded.
+#include "commands.h"
+#include "sqmap/device/handover.h"
+#include "sqmap/device/keeper.h"
+#include "sqmap/device/open.h"
+#include "sqmap/device/path.h"
+#include "sqmap/device/servo.h"
+#include "sqmap/device/simulated.h"
+#include "sqmap/device/trace.h"
+#include "sqmap/haptic/safety.h"
+#include "strip_chart.h"
+#include "touch_setup.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+
+namespace sqmap::app {
+namespace {
+
+struct Arguments {
+    std::vector<std::string> objects;
+    std::string device = "press", record, plot;
+    double unit = 0, size = 0.3, seconds = 10;
+    bool own_process = false;
+    TouchOptions touch;
+    device::ServoOptions servo;
+};
+
+const std::map<std::string, device::Script> k_scripts{{"press", device::Script::Press},
+                                                      {"tap", device::Script::Tap},
+                                                      {"slide", device::Script::Slide},
+                                                      {"circle", device::Script::Circle}};
+
+std::atomic<bool> interrupted{false};
+extern "C" void interrupt(int) { interrupted = true; }
+
+double thread_cpu()
+{
+    timespec t{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// FILE or FILE@X,Y,Z.
+TouchObject object_from(const std::string& text)
+{
+    TouchObject object{.file = text};
+    const std::size_t at = text.rfind('@');
+    if (at == std::string::npos) return object;
+    const char* c = text.data() + at + 1;
+    const char* const last = text.data() + text.size();
+    for (int i = 0; i < 3; ++i) {
+        const auto [end, error] = std::from_chars(c, last, object.place[i]);
+        if (error != std::errc() || !std::isfinite(object.place[i]) || (i < 2 ? end == last || *end != ',' : end != last))
+            throw BadTouch("--object " + text + ": a place is three numbers, as in bunny.sqmap@0.1,0,0");
+        c = end + 1;
+    }
+    object.file.resize(at);
+    return object;
+}
+
+Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d otherwise)
+{
+    const std::string text = spec.text(name, "");
+    if (text.empty()) return otherwise;
+    // Commas part options, so a direction is written with blanks or slashes between its numbers.
+    Vec3d v;
+    const char* c = text.data();
+    const char* const last = c + text.size();
+    for (int i = 0; i < 3; ++i) {
+        const auto [end, error] = std::from_chars(c, last, v[i]);
+        if (error != std::errc() || !std::isfinite(v[i]) || (i < 2 ? end == last || (*end != '/' && *end != ' ') : end != last))
+            throw device::DeviceError(std::string(name) + " is three numbers with slashes between them, as in 0/0/1");
+        c = end + 1;
+    }
+    return v;
+}
+
+/// Poses in the world, of press, tap, slide or circle.
+std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device::Script script, const TouchSetup& setup,
+                                         double seconds, double& rate)
+{
+    device::ScriptOptions o;
+    o.seconds = seconds;
+    o.rate = rate = spec.number("rate", o.rate, 1, 1e5);
+    o.speed = spec.number("speed", o.speed, 1e-6, 1e3);
+    o.depth = spec.number("depth", o.depth, -1, 1);
+    o.gap = spec.number("gap", o.gap, -1, 1);
+    o.radius = spec.number("radius", o.radius, 1e-6, 1e3);
+    o.direction = vector_option(spec, "direction", o.direction);
+    o.travel = vector_option(spec, "travel", o.travel);
+    std::vector<haptic::Pose> poses = device::scripted_path(setup.first_model(), setup.tool(), script, o);
+    for (haptic::Pose& pose : poses) pose = query::compose(setup.first_pose(), pose);
+    return poses;
+}
+
+/// Where the simulated hand wants to be.
+struct HandPath {
+    std::vector<haptic::Pose> poses;
+    double rate = 1000;
+
+    static device::HandTarget at(const void* context, double time, std::size_t) noexcept
+    {
+        const HandPath& path = *static_cast<const HandPath*>(context);
+        const double place = std::clamp(time * path.rate, 0.0, static_cast<double>(path.poses.size() - 1));
+        const auto k = static_cast<std::size_t>(place);
+        const std::size_t next = std::min(k + 1, path.poses.size() - 1);
+        const Vec3d a = path.poses[k].translation, b = path.poses[next].translation;
+        return {{{}, a + (place - static_cast<double>(k)) * (b - a)}, {path.rate * (b - a), {}}};
+    }
+};
+
+/// Devices that need the model: paths over it, and a simulated device in a hand that follows one. Null for any other kind.
+std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, const TouchSetup& setup, double seconds,
+                                            HandPath& hand)
+{
+    if (const auto script = k_scripts.find(spec.kind); script != k_scripts.end()) {
+        spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate"});
+        double rate = 0;
+        std::vector<haptic::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
+        return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), rate);
+    }
+    spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "hand", "delay"});
+    const auto script = k_scripts.find(spec.first.empty() ? "press" : spec.first);
+    if (script == k_scripts.end())
+        throw device::DeviceError("simulated: a hand can press, tap, slide or circle, not '" + spec.first + "'");
+    hand.poses = scripted_poses(spec, script->second, setup, seconds, hand.rate);
+    device::SimulatedOptions options{.script = HandPath::at, .script_context = &hand};
+    options.mechanism.delay_ticks = static_cast<int>(spec.number("delay", options.mechanism.delay_ticks, 0, 8));
+    const std::string name = spec.text("hand", options.hand.name);
+    const auto profile = std::find_if(device::k_hand_profiles.begin(), device::k_hand_profiles.end(),
+                                      [&](const device::HandProfile& p) { return name == p.name; });
+    if (profile == device::k_hand_profiles.end())
+        throw device::DeviceError("simulated: a hand is relaxed, fingertip, pen, firm or stiff, not '" + name + "'");
+    options.hand = *profile;
+    return std::make_unique<device::SimulatedDevice>(options);
+}
+
+struct Totals {
+    std::uint64_t ticks = 0, contact = 0;
+    double largest_force = 0, deepest = 0, cpu = 0, most_cpu = 0;
+    bool gone = false;
+    device::ServoCounters servo{};
+
+    void add(const device::TraceRow& row, std::size_t zones)
+    {
+        ++ticks;
+        contact += row.contacts > 0;
+        for (std::size_t z = 0; z < zones; ++z) largest_force = std::max(largest_force, norm(row.computed[z].force));
+        deepest = std::max(deepest, row.depth);
+        cpu += row.cpu;
+        most_cpu = std::max(most_cpu, row.cpu);
+    }
+};
+
+std::uint32_t filter_bits(const haptic::SafetyReport& report) { return report.acted | report.faults << 16; }
+
+/// A path: every pose once, no clock, so that the same path gives the same trace.
+Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions& safety, device::TraceWriter* writer)
+{
+    const device::Capabilities& capabilities = path.capabilities();
+    const std::size_t zones = capabilities.zones;
+    haptic::SafetyFilter filter(device::safety_limits(capabilities, 1 / capabilities.rate), safety);
+    if (filter.verdict() != haptic::SetupVerdict::Ok) throw BadTouch(haptic::describe(filter.verdict()));
+    Totals totals;
+    device::Sample sample;
+    device::TraceRow row;
+    row.dt = 1 / capabilities.rate;
+    while (!interrupted && path.read(sample)) {
+        const double begin = thread_cpu();
+        row.time = sample.time;
+        row.sequence = sample.sequence;
+        row.poses = sample.poses;
+        setup.step(row);
+        const haptic::SafetyReport report = filter.tick({.time = sample.time,
+                                                         .sample_time = sample.time,
+                                                         .sequence = sample.sequence,
+                                                         .poses = {row.poses.data(), zones},
+                                                         .asked = {row.computed.data(), zones}},
+                                                        {row.sent.data(), zones});
+        row.filter = filter_bits(report);
+        row.cpu = thread_cpu() - begin;
+        path.write({row.sent.data(), zones});
+        totals.add(row, zones);
+        if (writer != nullptr) writer->push_wait(row);
+    }
+    return totals;
+}
+
+/// What the servo's own record of a tick does not have.
+struct Felt {
+    std::uint64_t tick = 0;
+    std::uint32_t contacts = 0, input = 0;
+    double depth = 0;
+};
+
+struct Feeling {
+    Feeling(TouchSetup& touched, std::size_t zone_count) : setup(touched), zones(zone_count) {}
+
+    TouchSetup& setup;
+    std::size_t zones;
+    device::TraceRow row{};
+    device::Ring<Felt, 2048> felt{};
+};
+
+std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
+{
+    Feeling& f = *static_cast<Feeling*>(context);
+    f.row.dt = input.dt;
+    f.row.poses = input.sample.poses;
+    f.row.twists = input.sample.twists;
+    f.row.input =
+        (input.sample.has_twist ? device::k_trace_measured_twist : 0u) | (input.degraded ? device::k_trace_degraded : 0u);
+    f.setup.step(f.row);
+    std::copy_n(f.row.computed.begin(), std::min(f.zones, wrenches.size()), wrenches.begin());
+    (void)f.felt.push({input.tick, f.row.contacts, f.row.input, f.row.depth});
+    return f.row.status;
+}
+
+/// A device, by the clock: the servo's thread ticks, this one records.
+Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOptions& options, device::TraceWriter* writer,
+            double seconds)
+{
+    const std::size_t zones = device.capabilities().zones;
+    const auto feeling = std::make_unique<Feeling>(setup, zones);
+    Totals totals;
+    {
+        device::Servo servo(device, options, feel_tick, feeling.get());
+        device::ServoTick tick;
+        Felt felt;
+        std::optional<double> begin;
+        bool more = true;
+        while (more) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            while (more && servo.next(tick)) {
+                // Ticks come in order on both ways; one that only one of them holds was dropped by the other.
+                while (felt.tick < tick.tick && feeling->felt.pop(felt)) {
+                }
+                const bool whole = felt.tick == tick.tick;
+                if (!begin) begin = tick.time;
+                device::TraceRow row{.time = tick.time - *begin,
+                                     .dt = tick.dt,
+                                     .sequence = tick.sample.sequence,
+                                     .buttons = tick.sample.buttons,
+                                     .input = felt.input,
+                                     .cpu = tick.cpu,
+                                     .contacts = felt.contacts,
+                                     .depth = felt.depth,
+                                     .status = tick.status,
+                                     .filter = filter_bits(tick.safety),
+                                     .poses = tick.sample.poses,
+                                     .computed = tick.asked,
+                                     .sent = tick.sent};
+                if (tick.sample.has_twist) row.twists = tick.sample.twists;
+                totals.add(row, zones);
+                totals.gone = !tick.connected;
+                if (writer != nullptr && whole) writer->push_wait(row);
+                more = row.time < seconds;
+            }
+            more = more && !interrupted;
+        }
+        totals.servo = servo.counters();
+    }
+    return totals;
+}
+
+/// Before any thread runs: a process that owns the device is forked.
+std::unique_ptr<device::Device> open_device(const Arguments& arguments)
+{
+    if (!arguments.own_process) return device::open_device(arguments.device);
+    std::string spec = arguments.device;
+    try {
+        return device::keep_in_own_process([](void* context) { return device::open_device(*static_cast<std::string*>(context)); },
+                                           &spec);
+    } catch (const std::runtime_error& e) {
+        throw device::DeviceError(e.what());
+    }
+}
+
+void touch(const Arguments& arguments)
+{
+    if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
+    TouchOptions options = arguments.touch;
+    for (const std::string& text : arguments.objects) options.objects.push_back(object_from(text));
+    for (TouchObject& object : options.objects) {
+        const io::MappedModel model(object.file);
+        const model::Header& h = model.view().header;
+        // One scale for all, so that objects keep their sizes to each other.
+        if (&object == &options.objects.front())
+            object.metres_per_unit = arguments.unit > 0 ? arguments.unit : arguments.size / (h.r_max * h.unit);
+        else
+            object.metres_per_unit = options.objects.front().metres_per_unit;
+    }
+    const device::DeviceSpec spec = device::parse_spec(arguments.device);
+    const bool over = k_scripts.contains(spec.kind) || spec.kind == "simulated";
+    HandPath hand;
+    std::unique_ptr<device::Device> device;
+    if (!over) device = open_device(arguments);
+    const auto setup = std::make_unique<TouchSetup>(options, over ? 1 : device->capabilities().zones);
+    if (over) device = device_over(spec, *setup, arguments.seconds, hand);
+    const device::Capabilities& capabilities = device->capabilities();
+
+    std::printf("%s%s, %zu zone%s; R_max of %s is %.4g m\n", capabilities.name.c_str(),
+                capabilities.simulated ? " (no hardware)" : "", capabilities.zones, capabilities.zones == 1 ? "" : "s",
+                options.objects.front().file.c_str(),
+                static_cast<double>(setup->first_model().header.r_max) * setup->first_model().header.unit);
+    const haptic::StiffnessCheck check = haptic::check_stiffness(device::safety_limits(capabilities, arguments.servo.period),
+                                                                 options.zone.stiffness, options.zone.damping);
+    const bool path = dynamic_cast<device::PathDevice*>(device.get()) != nullptr;
+    if (!path && !check.safe)
+        std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
+                    haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "",
+                    options.zone.stiffness);
+
+    std::optional<device::TraceWriter> writer;
+    if (!arguments.record.empty())
+        writer.emplace(arguments.record, device::TraceHeader{.zones = capabilities.zones,
+                                                             .fields = {{"made-by", "sqmap " SQMAP_VERSION},
+                                                                        {"device", capabilities.name},
+                                                                        {"simulated", capabilities.simulated ? "yes" : "no"},
+                                                                        {"setup", setup_text(setup->options())}}});
+    struct sigaction action {};
+    action.sa_handler = interrupt;
+    ::sigaction(SIGINT, &action, nullptr);
+    ::sigaction(SIGTERM, &action, nullptr);
+    device::TraceWriter* const out = writer ? &*writer : nullptr;
+    const Totals totals = path ? play(*device, *setup, arguments.servo.safety, out)
+                               : feel(*device, *setup, arguments.servo, out, arguments.seconds);
+    device.reset();
+    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n",
+                static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
+                totals.largest_force);
+    if (totals.ticks > 0)
+        std::printf("  CPU time a tick: mean %.1f us, most %.1f us\n", 1e6 * totals.cpu / static_cast<double>(totals.ticks),
+                    1e6 * totals.most_cpu);
+    if (!path)
+        std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
+                    static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),
+                    1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped));
+    if (totals.gone) std::printf("  the device was gone at the end\n");
+    if (!writer) return;
+    writer->finish();
+    std::printf("recorded in %s%s\n", arguments.record.c_str(),
+                writer->dropped() > 0 ? (", " + std::to_string(writer->dropped()) + " rows dropped").c_str() : "");
+    if (!arguments.plot.empty()) plot_trace(arguments.record, arguments.plot);
+}
+
+}  // namespace
+
+void add_touch(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand("touch", "Touch models with a device, a scripted or a recorded path, and record it");
+    command->add_option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m")
+        ->required();
+    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")
+        ->capture_default_str();
+    command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command
+        ->add_option("--device", arguments->device,
+                     "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
+                     "travel, rate), path:FILE, trace:FILE, simulated[:press...][,hand=]. Others: see sqmap devices")
+        ->capture_default_str();
+    auto* const size = command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
+                           ->check(CLI::PositiveNumber)
+                           ->capture_default_str();
+    command->add_option("--unit", arguments->unit, "Or take a mesh unit as this many metres")
+        ->transform(CLI::Transformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}}))
+        ->check(CLI::PositiveNumber)
+        ->excludes(size);
+    command->add_option("--seconds", arguments->seconds, "How long")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--record", arguments->record, "Trace to write (CSV, see docs/trace-format.md)");
+    command->add_option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG)");
+    add_force_options(*command, arguments->touch);
+    const std::string safety = "Safety (a filter that is always on)";
+    command->add_option("--force-limit", arguments->servo.safety.force_limit, "N; default: 2, or the device's most if less")
+        ->check(CLI::PositiveNumber)
+        ->group(safety);
+    command->add_option("--torque-limit", arguments->servo.safety.torque_limit, "N m; default: 0.1, or the device's most if less")
+        ->check(CLI::PositiveNumber)
+        ->group(safety);
+    command
+        ->add_flag("--own-process", arguments->own_process,
+                   "A small process owns the device and lets it go when this one is killed")
+        ->group(safety);
+    command->add_option("--priority", arguments->servo.priority, "SCHED_FIFO of the servo, see sqmap rtcheck; 0: none")
+        ->check(CLI::Range(0, 98))
+        ->capture_default_str()
+        ->group(safety);
+    command->footer("Exit code: 0 done, 2 bad model, tool, device or file, 64 wrong usage, 70 internal error.");
+    command->callback([arguments, &exit_code] {
+        exit_code = 2;
+        try {
+            touch(*arguments);
+            exit_code = 0;
+        } catch (const BadTouch& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const device::DeviceError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const std::invalid_argument& e) {  // limits or a priority that the servo refuses
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const std::system_error& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const device::TraceError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        }
+    });
+}
+
+}  // namespace sqmap::app

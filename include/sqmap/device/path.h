@@ -1,0 +1,66 @@
+// Devices without hardware: paths that were recorded or scripted, played a pose a tick.
+#pragma once
+
+#include "sqmap/device/device.h"
+#include "sqmap/query/frame.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sqmap::device {
+
+/// Plays poses: each read() is the next one, whatever the clock says, so that runs repeat. After the last one the device is
+/// gone. Wrenches go nowhere.
+class PathDevice final : public Device {
+public:
+    /// poses: #ticks by #zones, a tick's zones side by side. rate: Hz, of the times that samples carry.
+    /// @throw DeviceError without poses, with zones outside 1 to k_most_zones or not a divisor, or a rate not above zero.
+    PathDevice(std::string name, std::vector<Pose> poses, double rate, std::size_t zones = 1);
+
+    [[nodiscard]] const Capabilities& capabilities() const noexcept override { return capabilities_; }
+    bool read(Sample& sample) noexcept override;
+    bool write(std::span<const Wrench> wrenches) noexcept override;
+    void zero() noexcept override {}
+    [[nodiscard]] std::size_t ticks() const noexcept { return poses_.size() / capabilities_.zones; }
+
+private:
+    std::vector<Pose> poses_;
+    Capabilities capabilities_;
+    std::size_t next_ = 0;
+};
+
+/// Reads a CSV with the header r00,r01,r02,r10,...,r22,tx,ty,tz and a pose a row: x in the world = rotation x + translation.
+/// @throw DeviceError that names the line: no such file, another header, not twelve finite numbers, rows that are not a
+/// rotation within 1e-4, no row at all.
+[[nodiscard]] std::vector<Pose> read_path(const std::filesystem::path& path);
+
+enum class Script {
+    Press,   ///< in along the normal, a hold, out again
+    Tap,     ///< in and out as a sine, its greatest speed as asked
+    Slide,   ///< along the surface, in the plane of its normal and travel, round the object again and again
+    Circle,  ///< round the place that a press would touch
+};
+
+/// Lengths in mesh units, times in seconds.
+struct ScriptOptions {
+    double seconds = 10;
+    double rate = 1000;        ///< Hz, poses a second
+    double speed = 0.1;        ///< a second
+    double depth = 0.002;      ///< of the deepest point of the tool
+    double gap = 0.005;        ///< from where the tool starts
+    double radius = 0.02;      ///< of the circle
+    Vec3d direction{0, 0, 1};  ///< from the model's origin to the place that is touched; any length but zero
+    Vec3d travel{1, 0, 0};     ///< where a slide or circle sets out to, as far as the surface lets it
+};
+
+/// Poses of a tool over a model, in the mesh's frame and units: the tool is never turned. Slides and circles are smoothed over 50
+/// ticks, so depth is met on the average. A circle is felt along one direction and jumps where the surface drops away from it;
+/// a slide never jumps. Deterministic. Cost: some 40 queries a tick of a slide or circle.
+/// @throw DeviceError where no surface lies in the direction, or for options out of range.
+[[nodiscard]] std::vector<Pose> scripted_path(const model::ModelView& model, const query::Probe& tool, Script script,
+                                              const ScriptOptions& options);
+
+}  // namespace sqmap::device

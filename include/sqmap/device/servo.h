@@ -1,0 +1,94 @@
+// The 1 kHz loop: reads a device, runs a tick, passes the result through the safety filter, writes. And who watches it.
+#pragma once
+
+#include "sqmap/device/device.h"
+#include "sqmap/haptic/safety.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace sqmap::device {
+
+/// What a tick gets. References hold during the call only.
+struct TickInput {
+    const Sample& sample;
+    double time = 0;        ///< s, steady clock
+    double dt = 0;          ///< s since the last tick, as it really was
+    bool degraded = false;  ///< the last tick overran or this one is late: answer cheaply, from the last contacts
+    std::uint64_t tick = 0;
+};
+/// wrenches: one a zone, zero at first. Runs on the servo's thread: must not wait, allocate or throw. What it returns is handed
+/// on as ServoTick::status. A plain function and a context: no indirection that could allocate.
+using TickFunction = std::uint32_t (*)(void* context, const TickInput& input, std::span<Wrench> wrenches) noexcept;
+
+struct ServoOptions {
+    double period = 1e-3;      ///< s, 0.1 to 20 ms
+    double budget = 0.8;       ///< share of the period that a tick may work; more makes the next one degraded
+    int priority = 0;          ///< SCHED_FIFO 1 to 98, its watchdog one more; 0: as other threads. Needs the right: sqmap rtcheck
+    bool lock_memory = false;  ///< mlockall, so that no tick waits for a page
+    bool signals = true;       ///< zero on SIGINT and SIGTERM, then whatever they did before
+    haptic::SafetyOptions safety{};
+};
+
+/// One tick as it happened.
+struct ServoTick {
+    std::uint64_t tick = 0;
+    double time = 0, dt = 0;  ///< s
+    double late = 0;          ///< s after its deadline
+    double cpu = 0;           ///< s of CPU time of reading, tick, filter and writing
+    bool connected = false, degraded = false;
+    std::uint32_t status = 0;  ///< what TickFunction returned
+    haptic::SafetyReport safety{};
+    std::size_t zones = 0;
+    Sample sample{};
+    std::array<Wrench, k_most_zones> asked{}, sent{};
+};
+
+struct ServoCounters {
+    std::uint64_t ticks = 0;
+    std::uint64_t late = 0;      ///< more than a period after their deadline
+    std::uint64_t missed = 0;    ///< deadlines without a tick of their own
+    std::uint64_t overruns = 0;  ///< ticks that worked longer than their budget
+    std::uint64_t degraded = 0;
+    std::uint64_t watchdog = 0;  ///< times the watchdog found no heartbeat for 20 ms
+    std::uint64_t dropped = 0;   ///< ticks that next() never shows, because nobody asked for them in time
+    double worst_late = 0;       ///< s
+};
+
+/// Limits of the filter from what a device says of itself.
+[[nodiscard]] haptic::DeviceLimits safety_limits(const Capabilities& capabilities, double period) noexcept;
+
+/// Runs from construction to destruction. The device exerts nothing: before the filter engages, after stop(), when the heartbeat
+/// is more than 20 ms old (a thread of its own watches, with its own timer), in the destructor, on SIGINT, SIGTERM, std::exit and
+/// std::terminate. What acts when the process is killed: the device's own time-out, or keep_in_own_process.
+/// The loop is in docs/realtime.md. At most 8 servos at a time.
+class Servo {
+public:
+    /// @throw std::invalid_argument for limits that the filter refuses, with its reason, or a period or priority out of range;
+    /// std::system_error where a thread cannot be made or the priority is not granted.
+    /// @pre device and context outlive the servo
+    Servo(Device& device, const ServoOptions& options, TickFunction tick, void* context);
+    ~Servo();
+    Servo(const Servo&) = delete;
+    Servo& operator=(const Servo&) = delete;
+
+    // Any thread.
+    void stop() noexcept;           ///< STOP: zero from the next tick, and at the device at once, until resume()
+    void resume() noexcept;         ///< the user's act that clears STOP and FAULT
+    void hold(bool held) noexcept;  ///< the dead-man switch, where SafetyOptions::dead_man
+    void restart() noexcept;        ///< the scene has changed: engage anew
+    [[nodiscard]] ServoCounters counters() const noexcept;
+
+    // One thread each.
+    bool newest(ServoTick& tick) noexcept;  ///< the last one; false where there is none since the last call
+    bool next(ServoTick& tick) noexcept;    ///< every one in order, up to 1024 behind; false where there is none
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+}  // namespace sqmap::device

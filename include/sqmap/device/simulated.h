@@ -1,0 +1,148 @@
+// A device without hardware in a hand without flesh: a mechanism with mass, friction, encoder and delay, held by a mass, a spring
+// and a damper. In steps for tests, and by the clock as a Device.
+#pragma once
+
+#include "sqmap/device/device.h"
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace sqmap::device {
+
+/// How a hand holds the tool: a mass on a spring and a damper whose other end is where the hand wants to be.
+struct HandProfile {
+    const char* name = "";
+    double mass = 0;            ///< kg that moves with the tool
+    double damping = 0;         ///< N s/m
+    double stiffness = 0;       ///< N/m
+    double inertia = 0;         ///< kg m^2
+    double turn_damping = 0;    ///< N m s/rad
+    double turn_stiffness = 0;  ///< N m/rad
+};
+
+/// From a fingertip that just rests on the tool to a fist. The second-order model of Hogan (1989) and Hajian and Howe (1997);
+/// stiffness and damping grow together with the grip as Hasser and Cutkosky (2002) and Kuchenbecker, Park and Niemeyer (2003)
+/// found for a pinch and for a stylus. The numbers are ours: they span from below to above what those measured, not any one hand.
+inline constexpr std::array<HandProfile, 5> k_hand_profiles{{
+    {"relaxed", 0.006, 0.5, 40, 1e-6, 0.0003, 0.02},
+    {"fingertip", 0.010, 2, 200, 4e-6, 0.001, 0.1},
+    {"pen", 0.030, 4, 400, 1e-5, 0.002, 0.3},
+    {"firm", 0.080, 8, 800, 3e-5, 0.005, 0.8},
+    {"stiff", 0.150, 15, 1500, 8e-5, 0.01, 2},
+}};
+
+/// The mechanism. Defaults: a light desktop stylus.
+struct Mechanism {
+    double mass = 0.07;              ///< kg, at the tip
+    double damping = 1.0;            ///< b, N s/m
+    double coulomb_friction = 0.05;  ///< f_c, N
+    double inertia = 2e-5;           ///< kg m^2
+    double turn_damping = 5e-4;      ///< N m s/rad
+    double resolution = 25e-6;       ///< m, of the encoder, along each axis
+    int delay_ticks = 1;             ///< ticks from a wrench written to the same wrench exerted; at most 8
+    double timeout = 0.020;          ///< s after the last wrench until the motors let go by themselves
+    double max_force = 3.3, max_torque = 0.2, continuous_force = 1.0;  ///< N, N m, N: what the motors saturate at and can hold
+};
+
+/// Where the hand wants to be.
+struct HandTarget {
+    Pose pose{};
+    Twist twist{};
+};
+
+/// One zone of the device in a hand, in steps of any length; no clock, no thread, no allocation. The same steps give the same
+/// bits. Semi-implicit Euler in substeps of at most 50 us.
+class HeldTool {
+public:
+    HeldTool(const Mechanism& mechanism, const HandProfile& hand) noexcept : mechanism_(mechanism), hand_(hand) {}
+
+    /// At rest there, without force.
+    void reset(const Pose& pose) noexcept;
+    /// dt seconds. written: the wrench of this tick; null: none came.
+    void step(const Wrench* written, const HandTarget& target, double dt) noexcept;
+    /// No force from now on, until something is written.
+    void zero() noexcept;
+
+    [[nodiscard]] Pose measured() const noexcept;  ///< as the encoder sees it
+    [[nodiscard]] const Pose& pose() const noexcept { return pose_; }
+    [[nodiscard]] const Twist& twist() const noexcept { return twist_; }
+    /// What the motors exert now.
+    [[nodiscard]] const Wrench& exerted() const noexcept { return exerted_; }
+    /// J that the motors have given since reset, and what of it the mechanism's own friction took.
+    [[nodiscard]] double work() const noexcept { return work_; }
+    [[nodiscard]] double dissipated() const noexcept { return dissipated_; }
+    [[nodiscard]] double since_write() const noexcept { return since_write_; }
+
+private:
+    Mechanism mechanism_;
+    HandProfile hand_;
+    Pose pose_{};
+    Twist twist_{};
+    std::array<Wrench, 9> queue_{};  ///< newest first
+    bool written_ = false;
+    double since_write_ = 0;
+    Wrench exerted_{};
+    double work_ = 0, dissipated_ = 0;
+};
+
+/// What the motors of a SimulatedDevice do, for whoever watches: lock-free, so that it may lie in shared memory.
+struct MotorRecord {
+    std::atomic<double> force{0};  ///< N, of the zone with most, as it is exerted
+    std::atomic<double> most{0};   ///< N, since the start
+    std::atomic<std::uint64_t> writes{0}, zeros{0};
+    std::atomic<double> last_write{0};  ///< s, steady clock
+    std::atomic<double> let_go{0};      ///< s, steady clock: when force became zero after having been more
+    static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
+};
+
+/// Where the hand of a zone wants to be, time seconds after the device was made.
+using HandScript = HandTarget (*)(const void* context, double time, std::size_t zone) noexcept;
+
+struct SimulatedOptions {
+    Mechanism mechanism{};
+    HandProfile hand = k_hand_profiles[2];
+    std::size_t zones = 1;
+    HandScript script = nullptr;  ///< null: a hand at rest at the origin
+    const void* script_context = nullptr;
+    MotorRecord* motors = nullptr;  ///< null: nobody watches
+};
+
+/// By the steady clock: read() lets the time pass that has passed. zero() may be called by any thread. capabilities().simulated.
+class SimulatedDevice final : public Device {
+public:
+    /// @throw std::invalid_argument for zones outside 1 to k_most_zones
+    explicit SimulatedDevice(const SimulatedOptions& options = {});
+    ~SimulatedDevice() override;
+
+    [[nodiscard]] const Capabilities& capabilities() const noexcept override { return capabilities_; }
+    bool read(Sample& sample) noexcept override;
+    bool write(std::span<const Wrench> wrenches) noexcept override;
+    void zero() noexcept override;
+
+    /// For tests: from now on it is gone, or stays silent without fresh samples, or reports what is not a number.
+    void unplug() noexcept { plugged_ = false; }
+    void freeze(bool frozen) noexcept { frozen_ = frozen; }
+    void poison(bool poisoned) noexcept { poisoned_ = poisoned; }
+
+private:
+    void pass(double until) noexcept;
+
+    SimulatedOptions options_;
+    Capabilities capabilities_;
+    std::vector<HeldTool> tools_;
+    std::vector<Wrench> written_;
+    bool fresh_write_ = false;
+    double begin_ = 0, time_ = 0;
+    std::uint64_t sequence_ = 0;
+    MotorRecord own_motors_;
+    MotorRecord& motors_;
+    std::atomic<bool> cancelled_{false}, plugged_{true}, frozen_{false}, poisoned_{false};
+};
+
+/// What Mechanism and hand say of themselves.
+[[nodiscard]] Capabilities capabilities_of(const Mechanism& mechanism, std::size_t zones);
+
+}  // namespace sqmap::device

@@ -1,0 +1,45 @@
+// Devices by name, as on a command line, and what a list of them says.
+#pragma once
+
+#include "sqmap/device/device.h"
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace sqmap::device {
+
+/// "kind", "kind:first" or "kind:first,name=value,...", as on a command line.
+struct DeviceSpec {
+    std::string kind;
+    std::string first;  ///< the argument without a name
+    std::vector<std::pair<std::string, std::string>> options;
+
+    /// The value of an option, or the default.
+    [[nodiscard]] std::string text(std::string_view name, std::string_view otherwise) const;
+    /// @throw DeviceError where it is no finite number in [least, most].
+    [[nodiscard]] double number(std::string_view name, double otherwise, double least, double most) const;
+    /// @throw DeviceError where an option is none of these.
+    void allow(std::initializer_list<std::string_view> names) const;
+};
+
+/// @throw DeviceError for an empty kind, an option without a name or one given twice.
+[[nodiscard]] DeviceSpec parse_spec(std::string_view text);
+
+enum class Presence {
+    Here,      ///< can be opened now
+    Absent,    ///< supported by this build, but not there: unplugged, or its service does not run
+    NotBuilt,  ///< this build has no support: what is missing is said
+};
+
+/// What `sqmap devices` prints a line for.
+struct DeviceListing {
+    std::string spec;  ///< what to pass to open_device
+    Presence presence = Presence::Absent;
+    std::string state;            ///< for people: what was found, or what is missing and how to get it
+    Capabilities capabilities{};  ///< where known
+};
+
+}  // namespace sqmap::device

@@ -1,0 +1,219 @@
+// What stands between an algorithm and a hand: eight steps and a last clamp, every tick, none of which can be switched off.
+#pragma once
+
+#include "sqmap/haptic/wrench.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace sqmap::haptic {
+
+inline constexpr std::size_t k_most_safe_zones = 16;
+
+/// The filter's fixed numbers: no program can loosen them.
+inline constexpr double k_stale_hold = 0.005;   ///< s after the last sample: the wrench is held, then it falls
+inline constexpr double k_stale_zero = 0.020;   ///< s after the last sample: the wrench is zero
+inline constexpr double k_stale_fault = 0.100;  ///< s after the last sample: FAULT
+inline constexpr double k_engage_force = 0.2;   ///< N: an algorithm that asks for less for more than k_engage_ticks may begin
+inline constexpr int k_engage_ticks = 3;
+inline constexpr double k_engage_ramp = 0.5;      ///< s from nothing to all of what is asked
+inline constexpr double k_teleport = 0.05;        ///< m between samples: not a motion
+inline constexpr double k_teleport_turn = 1.0;    ///< rad between samples
+inline constexpr double k_top_speed = 1.0;        ///< m/s: above it damping only
+inline constexpr double k_top_turn = 20.0;        ///< rad/s
+inline constexpr double k_fast_fault = 0.020;     ///< s above the top speed: FAULT
+inline constexpr double k_duty_window = 10.0;     ///< s over which the root mean square of the force is kept
+inline constexpr double k_default_force = 2.0;    ///< N, where the user does not say
+inline constexpr double k_default_torque = 0.1;   ///< N m
+inline constexpr double k_unknown_force = 1.0;    ///< N, most for a device that does not say what it can hold
+inline constexpr double k_unknown_torque = 0.05;  ///< N m
+
+/// What the device can take, as its maker says; zero means unknown, and then a careful number stands in.
+struct DeviceLimits {
+    double max_force = 0;         ///< N
+    double max_torque = 0;        ///< N m
+    double continuous_force = 0;  ///< N, root mean square over 10 s; unknown: half the limit in force
+    double damping = 0;           ///< b, N s/m
+    double coulomb_friction = 0;  ///< f_c, N
+    double resolution = 0;        ///< Delta, m
+    double delay = 0;             ///< s from a pose to the force that answers it, besides the tick itself
+    double period = 1e-3;         ///< T, s, of a tick
+    double sample_period = 1e-3;  ///< s between fresh poses
+};
+
+/// What a user may choose. A choice can make the filter stricter than the device allows, never laxer.
+struct SafetyOptions {
+    std::optional<double> force_limit{};   ///< N; default: 2 N or the device's most, whichever is less
+    std::optional<double> torque_limit{};  ///< N m; default: 0.1 N m or the device's most, whichever is less
+    double slew = 250;            ///< N/s, most growth of a force; at most 1000; of a torque, the same share of its limit
+    double energy_margin = 1e-3;  ///< J that a zone may give before the passivity step acts; at most 10 mJ
+    bool dead_man = false;        ///< force only while SafetyInput::held
+};
+
+enum class SetupVerdict : std::uint8_t {
+    Ok,
+    NotFinite,         ///< a limit or a number of the device is NaN, infinite or negative
+    LimitNotPositive,  ///< a limit of zero or less: to switch the force off, do not open the device
+    LimitAboveDevice,  ///< more than the device holds
+    BadOption,         ///< slew or margin outside its range
+    BadPeriod,         ///< a tick that is not between 0.1 and 20 ms
+};
+[[nodiscard]] const char* describe(SetupVerdict verdict) noexcept;
+
+/// Which of the bounds of a stable wall is the least.
+enum class StiffnessReason : std::uint8_t {
+    Sampling,        ///< b > K T/2 + |B| (Colgate and Schenkel 1997): too little damping for the period
+    Quantisation,    ///< K <= 2 f_c/Delta (Abbott and Okamura 2005): too little friction for the encoder
+    Delay,           ///< K (T/2 + delay) + |B| < b: too little damping for the delay
+    VirtualDamping,  ///< |B| >= b: no stiffness at all is safe
+};
+[[nodiscard]] const char* describe(StiffnessReason reason) noexcept;
+
+struct StiffnessCheck {
+    bool safe = false;                                   ///< what was asked for is at most largest
+    double largest = 0;                                  ///< N/m, the largest safe K
+    StiffnessReason reason = StiffnessReason::Sampling;  ///< of the bound that largest comes from
+    bool assumed = false;  ///< the device does not tell a number that this needs: a careful one stands in
+};
+
+/// The stiffness that a device can show without ever being able to give energy, whoever holds it: the least of 2 f_c/Delta and
+/// (b - |B|)/(T/2 + delay), which without delay is Colgate's bound and without B Abbott and Okamura's 2b/T. virtual_damping is B,
+/// N s/m. Unknown b, f_c, Delta: 0.1 N s/m, 0.02 N, 50 um.
+[[nodiscard]] StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping = 0) noexcept;
+
+/// One tick's input.
+struct SafetyInput {
+    double time = 0;                  ///< s, monotonic: now
+    double sample_time = 0;           ///< s, the same clock: when the newest sample was measured
+    std::uint64_t sequence = 0;       ///< of the newest sample; the same number again is a stale one
+    std::span<const Pose> poses{};    ///< one a zone
+    std::span<const Twist> twists{};  ///< one a zone; empty where the device measures none
+    std::span<const Wrench> asked{};  ///< one a zone: what the algorithm wants
+    bool connected = true;            ///< false: the device is gone
+    bool held = true;                 ///< the dead-man switch
+    bool stop = false;                ///< STOP, which holds until resume
+    bool resume = false;              ///< the user's act: clears STOP and FAULT
+    bool restart = false;             ///< scene changed, reconnected: engage anew
+};
+
+/// Bits of SafetyReport::acted: which step changed the wrench.
+enum SafetyStep : std::uint32_t {
+    k_acted_finite = 1u << 0,
+    k_acted_stale = 1u << 1,
+    k_acted_engage = 1u << 2,
+    k_acted_clamp = 1u << 3,
+    k_acted_slew = 1u << 4,
+    k_acted_speed = 1u << 5,
+    k_acted_passivity = 1u << 6,
+    k_acted_duty = 1u << 7,
+    k_acted_last = 1u << 8,  ///< the final clamp
+    k_acted_off = 1u << 9,   ///< FAULT, STOP, dead-man switch or no device: zero
+};
+
+/// Bits of SafetyReport::faults; any of them means zero until the user acts.
+enum SafetyFault : std::uint32_t {
+    k_fault_setup = 1u << 0,       ///< refused limits: cannot be cleared
+    k_fault_not_finite = 1u << 1,  ///< three ticks with something not finite within 100 ms
+    k_fault_stale = 1u << 2,       ///< no fresh sample for 100 ms
+    k_fault_fast = 1u << 3,        ///< faster than the top speed for 20 ms
+    k_fault_stop = 1u << 4,        ///< the user's STOP
+};
+
+struct SafetyReport {
+    std::uint32_t acted = 0;   ///< bits of SafetyStep
+    std::uint32_t faults = 0;  ///< bits of SafetyFault
+    bool engaged = false;      ///< every zone gets all of what is asked, within limits
+    double age = 0;            ///< s since the last sample
+};
+
+/// Ticks in which each thing happened, since construction.
+struct SafetyCounters {
+    std::uint64_t ticks = 0, not_finite = 0, held = 0, stale = 0, teleports = 0, engagements = 0, clamped = 0, slewed = 0,
+                  fast = 0, passivity = 0, duty = 0, last_clamped = 0, off = 0, faults = 0;
+};
+
+/// Deterministic: the same inputs give the same wrenches, bit for bit. Total, noexcept, no allocation; cost: linear in the zones.
+/// Promises, for any input whatever: |force| and |torque| never exceed the limits; both are exactly zero in the tick in which
+/// anything is not finite, from 20 ms after the last sample on, and while a fault is latched. A filter that was set up with
+/// refused limits always answers zero. Steps, defaults and what is not promised: docs/algorithms/safety.md.
+class SafetyFilter {
+public:
+    SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept;
+
+    [[nodiscard]] SetupVerdict verdict() const noexcept { return verdict_; }
+    [[nodiscard]] double force_limit() const noexcept { return force_limit_; }    ///< N, in force
+    [[nodiscard]] double torque_limit() const noexcept { return torque_limit_; }  ///< N m
+    [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }
+    /// J given by a zone to the hand since it came into contact, less what the device's own damping took; what the passivity step
+    /// watches.
+    [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_most_safe_zones ? zones_[zone].energy : 0; }
+
+    /// safe[i] is what may be sent to zone i. As many zones as the shortest of poses, asked and safe has; the rest of safe is
+    /// zero.
+    SafetyReport tick(const SafetyInput& in, std::span<Wrench> safe) noexcept;
+
+private:
+    static constexpr std::size_t k_history = 16;     ///< ticks of wrenches sent, for the delay
+    static constexpr std::size_t k_duty_bins = 101;  ///< a tenth of a second each; one more than the window holds
+    enum class Phase : std::uint8_t { Waiting, Ramping, Engaged };
+
+    struct Zone {
+        Pose pose{};
+        bool known = false;        ///< pose is one that was measured
+        Vec3d velocity{}, turn{};  ///< smoothed over a few samples
+        Wrench held{};             ///< asked for at the last fresh sample
+        std::array<Wrench, k_history> sent{};
+        Wrench since{};  ///< sum of the wrenches in effect since the last fresh sample, and their number
+        int since_count = 0;
+        Phase phase = Phase::Waiting;
+        int calm = 0;
+        double ramp = 0;
+        double fast = 0;                        ///< s above the top speed
+        double energy = 0;                      ///< J
+        std::array<double, k_duty_bins> bin{};  ///< s of full continuous load
+        double load = 0;                        ///< sum of bin
+    };
+    struct Tick;
+
+    Tick begin(const SafetyInput& in, std::size_t room) noexcept;
+    void finite(const SafetyInput& in, Tick& tick) noexcept;
+    void observe(const SafetyInput& in, Tick& tick) noexcept;
+    void stale(const SafetyInput& in, Tick& tick) noexcept;
+    void engage(const SafetyInput& in, Tick& tick) noexcept;
+    void clamp(Tick& tick) noexcept;
+    void slew(Tick& tick) noexcept;
+    void speed(Tick& tick) noexcept;
+    void passivity(Tick& tick) noexcept;
+    void duty(Tick& tick) noexcept;
+    void clamp_last(Tick& tick) noexcept;
+    SafetyReport finish(Tick& tick, std::span<Wrench> safe) noexcept;
+
+    void disengage() noexcept;
+    void latch(std::uint32_t fault) noexcept;
+    [[nodiscard]] Wrench slewed(const Wrench& from, const Wrench& to, double dt) const noexcept;
+    [[nodiscard]] const Wrench& sent_before(const Zone& zone, std::size_t ticks) const noexcept;
+
+    SetupVerdict verdict_ = SetupVerdict::Ok;
+    DeviceLimits device_{};
+    double force_limit_ = 0, torque_limit_ = 0, continuous_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0,
+           hold_ = k_stale_hold;
+    bool dead_man_ = false;
+    std::size_t delay_ticks_ = 0;
+
+    std::array<Zone, k_most_safe_zones> zones_{};
+    SafetyCounters counters_{};
+    std::uint32_t faults_ = 0;
+    std::uint64_t ticks_ = 0, sequence_ = 0;
+    bool begun_ = false, sampled_ = false;
+    double time_ = 0;                    ///< of the last tick
+    double sampled_at_ = 0, stamp_ = 0;  ///< of the last fresh sample: when it came, and the earlier of that and its own time
+    std::array<double, 3> bad_{};        ///< times of the last ticks with something not finite, newest first
+    std::size_t bad_count_ = 0;
+    std::size_t bin_ = 0;  ///< that is being filled
+    double bin_time_ = 0;  ///< s in it
+};
+
+}  // namespace sqmap::haptic

@@ -1,0 +1,187 @@
+// One tick of haptic rendering: poses of a tool's zones in, one wrench a zone out (section 6).
+#pragma once
+
+#include "sqmap/haptic/stencil.h"
+#include "sqmap/haptic/texture.h"
+#include "sqmap/haptic/wrench.h"
+#include "sqmap/model/model.h"
+#include "sqmap/query/frame.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace sqmap::haptic {
+
+/// The same model measured in metres: where a mesh unit is not a metre. @pre metres_per_unit > 0
+[[nodiscard]] model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept;
+
+/// How a surface rubs.
+enum class Friction : std::uint8_t {
+    None,
+    Coulomb,  ///< sticks until the tangential force passes mu_static times the normal force, then slips at mu_dynamic
+    Paper,    ///< eq. 33 as printed: f_c (1 + k_f depth) against the motion, whatever the load; none while still (errata 9)
+};
+
+/// What a solid is made of.
+struct Material {
+    Friction friction = Friction::Coulomb;
+    double mu_static = 0.4, mu_dynamic = 0.3;
+    double f_c = 0.2;                  ///< N, eq. 33
+    double k_f = 100;                  ///< 1/m, eq. 33
+    const Texture* texture = nullptr;  ///< eq. 34; outlives the step
+};
+
+/// What is touched: a baked model in metres, posed in the world. Movable: its twist counts, and it gets its own wrench.
+struct Solid {
+    const model::ModelView* model = nullptr;  ///< from model::parse, in metres (see in_metres)
+    Pose pose{};                              ///< mesh frame -> world, rigid
+    Twist twist{};                            ///< of the mesh frame's origin, world
+    Material material{};
+};
+
+/// How a zone follows the device.
+enum class Mode : std::uint8_t {
+    Direct,   ///< the zone's points stand where the device says; the paper's
+    Proxy,    ///< a proxy stays outside the surface and is pulled by the device: thin and deep cases. Turns with the device
+    Coupled,  ///< a simulated body, joined to the device by springs and dampers in position and rotation
+};
+
+/// What the forces of a zone's contacts become. Both leave a force that does not depend on how many points there are.
+enum class Averaging : std::uint8_t {
+    Patch,    ///< mean over the contacts, each weighted by its area and its depth, so that what enters has no weight
+    Stencil,  ///< the points are a small sphere's (stencil.h): the field about its centre, smoothed over the sphere
+};
+
+/// Where on the smooth side a zone's force lies; see docs/algorithms/haptics.md.
+enum class Shading : std::uint8_t {
+    Levelled,    ///< full spring force across edges: size from the mean depth, direction from the mean of the normals
+    Consistent,  ///< the gradient of one potential, so that a closed path gives no energy: weaker on edges
+};
+
+struct ZoneOptions {
+    Mode mode = Mode::Direct;
+    Averaging averaging = Averaging::Patch;
+    Smoothing smoothing{};  ///< Stencil: what the probe's points were made from
+    Shading shading = Shading::Levelled;
+    query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
+    double stiffness = 500;  ///< k of eqs. 21 and 32, N/m (errata 10)
+    double damping = 0;      ///< N s/m along the normal while pressing in; never pulls
+    double tangential_stiffness = 500;  ///< of the sticking spring of Coulomb friction, N/m
+    double torque_share = 1;  ///< 0: force only
+    /// Pre-contact braking: N s/m against the approach, from where the zone will be after brake_ahead seconds; 0: none. Costs
+    /// a second query.
+    double brake = 0, brake_ahead = 0.005;
+    /// Where the foot point jumps (medial axis): what is left of a jump after each blend_time, s, is 1/e; 0: jumps pass.
+    double blend_time = 0.010;
+    /// Coupled: the spring between device and body, and the body. damping_ratio 1 is critical; see coupling_damping.
+    double coupling_stiffness = 800, coupling_rotational = 1.0;  ///< N/m, N m/rad
+    double mass = 0.05, inertia = 5e-5;                          ///< kg, kg m^2 about every axis
+    double coupling_damping = 12, coupling_rotational_damping = 0.014;  ///< N s/m, N m s/rad
+};
+
+/// An impact zone (section 6.1): a part of the tool that feels as one.
+struct Zone {
+    const query::Probe* probe = nullptr;  ///< in metres; zones in a row with one probe and one pose are asked once
+    bool in_world = false;                ///< the probe's points are in the world (Probe::move), not in the zone's frame
+    std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
+    std::span<const float> weights{};  ///< area a point, #points of the probe; empty: all alike. Outlives the state
+    double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
+    ZoneOptions options{};
+};
+
+/// What happened; bits.
+enum StepStatus : std::uint32_t {
+    k_step_ok = 0,
+    k_step_contact = 1,
+    k_step_full = 2,         ///< more contacts than the state holds: the rest does not count
+    k_step_not_finite = 4,   ///< a pose, a solid or dt was not: that zone's wrench is zero and its memory is cleared
+    k_step_degraded = 8,     ///< answered from the last tangent planes
+    k_step_blended = 16,     ///< a jump of the force is being blended
+    k_step_slipping = 32,
+    k_step_no_surface = 64,  ///< some contact had no surface to push to and was left out
+    k_step_short_span = 128,  ///< wrenches or on_solids holds fewer than there are: the rest is lost
+};
+
+/// What a zone felt in the last tick, for traces and pictures. World, metres.
+struct ZoneReport {
+    double depth = 0;             ///< effective: spring force over stiffness
+    double deepest = 0;           ///< of its contacts
+    Vec3d normal{};               ///< unit, the way out; zero where free
+    Vec3d point{};                ///< centre of the contacts on the surface
+    std::uint32_t contacts = 0;
+    std::uint32_t status = k_step_ok;
+    Pose body{};                  ///< where the zone's points stood: the device's pose, the proxy or the coupled body
+    double potential = 0;         ///< J, stored in the contact spring
+};
+
+struct StepInput {
+    std::span<const Solid> solids;
+    std::span<const Pose> poses;    ///< one a zone, world; their translation is what torque is about
+    std::span<const Twist> twists;  ///< one a zone where measured; empty: differences of poses
+    double dt = 0.001;              ///< s since the last step, the real one
+    /// No time for a query: every zone is answered from the tangent planes of its last one. Never by superquadrics alone.
+    bool degraded = false;
+};
+
+struct StepResult {
+    std::uint32_t status = k_step_ok;  ///< of all zones
+    std::uint32_t contacts = 0;
+    double deepest = 0;  ///< m
+};
+
+struct StateOptions {
+    std::size_t most_contacts = 8192;  ///< of one probe with one solid
+    std::size_t most_solids = 8;       ///< those beyond it are not felt, and k_step_full says so
+};
+
+/// What is remembered from tick to tick. Made outside the loop; one thread at a time.
+class State {
+public:
+    /// Allocates. @pre every probe outlives the state
+    explicit State(std::span<const Zone> zones, const StateOptions& options = {});
+
+    [[nodiscard]] std::size_t zones() const noexcept { return zones_.size(); }
+    /// To be changed between ticks; probe and weights must stay.
+    [[nodiscard]] ZoneOptions& options(std::size_t zone) noexcept { return zones_[zone].options; }
+    [[nodiscard]] const ZoneReport& report(std::size_t zone) const noexcept { return reports_[zone]; }
+    /// Steps answered from old planes since the state was made.
+    [[nodiscard]] std::uint64_t degraded_steps() const noexcept { return degraded_steps_; }
+    /// Forgets contact, friction, proxies and bodies: after a teleport or another scene.
+    void reset() noexcept;
+
+    struct Memory;  ///< of a zone
+    struct Touch;   ///< of a zone with a solid
+    struct Asked;   ///< of a solid
+    State(State&&) noexcept;
+    State& operator=(State&&) noexcept;
+    ~State();
+
+private:
+    friend struct Stepper;
+    std::vector<Zone> zones_;
+    std::vector<ZoneReport> reports_;
+    std::vector<Memory> memory_;
+    std::vector<Touch> touches_;  ///< zone by solid
+    std::size_t most_solids_ = 0;
+    std::vector<query::FrameContact> found_;  ///< solid by contact
+    std::vector<Asked> asked_;
+    std::uint64_t degraded_steps_ = 0;
+};
+
+/// One tick. wrenches: one a zone, on the hand, about its pose's translation. on_solids, where wanted: one a solid, what the
+/// zones do to it, about its pose's translation: equal and opposite. Total, noexcept, no allocation; the same state and input
+/// give the same bits.
+/// Cost: a frame query a zone and a solid (once for zones that share probe and pose), then linear in the contacts.
+StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_solids = {}) noexcept;
+
+/// Damping of a coupling of stiffness K, N/m, to a body of mass m, kg, at period T, s, that leaves a device of damping b,
+/// N s/m, passive: critical, but no more than b - K T / 2 (Colgate and Brown 1994) and m / T. Rotation alike.
+struct CouplingPhysics {
+    double stiffness = 0, mass = 0, period = 0.001, device_damping = 0;
+};
+[[nodiscard]] double coupling_damping(const CouplingPhysics& physics) noexcept;
+
+}  // namespace sqmap::haptic

@@ -1,0 +1,71 @@
+#include "device/channel.h"
+
+#include "device/threaded.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::device {
+namespace {
+
+bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+}  // namespace
+
+double now() noexcept
+{
+    timespec t{};
+    ::clock_gettime(CLOCK_MONOTONIC, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+bool unit_rotation(double w, double x, double y, double z, Mat3d& rotation) noexcept
+{
+    const double length = std::sqrt(w * w + x * x + y * y + z * z);
+    if (!(std::abs(length - 1) <= 1e-3)) return false;
+    rotation = rotation_of(w / length, x / length, y / length, z / length);
+    return true;
+}
+
+void Channel::publish(Sample sample) noexcept
+{
+    sample.sequence = ++sequence_;
+    samples_.put(sample);
+    alive_.store(true, std::memory_order_release);
+}
+
+bool Channel::read(Sample& sample) noexcept
+{
+    if (!alive_.load(std::memory_order_acquire)) return false;
+    have_sample_ |= samples_.take();
+    if (!have_sample_) return false;
+    sample = samples_.value();
+    return true;
+}
+
+bool Channel::write(std::span<const Wrench> wrenches) noexcept
+{
+    Packet packet;
+    // Before anything else: a zero() from here on cancels this packet.
+    packet.zeros = zeros_.load(std::memory_order_acquire);
+    std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_most_zones), packet.wrenches.begin());
+    packet.time = now();
+    packets_.put(packet);
+    return alive_.load(std::memory_order_acquire);
+}
+
+const std::array<Wrench, k_most_zones>& Channel::output(double time) noexcept
+{
+    have_packet_ |= packets_.take();
+    const Packet& packet = packets_.value();
+    output_ = {};
+    if (!have_packet_ || packet.zeros != zeros_.load(std::memory_order_acquire) || time - packet.time > k_wrench_timeout)
+        return output_;
+    for (std::size_t i = 0; i < k_most_zones; ++i)
+        if (finite(packet.wrenches[i].force) && finite(packet.wrenches[i].torque)) output_[i] = packet.wrenches[i];
+    return output_;
+}
+
+}  // namespace sqmap::device

@@ -1,1 +1,0 @@
-#include "sqmap/device/device.h"

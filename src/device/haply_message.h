@@ -1,0 +1,25 @@
+// What Haply's service says and wants to hear, apart from the socket that carries it.
+#pragma once
+
+#include "sqmap/device/device.h"
+
+#include <string>
+#include <string_view>
+
+namespace sqmap::device {
+
+/// What one message of the service told.
+struct HaplyMessage {
+    bool valid = false;      ///< it was JSON, an object; else nothing else counts
+    std::string device_id;   ///< of the Inverse3 that is meant; empty: none in the message
+    bool has_state = false;  ///< sample holds a reading
+    Sample sample{};         ///< position, velocity, orientation and buttons; no time, no sequence
+};
+
+/// wanted: the device to look for; empty: the first one. Never throws but bad_alloc, whatever the text is.
+[[nodiscard]] HaplyMessage read_haply(std::string_view text, const std::string& wanted);
+
+/// The command that asks for a force, N, and for the next state.
+[[nodiscard]] std::string haply_force(const std::string& device_id, Vec3d force);
+
+}  // namespace sqmap::device

@@ -1,0 +1,207 @@
+#include "sqmap/device/keeper.h"
+
+#include "sqmap/device/handover.h"
+
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+
+namespace sqmap::device {
+
+namespace {
+
+std::int64_t steady_ns() noexcept
+{
+    timespec t{};
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * 1'000'000'000 + t.tv_nsec;
+}
+
+void sleep_ns(std::int64_t ns) noexcept
+{
+    const timespec t{ns / 1'000'000'000, ns % 1'000'000'000};
+    clock_nanosleep(CLOCK_MONOTONIC, 0, &t, nullptr);
+}
+
+struct Wrenches {
+    std::array<Wrench, k_most_zones> of{};
+    std::uint64_t zeros = 0;  // zero() calls that this write has seen
+};
+
+enum State : int { k_opening, k_open, k_failed };
+
+/// What a device can do, without its name, which is memory of one process.
+struct Numbers {
+    std::size_t zones = 0;
+    bool simulated = false, rotates_in = false, force_out = false, torque_out = false, rumble_out = false;
+    double max_force = 0, max_torque = 0, continuous_force = 0, damping = 0, coulomb_friction = 0, resolution = 0, delay = 0,
+           rate = 0;
+};
+
+Numbers numbers_of(const Capabilities& c)
+{
+    return {c.zones,      c.simulated,        c.rotates_in, c.force_out,        c.torque_out, c.rumble_out, c.max_force,
+            c.max_torque, c.continuous_force, c.damping,    c.coulomb_friction, c.resolution, c.delay,      c.rate};
+}
+
+Capabilities capabilities_of(const Numbers& n, std::string name)
+{
+    return {std::move(name), n.simulated,        n.zones,      n.rotates_in, n.force_out,
+            n.torque_out,    n.rumble_out,       n.max_force,  n.max_torque, n.continuous_force,
+            n.damping,       n.coulomb_friction, n.resolution, n.delay,      n.rate};
+}
+
+/// What both processes see. Everything in it is lock-free.
+struct Shared {
+    std::atomic<int> state{k_opening};
+    std::array<char, 256> text{};  // the device's name, or why it could not be opened
+    Numbers told;
+    Newest<Sample> samples;
+    Newest<Wrenches> wrenches;
+    std::atomic<std::int64_t> last_write{0};
+    std::atomic<std::uint64_t> zeros{0};
+    std::atomic<bool> gone{false}, quit{false};
+};
+
+void set_text(Shared& shared, const char* text) { std::snprintf(shared.text.data(), shared.text.size(), "%s", text); }
+
+class KeptDevice final : public Device {
+public:
+    KeptDevice(Shared* shared, pid_t keeper, Capabilities capabilities)
+        : shared_(shared), keeper_(keeper), capabilities_(std::move(capabilities))
+    {
+    }
+    ~KeptDevice() override
+    {
+        KeptDevice::zero();
+        shared_->quit = true;
+        // A second to zero and close the device; a keeper that hangs in it is ended, and the device's own time-out acts.
+        for (int i = 0; i < 1000 && waitpid(keeper_, nullptr, WNOHANG) == 0; ++i) {
+            sleep_ns(1'000'000);
+            if (i < 999) continue;
+            kill(keeper_, SIGKILL);
+            waitpid(keeper_, nullptr, 0);
+        }
+        munmap(shared_, sizeof(Shared));
+    }
+    KeptDevice(const KeptDevice&) = delete;
+    KeptDevice& operator=(const KeptDevice&) = delete;
+
+    [[nodiscard]] const Capabilities& capabilities() const noexcept override { return capabilities_; }
+    bool read(Sample& sample) noexcept override
+    {
+        if (shared_->gone) return false;
+        if (shared_->samples.take()) latest_ = shared_->samples.value();
+        sample = latest_;
+        return true;
+    }
+    bool write(std::span<const Wrench> wrenches) noexcept override
+    {
+        if (shared_->gone) return false;
+        Wrenches w;
+        w.zeros = shared_->zeros.load();
+        std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_most_zones), w.of.begin());
+        shared_->wrenches.put(w);
+        shared_->last_write = steady_ns();
+        return true;
+    }
+    void zero() noexcept override { ++shared_->zeros; }
+
+private:
+    Shared* shared_;
+    pid_t keeper_;
+    Capabilities capabilities_;
+    Sample latest_{};
+};
+
+/// The keeper's life. Leaves when the program has.
+void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t program) noexcept
+{
+    const std::int64_t timeout = std::llround(options.timeout * 1e9), period = std::llround(options.period * 1e9);
+    const std::size_t zones = std::min(device.capabilities().zones, k_most_zones);
+    Sample sample;
+    std::uint64_t zeroed = 0;
+    while (getppid() == program && !shared.quit) {
+        if (device.read(sample))
+            shared.samples.put(sample);
+        else
+            shared.gone = true;
+        const bool fresh = shared.wrenches.take();
+        const std::uint64_t zeros = shared.zeros.load();
+        // A wrench written before the last zero() does not count.
+        const bool current = shared.wrenches.value().zeros == zeros && steady_ns() - shared.last_write.load() < timeout;
+        if (!current || zeros != zeroed) {
+            device.zero();
+            zeroed = zeros;
+        }
+        if (current && fresh && !device.write({shared.wrenches.value().of.data(), zones})) shared.gone = true;
+        sleep_ns(period);
+    }
+    device.zero();
+}
+
+[[noreturn]] void keeper_process(Shared& shared, OpenDevice open, void* context, const KeeperOptions& options,
+                                 pid_t program) noexcept
+{
+    // An interrupt from the keyboard goes to both processes, and this one must outlive the other.
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) std::signal(signal, SIG_IGN);
+    try {
+        const std::unique_ptr<Device> device = open(context);
+        if (device == nullptr) throw std::runtime_error("no device");
+        const Capabilities& c = device->capabilities();
+        set_text(shared, c.name.c_str());
+        shared.told = numbers_of(c);
+        shared.state = k_open;
+        keep(shared, *device, options, program);
+    } catch (const std::exception& e) {
+        set_text(shared, e.what());
+        shared.state = k_failed;
+    }
+    _exit(0);
+}
+
+}  // namespace
+
+std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, const KeeperOptions& options)
+{
+    if (!(options.timeout >= 1e-3 && options.timeout <= 0.1) || !(options.period >= 1e-4 && options.period <= 0.01))
+        throw std::invalid_argument("a keeper's time-out is 1 to 100 ms, its period 0.1 to 10 ms");
+    void* memory = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "no shared memory for a device's keeper");
+    Shared* shared = new (memory) Shared;
+    const pid_t program = getpid(), keeper = fork();
+    if (keeper < 0) {
+        const int error = errno;
+        munmap(memory, sizeof(Shared));
+        throw std::system_error(error, std::generic_category(), "no process for a device's keeper");
+    }
+    if (keeper == 0) keeper_process(*shared, open, context, options, program);
+
+    const std::int64_t until = steady_ns() + std::llround(options.wait * 1e9);
+    while (shared->state == k_opening && steady_ns() < until && waitpid(keeper, nullptr, WNOHANG) == 0) sleep_ns(1'000'000);
+    if (shared->state != k_open) {
+        const std::string why = shared->state == k_failed ? shared->text.data() : "the device did not open in time";
+        shared->quit = true;
+        if (shared->state == k_opening) kill(keeper, SIGKILL);
+        waitpid(keeper, nullptr, 0);
+        munmap(memory, sizeof(Shared));
+        throw std::runtime_error(why);
+    }
+    Capabilities capabilities = capabilities_of(shared->told, std::string(shared->text.data()) + ", in a process of its own");
+    capabilities.delay += options.period;
+    return std::make_unique<KeptDevice>(shared, keeper, std::move(capabilities));
+}
+
+}  // namespace sqmap::device

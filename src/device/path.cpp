@@ -1,0 +1,302 @@
+#include "sqmap/device/path.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <string_view>
+#include <utility>
+
+namespace sqmap::device {
+
+PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, std::size_t zones) : poses_(std::move(poses))
+{
+    if (zones < 1 || zones > k_most_zones || poses_.empty() || poses_.size() % zones != 0)
+        throw DeviceError(name + ": " + std::to_string(poses_.size()) + " poses are no path of " + std::to_string(zones) +
+                          " zones");
+    if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
+    capabilities_ = {.name = std::move(name), .simulated = true, .zones = zones, .rotates_in = true, .rate = rate};
+}
+
+bool PathDevice::read(Sample& sample) noexcept
+{
+    if (next_ == ticks()) return false;
+    const std::size_t zones = capabilities_.zones;
+    sample = {};
+    sample.time = static_cast<double>(next_) / capabilities_.rate;
+    std::copy_n(poses_.begin() + static_cast<std::ptrdiff_t>(next_ * zones), zones, sample.poses.begin());
+    sample.sequence = ++next_;
+    return true;
+}
+
+bool PathDevice::write(std::span<const Wrench>) noexcept { return next_ < ticks(); }
+
+namespace {
+
+constexpr std::string_view k_header = "r00,r01,r02,r10,r11,r12,r20,r21,r22,tx,ty,tz";
+constexpr double k_rotation_tolerance = 1e-4;  // rows may be written with seven digits
+
+std::string_view trimmed(std::string_view text)
+{
+    while (!text.empty() && (text.back() == '\r' || text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+    while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+    return text;
+}
+
+/// Empty where the row is good, else what is wrong with it.
+std::string parse_row(std::string_view line, Pose& pose)
+{
+    double v[12];
+    for (int i = 0; i < 12; ++i) {
+        const std::size_t comma = line.find(',');
+        if ((comma == std::string_view::npos) != (i == 11)) return "expected 12 numbers, one pose";
+        const std::string_view cell = trimmed(line.substr(0, comma));
+        const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), v[i]);
+        if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(v[i]))
+            return "column " + std::to_string(i + 1) + " is no finite number: '" + std::string(cell.substr(0, 40)) + "'";
+        if (i < 11) line.remove_prefix(comma + 1);
+    }
+    pose.rotation = {{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}}};
+    pose.translation = {v[9], v[10], v[11]};
+    const auto& r = pose.rotation.row;
+    for (int i = 0; i < 3; ++i)
+        if (!(norm(cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3]) <= k_rotation_tolerance))
+            return "the first nine columns are no rotation (rows must be orthonormal and right-handed)";
+    return {};
+}
+
+}  // namespace
+
+std::vector<Pose> read_path(const std::filesystem::path& path)
+{
+    const std::string name = path.string();
+    std::ifstream in(path);
+    if (!in || std::filesystem::is_directory(path)) throw DeviceError(name + ": cannot be opened");
+    std::string line;
+    if (!std::getline(in, line) || trimmed(line) != k_header)
+        throw DeviceError(name + ":1: the header must be " + std::string(k_header) + ", found '" + line.substr(0, 60) +
+                          "'\n  cure: one pose of the tool a row, rotation row-major, then translation, metres");
+    std::vector<Pose> poses;
+    for (std::size_t number = 2; std::getline(in, line); ++number) {
+        if (trimmed(line).empty() && in.peek() == std::ifstream::traits_type::eof()) break;
+        Pose pose;
+        if (const std::string wrong = parse_row(trimmed(line), pose); !wrong.empty())
+            throw DeviceError(name + ":" + std::to_string(number) + ": " + wrong);
+        poses.push_back(pose);
+    }
+    if (poses.empty()) throw DeviceError(name + ": no pose after the header");
+    return poses;
+}
+
+namespace {
+
+/// How far a tool reaches a model along a line.
+class Feeler {
+public:
+    Feeler(const model::ModelView& model, const query::Probe& tool) : model_(model), tool_(tool)
+    {
+        const query::Sphere sphere = tool.sphere();
+        // Beyond this from the origin neither tool nor model reaches.
+        far_ = 2 * model.header.r_max * model.header.unit + norm(sphere.centre) + sphere.radius;
+    }
+
+    [[nodiscard]] Vec3d origin() const { return {model_.header.origin[0], model_.header.origin[1], model_.header.origin[2]}; }
+    [[nodiscard]] double far() const { return far_; }
+
+    [[nodiscard]] bool touches(Vec3d place) const
+    {
+        query::FrameContact contact[1];
+        return query::query_frame(model_, tool_, {{}, place}, {.first_only = true}, contact).contacts > 0;
+    }
+
+    /// The greatest height up to from at which the tool, at base + height along normal, touches; false where it never does.
+    bool height(Vec3d base, Vec3d normal, double from, double& found) const
+    {
+        const double step = far_ / 400;
+        double free = from;
+        if (touches(base + free * normal)) return false;
+        while (free > -far_) {
+            const double deeper = free - step;
+            if (touches(base + deeper * normal)) {
+                double in = deeper;
+                for (int i = 0; i < 45; ++i) {
+                    const double middle = 0.5 * (in + free);
+                    (touches(base + middle * normal) ? in : free) = middle;
+                }
+                found = in;
+                return true;
+            }
+            free = deeper;
+        }
+        return false;
+    }
+
+    /// Surface point and outward normal below a place that is a little inside; false where it is outside.
+    bool surface(Vec3d place, Vec3d& point, Vec3d& normal) const
+    {
+        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, place), query::Layer::Three);
+        if (!c.contact || norm(c.normal) == 0) return false;
+        point = model::to_mesh_units(model_.header, c.point);
+        normal = normalized(cast<double>(c.normal));
+        return true;
+    }
+
+private:
+    const model::ModelView& model_;
+    const query::Probe& tool_;
+    double far_;
+};
+
+struct Place {
+    Vec3d point, normal;
+};
+
+/// Where the line from outside to the origin first meets the surface.
+Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d direction)
+{
+    const Vec3d out = normalized(direction);
+    const query::Probe point(std::vector<Vec3d>{{}});
+    const Feeler needle(model, point);
+    double height = 0;
+    Place place;
+    const double inside = 1e-4 * feeler.far();
+    if (!needle.height(needle.origin(), out, needle.far(), height) ||
+        !feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal))
+        throw DeviceError("no surface lies in that direction of the model's origin: choose another");
+    return place;
+}
+
+double smooth(double x)  // minimum jerk from 0 to 1
+{
+    x = std::clamp(x, 0.0, 1.0);
+    return x * x * x * (10 + x * (6 * x - 15));
+}
+
+Vec3d tangent(Vec3d travel, Vec3d normal)
+{
+    const Vec3d t = travel - dot(travel, normal) * normal;
+    if (norm(t) > 1e-6 * norm(travel)) return normalized(t);
+    return normalized(cross(normal, std::abs(normal.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+}
+
+/// Moving average of 2 half + 1 values; fewer, as many on either side, near the ends.
+std::vector<Vec3d> averaged(const std::vector<Vec3d>& values, std::size_t half)
+{
+    std::vector<Vec3d> sums(values.size() + 1), out(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) sums[i + 1] = sums[i] + values[i];
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::size_t reach = std::min({half, i, values.size() - 1 - i});
+        out[i] = (sums[i + reach + 1] - sums[i - reach]) / static_cast<double>(2 * reach + 1);
+    }
+    return out;
+}
+
+/// Places of a tool that has just not touched, and the directions away from the surface there.
+struct Travel {
+    std::vector<Vec3d> places, ways_out;
+};
+
+/// Round a circle about an axis: as high as the tool touches along it. Where it meets nothing, as high as before.
+Travel circle(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
+{
+    const Vec3d u = tangent(o.travel, place.normal), v = cross(place.normal, u);
+    Travel travel;
+    double height = 0;
+    for (std::size_t k = 0; k < ticks; ++k) {
+        const double angle = o.speed / o.rate * static_cast<double>(k) / o.radius;
+        const Vec3d base = place.point + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
+        if (!feeler.height(base, place.normal, height + feeler.far() / 100, height))
+            (void)feeler.height(base, place.normal, feeler.far(), height);
+        travel.places.push_back(base + height * place.normal);
+        travel.ways_out.push_back(place.normal);
+    }
+    return travel;
+}
+
+/// In the plane of normal and travel, always with the surface on the same side: from each place the next one lies a step away
+/// in the first direction, turning inwards, in which the tool would touch. Creases, edges and limbs are followed, never jumped.
+Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
+{
+    constexpr int k_directions = 25;
+    constexpr double k_first = 2.0, k_last = -2.6;  // rad from straight ahead: outwards, inwards
+    const double step = o.speed / o.rate;
+    Vec3d out = place.normal, ahead = tangent(o.travel, out);
+    Travel travel;
+    double height = 0;
+    if (!feeler.height(place.point, out, feeler.far(), height))
+        throw DeviceError("the tool does not reach the surface in that direction: choose another");
+    Vec3d at = place.point + (height + 1e-9 * feeler.far()) * out;
+    for (std::size_t k = 0; k < ticks; ++k) {
+        travel.places.push_back(at);
+        travel.ways_out.push_back(out);
+        const auto direction = [&](double angle) { return std::cos(angle) * ahead + std::sin(angle) * out; };
+        const auto blocked = [&](double angle) { return feeler.touches(at + step * direction(angle)); };
+        const double turn = (k_last - k_first) / (k_directions - 1);
+        double free = k_first;
+        int i = 1;
+        while (i < k_directions && !blocked(k_first + i * turn)) free = k_first + i++ * turn;
+        if (i < k_directions) {
+            double in = k_first + i * turn;
+            for (int n = 0; n < 16; ++n) {
+                const double middle = 0.5 * (in + free);
+                (blocked(middle) ? in : free) = middle;
+            }
+        }
+        const Vec3d next = direction(free);
+        out = normalized(std::cos(free) * out - std::sin(free) * ahead);
+        ahead = normalized(next);
+        at += step * ahead;
+    }
+    return travel;
+}
+
+/// The places of a travel, smoothed and pressed in; it starts at the gap.
+std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
+{
+    std::vector<Vec3d> places = averaged(travel.places, 25);
+    const std::vector<Vec3d> ways_out = averaged(travel.ways_out, 25);
+    const double in = (o.gap + o.depth) / o.speed * 1.875;  // minimum jerk: its greatest speed is 1.875 times the mean
+    for (std::size_t k = 0; k < places.size(); ++k)
+        places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);
+    return places;
+}
+
+}  // namespace
+
+std::vector<Pose> scripted_path(const model::ModelView& model, const query::Probe& tool, Script script, const ScriptOptions& o)
+{
+    const double numbers[] = {o.seconds, o.rate, o.speed, o.radius};
+    if (!std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return x > 0 && std::isfinite(x); }) ||
+        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !(norm(o.direction) > 0) ||
+        !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
+        throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
+    const auto ticks = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
+    const Feeler feeler(model, tool);
+    const Place place = anchor(feeler, model, o.direction);
+    std::vector<Vec3d> places;
+    if (script == Script::Slide) {
+        places = pressed(slide(feeler, place, o, ticks), o);
+    } else if (script == Script::Circle) {
+        places = pressed(circle(feeler, place, o, ticks), o);
+    } else {
+        double height = 0;
+        if (!feeler.height(place.point, place.normal, feeler.far(), height))
+            throw DeviceError("the tool does not reach the surface in that direction: choose another");
+        const double stroke = o.gap + o.depth, in = 1.875 * stroke / o.speed;
+        for (std::size_t k = 0; k < ticks; ++k) {
+            const double t = static_cast<double>(k) / o.rate;
+            double above;
+            if (script == Script::Tap)
+                above = o.gap - 0.5 * stroke * (1 - std::cos(2 * o.speed / stroke * t));
+            else
+                above = o.gap - stroke * std::min(smooth(t / in), smooth((o.seconds - t) / in));
+            places.push_back(place.point + (height + above) * place.normal);
+        }
+    }
+    std::vector<Pose> poses(places.size());
+    for (std::size_t k = 0; k < places.size(); ++k) poses[k].translation = places[k];
+    return poses;
+}
+
+}  // namespace sqmap::device

@@ -1,0 +1,355 @@
+#include "sqmap/device/servo.h"
+
+#include "sqmap/device/handover.h"
+
+#include <pthread.h>
+#include <sys/mman.h>
+#include <unistd.h>
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <thread>
+
+namespace sqmap::device {
+
+namespace {
+
+constexpr std::int64_t k_second = 1'000'000'000;
+constexpr std::int64_t k_heartbeat = 20'000'000;  // ns that a heartbeat may be old
+constexpr std::int64_t k_watch = 5'000'000;       // ns between two looks at it
+constexpr std::size_t k_most_servos = 8;
+
+std::int64_t clock_ns(clockid_t clock) noexcept
+{
+    timespec t{};
+    clock_gettime(clock, &t);
+    return t.tv_sec * k_second + t.tv_nsec;
+}
+
+std::int64_t steady_ns() noexcept { return clock_ns(CLOCK_MONOTONIC); }
+
+void sleep_until(std::int64_t ns) noexcept
+{
+    const timespec t{ns / k_second, ns % k_second};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+    }
+}
+
+double seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) * 1e-9; }
+
+void count(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noexcept
+{
+    counter.fetch_add(by, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+haptic::DeviceLimits safety_limits(const Capabilities& c, double period) noexcept
+{
+    return {.max_force = c.max_force,
+            .max_torque = c.max_torque,
+            .continuous_force = c.continuous_force,
+            .damping = c.damping,
+            .coulomb_friction = c.coulomb_friction,
+            .resolution = c.resolution,
+            .delay = c.delay,
+            .period = period,
+            .sample_period = c.rate > 0 ? 1 / c.rate : period};
+}
+
+struct Servo::Work {
+    Work(Device& d, const ServoOptions& o, TickFunction t, void* c)
+        : device(d),
+          options(o),
+          tick(t),
+          context(c),
+          zones(std::min(d.capabilities().zones, k_most_zones)),
+          period(std::llround(o.period * 1e9)),
+          filter(safety_limits(d.capabilities(), o.period), o.safety)
+    {
+    }
+
+    void start();
+    void end() noexcept;
+    void halt() noexcept;
+    void loop() noexcept;
+    void watch() noexcept;
+    static void leave_by_signal(int signal) noexcept;
+
+    Device& device;
+    const ServoOptions options;
+    const TickFunction tick;
+    void* const context;
+    const std::size_t zones;
+    const std::int64_t period;
+
+    // The servo's thread alone.
+    haptic::SafetyFilter filter;
+    ServoTick now{};
+
+    // Between threads.
+    static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
+    std::atomic<bool> quit{false}, halted{false}, stopped{false}, resumed{false}, restarted{false}, held{false};
+    std::atomic<std::int64_t> heartbeat{0};
+    std::atomic<std::uint64_t> ticks{0}, late{0}, missed{0}, overruns{0}, degraded{0}, watchdog{0}, dropped{0};
+    std::atomic<double> worst_late{0};
+    Newest<ServoTick> newest;
+    Ring<ServoTick, 1024> ring;
+    std::thread servo_thread, watchdog_thread;
+};
+
+// ---- All servos of the process, for signals, exit and terminate
+
+namespace {
+
+// Zeroes device and keeps its servo from writing anything else; pointers to code and data that a handler can reach.
+struct Entry {
+    std::atomic<void*> work{nullptr};
+};
+Entry g_servos[k_most_servos];
+std::atomic<int> g_signal{0};  // that has come and is not dealt with
+std::once_flag g_handlers;
+std::terminate_handler g_terminate = nullptr;
+struct sigaction g_before_int, g_before_term;
+std::atomic<bool> g_caught{false};  // our handlers are in place
+
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<void*>::is_always_lock_free);
+
+/// Only notes it: the watchdogs, who are awake every 5 ms, do what a handler may not.
+extern "C" void sqmap_note_signal(int signal) { g_signal.store(signal); }
+
+void catch_signals()
+{
+    if (g_caught.exchange(true)) return;
+    struct sigaction action = {};
+    action.sa_handler = sqmap_note_signal;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, &g_before_int);
+    sigaction(SIGTERM, &action, &g_before_term);
+}
+
+}  // namespace
+
+void Servo::Work::halt() noexcept
+{
+    halted = true;
+    device.zero();
+}
+
+void Servo::Work::start()
+{
+    using Halt = void (*)() noexcept;
+    static constexpr Halt k_halt_all = []() noexcept {
+        for (Entry& e : g_servos)
+            if (void* work = e.work.load()) static_cast<Work*>(work)->halt();
+    };
+    std::call_once(g_handlers, [] {
+        std::atexit([] { k_halt_all(); });
+        g_terminate = std::set_terminate([] {
+            k_halt_all();
+            if (g_terminate != nullptr) g_terminate();
+            std::abort();
+        });
+    });
+    if (options.signals) catch_signals();
+    bool entered = false;
+    for (Entry& e : g_servos) {
+        void* none = nullptr;
+        if (e.work.compare_exchange_strong(none, this)) {
+            entered = true;
+            break;
+        }
+    }
+    if (!entered) throw std::invalid_argument("at most 8 servos run at a time");
+    if (options.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
+        throw std::system_error(errno, std::generic_category(), "memory cannot be locked (ulimit -l)");
+
+    heartbeat = steady_ns();
+    const auto give = [](std::thread& thread, int priority) {
+        if (priority <= 0) return;
+        const sched_param param{priority};
+        if (const int error = pthread_setschedparam(thread.native_handle(), SCHED_FIFO, &param))
+            throw std::system_error(error, std::generic_category(), "SCHED_FIFO is not granted (ulimit -r; see sqmap rtcheck)");
+    };
+    watchdog_thread = std::thread([this] { watch(); });
+    give(watchdog_thread, options.priority > 0 ? options.priority + 1 : 0);
+    servo_thread = std::thread([this] { loop(); });
+    give(servo_thread, options.priority);
+}
+
+void Servo::Work::end() noexcept
+{
+    halted = true;
+    device.zero();
+    quit = true;
+    if (servo_thread.joinable()) servo_thread.join();
+    if (watchdog_thread.joinable()) watchdog_thread.join();
+    device.zero();
+    for (Entry& e : g_servos) {
+        void* self = this;
+        e.work.compare_exchange_strong(self, nullptr);
+    }
+}
+
+void Servo::Work::loop() noexcept
+{
+    std::int64_t next = steady_ns(), last = next - period;
+    bool overran = false;
+    while (!quit) {
+        const std::int64_t begin = steady_ns(), cpu = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+        heartbeat = begin;
+        const std::int64_t behind = begin - next;
+        now.tick = ticks.fetch_add(1, std::memory_order_relaxed) + 1;
+        now.time = seconds(begin);
+        now.dt = seconds(begin - last);
+        now.late = seconds(std::max<std::int64_t>(behind, 0));
+        now.zones = zones;
+        last = begin;
+        if (behind > period) count(late);
+        if (now.late > worst_late.load(std::memory_order_relaxed)) worst_late.store(now.late, std::memory_order_relaxed);
+        now.degraded = overran || behind > period;
+        if (now.degraded) count(degraded);
+
+        now.connected = device.read(now.sample);
+        now.asked.fill({});
+        now.status = 0;
+        if (now.connected && now.sample.sequence != 0)
+            now.status = tick(context, {now.sample, now.time, now.dt, now.degraded, now.tick}, {now.asked.data(), zones});
+        haptic::SafetyInput in{.time = now.time,
+                               .sample_time = now.sample.time,
+                               .sequence = now.sample.sequence,
+                               .poses = {now.sample.poses.data(), zones},
+                               .asked = {now.asked.data(), zones},
+                               .connected = now.connected,
+                               .held = held,
+                               .stop = stopped || halted,
+                               .resume = resumed.exchange(false),
+                               .restart = restarted.exchange(false)};
+        if (now.sample.has_twist) in.twists = {now.sample.twists.data(), zones};
+        now.safety = filter.tick(in, now.sent);
+
+        // A wrench that took longer than the watchdog waits must not undo what the watchdog did.
+        const std::int64_t answered = steady_ns();
+        if (halted || stopped || answered - begin > k_heartbeat) {
+            now.sent.fill({});
+            device.zero();
+        }
+        if (!device.write({now.sent.data(), zones})) now.connected = false;
+        if (halted || stopped) device.zero();
+
+        const std::int64_t done = steady_ns();
+        now.cpu = seconds(clock_ns(CLOCK_THREAD_CPUTIME_ID) - cpu);
+        overran = static_cast<double>(done - begin) > options.budget * static_cast<double>(period);
+        if (overran) count(overruns);
+        newest.put(now);
+        if (!ring.push(now)) count(dropped);
+        heartbeat = done;
+
+        next += period;
+        if (done > next) {  // no burst of ticks to catch up: what was missed is missed
+            const std::int64_t skipped = (done - next) / period + 1;
+            count(missed, static_cast<std::uint64_t>(skipped));
+            next += skipped * period;
+        }
+        sleep_until(next);
+    }
+}
+
+void Servo::Work::watch() noexcept
+{
+    std::int64_t next = steady_ns();
+    bool silent = false;
+    while (!quit) {
+        if (steady_ns() - heartbeat.load() > k_heartbeat) {
+            device.zero();
+            restarted = true;  // should it come back, it engages anew
+            if (!silent) count(watchdog);
+            silent = true;
+        } else {
+            silent = false;
+        }
+        if (const int signal = options.signals ? g_signal.exchange(0) : 0) leave_by_signal(signal);
+        next = std::max(next + k_watch, steady_ns());
+        sleep_until(next);
+    }
+}
+
+/// Zeroes every device, waits until every servo has seen it, and lets the signal do what it did before there was a servo.
+void Servo::Work::leave_by_signal(int signal) noexcept
+{
+    for (int pass = 0; pass < 2; ++pass) {
+        if (pass == 1) sleep_until(steady_ns() + k_watch);
+        for (Entry& e : g_servos)
+            if (void* work = e.work.load()) static_cast<Work*>(work)->halt();
+    }
+    if (!g_caught.exchange(false)) return;
+    sigaction(SIGINT, &g_before_int, nullptr);
+    sigaction(SIGTERM, &g_before_term, nullptr);
+    kill(getpid(), signal);
+}
+
+Servo::Servo(Device& device, const ServoOptions& options, TickFunction tick, void* context)
+{
+    if (!(options.period >= 1e-4 && options.period <= 0.02)) throw std::invalid_argument("a tick must be between 0.1 and 20 ms");
+    if (!(options.budget > 0 && options.budget <= 1)) throw std::invalid_argument("a tick's budget is a share of its period");
+    if (options.priority < 0 || options.priority > 98) throw std::invalid_argument("priority must be 0 or 1 to 98");
+    work_ = std::make_unique<Work>(device, options, tick, context);
+    if (const haptic::SetupVerdict verdict = work_->filter.verdict(); verdict != haptic::SetupVerdict::Ok)
+        throw std::invalid_argument(std::string("the safety filter refuses: ") + haptic::describe(verdict));
+    try {
+        work_->start();
+    } catch (...) {
+        work_->end();
+        throw;
+    }
+}
+
+Servo::~Servo() { work_->end(); }
+
+void Servo::stop() noexcept
+{
+    work_->stopped = true;
+    work_->device.zero();
+}
+
+void Servo::resume() noexcept
+{
+    work_->stopped = false;
+    work_->resumed = true;
+}
+
+void Servo::hold(bool held) noexcept { work_->held = held; }
+void Servo::restart() noexcept { work_->restarted = true; }
+
+ServoCounters Servo::counters() const noexcept
+{
+    const Work& w = *work_;
+    return {.ticks = w.ticks,
+            .late = w.late,
+            .missed = w.missed,
+            .overruns = w.overruns,
+            .degraded = w.degraded,
+            .watchdog = w.watchdog,
+            .dropped = w.dropped,
+            .worst_late = w.worst_late};
+}
+
+bool Servo::newest(ServoTick& tick) noexcept
+{
+    if (!work_->newest.take()) return false;
+    tick = work_->newest.value();
+    return true;
+}
+
+bool Servo::next(ServoTick& tick) noexcept { return work_->ring.pop(tick); }
+
+}  // namespace sqmap::device

@@ -1,0 +1,213 @@
+#include "sqmap/device/simulated.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace sqmap::device {
+
+namespace {
+
+constexpr double k_substep = 50e-6;     // s
+constexpr double k_tick = 1e-3;         // s, of the device's own controller
+constexpr double k_most_passed = 0.25;  // s that one read() lets pass: a program that was stopped does not replay an hour
+
+double steady_now() noexcept
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Vec3d saturated(const Vec3d& v, double most)
+{
+    const double length = norm(v);
+    return length > most ? most / length * v : v;
+}
+
+/// The rotation by |v| about v (Rodrigues).
+Mat3d rotation_by(const Vec3d& v)
+{
+    const double angle = norm(v);
+    if (angle < 1e-12) return {};
+    const Vec3d axis = v / angle;
+    const double c = std::cos(angle), s = std::sin(angle);
+    Mat3d m;
+    for (int k = 0; k < 3; ++k) {
+        Vec3d e{};
+        e[k] = 1;
+        const Vec3d column = c * e + s * cross(axis, e) + ((1 - c) * dot(axis, e)) * axis;
+        for (int i = 0; i < 3; ++i) m.row[i][k] = column[i];
+    }
+    return m;
+}
+
+/// The rotation vector from a to b.
+Vec3d turn_between(const Mat3d& a, const Mat3d& b)
+{
+    const Mat3d d = b * transpose(a);
+    const Vec3d s = 0.5 * Vec3d{d.row[2].y - d.row[1].z, d.row[0].z - d.row[2].x, d.row[1].x - d.row[0].y};
+    const double sine = norm(s);
+    return sine > 1e-12 ? std::atan2(sine, 0.5 * (d.row[0].x + d.row[1].y + d.row[2].z - 1)) / sine * s : s;
+}
+
+Mat3d orthonormal(const Mat3d& m)
+{
+    const Vec3d x = normalized(m.row[0]), y = normalized(m.row[1] - dot(m.row[1], x) * x);
+    return {{x, y, cross(x, y)}};
+}
+
+}  // namespace
+
+void HeldTool::reset(const Pose& pose) noexcept
+{
+    pose_ = pose;
+    twist_ = {};
+    zero();
+    work_ = dissipated_ = 0;
+}
+
+void HeldTool::zero() noexcept
+{
+    queue_ = {};
+    written_ = false;
+    exerted_ = {};
+}
+
+void HeldTool::step(const Wrench* written, const HandTarget& target, double dt) noexcept
+{
+    for (std::size_t i = queue_.size() - 1; i > 0; --i) queue_[i] = queue_[i - 1];
+    if (written != nullptr) {
+        queue_[0] = *written;
+        written_ = true;
+        since_write_ = 0;
+    }
+    const int count = std::max(1, static_cast<int>(std::ceil(dt / k_substep - 1e-9)));
+    const double h = dt / count;
+    const std::size_t delay = static_cast<std::size_t>(std::clamp(mechanism_.delay_ticks, 0, 8));
+    const double mass = mechanism_.mass + hand_.mass, drag = mechanism_.damping + hand_.damping;
+    const double inertia = mechanism_.inertia + hand_.inertia, turn_drag = mechanism_.turn_damping + hand_.turn_damping;
+    for (int i = 0; i < count; ++i) {
+        if (since_write_ > mechanism_.timeout) zero();
+        since_write_ += h;
+        exerted_ = written_ ? Wrench{saturated(queue_[delay].force, mechanism_.max_force),
+                                     saturated(queue_[delay].torque, mechanism_.max_torque)}
+                            : Wrench{};
+        const Vec3d wanted = target.pose.translation + (i * h) * target.twist.linear;
+        const Vec3d pull = hand_.stiffness * (wanted - pose_.translation) + hand_.damping * target.twist.linear;
+        // Dampers are implicit, so that no damping, however strong, can make the simulation itself swing.
+        Vec3d& v = twist_.linear;
+        v = (v + h / mass * (exerted_.force + pull)) / (1 + h * drag / mass);
+        const double stop = h * mechanism_.coulomb_friction / mass, speed = norm(v);
+        v = speed > stop ? (1 - stop / speed) * v : Vec3d{};
+        pose_.translation += h * v;
+
+        const Vec3d twist =
+            hand_.turn_stiffness * turn_between(pose_.rotation, target.pose.rotation) + hand_.turn_damping * target.twist.angular;
+        Vec3d& w = twist_.angular;
+        w = (w + h / inertia * (exerted_.torque + twist)) / (1 + h * turn_drag / inertia);
+        pose_.rotation = rotation_by(h * w) * pose_.rotation;
+
+        work_ += h * (dot(exerted_.force, v) + dot(exerted_.torque, w));
+        dissipated_ +=
+            h * (mechanism_.damping * norm_sq(v) + mechanism_.coulomb_friction * norm(v) + mechanism_.turn_damping * norm_sq(w));
+    }
+    pose_.rotation = orthonormal(pose_.rotation);
+}
+
+Pose HeldTool::measured() const noexcept
+{
+    Pose p = pose_;
+    if (mechanism_.resolution > 0)
+        for (int k = 0; k < 3; ++k)
+            p.translation[k] = mechanism_.resolution * std::round(p.translation[k] / mechanism_.resolution);
+    return p;
+}
+
+Capabilities capabilities_of(const Mechanism& m, std::size_t zones)
+{
+    Capabilities c;
+    c.name = "simulated device in a simulated hand (no hardware)";
+    c.simulated = true;
+    c.zones = zones;
+    c.rotates_in = c.force_out = c.torque_out = true;
+    c.max_force = m.max_force;
+    c.max_torque = m.max_torque;
+    c.continuous_force = m.continuous_force;
+    c.damping = m.damping;
+    c.coulomb_friction = m.coulomb_friction;
+    c.resolution = m.resolution;
+    c.delay = m.delay_ticks * k_tick;
+    return c;
+}
+
+SimulatedDevice::SimulatedDevice(const SimulatedOptions& options)
+    : options_(options),
+      capabilities_(capabilities_of(options.mechanism, options.zones)),
+      written_(options.zones),
+      begin_(steady_now()),
+      motors_(options.motors != nullptr ? *options.motors : own_motors_)
+{
+    if (options.zones < 1 || options.zones > k_most_zones) throw std::invalid_argument("a simulated device has 1 to 16 zones");
+    tools_.assign(options.zones, HeldTool(options.mechanism, options.hand));
+    for (std::size_t z = 0; z < tools_.size(); ++z)
+        tools_[z].reset(options.script != nullptr ? options.script(options.script_context, 0, z).pose : Pose{});
+}
+
+SimulatedDevice::~SimulatedDevice() { SimulatedDevice::zero(); }
+
+void SimulatedDevice::pass(double until) noexcept
+{
+    time_ = std::max(time_, until - k_most_passed);
+    while (time_ + k_tick <= until) {
+        if (cancelled_.exchange(false)) {
+            fresh_write_ = false;
+            for (HeldTool& tool : tools_) tool.zero();
+        }
+        double most = 0;
+        for (std::size_t z = 0; z < tools_.size(); ++z) {
+            const HandTarget target =
+                options_.script != nullptr ? options_.script(options_.script_context, time_, z) : HandTarget{};
+            tools_[z].step(fresh_write_ ? &written_[z] : nullptr, target, k_tick);
+            most = std::max(most, norm(tools_[z].exerted().force));
+        }
+        fresh_write_ = false;
+        time_ += k_tick;
+        const double before = motors_.force.exchange(most);
+        if (before > 0 && most == 0) motors_.let_go = begin_ + time_;
+        if (most > motors_.most) motors_.most = most;
+    }
+}
+
+bool SimulatedDevice::read(Sample& sample) noexcept
+{
+    pass(steady_now() - begin_);
+    if (!plugged_) return false;
+    if (frozen_) return true;
+    sample.time = begin_ + time_;
+    sample.sequence = ++sequence_;
+    for (std::size_t z = 0; z < tools_.size(); ++z) {
+        sample.poses[z] = tools_[z].measured();
+        if (poisoned_) sample.poses[z].translation.x = std::numeric_limits<double>::quiet_NaN();
+    }
+    return true;
+}
+
+bool SimulatedDevice::write(std::span<const Wrench> wrenches) noexcept
+{
+    if (!plugged_) return false;
+    for (std::size_t z = 0; z < written_.size(); ++z) written_[z] = z < wrenches.size() ? wrenches[z] : Wrench{};
+    fresh_write_ = true;
+    motors_.last_write = steady_now();
+    ++motors_.writes;
+    return true;
+}
+
+void SimulatedDevice::zero() noexcept
+{
+    cancelled_ = true;
+    ++motors_.zeros;
+    if (motors_.force.exchange(0) > 0) motors_.let_go = steady_now();
+}
+
+}  // namespace sqmap::device

@@ -1,0 +1,413 @@
+#include "sqmap/device/trace.h"
+
+#include "sqmap/device/handover.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+namespace sqmap::device {
+namespace {
+
+constexpr std::string_view k_magic = "# sqmap-trace ";
+constexpr std::string_view k_end = "# end ";
+constexpr std::size_t k_most_line = 64 * 1024;
+constexpr std::size_t k_most_header = 256;
+
+/// The columns, once for writing, reading and comparing: visit(name, value) for each scalar of a row.
+template <class Row, class Visit>
+void each_column(Row& row, std::size_t zones, Visit visit)
+{
+    visit("time", -1, row.time);
+    visit("dt", -1, row.dt);
+    visit("sequence", -1, row.sequence);
+    visit("buttons", -1, row.buttons);
+    visit("input", -1, row.input);
+    visit("cpu", -1, row.cpu);
+    visit("contacts", -1, row.contacts);
+    visit("depth", -1, row.depth);
+    visit("status", -1, row.status);
+    visit("filter", -1, row.filter);
+    static constexpr const char* k_rotation[3][3] = {{"r00", "r01", "r02"}, {"r10", "r11", "r12"}, {"r20", "r21", "r22"}};
+    static constexpr const char* k_names[7][3] = {{"px", "py", "pz"},
+                                                  {"vx", "vy", "vz"},
+                                                  {"wx", "wy", "wz"},
+                                                  {"fx", "fy", "fz"},
+                                                  {"tx", "ty", "tz"},
+                                                  {"sent_fx", "sent_fy", "sent_fz"},
+                                                  {"sent_tx", "sent_ty", "sent_tz"}};
+    for (std::size_t z = 0; z < zones; ++z) {
+        const int zone = static_cast<int>(z);
+        const auto vector = [&](const char* const(&names)[3], auto& v) {
+            visit(names[0], zone, v.x);
+            visit(names[1], zone, v.y);
+            visit(names[2], zone, v.z);
+        };
+        for (int i = 0; i < 3; ++i) vector(k_rotation[i], row.poses[z].rotation.row[i]);
+        vector(k_names[0], row.poses[z].translation);
+        vector(k_names[1], row.twists[z].linear);
+        vector(k_names[2], row.twists[z].angular);
+        vector(k_names[3], row.computed[z].force);
+        vector(k_names[4], row.computed[z].torque);
+        vector(k_names[5], row.sent[z].force);
+        vector(k_names[6], row.sent[z].torque);
+    }
+}
+
+std::string column_name(const char* name, int zone)
+{
+    return zone < 0 ? std::string(name) : "z" + std::to_string(zone) + "_" + name;
+}
+
+std::string column_line(std::size_t zones)
+{
+    std::string line;
+    TraceRow row;
+    each_column(row, zones, [&](const char* name, int zone, auto&) {
+        if (!line.empty()) line += ',';
+        line += column_name(name, zone);
+    });
+    return line;
+}
+
+bool same(double a, double b)
+{
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
+}
+bool same(std::uint64_t a, std::uint64_t b) { return a == b; }
+
+/// Calls visit(name, zone, a, b) for each column.
+template <class Visit>
+void each_pair(const TraceRow& a, const TraceRow& b, std::size_t zones, Visit visit)
+{
+    double numbers[4 + 30 * k_most_zones];
+    std::uint64_t integers[6];
+    std::size_t i = 0, j = 0;
+    each_column(a, zones, [&](const char*, int, const auto& value) {
+        if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)
+            numbers[i++] = value;
+        else
+            integers[j++] = value;
+    });
+    i = j = 0;
+    each_column(b, zones, [&](const char* name, int zone, const auto& value) {
+        if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)
+            visit(name, zone, same(numbers[i++], value));
+        else
+            visit(name, zone, same(integers[j++], static_cast<std::uint64_t>(value)));
+    });
+}
+
+void append_row(std::string& text, const TraceRow& row, std::size_t zones)
+{
+    char cell[32];
+    bool first = true;
+    each_column(row, zones, [&](const char*, int, const auto& value) {
+        if (!first) text += ',';
+        first = false;
+        // The shortest digits that read back as the same number.
+        text.append(cell, std::to_chars(cell, cell + sizeof cell, value).ptr);
+    });
+    text += '\n';
+}
+
+}  // namespace
+
+std::optional<std::string> TraceHeader::find(std::string_view key) const
+{
+    const auto at = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.first == key; });
+    return at == fields.end() ? std::nullopt : std::optional(at->second);
+}
+
+bool same_bits(const TraceRow& a, const TraceRow& b, std::size_t zones) noexcept
+{
+    bool all = true;
+    each_pair(a, b, zones, [&](const char* name, int, bool equal) { all &= equal || std::string_view(name) == "cpu"; });
+    return all;
+}
+
+std::string differences(const TraceRow& a, const TraceRow& b, std::size_t zones)
+{
+    std::string names;
+    each_pair(a, b, zones, [&](const char* name, int zone, bool equal) {
+        if (equal || std::string_view(name) == "cpu") return;
+        if (!names.empty()) names += ' ';
+        names += column_name(name, zone);
+    });
+    return names;
+}
+
+struct TraceWriter::State {
+    std::filesystem::path target, temporary;  // temporary is empty where the target is written to in place
+    int file = -1;
+    std::size_t zones = 1;
+    Ring<TraceRow, k_ring> ring;
+    std::uint64_t pushed = 0;  // by the servo
+    std::atomic<std::uint64_t> dropped{0};
+    std::atomic<bool> stop{false};
+    std::atomic<int> error{0};
+    std::thread thread;
+
+    void write(std::string_view text)
+    {
+        while (!text.empty() && error.load() == 0) {
+            const ssize_t n = ::write(file, text.data(), text.size());
+            if (n > 0)
+                text.remove_prefix(static_cast<std::size_t>(n));
+            else if (n == 0)
+                error = ENOSPC;
+            else if (errno != EINTR)
+                error = errno;
+        }
+    }
+
+    void run()
+    {
+        std::string text;
+        TraceRow row;
+        for (;;) {
+            const bool last = stop.load(std::memory_order_acquire);
+            while (ring.pop(row)) {
+                append_row(text, row, zones);
+                if (text.size() > 1 << 16) write(std::exchange(text, {}));
+            }
+            write(std::exchange(text, {}));
+            if (last) return;
+            // Rows reach the file within this time of their tick.
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+    }
+
+    void join()
+    {
+        stop.store(true, std::memory_order_release);
+        if (thread.joinable()) thread.join();
+    }
+
+    [[nodiscard]] std::string reason() const { return std::strerror(error.load()); }
+};
+
+TraceWriter::TraceWriter(const std::filesystem::path& path, const TraceHeader& header) : state_(std::make_unique<State>())
+{
+    if (header.zones < 1 || header.zones > k_most_zones) throw TraceError("a trace has 1 to 16 zones");
+    State& s = *state_;
+    s.zones = header.zones;
+    std::error_code ignored;
+    s.target = std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
+    struct stat info {};
+    const bool in_place = ::stat(s.target.c_str(), &info) == 0 && !S_ISREG(info.st_mode);
+    if (!in_place) s.temporary = s.target.string() + ".recording";
+    const std::filesystem::path& name = in_place ? s.target : s.temporary;
+    s.file = ::open(name.c_str(), in_place ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (s.file < 0 && errno == EEXIST)
+        throw TraceError(name.string() +
+                         " is a recording that was cut short or is still running\n  cure: move it away or remove it");
+    if (s.file < 0) throw TraceError("cannot write " + name.string() + ": " + std::strerror(errno));
+    std::string text =
+        std::string(k_magic) + std::to_string(k_trace_version) + "\n# zones " + std::to_string(header.zones) + "\n";
+    for (const auto& [key, value] : header.fields) {
+        if (key.empty() || key.find_first_of(" \n\r") != std::string::npos || value.find_first_of("\n\r") != std::string::npos ||
+            key == "end" || key == "zones")
+            throw TraceError("no field of a trace: '" + key + "'");
+        text += "# " + key + " " + value + "\n";
+    }
+    s.write(text + column_line(s.zones) + "\n");
+    s.thread = std::thread([&s] { s.run(); });
+}
+
+TraceWriter::~TraceWriter()
+{
+    state_->join();
+    if (state_->file >= 0) ::close(state_->file);
+}
+
+bool TraceWriter::push(const TraceRow& row) noexcept
+{
+    const bool taken = state_->ring.push(row);
+    if (taken)
+        ++state_->pushed;
+    else
+        state_->dropped.fetch_add(1, std::memory_order_relaxed);
+    return taken;
+}
+
+void TraceWriter::push_wait(const TraceRow& row)
+{
+    while (!state_->ring.push(row)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ++state_->pushed;
+}
+
+std::uint64_t TraceWriter::dropped() const noexcept { return state_->dropped.load(std::memory_order_relaxed); }
+
+void TraceWriter::finish()
+{
+    State& s = *state_;
+    s.join();
+    s.write(std::string(k_end) + std::to_string(s.pushed) + " rows, " + std::to_string(s.dropped.load()) + " dropped\n");
+    if (s.error == 0 && !s.temporary.empty() && ::fsync(s.file) != 0) s.error = errno;
+    ::close(std::exchange(s.file, -1));
+    if (s.error == 0 && !s.temporary.empty() && ::rename(s.temporary.c_str(), s.target.c_str()) != 0) s.error = errno;
+    if (s.error != 0)
+        throw TraceError("cannot write " + s.target.string() + ": " + s.reason() +
+                         (s.temporary.empty() ? "" : "; what was written is in " + s.temporary.string()));
+}
+
+struct TraceReader::State {
+    std::string name;
+    std::ifstream in;
+    TraceHeader header;
+    std::string text;
+    std::size_t line = 0;
+    std::uint64_t rows = 0, dropped = 0;
+    bool complete = false, ended = false, whole = false;
+
+    [[noreturn]] void fail(const std::string& what) const { throw TraceError(name + ":" + std::to_string(line) + ": " + what); }
+
+    /// The next line without its break. False at the end of the file; whole says whether the line had its break.
+    bool next_line()
+    {
+        text.clear();
+        whole = false;
+        ++line;
+        std::streambuf& buffer = *in.rdbuf();
+        for (int c = buffer.sbumpc(); c != std::streambuf::traits_type::eof(); c = buffer.sbumpc()) {
+            if (c == '\n') {
+                whole = true;
+                if (!text.empty() && text.back() == '\r') text.pop_back();
+                return true;
+            }
+            if (text.size() == k_most_line) fail("longer than " + std::to_string(k_most_line) + " bytes: no trace");
+            text += static_cast<char>(c);
+        }
+        return !text.empty();
+    }
+
+    void read_header()
+    {
+        if (!next_line() || !text.starts_with(k_magic))
+            fail("not a trace: the first line must be '" + std::string(k_magic) + std::to_string(k_trace_version) + "'");
+        if (text.substr(k_magic.size()) != std::to_string(k_trace_version))
+            fail("version '" + text.substr(k_magic.size(), 20) + "' of the format, this program reads version " +
+                 std::to_string(k_trace_version) + "\n  cure: record again, or replay with the version that recorded it");
+        bool zones = false;
+        while (next_line() && text.starts_with("# ")) {
+            if (header.fields.size() == k_most_header) fail("more than " + std::to_string(k_most_header) + " fields");
+            const std::size_t blank = text.find(' ', 2);
+            const std::string key = text.substr(2, blank == std::string::npos ? blank : blank - 2);
+            const std::string value = blank == std::string::npos ? "" : text.substr(blank + 1);
+            if (key == "zones") {
+                std::uint64_t count = 0;
+                if (!parse(value, count) || count < 1 || count > k_most_zones)
+                    fail("zones must be 1 to " + std::to_string(k_most_zones) + ", found '" + value.substr(0, 20) + "'");
+                header.zones = count;
+                zones = true;
+            } else {
+                header.fields.emplace_back(key, value);
+            }
+        }
+        if (!zones) fail("the header has no line '# zones N'");
+        if (text != column_line(header.zones)) fail(wrong_columns());
+    }
+
+    /// Names the first column that is not as expected.
+    [[nodiscard]] std::string wrong_columns() const
+    {
+        const std::string expected = column_line(header.zones);
+        std::string_view a = expected, b = text;
+        for (std::size_t column = 1;; ++column) {
+            const std::string_view x = a.substr(0, a.find(',')), y = b.substr(0, b.find(','));
+            if (x != y)
+                return "column " + std::to_string(column) + " must be '" + std::string(x) + "', found '" +
+                       std::string(y.substr(0, 40)) + "'";
+            if (a.size() == x.size() || b.size() == y.size())
+                return "expected " + std::to_string(std::count(expected.begin(), expected.end(), ',') + 1) + " columns, found " +
+                       std::to_string(std::count(text.begin(), text.end(), ',') + 1);
+            a.remove_prefix(x.size() + 1);
+            b.remove_prefix(y.size() + 1);
+        }
+    }
+
+    template <class T>
+    static bool parse(std::string_view cell, T& value)
+    {
+        const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+        return error == std::errc() && end == cell.data() + cell.size();
+    }
+
+    void read_end()
+    {
+        std::uint64_t count = 0, lost = 0;
+        const std::string_view words = std::string_view(text).substr(k_end.size());
+        const std::size_t blank = words.find(" rows, "), last = words.find(" dropped");
+        if (blank == std::string_view::npos || last == std::string_view::npos || !parse(words.substr(0, blank), count) ||
+            !parse(words.substr(blank + 7, last - blank - 7), lost))
+            fail("the end must read '# end N rows, M dropped'");
+        if (count != rows)
+            fail("the end speaks of " + std::to_string(count) + " rows, there are " + std::to_string(rows) +
+                 ": rows were removed or added");
+        dropped = lost;
+        complete = true;
+        if (next_line()) fail("something follows the end");
+    }
+};
+
+TraceReader::TraceReader(const std::filesystem::path& path) : state_(std::make_unique<State>())
+{
+    state_->name = path.string();
+    state_->in.open(path, std::ios::binary);
+    if (!state_->in || std::filesystem::is_directory(path)) throw TraceError(path.string() + ": cannot be opened");
+    state_->read_header();
+}
+
+TraceReader::~TraceReader() = default;
+
+const TraceHeader& TraceReader::header() const noexcept { return state_->header; }
+bool TraceReader::complete() const noexcept { return state_->complete; }
+std::size_t TraceReader::line() const noexcept { return state_->line; }
+std::uint64_t TraceReader::dropped() const noexcept { return state_->dropped; }
+
+bool TraceReader::next(TraceRow& row)
+{
+    State& s = *state_;
+    if (s.ended) return false;
+    if (!s.next_line() || !s.whole) {  // cut short, perhaps within a row
+        s.ended = true;
+        return false;
+    }
+    if (s.text.starts_with(k_end)) {
+        s.ended = true;
+        s.read_end();
+        return false;
+    }
+    std::string_view rest = s.text;
+    bool more = true;
+    std::size_t column = 0;
+    each_column(row, s.header.zones, [&](const char* name, int zone, auto& value) {
+        ++column;
+        if (!more)
+            s.fail("expected '" + column_name(name, zone) + "' in column " + std::to_string(column) + ", the row ends before");
+        const std::size_t comma = rest.find(',');
+        const std::string_view cell = rest.substr(0, comma);
+        if (!State::parse(cell, value))
+            s.fail("column " + std::to_string(column) + " (" + column_name(name, zone) + ") is no number: '" +
+                   std::string(cell.substr(0, 40)) + "'");
+        more = comma != std::string_view::npos;
+        if (more) rest.remove_prefix(comma + 1);
+    });
+    if (more) s.fail("more than " + std::to_string(column) + " columns");
+    ++s.rows;
+    return true;
+}
+
+}  // namespace sqmap::device

@@ -1,0 +1,49 @@
+// What a state remembers of zones and of their contacts with solids.
+#pragma once
+
+#include "contact_sum.h"
+
+namespace sqmap::haptic {
+
+/// Springs kept for a tick without a query.
+inline constexpr std::uint32_t k_kept = 64;
+
+struct State::Touch {
+    /// A contact's tangent plane in the solid and its point in the zone's frame.
+    struct Plane {
+        Vec3d point{}, normal{};  ///< solid's frame
+        Vec3d probe{};            ///< zone's frame
+        double weight = 0;
+    };
+    Plane planes[k_kept];
+    std::uint32_t plane_count = 0;
+    bool single = false;  ///< one plane stands for the zone's whole felt contact (stencils)
+
+    Pose solid_before{};  ///< at the last step
+    bool known = false;   ///< solid_before is
+    Vec3d bristle{};      ///< Coulomb: how far the sticking spring is stretched, in the solid's frame
+    bool stuck = true;
+    bool touching = false;
+    double spring = 0;  ///< N, of this tick
+};
+
+/// A frame query that has been made in this tick.
+struct State::Asked {
+    const query::Probe* probe = nullptr;
+    Pose pose{};
+    query::Layer layer{};
+    query::FrameResult result{};
+};
+
+struct State::Memory {
+    Pose device_before{}, body_before{};  ///< body_before: where the points stood
+    Twist device_twist{};
+    bool known = false;  ///< the three above are
+    Pose body{};         ///< proxy or coupled body
+    Twist body_twist{};
+    bool has_body = false;
+    Wrench springs_before{}, left{};  ///< blending: springs of the last tick, what is left of jumps
+    bool was_touching = false;
+};
+
+}  // namespace sqmap::haptic

@@ -1,0 +1,535 @@
+// The eight steps of the safety filter. The passivity step is the time-domain observer and controller of Hannaford and Ryu
+// (2002), with the energy of a held force over the motion that it was held for (Ryu, Kim and Hannaford 2004). A test removes the
+// lines of tick() that name a step, one at a time, and expects that step's test to fail: keep them one a line.
+#include "sqmap/haptic/safety.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::haptic {
+
+namespace {
+
+constexpr double k_absurd = 1e9;             // no metre, newton or second of a haptic device: counts as not finite
+constexpr double k_smoothing = 0.003;        // s, of the velocity
+constexpr double k_store = 0.02;             // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_damping = 5;              // N s/m, most that the passivity step adds; stable with 50 g and 3 ms of delay
+constexpr double k_fast_damping = 1;         // N s/m, above the top speed
+constexpr double k_arm = 0.05;               // m: a damper of b turns with b arm^2
+constexpr double k_bin = 0.1;                // s
+constexpr double k_bad_window = 0.1;         // s
+constexpr double k_duty_begins = 0.8;        // share of the window's heat at which force begins to fall
+constexpr double k_grain = 1e-6;             // s, of a clock: zero comes this much early rather than late
+constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
+
+// False for NaN, and quiet: no floating-point exception.
+bool sane(double x) { return std::islessequal(std::fabs(x), k_absurd); }
+bool sane(const Vec3d& v) { return sane(v.x) && sane(v.y) && sane(v.z); }
+bool sane(const Pose& p)
+{
+    return sane(p.translation) && sane(p.rotation.row[0]) && sane(p.rotation.row[1]) && sane(p.rotation.row[2]);
+}
+bool sane(const Twist& t) { return sane(t.linear) && sane(t.angular); }
+bool sane(const Wrench& w) { return sane(w.force) && sane(w.torque); }
+
+bool is_zero(const Wrench& w) { return w == Wrench{}; }
+double power(const Wrench& w, const Vec3d& velocity, const Vec3d& turn) { return dot(w.force, velocity) + dot(w.torque, turn); }
+
+/// v no longer than most; zero for a v that cannot be measured.
+Vec3d shortened(const Vec3d& v, double most)
+{
+    const double length = norm(v);
+    if (length <= most) return v;
+    return length <= k_absurd * 2 ? std::max(most, 0.) / length * v : Vec3d{};
+}
+
+/// The rotation vector from a to b: unit axis times angle, the world's axes.
+Vec3d turn_between(const Mat3d& a, const Mat3d& b)
+{
+    const Mat3d d = b * transpose(a);
+    const Vec3d s = 0.5 * Vec3d{d.row[2].y - d.row[1].z, d.row[0].z - d.row[2].x, d.row[1].x - d.row[0].y};
+    const double sine = norm(s), cosine = 0.5 * (d.row[0].x + d.row[1].y + d.row[2].z - 1);
+    const double angle = std::atan2(sine, cosine);
+    if (sine > 1e-9) return angle / sine * s;
+    return cosine > 0 ? s : Vec3d{angle, 0, 0};  // half a turn: its axis does not matter, nobody turns that far in a tick
+}
+
+/// from may shrink at once; from there on it grows towards to by at most step.
+Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
+{
+    const double length_sq = norm_sq(from);
+    const Vec3d kept = length_sq > 0 ? std::clamp(dot(from, to) / length_sq, 0., 1.) * from : Vec3d{};
+    const Vec3d rest = to - kept;
+    return norm(rest) <= step ? to : kept + shortened(rest, step);
+}
+
+double or_unknown(double told, double unknown) { return told > 0 ? told : unknown; }
+
+}  // namespace
+
+const char* describe(SetupVerdict verdict) noexcept
+{
+    switch (verdict) {
+        case SetupVerdict::Ok:
+            return "the limits can be held";
+        case SetupVerdict::NotFinite:
+            return "a limit or a number of the device is negative or not finite";
+        case SetupVerdict::LimitNotPositive:
+            return "a limit must be more than zero";
+        case SetupVerdict::LimitAboveDevice:
+            return "a limit is more than the device holds";
+        case SetupVerdict::BadOption:
+            return "slew must be in (0, 1000] N/s and the energy margin in [0, 0.01] J";
+        case SetupVerdict::BadPeriod:
+            return "a tick must be between 0.1 and 20 ms";
+    }
+    return "unknown verdict";
+}
+
+const char* describe(StiffnessReason reason) noexcept
+{
+    switch (reason) {
+        case StiffnessReason::Sampling:
+            return "the device's damping is too little for the tick: b > K T/2 + |B|";
+        case StiffnessReason::Quantisation:
+            return "the device's friction is too little for its encoder: K <= 2 f_c/Delta";
+        case StiffnessReason::Delay:
+            return "the device's damping is too little for its delay: K (T/2 + delay) + |B| < b";
+        case StiffnessReason::VirtualDamping:
+            return "virtual damping is as much as the device's own: |B| < b";
+    }
+    return "unknown reason";
+}
+
+StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping) noexcept
+{
+    StiffnessCheck check;
+    const bool told = device.damping > 0 && device.coulomb_friction > 0 && device.resolution > 0;
+    check.assumed = !told;
+    const double b = or_unknown(device.damping, 0.1), friction = or_unknown(device.coulomb_friction, 0.02),
+                 resolution = or_unknown(device.resolution, 50e-6), period = or_unknown(device.period, 1e-3),
+                 delay = std::max(device.delay, 0.), left = b - std::fabs(virtual_damping);
+    if (!(sane(b) && sane(friction) && sane(resolution) && sane(period) && sane(device.delay) && left > 0)) {
+        check.reason = StiffnessReason::VirtualDamping;
+        return check;
+    }
+    const double by_encoder = 2 * friction / resolution;
+    // Strictly less: a share that rounding cannot eat.
+    const double by_damping = (1 - 1e-9) * left / (period / 2 + delay);
+    check.largest = std::min(by_encoder, by_damping);
+    if (by_encoder <= by_damping)
+        check.reason = StiffnessReason::Quantisation;
+    else
+        check.reason = delay > 0 ? StiffnessReason::Delay : StiffnessReason::Sampling;
+    check.safe = stiffness >= 0 && stiffness <= check.largest;
+    return check;
+}
+
+SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept : device_(device)
+{
+    const double numbers[] = {device.max_force, device.max_torque,       device.continuous_force,
+                              device.damping,   device.coulomb_friction, device.resolution,
+                              device.delay,     device.period,           device.sample_period};
+    const double force = options.force_limit.value_or(1), torque = options.torque_limit.value_or(1);
+    const auto usable = [](double x) { return x >= 0 && x <= k_absurd; };
+    const double most_force = device.max_force > 0 ? device.max_force : k_unknown_force,
+                 most_torque = device.max_torque > 0 ? device.max_torque : k_unknown_torque;
+    if (!std::all_of(std::begin(numbers), std::end(numbers), usable) || !sane(force) || !sane(torque))
+        verdict_ = SetupVerdict::NotFinite;
+    else if (force <= 0 || torque <= 0)
+        verdict_ = SetupVerdict::LimitNotPositive;
+    else if ((options.force_limit && force > most_force) || (options.torque_limit && torque > most_torque))
+        verdict_ = SetupVerdict::LimitAboveDevice;
+    else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01))
+        verdict_ = SetupVerdict::BadOption;
+    else if (!(device.period >= 1e-4 && device.period <= 0.02))
+        verdict_ = SetupVerdict::BadPeriod;
+    if (verdict_ != SetupVerdict::Ok) {
+        faults_ = k_fault_setup;
+        return;
+    }
+    force_limit_ = options.force_limit.value_or(std::min(k_default_force, most_force));
+    torque_limit_ = options.torque_limit.value_or(std::min(k_default_torque, most_torque));
+    continuous_ = device.continuous_force > 0 ? device.continuous_force : 0.5 * force_limit_;
+    force_slew_ = options.slew;
+    torque_slew_ = options.slew * torque_limit_ / force_limit_;
+    margin_ = options.energy_margin;
+    dead_man_ = options.dead_man;
+    // A slow device is late between its samples by nature; when force ends is the same for all.
+    hold_ = std::clamp(2 * device.sample_period, k_stale_hold, 0.75 * k_stale_zero);
+    delay_ticks_ = std::min(static_cast<std::size_t>(device.delay / device.period + 0.5), k_history - 2);
+}
+
+/// What one tick knows and the wrenches that the steps pass on.
+struct SafetyFilter::Tick {
+    std::size_t zones = 0;
+    double dt = 0;         // s since the last tick
+    double sample_dt = 0;  // s between the last two fresh samples
+    double age = 0;        // s since the last sample
+    double scale = 1;      // of every limit: falls while samples are late
+    bool fresh = false;    // a new sample
+    bool off = false;      // all zero
+    std::uint32_t acted = 0;
+    std::array<Wrench, k_most_safe_zones> wrench{};
+    std::array<double, k_most_safe_zones> share;             // of the limits: ramp, heat
+    std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
+    std::array<double, k_most_safe_zones> speed{}, spin{};
+    std::array<bool, k_most_safe_zones> jumped{};
+};
+
+SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
+{
+    Tick tick = begin(in, safe.size());
+    finite(in, tick);  // step 1
+    observe(in, tick);
+    stale(in, tick);   // step 2
+    engage(in, tick);  // step 3
+    clamp(tick);       // step 4
+    slew(tick);        // step 5
+    speed(tick);       // step 6
+    passivity(tick);   // step 7
+    duty(tick);        // step 8
+    clamp_last(tick);  // step 9
+    return finish(tick, safe);
+}
+
+void SafetyFilter::disengage() noexcept
+{
+    for (Zone& zone : zones_) {
+        zone.phase = Phase::Waiting;
+        zone.calm = 0;
+        zone.ramp = 0;
+    }
+}
+
+void SafetyFilter::latch(std::uint32_t fault) noexcept
+{
+    if ((faults_ & fault) == 0) ++counters_.faults;
+    faults_ |= fault;
+}
+
+const Wrench& SafetyFilter::sent_before(const Zone& zone, std::size_t ticks) const noexcept
+{
+    return zone.sent[(ticks_ + k_history - ticks) % k_history];
+}
+
+Wrench SafetyFilter::slewed(const Wrench& from, const Wrench& to, double dt) const noexcept
+{
+    // A late tick may not step further than one in time.
+    const double step = std::min(dt, device_.period);
+    return {grown(from.force, to.force, force_slew_ * step), grown(from.torque, to.torque, torque_slew_ * step)};
+}
+
+/// Time, freshness, and what the user and the device allow.
+SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) noexcept
+{
+    Tick tick;
+    ++ticks_;
+    ++counters_.ticks;
+    tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_most_safe_zones});
+    tick.share.fill(1);
+    for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.asked[z];
+    tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
+    tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
+    if (in.resume && verdict_ == SetupVerdict::Ok) {
+        faults_ = 0;
+        bad_count_ = 0;
+        for (Zone& zone : zones_) zone.fast = 0;
+        disengage();
+    }
+    if (in.stop) latch(k_fault_stop);
+    if (in.restart) disengage();
+    if (faults_ != 0 || !in.connected || (in.sequence == 0 && !sampled_) || (dead_man_ && !in.held)) tick.off = true;
+    return tick;
+}
+
+/// Step 1. Anything that is not a number, or absurd, or a clock that runs back: nothing goes out in this tick; three such ticks
+/// within 100 ms are a fault.
+void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
+{
+    bool ok = sane(in.time) && sane(in.sample_time) && tick.dt >= 0;
+    for (std::size_t z = 0; z < tick.zones; ++z) ok = ok && sane(in.poses[z]) && sane(in.asked[z]);
+    for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
+    if (ok) return;
+    tick.off = true;
+    tick.acted |= k_acted_finite;
+    tick.fresh = false;  // nothing of this sample is remembered
+    tick.wrench = {};
+    tick.dt = std::max(tick.dt, 0.);
+    ++counters_.not_finite;
+    bad_ = {sane(in.time) ? in.time : time_, bad_[0], bad_[1]};
+    bad_count_ = std::min(bad_count_ + 1, bad_.size());
+    if (bad_count_ == bad_.size() && bad_[0] - bad_[2] <= k_bad_window) latch(k_fault_not_finite);
+}
+
+/// How every zone has moved since its last sample.
+void SafetyFilter::observe(const SafetyInput& in, Tick& tick) noexcept
+{
+    if (sane(in.time)) {
+        begun_ = true;
+        time_ = std::max(time_, in.time);
+    }
+    if (tick.fresh) {
+        const double stamp = std::min(in.time, in.sample_time);
+        tick.sample_dt = std::max(stamp - stamp_, k_finest_rate_share * device_.sample_period);
+        sequence_ = in.sequence;
+        sampled_at_ = in.time;
+        for (std::size_t z = 0; z < tick.zones; ++z) {
+            Zone& zone = zones_[z];
+            const Pose& pose = in.poses[z];
+            const Vec3d moved = pose.translation - zone.pose.translation,
+                        turned = turn_between(zone.pose.rotation, pose.rotation);
+            const bool jumped = !zone.known || norm(moved) > k_teleport || norm(turned) > k_teleport_turn;
+            tick.jumped[z] = zone.known && jumped;
+            zone.pose = pose;
+            zone.known = true;
+            if (jumped) {
+                zone.velocity = zone.turn = {};
+                continue;
+            }
+            const double blend = tick.sample_dt / (k_smoothing + tick.sample_dt);
+            tick.moved[z] = moved;
+            tick.turned[z] = turned;
+            tick.speed[z] = norm(moved) / tick.sample_dt;
+            tick.spin[z] = norm(turned) / tick.sample_dt;
+            zone.velocity += blend * (moved / tick.sample_dt - zone.velocity);
+            zone.turn += blend * (turned / tick.sample_dt - zone.turn);
+            if (z < in.twists.size()) {
+                tick.speed[z] = std::max(tick.speed[z], norm(in.twists[z].linear));
+                tick.spin[z] = std::max(tick.spin[z], norm(in.twists[z].angular));
+            }
+        }
+        stamp_ = sampled_ ? std::max(stamp_, stamp) : stamp;
+        sampled_ = true;
+    }
+    if (sampled_) tick.age = time_ - std::min(stamp_, sampled_at_);
+}
+
+/// Step 2. Without a fresh sample the wrench is held, falls from 5 ms on and is gone 20 ms after the last sample, which a slow
+/// device's own clock may date earlier than it came; so is that of a tick that comes 20 ms after the one before.
+void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
+{
+    if (!sampled_) return;
+    for (std::size_t z = 0; z < tick.zones && !tick.off; ++z) {
+        if (tick.fresh)
+            zones_[z].held = in.asked[z];
+        else
+            tick.wrench[z] = zones_[z].held;
+    }
+    const double late = std::max(tick.age, tick.dt);
+    if (!tick.fresh) ++counters_.held;
+    if (late <= hold_ && tick.age <= hold_) return;
+    tick.acted |= k_acted_stale;
+    ++counters_.stale;
+    tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
+    if (late > k_stale_fault) latch(k_fault_stale);
+    if (tick.scale <= 0) {
+        tick.off = true;
+        disengage();
+    }
+    for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = tick.scale * tick.wrench[z];
+}
+
+/// Step 3. Nothing goes out until next to nothing is asked for, then half a second's ramp; again after every jump.
+void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
+{
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        Zone& zone = zones_[z];
+        if (tick.jumped[z]) {
+            zone.phase = Phase::Waiting;
+            zone.calm = 0;
+            zone.ramp = 0;
+            ++counters_.teleports;
+        }
+        if (zone.phase == Phase::Waiting && tick.fresh && !tick.off) {
+            const bool calm = norm(tick.wrench[z].force) < k_engage_force &&
+                              norm(tick.wrench[z].torque) < k_engage_force / k_default_force * torque_limit_;
+            zone.calm = calm ? zone.calm + 1 : 0;
+            if (zone.calm > k_engage_ticks) {
+                zone.phase = Phase::Ramping;
+                ++counters_.engagements;
+            }
+        }
+        if (zone.phase == Phase::Ramping && !tick.off) {
+            zone.ramp += std::min(tick.dt, 2 * device_.period) / k_engage_ramp;
+            if (zone.ramp >= 1) zone.phase = Phase::Engaged;
+        }
+        if (zone.phase == Phase::Engaged) continue;
+        const double share = zone.phase == Phase::Waiting ? 0 : zone.ramp;
+        tick.acted |= k_acted_engage;
+        tick.share[z] = share;
+        tick.wrench[z] = share * tick.wrench[z];
+    }
+}
+
+/// Step 4. The limits, keeping directions.
+void SafetyFilter::clamp(Tick& tick) noexcept
+{
+    bool acted = false;
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        const Wrench w{shortened(tick.wrench[z].force, force_limit_), shortened(tick.wrench[z].torque, torque_limit_)};
+        acted = acted || !(w == tick.wrench[z]);
+        tick.wrench[z] = w;
+    }
+    if (!acted) return;
+    tick.acted |= k_acted_clamp;
+    ++counters_.clamped;
+}
+
+/// Step 5. Growth is limited, a decrease towards zero never is.
+void SafetyFilter::slew(Tick& tick) noexcept
+{
+    bool acted = false;
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        const Wrench w = slewed(sent_before(zones_[z], 1), tick.wrench[z], tick.dt);
+        acted = acted || !(w == tick.wrench[z]);
+        tick.wrench[z] = w;
+    }
+    if (!acted) return;
+    tick.acted |= k_acted_slew;
+    ++counters_.slewed;
+}
+
+/// Step 6. A hand or a robot that moves this fast is not touching anything on purpose: brake it, and if that does not help, stop.
+void SafetyFilter::speed(Tick& tick) noexcept
+{
+    bool acted = false;
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        Zone& zone = zones_[z];
+        if (tick.fresh) {
+            const bool fast = tick.speed[z] > k_top_speed || tick.spin[z] > k_top_turn;
+            zone.fast = fast ? zone.fast + tick.sample_dt : 0;
+        }
+        if (zone.fast <= 0) continue;
+        acted = true;
+        const Wrench brake{shortened(-k_fast_damping * zone.velocity, force_limit_),
+                           shortened(-k_fast_damping * k_arm * k_arm * zone.turn, torque_limit_)};
+        tick.wrench[z] = slewed(sent_before(zone, 1), brake, tick.dt);
+        if (zone.fast > k_fast_fault) {
+            latch(k_fault_fast);
+            tick.off = true;
+        }
+    }
+    if (!acted) return;
+    tick.acted |= k_acted_speed;
+    ++counters_.fast;
+}
+
+/// Step 7. Observer: the work of what was in effect over the motion that was measured, less what the device's own damping took.
+/// Controller: a damper that takes the excess back, and no wrench that would give more.
+void SafetyFilter::passivity(Tick& tick) noexcept
+{
+    bool acted = false;
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        Zone& zone = zones_[z];
+        const Wrench& then = sent_before(zone, 1 + delay_ticks_);
+        zone.since = zone.since + then;
+        ++zone.since_count;
+        const double v_sq = norm_sq(zone.velocity), w_sq = norm_sq(zone.turn);
+        if (tick.fresh) {
+            const Wrench mean = 1. / zone.since_count * zone.since;
+            const double given = power(mean, tick.moved[z], tick.turned[z]);
+            zone.energy = std::clamp(zone.energy + given - device_.damping * v_sq * tick.sample_dt, -k_store, k_store);
+            zone.since = {};
+            zone.since_count = 0;
+        }
+        Wrench& wrench = tick.wrench[z];
+        // Out of contact nothing is saved up; what was given too much stays owed.
+        if (is_zero(wrench) && is_zero(then)) zone.energy = std::max(zone.energy, 0.);
+        const double excess = zone.energy - margin_, flow = v_sq + k_arm * k_arm * w_sq;
+        if (!(excess > 0 && flow > 0) || is_zero(wrench)) continue;
+        acted = true;
+        const double damping = std::min(k_damping, excess / (flow * device_.period));
+        const double withheld = margin_ > 0 ? std::min(excess / margin_, 1.) : 1;
+        const double out = dot(wrench.force, zone.velocity), round = dot(wrench.torque, zone.turn);
+        if (out > 0 && v_sq > 0) wrench.force -= withheld * out / v_sq * zone.velocity;
+        if (round > 0 && w_sq > 0) wrench.torque -= withheld * round / w_sq * zone.turn;
+        wrench.force -= damping * zone.velocity;
+        wrench.torque -= damping * k_arm * k_arm * zone.turn;
+    }
+    if (!acted) return;
+    tick.acted |= k_acted_passivity;
+    ++counters_.passivity;
+}
+
+/// Step 8. The motors' heat: the mean square over 10 s never exceeds that of the continuous force; the most that may go out falls
+/// as the window fills.
+void SafetyFilter::duty(Tick& tick) noexcept
+{
+    const double torque_share = torque_limit_ / force_limit_;  // continuous torque to continuous force
+    const double dt = std::clamp(tick.dt, device_.period, k_bin);
+    bool next = false;
+    bin_time_ += dt;
+    if (bin_time_ >= k_bin) {
+        bin_time_ -= k_bin;
+        bin_ = (bin_ + 1) % k_duty_bins;
+        next = true;
+    }
+    bool acted = false;
+    for (std::size_t z = 0; z < k_most_safe_zones; ++z) {
+        Zone& zone = zones_[z];
+        if (next) {
+            zone.bin[bin_] = 0;
+            zone.load = 0;
+            for (const double load : zone.bin) zone.load += load;
+        }
+        if (z >= tick.zones) continue;
+        const double left = std::max(k_duty_window - zone.load, 0.);  // s of continuous force
+        const double force_sq = norm_sq(tick.wrench[z].force) + norm_sq(tick.wrench[z].torque) / (torque_share * torque_share);
+        double most_sq = continuous_ * continuous_ * left / dt;
+        if (left < (1 - k_duty_begins) * k_duty_window)
+            most_sq = std::min(most_sq, 2 * force_limit_ * force_limit_ * left / ((1 - k_duty_begins) * k_duty_window));
+        if (force_sq > most_sq) {
+            acted = true;
+            tick.wrench[z] = std::sqrt(most_sq / force_sq) * tick.wrench[z];
+        }
+    }
+    if (!acted) return;
+    tick.acted |= k_acted_duty;
+    ++counters_.duty;
+}
+
+/// Always last: whatever the steps before did, no more than the limits goes out, less while engaging or while samples are late.
+void SafetyFilter::clamp_last(Tick& tick) noexcept
+{
+    bool acted = false;
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        const double share = tick.scale * tick.share[z];
+        Wrench w{shortened(tick.wrench[z].force, share * force_limit_), shortened(tick.wrench[z].torque, share * torque_limit_)};
+        if (!sane(w)) w = {};
+        acted = acted || !(w == tick.wrench[z]);
+        tick.wrench[z] = w;
+    }
+    if (!acted) return;
+    tick.acted |= k_acted_last;
+    ++counters_.last_clamped;
+}
+
+SafetyReport SafetyFilter::finish(Tick& tick, std::span<Wrench> safe) noexcept
+{
+    const bool off = tick.off || faults_ != 0;
+    if (off) {
+        tick.acted |= k_acted_off;
+        ++counters_.off;
+        // A tick that is not finite passes; all else begins anew.
+        if ((tick.acted & k_acted_finite) == 0 || faults_ != 0) disengage();
+    }
+    SafetyReport report{.acted = tick.acted, .faults = faults_, .engaged = !off && tick.zones > 0, .age = tick.age};
+    for (std::size_t z = 0; z < safe.size(); ++z) safe[z] = off || z >= tick.zones ? Wrench{} : tick.wrench[z];
+    const double dt = std::clamp(tick.dt, device_.period, k_bin),
+                 torque_share = torque_limit_ > 0 ? torque_limit_ / force_limit_ : 1;
+    for (std::size_t z = 0; z < k_most_safe_zones; ++z) {
+        Zone& zone = zones_[z];
+        const Wrench w = z < safe.size() ? safe[z] : Wrench{};
+        zone.sent[ticks_ % k_history] = w;
+        if (z < tick.zones) report.engaged = report.engaged && zone.phase == Phase::Engaged;
+        if (continuous_ <= 0) continue;
+        const double load =
+            (norm_sq(w.force) + norm_sq(w.torque) / (torque_share * torque_share)) / (continuous_ * continuous_) * dt;
+        zone.bin[bin_] += load;
+        zone.load += load;
+    }
+    return report;
+}
+
+}  // namespace sqmap::haptic

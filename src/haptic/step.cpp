@@ -1,0 +1,566 @@
+// McNeely, Puterbaugh, Troy, "Six degree-of-freedom haptic rendering using voxel sampling", SIGGRAPH 1999 (pre-contact braking,
+// virtual coupling); Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997, and
+// Zilles, Salisbury, "A constraint-based god-object method for haptic display", IROS 1995 (the proxy); Hunt, Crossley,
+// "Coefficient of restitution interpreted as damping in vibroimpact", J. Appl. Mech. 1975 (damping that grows with depth).
+#include "sqmap/haptic/step.h"
+
+#include "coupling.h"
+#include "memory.h"
+#include "sqmap/haptic/force.h"
+
+namespace sqmap::haptic {
+
+namespace {
+
+constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
+constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
+constexpr int k_proxy_rounds = 4;
+constexpr double k_proxy_step = 0.002;  ///< m a round, so that nothing thicker is passed through
+
+Vec3d transform(const Pose& pose, Vec3d p)
+{
+    return pose.rotation * p + pose.translation;
+}
+Vec3d transform_back(const Pose& pose, Vec3d p)
+{
+    return transpose_mul(pose.rotation, p - pose.translation);
+}
+bool same(const Pose& a, const Pose& b)
+{
+    return a.rotation == b.rotation && a.translation == b.translation;
+}
+/// 1 at the centre of an impact sphere, 0 from its surface on, with zero slope there.
+double share_of_sphere(double distance_sq, double radius)
+{
+    if (!(radius < INFINITY)) return 1;
+    const double s = 1 - distance_sq / (radius * radius);
+    return s > 0 ? s * s : 0;
+}
+
+}  // namespace
+
+model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept
+{
+    // Everything in a model but these four numbers is in model space.
+    model::ModelView view = model;
+    view.header.unit *= metres_per_unit;
+    for (double& x : view.header.origin) x *= metres_per_unit;
+    return view;
+}
+
+void State::reset() noexcept
+{
+    for (Memory& m : memory_) m = {};
+    for (Touch& t : touches_) t = {};
+    for (ZoneReport& r : reports_) r = {};
+}
+
+struct Stepper {
+    State& state;
+    const StepInput& in;
+    std::span<Wrench> wrenches, on_solids;
+    std::size_t solids = std::min(in.solids.size(), state.most_solids_);
+
+    using Touch = State::Touch;
+    using Memory = State::Memory;
+
+    /// Room for the contacts with a solid, and the query that it holds.
+    std::span<query::FrameContact> room(std::size_t s)
+    {
+        const std::size_t size = state.found_.size() / state.most_solids_;
+        return std::span(state.found_).subspan(s * size, size);
+    }
+
+    Touch& touch(std::size_t z, std::size_t s) { return state.touches_[z * state.most_solids_ + s]; }
+
+    const query::FrameResult& ask(const Zone& zone, std::size_t s, const Pose& probe_pose)
+    {
+        const Pose pose = query::compose(query::inverse(in.solids[s].pose), probe_pose);
+        query::Layer layer = zone.options.layer;
+        if (layer == query::Layer::One) layer = query::Layer::Two;
+        State::Asked& asked = state.asked_[s];
+        if (zone.probe != asked.probe || layer != asked.layer || !same(pose, asked.pose)) {
+            const query::FrameResult r = query::query_frame(*in.solids[s].model, *zone.probe, pose, {.layer = layer}, room(s));
+            asked = {zone.probe, pose, layer, r};
+        }
+        return asked.result;
+    }
+
+    /// Where the probe stands when the zone stands at `at`.
+    Pose probe_pose(std::size_t z, const Pose& at) const
+    {
+        if (!state.zones_[z].in_world) return at;
+        if (same(at, in.poses[z])) return {};
+        return query::compose(at, query::inverse(in.poses[z]));
+    }
+
+    Vec3d stencil_centre(std::size_t z, const Pose& at) const
+    {
+        return transform(probe_pose(z, at), state.zones_[z].probe->sphere().centre) - at.translation;
+    }
+
+    double stencil_total(const Zone& zone) const
+    {
+        const std::size_t size = zone.probe->size(), first = std::min<std::size_t>(zone.first, size);
+        return static_cast<double>(std::min<std::size_t>(zone.count, size - first));
+    }
+
+    /// Contacts of a zone that stands at `at` with a solid. keep: their planes, for a tick without a query.
+    ContactSum gather(std::size_t z, std::size_t s, const Pose& at, Touch* keep)
+    {
+        const Zone& zone = state.zones_[z];
+        ZoneReport& report = state.reports_[z];
+        const Solid& solid = in.solids[s];
+        const model::Header& header = solid.model->header;
+        const query::FrameResult result = ask(zone, s, probe_pose(z, at));
+        const std::span<const query::FrameContact> found = room(s);
+        const std::size_t held = std::min(result.contacts, found.size());
+        if (result.contacts > held) report.status |= k_step_full;
+        if ((result.status & query::k_frame_not_finite) != 0) report.status |= k_step_not_finite;
+        const bool stencil = zone.options.averaging == Averaging::Stencil;
+        const bool textured = !stencil && solid.material.texture != nullptr;
+        const std::size_t stride = std::max<std::size_t>(1, (held + k_kept - 1) / k_kept);
+        ContactSum sum;
+        if (keep != nullptr) keep->plane_count = 0;
+        for (std::size_t i = 0; i < held; ++i) {
+            const query::FrameContact& c = found[i];
+            if (c.index < zone.first || c.index - zone.first >= zone.count) continue;
+            if ((c.status & query::k_no_surface) != 0) {
+                report.status |= k_step_no_surface;
+                continue;
+            }
+            const Vec3d surface = model::to_mesh_units(header, c.point), normal = cast<double>(c.normal);
+            const double depth = header.unit * static_cast<double>(c.depth);
+            const Vec3d point = transform(solid.pose, surface - depth * normal) - at.translation;
+            Spring spring{point, solid.pose.rotation * normal, depth, share_of_sphere(norm_sq(point), zone.radius)};
+            if (!stencil && c.index < zone.weights.size()) spring.weight *= static_cast<double>(zone.weights[c.index]);
+            if (!(spring.weight > 0)) continue;
+            if (keep != nullptr && i % stride == 0 && keep->plane_count < k_kept)
+                keep->planes[keep->plane_count++] = {surface, normal, transpose_mul(at.rotation, point), spring.weight};
+            if (textured) {
+                const Carved c2 = carved(relief_at(*solid.material.texture, surface, normal), depth, normal);
+                spring.depth = c2.depth;
+                spring.normal = solid.pose.rotation * c2.normal;
+            }
+            if (spring.depth > 0) sum.add(spring);
+        }
+        return sum;
+    }
+
+    /// What the contacts of the tick add up to; what is kept for the next one.
+    Felt felt_of(std::size_t z, std::size_t s, const ContactSum& sum, const Pose& at, Touch* keep)
+    {
+        const Zone& zone = state.zones_[z];
+        if (zone.options.averaging == Averaging::Patch) {
+            if (keep != nullptr) keep->single = false;
+            return sum.patch(zone.options.shading);
+        }
+        const Solid& solid = in.solids[s];
+        const Vec3d centre = stencil_centre(z, at);
+        Felt felt = sum.stencil(zone.options.shading, zone.options.smoothing, stencil_total(zone), centre);
+        if (keep != nullptr) keep_single(*keep, solid, at, felt);
+        const double size = norm(felt.force);
+        if (solid.material.texture != nullptr && size > 0) {
+            // Once, after the smoothing: it would be worn down by it.
+            const Vec3d normal = transpose_mul(solid.pose.rotation, felt.force / size);
+            const Vec3d surface = transform_back(solid.pose, at.translation + centre) + felt.depth * normal;
+            const Carved c = carved(relief_at(*solid.material.texture, surface, normal), felt.depth, normal);
+            felt.force = (size / felt.depth * c.depth) * (solid.pose.rotation * c.normal);
+            felt.torque = cross(centre, felt.force);
+            felt.depth = c.depth;
+        }
+        return felt;
+    }
+
+    static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt)
+    {
+        keep.single = true;
+        keep.plane_count = 0;
+        if (!(felt.depth > 0)) return;
+        const Vec3d normal = transpose_mul(solid.pose.rotation, normalized(felt.force));
+        keep.planes[0] = {transform_back(solid.pose, at.translation + felt.lever) + felt.depth * normal, normal,
+                          transpose_mul(at.rotation, felt.lever), 1};
+        keep.plane_count = 1;
+    }
+
+    /// The same from the planes of the last query.
+    Felt felt_of_planes(std::size_t z, std::size_t s, const Pose& at)
+    {
+        const Touch& t = touch(z, s);
+        const Solid& solid = in.solids[s];
+        ContactSum sum;
+        for (std::uint32_t i = 0; i < t.plane_count; ++i) {
+            const Touch::Plane& p = t.planes[i];
+            const Vec3d lever = at.rotation * p.probe, point = transform_back(solid.pose, at.translation + lever);
+            const double depth = dot(p.point - point, p.normal);
+            const Vec3d normal = solid.pose.rotation * p.normal;
+            if (!(depth > 0)) continue;
+            if (t.single) return {depth, depth * normal, cross(lever, depth * normal), lever};
+            sum.add({lever, normal, depth, p.weight});
+        }
+        return sum.patch(state.zones_[z].options.shading);
+    }
+
+    /// How the zone's material at a lever has moved over the solid since the last step.
+    Vec3d motion_over(const Memory& m, const Touch& t, const Solid& solid, const Pose& at, Vec3d lever) const
+    {
+        if (!m.known || !t.known) return {};
+        const Vec3d now = at.translation + lever;
+        const Vec3d zone_before = transform(m.body_before, transpose_mul(at.rotation, lever));
+        const Vec3d solid_before = transform(t.solid_before, transform_back(solid.pose, now));
+        return solid_before - zone_before;
+    }
+
+    Vec3d velocity_over(const Twist& twist, const Solid& solid, const Pose& at, Vec3d lever) const
+    {
+        return velocity_at(twist, lever) - velocity_at(solid.twist, at.translation + lever - solid.pose.translation);
+    }
+
+    /// Friction at the centre of a contact; stretches or lets slip the sticking spring.
+    Vec3d friction(const ZoneOptions& o, Touch& t, const Solid& solid, const Felt& felt, Vec3d normal, double load, Vec3d motion,
+                   std::uint32_t& status) const
+    {
+        const Material& material = solid.material;
+        if (material.friction == Friction::Paper) return printed_friction({material.f_c, material.k_f}, felt.depth, motion);
+        if (material.friction != Friction::Coulomb || !(o.tangential_stiffness > 0)) return {};
+        if (!t.touching) t.bristle = {}, t.stuck = true;
+        Vec3d stretch = solid.pose.rotation * t.bristle + motion;
+        stretch -= dot(stretch, normal) * normal;
+        const double pull = o.tangential_stiffness * norm(stretch);
+        if (pull > (t.stuck ? material.mu_static : material.mu_dynamic) * load) {
+            t.stuck = false;
+            stretch = (material.mu_dynamic * load / pull) * stretch;
+            status |= k_step_slipping;
+        } else {
+            t.stuck = true;
+        }
+        t.bristle = transpose_mul(solid.pose.rotation, stretch);
+        return -o.tangential_stiffness * stretch;
+    }
+
+    void add_to_solid(std::size_t s, const Wrench& w, Vec3d about)
+    {
+        if (s >= on_solids.size()) return;
+        on_solids[s].force -= w.force;
+        on_solids[s].torque -= w.torque + cross(about - in.solids[s].pose.translation, w.force);
+    }
+
+    /// The force against the approach, from where the zone will be.
+    Wrench brake(std::size_t z, std::size_t s, const Pose& at, const Twist& twist)
+    {
+        const ZoneOptions& o = state.zones_[z].options;
+        const Solid& solid = in.solids[s];
+        const Vec3d velocity = velocity_over(twist, solid, at, {});
+        if (in.degraded || !(o.brake > 0) || !(o.brake_ahead > 0) || norm_sq(velocity) == 0) return {};
+        const Pose there{rotation_by(o.brake_ahead * twist.angular) * at.rotation, at.translation + o.brake_ahead * velocity};
+        const Felt felt = felt_of(z, s, gather(z, s, there, nullptr), there, nullptr);
+        const Vec3d normal = normalized(felt.force);
+        const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
+        if (!(felt.depth > 0) || !(approach > 0)) return {};
+        const double share = std::min(1., felt.depth / (approach * o.brake_ahead));
+        const Vec3d force = (o.brake * approach * share) * normal;
+        return {force, o.torque_share * cross(felt.lever, force)};
+    }
+
+    /// Modes Direct and Coupled: springs, damping and friction of all solids on a zone that stands at `at`.
+    void push(std::size_t z, const Pose& at, const Twist& twist, Wrench& springs, Wrench& rest, BodyLoad* load, double& free_change)
+    {
+        const ZoneOptions& o = state.zones_[z].options;
+        Memory& m = state.memory_[z];
+        ZoneReport& report = state.reports_[z];
+        double total = 0;
+        for (std::size_t s = 0; s < solids; ++s) {
+            Touch& t = touch(z, s);
+            const Solid& solid = in.solids[s];
+            Felt felt;
+            if (in.degraded) {
+                felt = felt_of_planes(z, s, at);
+            } else {
+                const ContactSum sum = gather(z, s, at, o.averaging == Averaging::Patch ? &t : nullptr);
+                felt = felt_of(z, s, sum, at, &t);
+                report.contacts += sum.count();
+                report.deepest = std::max(report.deepest, sum.deepest());
+            }
+            const Wrench braking = brake(z, s, at, twist);
+            rest = rest + braking;
+            add_to_solid(s, braking, at.translation);
+            const double size = norm(felt.force);
+            t.spring = 0;
+            if (!(size > 0)) {
+                t.touching = false;
+                continue;
+            }
+            report.status |= k_step_contact;
+            const Vec3d normal = felt.force / size;
+            const Vec3d motion = motion_over(m, t, solid, at, felt.lever);
+            const Wrench spring{o.stiffness * felt.force, (o.torque_share * o.stiffness) * felt.torque};
+            const double spring_size = o.stiffness * size;
+            const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
+            const double damped = o.damping * approach * std::min(1., felt.depth / k_damping_depth);
+            const double extra = std::max(damped, -spring_size);
+            const Vec3d other =
+                extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const Wrench side{other, o.torque_share * cross(felt.lever, other)};
+            springs = springs + spring;
+            rest = rest + side;
+            add_to_solid(s, spring + side, at.translation);
+            t.touching = true;
+            t.spring = spring_size;
+            free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
+            if (load != nullptr) load->stiffen(o.stiffness, normal, felt.lever);
+            report.depth += felt.depth * size;
+            report.point += size * (at.translation + felt.lever + felt.depth * normal);
+            report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
+            total += size;
+        }
+        if (total > 0) {
+            report.depth = report.depth / total;
+            report.point = report.point / total;
+        }
+        report.normal = normalized(springs.force);
+    }
+
+    /// Spreads jumps of the spring force, as where the foot point crosses a medial axis, over time. What motion explains passes.
+    Wrench blended(std::size_t z, const Wrench& springs, double free_change)
+    {
+        const ZoneOptions& o = state.zones_[z].options;
+        Memory& m = state.memory_[z];
+        const bool touching = (state.reports_[z].status & k_step_contact) != 0;
+        if (!touching || !(o.blend_time > 0)) {
+            m.left = {};
+        } else if (m.was_touching) {
+            m.left = std::exp(-in.dt / o.blend_time) * m.left;
+            const Wrench change = springs + -1. * m.springs_before;
+            const double size = norm(change.force);
+            if (size > free_change) m.left = m.left + -(1 - free_change / size) * change;
+            if (norm(m.left.force) > 1e-6 * norm(springs.force)) state.reports_[z].status |= k_step_blended;
+        }
+        m.springs_before = springs;
+        m.was_touching = touching;
+        double total = 0;
+        for (std::size_t s = 0; s < solids; ++s) total += touch(z, s).spring;
+        if (total > 0)
+            for (std::size_t s = 0; s < solids; ++s)
+                add_to_solid(s, touch(z, s).spring / total * m.left, in.poses[z].translation);
+        return springs + m.left;
+    }
+
+    Wrench direct(std::size_t z)
+    {
+        Wrench springs, rest;
+        double free_change = 0;
+        push(z, in.poses[z], state.memory_[z].device_twist, springs, rest, nullptr, free_change);
+        return blended(z, springs, free_change) + rest;
+    }
+
+    Wrench coupled(std::size_t z)
+    {
+        Memory& m = state.memory_[z];
+        const ZoneOptions& o = state.zones_[z].options;
+        if (!m.has_body) {
+            m.body = in.poses[z];
+            m.body_twist = m.device_twist;
+            m.has_body = true;
+        }
+        Wrench springs, rest, on_hand;
+        BodyLoad load;
+        double free_change = 0;
+        const Pose at = m.body;
+        state.reports_[z].body = at;
+        push(z, at, m.body_twist, springs, rest, &load, free_change);
+        load.wrench = springs + rest;
+        m.body_before = at;
+        if (!step_body(o, in.poses[z], m.device_twist, load, in.dt, m.body, m.body_twist, on_hand)) {
+            m.has_body = false;
+            state.reports_[z].status |= k_step_not_finite;
+            return {};
+        }
+        on_hand.torque = o.torque_share * on_hand.torque;
+        return on_hand;
+    }
+
+    /// The nearest place to the goal that no plane forbids: each plane in turn, a few times over.
+    static Vec3d project(Vec3d goal, std::span<const Touch> touches, std::span<const Solid> over, const Pose& at)
+    {
+        Vec3d p = goal;
+        for (int round = 0; round < 8; ++round)
+            for (std::size_t s = 0; s < over.size(); ++s)
+                if (const Touch& t = touches[s]; t.plane_count > 0) {
+                    const Vec3d point = transform_back(over[s].pose, p + at.rotation * t.planes[0].probe);
+                    const double below = dot(t.planes[0].point - point, t.planes[0].normal);
+                    if (below > 0) p += below * (over[s].pose.rotation * t.planes[0].normal);
+                }
+        return p;
+    }
+
+    /// The proxy goes to the device as far as the surfaces let it.
+    Wrench proxy(std::size_t z)
+    {
+        Memory& m = state.memory_[z];
+        const ZoneOptions& o = state.zones_[z].options;
+        ZoneReport& report = state.reports_[z];
+        const Vec3d goal = in.poses[z].translation;
+        if (!m.has_body) m.body = in.poses[z];
+        m.has_body = true;
+        m.body.rotation = in.poses[z].rotation;
+        const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.most_solids_, solids);
+        // A surface that moves carries along what lies on it.
+        for (std::size_t s = 0; s < solids; ++s)
+            if (touches[s].touching && touches[s].known) {
+                m.body.translation =
+                    transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
+                break;
+            }
+        const Vec3d before = m.body.translation;
+        for (int round = 0; round < k_proxy_rounds; ++round) {
+            const Vec3d way = project(goal, touches, in.solids.first(solids), m.body) - m.body.translation;
+            const double length = norm(way);
+            m.body.translation += (length > k_proxy_step ? k_proxy_step / length : 1.) * way;
+            if (in.degraded) break;
+            bool changed = false;
+            report.contacts = 0;
+            for (std::size_t s = 0; s < solids; ++s) {
+                const ContactSum sum = gather(z, s, m.body, nullptr);
+                Touch& t = touches[s];
+                const Felt felt = felt_of(z, s, sum, m.body, nullptr);
+                report.contacts += sum.count();
+                report.deepest = std::max(report.deepest, sum.deepest());
+                if (felt.depth > 0) {
+                    keep_single(t, in.solids[s], m.body, felt);
+                    m.body.translation += felt.depth * normalized(felt.force);
+                    changed = true;
+                } else if (t.plane_count > 0) {
+                    // The surface has curved away from its plane.
+                    t.plane_count = 0;
+                    changed = true;
+                }
+            }
+            if (!changed && length <= k_proxy_step) break;
+        }
+        Vec3d normal{};
+        for (std::size_t s = 0; s < solids; ++s)
+            if (touches[s].plane_count > 0) normal += in.solids[s].pose.rotation * touches[s].planes[0].normal;
+        normal = normalized(normal);
+        const double load = dot(m.body.translation - goal, normal);
+        for (std::size_t s = 0; s < solids; ++s) {
+            Touch& t = touches[s];
+            const Material& material = in.solids[s].material;
+            const bool was_touching = t.touching;
+            t.touching = t.plane_count > 0 && load > 0;
+            if (!t.touching || !was_touching || material.friction != Friction::Coulomb) {
+                t.stuck = true;
+                continue;
+            }
+            // Friction holds the proxy back: a cone about the normal through the device.
+            Vec3d back = before - m.body.translation;
+            back -= dot(back, normal) * normal;
+            const double length = norm(back);
+            const double reach = (t.stuck ? material.mu_static : material.mu_dynamic) * load;
+            t.stuck = length <= reach;
+            if (!t.stuck) report.status |= k_step_slipping;
+            m.body.translation += (t.stuck || length == 0 ? 1 : material.mu_dynamic * load / length) * back;
+        }
+        report.body = m.body;
+        if (!(load > 0)) return {};
+        report.status |= k_step_contact;
+        report.normal = normal;
+        report.depth = norm(m.body.translation - goal);
+        report.potential = 0.5 * o.stiffness * report.depth * report.depth;
+        Wrench w{o.stiffness * (m.body.translation - goal), {}};
+        const double approach = -dot(m.device_twist.linear, normal);
+        const double damped = o.damping * approach * std::min(1., load / k_damping_depth);
+        w.force += std::max(damped, -o.stiffness * load) * normal;
+        Vec3d lever{};
+        double share = 0;
+        for (std::size_t s = 0; s < solids; ++s) share += touches[s].touching ? 1 : 0;
+        for (std::size_t s = 0; s < solids; ++s)
+            if (touches[s].touching) {
+                const Vec3d arm = m.body.rotation * touches[s].planes[0].probe;
+                lever += arm / share;
+                add_to_solid(s, {w.force / share, cross(arm, w.force / share)}, m.body.translation);
+            }
+        report.point = m.body.translation + lever;
+        w.torque = o.torque_share * cross(lever, w.force);
+        return w;
+    }
+
+    void clear(std::size_t z)
+    {
+        state.memory_[z] = {};
+        for (std::size_t s = 0; s < state.most_solids_; ++s) touch(z, s) = {};
+    }
+
+    StepResult run()
+    {
+        StepResult result;
+        for (Wrench& w : wrenches) w = {};
+        for (Wrench& w : on_solids) w = {};
+        for (State::Asked& a : state.asked_) a = {};  // a probe may have been moved
+        const std::size_t zones = state.zones_.size();
+        if (wrenches.size() < zones || (!on_solids.empty() && on_solids.size() < in.solids.size()))
+            result.status |= k_step_short_span;
+        bool sound = std::isfinite(in.dt) && in.dt > 0;
+        for (const Solid& solid : in.solids)
+            sound = sound && solid.model != nullptr && is_finite(solid.pose) && is_finite(solid.twist);
+        if (in.solids.size() > solids) result.status |= k_step_full;
+        if (in.degraded) {
+            ++state.degraded_steps_;
+            result.status |= k_step_degraded;
+        }
+        for (std::size_t z = 0; z < zones; ++z) {
+            ZoneReport& report = state.reports_[z];
+            Memory& m = state.memory_[z];
+            report = {};
+            if (!sound || z >= in.poses.size() || !is_finite(in.poses[z]) || state.zones_[z].probe == nullptr ||
+                (z < in.twists.size() && !is_finite(in.twists[z]))) {
+                report.status = k_step_not_finite;
+                clear(z);
+                result.status |= report.status;
+                continue;
+            }
+            const Pose& device = in.poses[z];
+            m.device_twist = z < in.twists.size() ? in.twists[z]
+                             : m.known            ? twist_between(m.device_before, device, in.dt)
+                                                  : Twist{};
+            report.body = device;
+            Wrench w;
+            switch (state.zones_[z].options.mode) {
+                case Mode::Direct:
+                    w = direct(z);
+                    m.body_before = device;
+                    m.has_body = false;
+                    break;
+                case Mode::Proxy:
+                    w = proxy(z);
+                    break;
+                case Mode::Coupled:
+                    w = coupled(z);
+                    break;
+            }
+            m.device_before = device;
+            m.known = true;
+            for (std::size_t s = 0; s < solids; ++s) {
+                touch(z, s).solid_before = in.solids[s].pose;
+                touch(z, s).known = true;
+            }
+            if (in.degraded) report.status |= k_step_degraded;
+            if (!is_finite(w.force) || !is_finite(w.torque)) {
+                w = {};
+                report.status |= k_step_not_finite;
+                clear(z);
+            }
+            if (z < wrenches.size()) wrenches[z] = w;
+            result.status |= report.status;
+            result.contacts += report.contacts;
+            result.deepest = std::max(result.deepest, report.deepest);
+        }
+        return result;
+    }
+};
+
+StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_solids) noexcept
+{
+    return Stepper{state, input, wrenches, on_solids}.run();
+}
+
+}  // namespace sqmap::haptic

@@ -1,0 +1,40 @@
+# The safety filter without one of its steps, once for every step: the same source with that line of tick() taken out, and the same
+# tests, of which those of the missing step must fail. The library that ships has no switch for this.
+set(filter ${PROJECT_SOURCE_DIR}/src/haptic/safety.cpp)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${filter})
+file(READ ${filter} source)
+
+add_library(safety_test_object OBJECT haptic/safety_test.cpp)
+target_link_libraries(safety_test_object PRIVATE GTest::gtest sqmap_options)
+target_include_directories(safety_test_object PRIVATE ${PROJECT_SOURCE_DIR}/include)
+
+function(add_mutant name source suite)
+  set(file ${CMAKE_CURRENT_BINARY_DIR}/safety_${name}.cpp)
+  file(CONFIGURE OUTPUT ${file} CONTENT "${source}" @ONLY)
+  add_executable(safety_${name} ${file})
+  target_link_libraries(safety_${name} PRIVATE safety_test_object GTest::gtest_main sqmap_options)
+  target_include_directories(safety_${name} PRIVATE ${PROJECT_SOURCE_DIR}/include)
+  add_test(NAME SafetyMutant.${name} COMMAND safety_${name} --gtest_filter=Safety${suite}.*)
+  set_tests_properties(SafetyMutant.${name} PROPERTIES PASS_REGULAR_EXPRESSION "FAILED  . Safety${suite}")
+endfunction()
+
+set(step 0)
+foreach(suite Finite Stale Engage Clamp Slew Speed Passivity Duty Last)
+  math(EXPR step "${step} + 1")
+  string(REGEX MATCH "\n    [a-z_]+\\([a-z, ]*tick\\). +// step ${step}\n" line "${source}")
+  string(REPLACE "${line}" "\n" mutant "${source}")
+  string(LENGTH "${source}" before)
+  string(LENGTH "${mutant}\n${line}" after)
+  math(EXPR after "${after} - 2")
+  if(line STREQUAL "" OR NOT before EQUAL after)
+    message(FATAL_ERROR "safety.cpp: step ${step} must be named on exactly one line of tick()")
+  endif()
+  string(TOLOWER "without_${suite}" name)
+  add_mutant(${name} "${mutant}" ${suite})
+  set(step_${step} "${line}")
+endforeach()
+
+# The passivity step before the slew: its damping would be slowed.
+string(REPLACE "${step_7}" "\n" mutant "${source}")
+string(REPLACE "${step_5}" "${step_7}${step_5}" mutant "${mutant}")
+add_mutant(passivity_before_slew "${mutant}" Passivity)

@@ -1,0 +1,905 @@
+// Every step of the safety filter by what it must prevent. tests/unit/haptic/CMakeLists.txt builds this file against filters that
+// lack one step each, and expects the test of that step to fail.
+#include "sqmap/haptic/safety.h"
+
+#include "sqmap/math/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cfenv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+namespace sqmap::haptic {
+namespace {
+
+constexpr double k_nan = std::numeric_limits<double>::quiet_NaN(), k_inf = std::numeric_limits<double>::infinity();
+constexpr double k_tick = 1e-3;
+
+/// A strong device: only the user's limits bind.
+DeviceLimits strong()
+{
+    return {
+        .max_force = 20, .max_torque = 1, .continuous_force = 20, .damping = 1, .coulomb_friction = 0.05, .resolution = 20e-6};
+}
+
+/// A filter, a clock and a device that answers every tick.
+class Bench {
+public:
+    explicit Bench(const DeviceLimits& device = strong(), const SafetyOptions& options = {}, std::size_t zones = 1)
+        : filter(device, options), poses(zones), asked(zones), safe(zones)
+    {
+    }
+
+    /// One tick; fresh or with the sample before.
+    SafetyReport tick(bool fresh = true, double dt = k_tick)
+    {
+        input.time += dt;
+        if (fresh) {
+            ++input.sequence;
+            input.sample_time = input.time;
+        }
+        input.poses = poses;
+        input.asked = asked;
+        report = filter.tick(input, safe);
+        input.resume = input.restart = false;
+        return report;
+    }
+    SafetyReport run(double seconds, Vec3d force)
+    {
+        for (int i = 0; i < std::lround(seconds / k_tick); ++i) {
+            for (Wrench& w : asked) w.force = force;
+            tick();
+        }
+        return report;
+    }
+    /// Nothing asked for until all is engaged.
+    void engage()
+    {
+        run(0.6, {});
+        ASSERT_TRUE(report.engaged);
+    }
+    void engage_and_push(Vec3d force)
+    {
+        engage();
+        run(0.1, force);
+    }
+    [[nodiscard]] Vec3d force(std::size_t zone = 0) const { return safe[zone].force; }
+    [[nodiscard]] bool silent() const
+    {
+        for (const Wrench& w : safe)
+            if (!(w == Wrench{})) return false;
+        return true;
+    }
+
+    SafetyFilter filter;
+    SafetyInput input;
+    std::vector<Pose> poses;
+    std::vector<Wrench> asked, safe;
+    SafetyReport report;
+};
+
+// ---- Step 1
+
+TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
+{
+    for (const double bad : {k_nan, k_inf, -k_inf, 1e300})
+        for (int what = 0; what < 7; ++what) {
+            Bench bench(strong(), {}, 3);
+            std::vector<Twist> twists(3);
+            bench.input.twists = twists;
+            bench.engage_and_push({1, 0, 0});
+            ASSERT_EQ(bench.force(0), (Vec3d{1, 0, 0}));
+            const double time = bench.input.time;
+            if (what == 0) bench.poses[1].translation.y = bad;
+            if (what == 1) bench.poses[2].rotation.row[1].x = bad;
+            if (what == 2) bench.asked[0].force.z = bad;
+            if (what == 3) bench.asked[1].torque.x = bad;
+            if (what == 4) twists[2].linear.x = bad;
+            if (what == 5) twists[0].angular.z = bad;
+            if (what == 6) bench.input.time = bad;
+            bench.tick();
+            EXPECT_TRUE(bench.silent()) << bad << " in " << what;
+            EXPECT_EQ(bench.filter.counters().not_finite, 1u);
+            EXPECT_EQ(bench.report.faults, 0u) << "one bad tick is no fault";
+            // Back to health: it grows again, no faster than the slew allows.
+            bench.poses.assign(3, {});
+            bench.asked.assign(3, {{1, 0, 0}, {}});
+            twists.assign(3, {});
+            bench.input.time = time + k_tick;
+            bench.tick();
+            EXPECT_LE(norm(bench.force()), 0.25 + 1e-12);
+            for (int i = 0; i < 10; ++i) bench.tick();
+            EXPECT_EQ(bench.force(0), (Vec3d{1, 0, 0}));
+        }
+}
+
+TEST(SafetyFinite, ThreeBadTicksWithinATenthOfASecondAreAFaultThreeInASecondAreNot)
+{
+    for (const double apart : {0.03, 0.06}) {
+        Bench bench;
+        bench.engage_and_push({1, 0, 0});
+        for (int i = 0; i < 3; ++i) {
+            bench.poses[0].translation.x = k_nan;
+            bench.tick();
+            EXPECT_TRUE(bench.silent());
+            bench.poses[0] = {};
+            if (i < 2) bench.run(apart - k_tick, {1, 0, 0});
+        }
+        EXPECT_EQ(bench.report.faults, apart < 0.05 ? k_fault_not_finite : 0u);
+        bench.run(0.05, {1, 0, 0});
+        EXPECT_EQ(bench.silent(), apart < 0.05);
+    }
+}
+
+TEST(SafetyFinite, AClockThatRunsBackIsNotBelieved)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.tick(true, -0.5);
+    EXPECT_TRUE(bench.silent());
+    EXPECT_EQ(bench.filter.counters().not_finite, 1u);
+}
+
+// ---- Step 2
+
+TEST(SafetyStale, ForceIsHeldFallsAndIsZeroTwentyMillisecondsAfterTheLastSample)
+{
+    Bench bench(strong(), {}, 2);
+    bench.engage_and_push({1.6, 0, 0});
+    for (Wrench& w : bench.asked) w.force = {0, 1.6, 0};  // a stale pose is no reason for another force
+    double last = 1.6;
+    for (int age = 1; age <= 120; ++age) {
+        bench.tick(false);
+        const double f = norm(bench.force(1));
+        EXPECT_NEAR(bench.report.age, age * k_tick, 1e-9);
+        EXPECT_EQ(bench.force(1).y, 0);
+        if (age < 5) {
+            EXPECT_EQ(f, 1.6) << age;
+        }
+        if (age > 5 && age < 20) {
+            EXPECT_NEAR(f, 1.6 * (20 - age) / 15, 1e-6) << age;
+        }
+        if (age >= 20) {
+            EXPECT_TRUE(bench.silent()) << age;
+        }
+        EXPECT_LE(f, last);
+        last = f;
+        if (age != 100) {
+            EXPECT_EQ(bench.report.faults, age > 100 ? k_fault_stale : 0u) << age;
+        }
+    }
+    bench.run(1, {1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "the fault is latched";
+}
+
+TEST(SafetyStale, ASlowDeviceIsHeldLongerButGoneAtTheSameTime)
+{
+    DeviceLimits slow = strong();
+    slow.sample_period = 0.008;
+    Bench bench(slow);
+    bench.engage();
+    for (int i = 0; i < 400; ++i) {
+        bench.asked[0].force = {1, 0, 0};
+        bench.tick(i % 8 == 0);
+        if (i > 10) {
+            EXPECT_EQ(bench.force().x, 1) << "samples 8 ms apart are not late";
+        }
+    }
+    const double age = bench.report.age;
+    for (int i = 1; i <= 30; ++i) {
+        bench.tick(false);
+        if (age + i * k_tick >= 0.02 - 1e-9) {
+            EXPECT_TRUE(bench.silent());
+        }
+    }
+}
+
+TEST(SafetyStale, AnOldSampleThatComesLateIsOld)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    const double stopped = bench.input.sample_time;
+    for (int i = 0; i < 25; ++i) {  // new numbers, the device's clock stands still
+        ++bench.input.sequence;
+        bench.input.sample_time = stopped;
+        bench.tick(false);
+    }
+    EXPECT_TRUE(bench.silent());
+}
+
+TEST(SafetyStale, AfterTheForceHasGoneItComesBackOnlyByEngaging)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    for (int i = 0; i < 25; ++i) bench.tick(false);
+    bench.run(1, {1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "still pushed in: waits";
+    bench.run(0.01, {});
+    bench.run(0.1, {1, 0, 0});
+    EXPECT_GT(norm(bench.force()), 0.1);
+    EXPECT_LT(norm(bench.force()), 0.3);
+}
+
+TEST(SafetyStale, ATickTwentyMillisecondsLateIsSilent)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.tick(true, 0.019);
+    EXPECT_FALSE(bench.silent());
+    bench.tick(true, 0.021);
+    EXPECT_TRUE(bench.silent());
+    EXPECT_EQ(bench.report.faults, 0u);
+    bench.tick(true, 0.101);
+    EXPECT_EQ(bench.report.faults, k_fault_stale);
+}
+
+TEST(SafetyStale, AnUnpluggedDeviceGetsNothingAtOnce)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.input.connected = false;
+    bench.tick(false);
+    EXPECT_TRUE(bench.silent());
+    bench.input.connected = true;
+    bench.run(0.5, {1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "reconnected: engages anew";
+}
+
+TEST(SafetyStale, WithoutAFirstSampleThereIsNoForce)
+{
+    Bench bench;
+    for (int i = 0; i < 50; ++i) {
+        bench.input.sequence = 0;
+        bench.tick(false);
+        EXPECT_TRUE(bench.silent());
+    }
+    EXPECT_EQ(bench.report.faults, 0u) << "a device may take its time to start";
+}
+
+// ---- Step 3
+
+TEST(SafetyEngage, WaitsForNextToNothingThenRampsForHalfASecond)
+{
+    Bench bench;
+    bench.run(2, {1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "started inside the object";
+    bench.run(0.003, {0.1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "three ticks are not more than three";
+    bench.run(0.001, {0.1, 0, 0});
+    double last = 0;
+    for (int i = 1; i < 500; ++i) {
+        bench.run(k_tick, {1, 0, 0});
+        const double f = norm(bench.force());
+        EXPECT_LE(f, (i + 1) / 500. + 1e-9);
+        EXPECT_GE(f, last);
+        last = f;
+    }
+    bench.run(0.01, {1, 0, 0});
+    EXPECT_EQ(bench.force().x, 1);
+    EXPECT_TRUE(bench.report.engaged);
+}
+
+TEST(SafetyEngage, ATeleportEngagesThatZoneAnew)
+{
+    for (const bool turn : {false, true}) {
+        Bench bench(strong(), {}, 2);
+        bench.engage_and_push({1, 0, 0});
+        if (turn)
+            bench.poses[1].rotation = {{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
+        else
+            bench.poses[1].translation.x += 0.06;
+        bench.tick();
+        EXPECT_EQ(bench.force(0).x, 1);
+        EXPECT_EQ(bench.safe[1], Wrench{});
+        bench.run(0.5, {1, 0, 0});
+        EXPECT_EQ(bench.safe[1], Wrench{});
+        EXPECT_EQ(bench.filter.counters().teleports, 1u);
+        EXPECT_EQ(bench.report.faults, 0u);
+        bench.run(0.01, {});
+        bench.run(0.6, {1, 0, 0});
+        EXPECT_EQ(bench.force(1).x, 1);
+    }
+}
+
+TEST(SafetyEngage, AChangeOfSceneEngagesAnew)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.input.restart = true;
+    bench.tick();
+    EXPECT_TRUE(bench.silent());
+}
+
+// ---- Step 4
+
+TEST(SafetyClamp, TooMuchIsShortenedAlongItsDirectionBeforeTheOtherSteps)
+{
+    Bench bench;
+    bench.engage();
+    for (int i = 0; i < 100; ++i) {
+        bench.asked[0] = {{30, 40, 0}, {0, 5, 0}};
+        bench.tick();
+        EXPECT_NE(bench.report.acted & k_acted_clamp, 0u);
+    }
+    EXPECT_NEAR(bench.force().x, 1.2, 1e-12);
+    EXPECT_NEAR(bench.force().y, 1.6, 1e-12);
+    EXPECT_NEAR(bench.safe[0].torque.y, 0.1, 1e-12);
+    EXPECT_EQ(bench.filter.counters().last_clamped, 0u) << "nothing was left for the final clamp to do";
+}
+
+TEST(SafetyClamp, TheLeastOfUserAndDeviceHolds)
+{
+    const auto limit = [](double device, std::optional<double> user) {
+        DeviceLimits limits = strong();
+        limits.max_force = device;
+        return SafetyFilter(limits, {.force_limit = user}).force_limit();
+    };
+    EXPECT_EQ(limit(20, {}), 2);
+    EXPECT_EQ(limit(1.5, {}), 1.5);
+    EXPECT_EQ(limit(0, {}), 1) << "unknown";
+    EXPECT_EQ(limit(20, 7.5), 7.5);
+    EXPECT_EQ(limit(0, 0.5), 0.5);
+}
+
+TEST(SafetyClamp, RefusedLimitsGiveNoForceAtAll)
+{
+    const auto verdict = [](auto change) {
+        DeviceLimits device = strong();
+        SafetyOptions options;
+        change(device, options);
+        Bench bench(device, options);
+        bench.run(0.6, {});
+        bench.input.resume = true;
+        bench.run(0.6, {1, 0, 0});
+        if (bench.filter.verdict() != SetupVerdict::Ok) {
+            EXPECT_TRUE(bench.silent());
+            EXPECT_EQ(bench.report.faults, k_fault_setup);
+        }
+        EXPECT_STRNE(describe(bench.filter.verdict()), "");
+        return bench.filter.verdict();
+    };
+    using D = DeviceLimits&;
+    using O = SafetyOptions&;
+    EXPECT_EQ(verdict([](D, O) {}), SetupVerdict::Ok);
+    EXPECT_EQ(verdict([](D, O o) { o.force_limit = 0; }), SetupVerdict::LimitNotPositive);
+    EXPECT_EQ(verdict([](D, O o) { o.force_limit = -1; }), SetupVerdict::LimitNotPositive);
+    EXPECT_EQ(verdict([](D, O o) { o.torque_limit = 0; }), SetupVerdict::LimitNotPositive);
+    EXPECT_EQ(verdict([](D, O o) { o.force_limit = 20.01; }), SetupVerdict::LimitAboveDevice);
+    EXPECT_EQ(verdict([](D, O o) { o.torque_limit = 1.01; }), SetupVerdict::LimitAboveDevice);
+    EXPECT_EQ(verdict([](D d, O o) { d.max_force = 0, o.force_limit = 1.01; }), SetupVerdict::LimitAboveDevice);
+    EXPECT_EQ(verdict([](D, O o) { o.force_limit = k_nan; }), SetupVerdict::NotFinite);
+    EXPECT_EQ(verdict([](D, O o) { o.torque_limit = k_inf; }), SetupVerdict::NotFinite);
+    EXPECT_EQ(verdict([](D d, O) { d.max_force = k_nan; }), SetupVerdict::NotFinite);
+    EXPECT_EQ(verdict([](D d, O) { d.damping = -1; }), SetupVerdict::NotFinite);
+    EXPECT_EQ(verdict([](D, O o) { o.slew = 0; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.slew = 1001; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.slew = k_nan; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D, O o) { o.energy_margin = 0.02; }), SetupVerdict::BadOption);
+    EXPECT_EQ(verdict([](D d, O) { d.period = 0; }), SetupVerdict::BadPeriod);
+    EXPECT_EQ(verdict([](D d, O) { d.period = 0.1; }), SetupVerdict::BadPeriod);
+}
+
+// ---- Step 5
+
+TEST(SafetySlew, ForceGrowsByAQuarterNewtonATickAndFallsAtOnce)
+{
+    Bench bench;
+    bench.engage();
+    for (int i = 1; i <= 8; ++i) {
+        bench.asked[0] = {{0, 2, 0}, {0.1, 0, 0}};
+        bench.tick();
+        EXPECT_NEAR(bench.force().y, 0.25 * i, 1e-9);
+        EXPECT_NEAR(bench.safe[0].torque.x, 0.0125 * i, 1e-9) << "torque by the same share of its limit";
+    }
+    bench.asked[0] = {{0, 0.3, 0}, {}};
+    bench.tick();
+    EXPECT_EQ(bench.force().y, 0.3);
+    EXPECT_EQ(bench.safe[0].torque.x, 0);
+}
+
+TEST(SafetySlew, AReversalGoesThroughZeroAndGrowsFromThere)
+{
+    Bench bench;
+    bench.engage_and_push({2, 0, 0});
+    bench.run(k_tick, {-2, 0, 0});
+    EXPECT_NEAR(bench.force().x, -0.25, 1e-12);
+}
+
+TEST(SafetySlew, NeitherALateNorAnEarlyTickGrowsMore)
+{
+    Bench bench;
+    bench.engage();
+    bench.asked[0].force = {2, 0, 0};
+    bench.tick(true, 0.004);
+    EXPECT_LE(bench.force().x, 0.25 + 1e-12);
+    const double before = bench.force().x;
+    bench.tick(true, 0.0001);
+    EXPECT_LE(bench.force().x - before, 0.025 + 1e-12);
+}
+
+TEST(SafetySlew, NeverMoreThanAskedAndNeverGrowsTooFastWhateverIsAsked)
+{
+    Bench bench(strong(), {}, 2);
+    bench.engage();
+    SplitMix64 random(3);
+    const auto grown = [](const Vec3d& from, const Vec3d& to) {  // what is left after all that a free decrease explains
+        const double share = norm_sq(from) > 0 ? std::clamp(dot(from, to) / norm_sq(from), 0., 1.) : 0;
+        return norm(to - share * from);
+    };
+    for (int i = 0; i < 20000; ++i) {
+        const Vec3d before = bench.force();
+        if (random.bits() % 4 == 0) bench.asked[0].force = {random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)};
+        bench.tick();
+        EXPECT_LE(norm(bench.force()), norm(bench.asked[0].force) + 1e-12);
+        EXPECT_LE(grown(before, bench.force()), 0.25 + 1e-9);
+    }
+}
+
+// ---- Step 6
+
+TEST(SafetySpeed, AboveAMetreASecondOnlyADamperThenAFault)
+{
+    Bench bench;
+    bench.engage_and_push({2, 0, 0});
+    bool faulted = false;
+    for (int i = 0; i < 30; ++i) {
+        bench.poses[0].translation.x += 1.5e-3;  // 1.5 m/s, pushed along: the force must not help
+        bench.tick();
+        EXPECT_LE(bench.force().x, 0) << i;
+        if (i < 18) {
+            EXPECT_EQ(bench.report.faults, 0u) << i;
+        }
+        faulted = faulted || (bench.report.faults & k_fault_fast) != 0;
+    }
+    EXPECT_TRUE(faulted);
+    EXPECT_TRUE(bench.silent());
+    bench.run(1, {});
+    bench.run(1, {1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "latched";
+}
+
+TEST(SafetySpeed, ASpinCountsAndAMeasuredTwistDoes)
+{
+    for (const bool measured : {false, true}) {
+        Bench bench;
+        std::vector<Twist> twists(1);
+        bench.input.twists = twists;
+        bench.engage_and_push({1, 0, 0});
+        double angle = 0;
+        for (int i = 0; i < 30; ++i) {
+            if (measured)
+                twists[0].angular = {0, 0, 25};
+            else
+                angle += 0.025;
+            bench.poses[0].rotation = {
+                {{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+            bench.tick();
+        }
+        EXPECT_EQ(bench.report.faults, k_fault_fast) << measured;
+    }
+}
+
+TEST(SafetySpeed, OneGlitchIsBrakedByNoMoreThanTheSlew)
+{
+    Bench bench;
+    bench.engage_and_push({});
+    bench.poses[0].translation.x += 0.01;  // 10 m/s for a tick
+    bench.tick();
+    EXPECT_LE(norm(bench.force()), 0.25 + 1e-12);
+    bench.run(0.1, {1, 0, 0});
+    EXPECT_EQ(bench.force().x, 1);
+}
+
+TEST(SafetySpeed, NineTenthsOfAMetreASecondIsAMotion)
+{
+    Bench bench;
+    bench.engage();
+    for (int i = 0; i < 50; ++i) {
+        bench.asked[0].force = {-1, 0, 0};
+        bench.poses[0].translation.x += 0.9e-3;
+        bench.tick();
+    }
+    EXPECT_EQ(bench.filter.counters().fast, 0u);
+    EXPECT_NEAR(bench.force().x, -1, 1e-12);
+}
+
+// ---- Step 7
+
+/// A swing of the hand, +-1 cm at 2 Hz, and an algorithm that pushes it along: a motor. Returns the work done on the hand.
+double driven_energy(Bench& bench, double strength, bool turning)
+{
+    double work = 0;
+    double last = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const double phase = 2 * 3.14159265358979 * 2 * i * k_tick, place = 0.01 * std::sin(phase), speed = std::cos(phase);
+        const Wrench before = bench.safe[0];
+        if (turning) {
+            const double angle = 20 * place;
+            bench.poses[0].rotation = {
+                {{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
+            work += before.torque.z * 20 * (place - last);
+            bench.asked[0].torque = {0, 0, 0.05 * strength * speed};
+        } else {
+            bench.poses[0].translation.x = place;
+            work += before.force.x * (place - last);
+            bench.asked[0].force = {strength * speed, 0, 0};
+        }
+        last = place;
+        bench.tick();
+    }
+    return work;
+}
+
+TEST(SafetyPassivity, AnAlgorithmThatGivesEnergyIsHeldNearTheMargin)
+{
+    for (const bool turning : {false, true}) {
+        DeviceLimits device = strong();
+        device.damping = 0;
+        Bench bench(device);
+        bench.engage();
+        // Unfiltered it would give some 8 swings x 2 x 2 cm x 0.8 N = 0.25 J.
+        EXPECT_LT(driven_energy(bench, 1, turning), 3e-3);
+        EXPECT_GT(bench.filter.counters().passivity, 0u);
+        EXPECT_LT(bench.filter.energy(0), 3e-3);
+    }
+}
+
+TEST(SafetyPassivity, ASpringGivesBackWhatItTookAndNothingIsChanged)
+{
+    Bench bench;
+    bench.engage();
+    for (int i = 0; i < 4000; ++i) {
+        const double phase = 2 * 3.14159265358979 * i * k_tick, depth = 0.005 * (1 - std::cos(phase));
+        bench.poses[0].translation.z = -depth;
+        bench.asked[0].force = {0, 0, 150 * depth};
+        bench.tick();
+        EXPECT_EQ(bench.force().z, bench.asked[0].force.z) << i;
+    }
+    EXPECT_EQ(bench.filter.counters().passivity, 0u);
+}
+
+TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
+{
+    // A spring seen 3 ticks late gives K v delay per metre; the observer must see that, not the energy of the undelayed spring.
+    for (const double delay : {0., 3e-3}) {
+        DeviceLimits device = strong();
+        device.damping = 0;
+        device.delay = delay;
+        Bench bench(device, {.energy_margin = 0.01});
+        bench.engage();
+        double work = 0, most = 0;
+        std::vector<double> places, forces;
+        for (int i = 0; i < 1000; ++i) {
+            const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, depth = 0.002 * (1 - std::cos(phase));
+            places.push_back(-depth);
+            bench.poses[0].translation.z = -depth;
+            bench.asked[0].force = {0, 0, 300 * depth};
+            bench.tick();
+            forces.push_back(bench.force().z);
+            const int then = i - 1 - static_cast<int>(std::lround(delay / k_tick));
+            if (i > 0 && then >= 0) work += forces[then] * (places[i] - places[i - 1]);
+            most = std::max(most, std::fabs(bench.filter.energy(0) - work));
+            if (bench.filter.counters().passivity > 0) break;
+        }
+        EXPECT_LT(most, 1e-9) << delay;
+    }
+}
+
+TEST(SafetyPassivity, ComesAfterTheSlewSoThatDampingIsAtOnce)
+{
+    DeviceLimits device = strong();
+    device.damping = 0;
+    Bench bench(device, {.energy_margin = 0});
+    bench.engage();
+    // 0.5 m/s along a force of 1 N: gives 0.5 mJ a tick. In one tick from pushing along to braking.
+    double deepest = 0;
+    for (int i = 0; i < 20; ++i) {
+        const double before = bench.force().x;
+        bench.poses[0].translation.x += 0.5e-3;
+        bench.asked[0].force = {1, 0, 0};
+        bench.tick();
+        if (before >= 0) deepest = std::min(deepest, bench.force().x);
+    }
+    EXPECT_LT(deepest, -0.4) << "not grown from zero by a quarter newton a tick";
+}
+
+// ---- Step 8
+
+TEST(SafetyDuty, TheMeanSquareOverTenSecondsStaysBelowTheContinuousForce)
+{
+    DeviceLimits device = strong();
+    device.continuous_force = 1;
+    Bench bench(device);
+    bench.engage();
+    std::vector<double> squares;
+    double sum = 0, worst = 0, lowest = 2;
+    for (int i = 0; i < 40000; ++i) {
+        bench.asked[0].force = {i < 500 || i % 7000 < 6000 ? 2. : 0., 0, 0};
+        bench.tick();
+        squares.push_back(norm_sq(bench.force()));
+        sum += squares.back();
+        if (i >= 10000) sum -= squares[i - 10000];
+        worst = std::max(worst, std::sqrt(sum / 10000));
+        if (i > 20000 && bench.asked[0].force.x > 0) lowest = std::min(lowest, bench.force().x);
+    }
+    EXPECT_LE(worst, 1.0);
+    EXPECT_GT(worst, 0.9) << "what may be used is used";
+    EXPECT_GT(bench.filter.counters().duty, 0u);
+}
+
+TEST(SafetyDuty, ContinuousForceMayBeHeldForEver)
+{
+    DeviceLimits device = strong();
+    device.continuous_force = 1;
+    Bench bench(device);
+    bench.engage_and_push({0.9, 0, 0});
+    for (int i = 0; i < 30000; ++i) {
+        bench.tick();
+        EXPECT_EQ(bench.force().x, 0.9);
+    }
+}
+
+TEST(SafetyDuty, AnUnknownContinuousForceIsHalfTheLimit)
+{
+    DeviceLimits device = strong();
+    device.continuous_force = 0;
+    Bench bench(device);
+    bench.engage_and_push({2, 0, 0});
+    double sum = 0;
+    for (int i = 0; i < 10000; ++i) {
+        bench.tick();
+        sum += norm_sq(bench.force());
+    }
+    EXPECT_LE(std::sqrt(sum / 10000), 1.0 + 1e-6);
+}
+
+// ---- The final clamp
+
+TEST(SafetyLast, WhatTheDampersAddNeverExceedsTheLimit)
+{
+    DeviceLimits device = strong();
+    device.damping = 0;
+    Bench bench(device, {.force_limit = 0.5, .torque_limit = 0.02, .energy_margin = 0});
+    bench.engage();
+    // Gives energy in a jerk, then is turned against the motion at the limit: the damper adds up to 0.9 m/s x 5 N s/m on top.
+    double most = 0;
+    for (int i = 0; i < 200; ++i) {
+        bench.poses[0].translation.x += i % 20 < 10 ? 0.9e-3 : -0.9e-3;
+        bench.asked[0].force = {i < 100 ? (i % 20 < 10 ? 0.5 : -0.5) : (i % 20 < 10 ? -0.5 : 0.5), 0, 0};
+        bench.tick();
+        most = std::max(most, norm(bench.force()));
+    }
+    EXPECT_LE(most, 0.5 + 1e-12);
+    EXPECT_GT(bench.filter.counters().passivity, 0u);
+    EXPECT_GT(bench.filter.counters().last_clamped, 0u);
+}
+
+// ---- User, determinism, totality
+
+TEST(SafetyUser, StopHoldsUntilTheUserResumesAndThenEngages)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.input.stop = true;
+    bench.tick();
+    EXPECT_TRUE(bench.silent());
+    EXPECT_EQ(bench.report.faults, k_fault_stop);
+    bench.input.stop = false;
+    bench.run(1, {});
+    bench.run(1, {1, 0, 0});
+    EXPECT_TRUE(bench.silent());
+    bench.input.resume = true;
+    bench.run(0.1, {1, 0, 0});
+    EXPECT_TRUE(bench.silent()) << "engages anew";
+    EXPECT_EQ(bench.report.faults, 0u);
+    bench.run(0.6, {});
+    bench.run(0.1, {1, 0, 0});
+    EXPECT_EQ(bench.force().x, 1);
+}
+
+TEST(SafetyUser, StopBeatsResume)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.input.stop = bench.input.resume = true;
+    bench.tick();
+    EXPECT_TRUE(bench.silent());
+    EXPECT_EQ(bench.report.faults, k_fault_stop);
+}
+
+TEST(SafetyUser, LettingGoOfTheDeadMansSwitchIsZeroAtOnce)
+{
+    Bench bench(strong(), {.dead_man = true});
+    bench.engage_and_push({1, 0, 0});
+    EXPECT_EQ(bench.force().x, 1);
+    bench.input.held = false;
+    bench.tick();
+    EXPECT_TRUE(bench.silent());
+    EXPECT_EQ(bench.report.faults, 0u) << "no fault: holding it again engages";
+    bench.input.held = true;
+    bench.run(0.5, {1, 0, 0});
+    EXPECT_TRUE(bench.silent());
+    bench.run(0.6, {});
+    bench.run(0.1, {1, 0, 0});
+    EXPECT_EQ(bench.force().x, 1);
+}
+
+TEST(SafetyUser, AFaultWhoseCauseStaysCannotBeCleared)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    for (int i = 0; i < 120; ++i) bench.tick(false);
+    bench.input.resume = true;
+    bench.tick(false);
+    EXPECT_EQ(bench.report.faults, k_fault_stale);
+    bench.tick();
+    bench.input.resume = true;
+    bench.tick();
+    EXPECT_EQ(bench.report.faults, 0u);
+}
+
+/// Inputs of every kind, sane and not.
+class Monkey {
+public:
+    explicit Monkey(std::uint64_t seed, std::size_t zones) : random_(seed), poses_(zones), twists_(zones), asked_(zones) {}
+    const SafetyInput& next()
+    {
+        const auto rare = [&](std::uint64_t one_in) { return random_.bits() % one_in == 0; };
+        const double strange[] = {k_nan, k_inf, -k_inf, 1e308, -1e308, 1e200, 5e-324, 1e9, 0.};
+        const auto any = [&] { return strange[random_.bits() % std::size(strange)]; };
+        in_.time += rare(500) ? random_.between(0, 0.2) : random_.between(0.0005, 0.0015);
+        if (!rare(20)) ++in_.sequence;
+        in_.sample_time = in_.time - random_.between(0, 0.002);
+        for (std::size_t z = 0; z < poses_.size(); ++z) {
+            poses_[z].translation += Vec3d{random_.between(-2e-4, 2e-4), random_.between(-2e-4, 2e-4), 0};
+            if (rare(2000)) poses_[z].translation.x = any();
+            if (rare(100) || std::fabs(poses_[z].translation.x) > 2) poses_[z].translation = {};
+            if (rare(2000)) poses_[z].translation.z = 0.1;
+            if (rare(2000)) poses_[z].rotation.row[1].y = any();
+            if (rare(100)) poses_[z].rotation = {};
+            if (rare(200)) asked_[z].force = {random_.between(-4, 4), random_.between(-4, 4), random_.between(-1, 1)};
+            if (rare(200)) asked_[z].torque = {0, random_.between(-0.3, 0.3), 0};
+            if (rare(2000)) asked_[z].force.y = any();
+            if (rare(200)) asked_[z] = {};
+            twists_[z].linear = {rare(3000) ? any() : 0., 0, 0};
+        }
+        in_.twists = twists_;
+        in_.poses = poses_;
+        in_.asked = asked_;
+        in_.connected = !rare(3000);
+        in_.stop = rare(5000);
+        in_.resume = rare(50);
+        in_.restart = rare(5000);
+        in_.held = !rare(1000);
+        return in_;
+    }
+    [[nodiscard]] bool last_is_finite() const
+    {
+        const auto sane = [](const Vec3d& v) { return std::fabs(v.x) <= 1e9 && std::fabs(v.y) <= 1e9 && std::fabs(v.z) <= 1e9; };
+        for (std::size_t z = 0; z < poses_.size(); ++z)
+            if (!sane(poses_[z].translation) || !sane(poses_[z].rotation.row[1]) || !sane(asked_[z].force) ||
+                !sane(twists_[z].linear))
+                return false;
+        return true;
+    }
+
+private:
+    SplitMix64 random_;
+    SafetyInput in_;
+    std::vector<Pose> poses_;
+    std::vector<Twist> twists_;
+    std::vector<Wrench> asked_;
+};
+
+TEST(SafetyFilter, NoInputWhateverGetsMoreThanTheLimitsOrForceFromWhatIsNotFinite)
+{
+    std::uint64_t forces = 0;
+    for (const std::size_t zones : {1, 5, 16}) {
+        DeviceLimits device = strong();
+        device.delay = 2e-3;
+        SafetyFilter filter(device, {.dead_man = true});
+        Monkey monkey(zones, zones);
+        std::vector<Wrench> safe(zones);
+        for (int i = 0; i < 60000; ++i) {
+            const SafetyReport report = filter.tick(monkey.next(), safe);
+            for (const Wrench& w : safe) {
+                ASSERT_TRUE(norm(w.force) <= 2 + 1e-12 && norm(w.torque) <= 0.1 + 1e-12) << i;
+                if (report.faults != 0 || !monkey.last_is_finite() || report.age >= k_stale_zero) {
+                    ASSERT_EQ(w, Wrench{}) << i;
+                }
+                if (norm(w.force) > 0.5) ++forces;
+            }
+        }
+        const SafetyCounters& c = filter.counters();
+        EXPECT_GT(std::min({c.not_finite, c.held, c.stale, c.teleports, c.engagements, c.clamped, c.slewed, c.off, c.faults}),
+                  10u);
+    }
+    EXPECT_GT(forces, 1000u) << "the monkey gets some force at all";
+}
+
+TEST(SafetyFilter, TheSameInputsGiveTheSameBits)
+{
+    for (int pass = 0; pass < 2; ++pass) {
+        SafetyFilter a(strong(), {}), b(strong(), {});
+        Monkey first(9, 4), second(9, 4);
+        std::array<Wrench, 4> x{}, y{};
+        for (int i = 0; i < 20000; ++i) {
+            a.tick(first.next(), x);
+            b.tick(second.next(), y);
+            ASSERT_EQ(std::memcmp(x.data(), y.data(), sizeof x), 0);
+        }
+    }
+}
+
+TEST(SafetyFilter, RaisesNoFloatingPointException)
+{
+    SafetyFilter filter(strong(), {});
+    Monkey monkey(11, 3);
+    std::array<Wrench, 3> safe{};
+    for (int i = 0; i < 50000; ++i) {
+        const SafetyInput& in = monkey.next();
+        std::feclearexcept(FE_ALL_EXCEPT);
+        filter.tick(in, safe);
+        ASSERT_EQ(std::fetestexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW), 0) << i;
+    }
+}
+
+TEST(SafetyFilter, ZonesThatAreNotGivenGetNothing)
+{
+    Bench bench(strong(), {}, 2);
+    bench.safe.assign(20, Wrench{{9, 9, 9}, {}});
+    bench.engage();
+    bench.run(0.1, {1, 0, 0});
+    for (std::size_t z = 0; z < 20; ++z) EXPECT_EQ(bench.safe[z].force.x, z < 2 ? 1 : 0);
+}
+
+// ---- The stiffness that a device can show
+
+TEST(Stiffness, IsTheLeastOfTheBoundsAndSaysWhich)
+{
+    DeviceLimits d{.damping = 1, .coulomb_friction = 0.05, .resolution = 20e-6, .period = 1e-3};
+    StiffnessCheck c = check_stiffness(d, 1000);
+    EXPECT_NEAR(c.largest, 2000, 1e-4);  // 2b/T
+    EXPECT_EQ(c.reason, StiffnessReason::Sampling);
+    EXPECT_TRUE(c.safe);
+    EXPECT_FALSE(c.assumed);
+    EXPECT_FALSE(check_stiffness(d, 2000).safe) << "strictly less";
+    EXPECT_TRUE(check_stiffness(d, c.largest).safe) << "what is offered is safe";
+    d.coulomb_friction = 0.01;
+    c = check_stiffness(d, 1000.1);
+    EXPECT_EQ(c.largest, 2 * 0.01 / 20e-6);
+    EXPECT_EQ(c.reason, StiffnessReason::Quantisation);
+    EXPECT_FALSE(c.safe);
+    EXPECT_TRUE(check_stiffness(d, c.largest).safe) << "Abbott and Okamura's bound may be reached";
+    d.delay = 2e-3;
+    c = check_stiffness(d, 500);
+    EXPECT_NEAR(c.largest, 1 / 2.5e-3, 1e-4);
+    EXPECT_EQ(c.reason, StiffnessReason::Delay);
+    EXPECT_FALSE(c.safe);
+    c = check_stiffness(d, 100, -0.4);
+    EXPECT_NEAR(c.largest, 0.6 / 2.5e-3, 1e-4);
+    c = check_stiffness(d, 0, 1.0);
+    EXPECT_EQ(c.largest, 0);
+    EXPECT_EQ(c.reason, StiffnessReason::VirtualDamping);
+    EXPECT_FALSE(c.safe);
+    EXPECT_FALSE(check_stiffness(d, k_nan).safe);
+    EXPECT_FALSE(check_stiffness(d, -1).safe);
+    for (const StiffnessReason reason :
+         {StiffnessReason::Sampling, StiffnessReason::Quantisation, StiffnessReason::Delay, StiffnessReason::VirtualDamping})
+        EXPECT_GT(std::strlen(describe(reason)), 20u);
+}
+
+TEST(Stiffness, AnUnknownDeviceGetsACarefulBoundThatSaysSo)
+{
+    const StiffnessCheck c = check_stiffness({}, 100);
+    EXPECT_TRUE(c.assumed);
+    EXPECT_NEAR(c.largest, 2 * 0.1 / 1e-3, 1e-4);
+}
+
+}  // namespace
+}  // namespace sqmap::haptic
