@@ -19,6 +19,7 @@ int main(int argc, char** argv)
     sqmap::app::add_touch(app, exit_code);
     sqmap::app::add_replay(app, exit_code);
     sqmap::app::add_devices(app, exit_code);
+    sqmap::app::add_view(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
