@@ -9,9 +9,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <system_error>
 
 namespace sqmap::viewer {
 namespace {
+
+constexpr int k_priority = 40;
 
 /// Settings that the next tick can take.
 struct Live {
@@ -74,10 +77,12 @@ struct Touch::Work {
     Hand hand;
     device::Newest<Live> live;
     device::Ring<Felt, 1024> felt;
+    Felt now{};  ///< the servo's thread
     std::unique_ptr<device::Device> device;
     std::unique_ptr<device::Servo> servo;  // last: it ends first
     device::ServoTick tick{};
     Felt last{};
+    double depth = 0;
 
     void make_tool();
     static std::uint32_t feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept;
@@ -132,7 +137,10 @@ std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, s
     step.degraded = input.degraded;
     const haptic::StepResult result = haptic::step(*w.state, step, wrenches.first(1));
     const haptic::ZoneReport& report = w.state->report(0);
-    (void)w.felt.push({input.tick, result.deepest, result.contacts, report.point, report.normal});
+    // Old planes answer for a force, not for what is touched: that stays.
+    if (!input.degraded) w.now = {0, result.deepest, result.contacts, report.point, report.normal};
+    w.now.tick = input.tick;
+    (void)w.felt.push(w.now);
     return result.status;
 }
 
@@ -151,7 +159,15 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
     device::ServoOptions options;
     const double most = w.device->capabilities().max_force;
     options.safety.force_limit = most > 0 ? std::min(settings.force_limit, most) : std::min(settings.force_limit, 1.0);
-    w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+    options.signals = false;  // the program ends by itself, and the servo with it
+    // Before the page and everything else where the machine lets us.
+    options.priority = k_priority;
+    try {
+        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+    } catch (const std::system_error&) {
+        options.priority = 0;
+        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+    }
 }
 
 Touch::~Touch() = default;
@@ -196,9 +212,10 @@ bool Touch::frame(TouchFrame& out)
         const bool known = w.last.tick == w.tick.tick;
         out.late = std::max(out.late, w.tick.late);
         out.degraded = out.degraded || w.tick.degraded;
+        if (known) w.depth = w.last.depth;
         if (out.ticks.size() < 256)
             out.ticks.push_back({static_cast<float>(norm(w.tick.sent[0].force)), static_cast<float>(norm(w.tick.sent[0].torque)),
-                                 known ? static_cast<float>(w.last.depth) : 0, static_cast<float>(1e6 * w.tick.cpu)});
+                                 static_cast<float>(w.depth), static_cast<float>(1e6 * w.tick.cpu)});
     }
     if (!any) return false;
     const device::ServoTick& t = w.tick;
@@ -210,22 +227,22 @@ bool Touch::frame(TouchFrame& out)
     out.faults = t.safety.faults;
     out.engaged = t.safety.engaged;
     out.connected = t.connected;
-    if (w.last.tick != t.tick || w.last.contacts == 0) return true;
+    if (w.last.contacts == 0) return true;
     out.contacts = w.last.contacts;
     out.depth = w.last.depth;
     out.point = w.last.point;
     out.normal = w.last.normal;
-    // Whose surface it is: asked a little below it.
-    for (std::size_t i = 0; i < w.objects.size(); ++i) {
-        const Object& object = *w.objects[i];
-        const Vec3d in_metres = out.point - 2e-4 * out.normal - object.pose().translation;
-        const query::Contact contact =
-            query::query_point(object.metres, model::to_model_space(object.metres.header, in_metres), query::Layer::Three);
-        if (!contact.contact) continue;
-        out.object = static_cast<int>(i);
-        out.part = contact.part;
-        break;
-    }
+    // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
+    for (const double below : {2e-4, 1e-3, 2e-3, 4e-3})
+        for (std::size_t i = 0; i < w.objects.size() && out.object < 0; ++i) {
+            const Object& object = *w.objects[i];
+            const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
+            const query::Contact contact =
+                query::query_point(object.metres, model::to_model_space(object.metres.header, in_metres), query::Layer::Three);
+            if (!contact.contact) continue;
+            out.object = static_cast<int>(i);
+            out.part = contact.part;
+        }
     return true;
 }
 

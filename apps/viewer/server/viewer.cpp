@@ -259,11 +259,7 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
     switch (message->say) {
         case Say::Touch:
             if (holder_ != 0 && holder_ != connection) return true;  // another page has the tool in hand
-            holder_ = message->held ? connection : 0;
-            target_ = message->target;
-            aimed_ = true;
-            if (touch_ == nullptr && message->held) restart_touch();
-            if (touch_ != nullptr) touch_->aim(target_);
+            touch(connection, *message);
             return true;
         case Say::Stop:
             stopped_ = true;
@@ -284,7 +280,7 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
             if (message->device > device_specs_.size()) return true;
             device_ = message->device;
             touch_.reset();
-            if (device_ > 0) restart_touch();
+            restart_touch();
             tell_all(status_text());
             return true;
         default:
@@ -401,30 +397,43 @@ void Viewer::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
 
 // ---- Touch
 
+/// A new grasp begins where the page says, off the surface: a tool that flew there might pass through something.
+void Viewer::touch(ConnectionId connection, const Message& message)
+{
+    constexpr double k_near = 0.03;  // m
+    const bool begins = message.held && holder_ == 0;
+    const bool far = norm(message.target - target_) > k_near;
+    holder_ = message.held ? connection : 0;
+    target_ = message.target;
+    if (begins && device_ == 0 && (touch_ == nullptr || far)) restart_touch(true);
+    if (touch_ == nullptr) return;
+    // To grasp anew is the user's act that ends a fault; STOP holds until it is taken back.
+    if (begins && !stopped_ && frame_.faults != 0) touch_->resume();
+    touch_->aim(target_);
+}
+
 void Viewer::stop_touch()
 {
     touch_.reset();
     holder_ = 0;
-    aimed_ = false;
 }
 
-void Viewer::restart_touch()
+void Viewer::restart_touch(bool begin)
 {
-    const bool wanted = touch_ != nullptr || (holder_ != 0 && aimed_) || device_ > 0;
+    const bool wanted = begin || touch_ != nullptr || device_ > 0;
     touch_.reset();
     if (!wanted || entries_.empty()) return;
     std::vector<ObjectPtr> objects;
     for (const Entry& entry : entries_) objects.push_back(entry.object);
-    touch_error_.clear();
+    frame_ = {};
     try {
         std::unique_ptr<device::Device> device;
         if (device_ > 0) device = device::open_device(device_specs_[device_ - 1]);
         touch_ = std::make_unique<Touch>(std::move(objects), settings_, std::move(device), target_);
         if (stopped_) touch_->stop();
     } catch (const std::exception& e) {
-        touch_error_ = e.what();
         device_ = 0;
-        tell_all(text_of({{"say", "trouble"}, {"text", touch_error_}}));
+        tell_all(text_of({{"say", "trouble"}, {"text", e.what()}}));
     }
 }
 

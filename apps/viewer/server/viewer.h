@@ -67,7 +67,8 @@ private:
     void tell_all(const std::string& text);
     void tell_scene();
     void tell_progress(const std::string& name, const std::string& stage, double done);
-    void restart_touch();
+    void touch(ConnectionId connection, const Message& message);
+    void restart_touch(bool begin = false);  ///< where there is one, or one is to begin
     void stop_touch();
     [[nodiscard]] std::string scene_text() const;
     [[nodiscard]] std::string status_text() const;
@@ -82,8 +83,7 @@ private:
     Settings settings_{};
     std::unique_ptr<Touch> touch_;
     Vec3d target_{};
-    bool aimed_ = false, stopped_ = false;
-    std::string touch_error_;
+    bool stopped_ = false;
     TouchFrame frame_{};
     std::uint64_t frames_ = 0;
     std::string devices_ = "[]";

@@ -41,7 +41,7 @@ export class Charts {
       const size = { width: Math.max(s.box.clientWidth, 60), height: Math.max(s.box.clientHeight, 40) };
       if (s.plot) { s.plot.setSize(size); continue; }
       s.plot = new uPlot({
-        ...size, cursor: { show: false }, legend: { show: false }, padding: [4, 4, 0, 0],
+        ...size, cursor: { show: false }, legend: { show: false }, padding: [9, 14, 0, 0],
         scales: { x: { time: false, range: [-SECONDS, 0] }, y: { range: (_u, _min, max) => [0, Math.max(s.least, 1.15 * (max || 0))] } },
         axes: [
           { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { show: false }, size: 20, font: '11px system-ui', values: (_u, v) => v.map((x) => (x === 0 ? 'now' : `${x} s`)) },

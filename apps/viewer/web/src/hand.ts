@@ -50,8 +50,20 @@ export class Hand {
     this.canvas.focus();
     this.canvas.setPointerCapture(e.pointerId);
     this.drags = true;
+    this.begin();
+  }
+
+  /// Off the surface first, so that the force can come in gently; then down onto it.
+  private begin(): void {
     this.held = true;
-    this.aim();
+    const hit = this.world.cast(this.at.x, this.at.y, this.only);
+    if (hit) {
+      this.lastPoint.copy(hit.point);
+      this.lastNormal.copy(hit.normal);
+      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius + LIFT);
+    } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
+    this.onAim(this.target, true, hit);
+    setTimeout(() => { if (this.held) this.aim(); }, 60);
   }
 
   private aim(): void {
@@ -72,7 +84,7 @@ export class Hand {
   }
 
   /// The program needs to hear of it again after a lost connection.
-  again(): void { if (this.held) this.onAim(this.target, true, null); }
+  again(): void { if (this.held) this.begin(); }
 
   letGo(): void {
     if (!this.held) return;
@@ -90,7 +102,7 @@ export class Hand {
       this.at.copy(middle);
       this.lastPoint.copy(this.world.controls.target);
     }
-    this.aim();
+    this.begin();
   }
 
   private key(e: KeyboardEvent): void {

@@ -231,10 +231,10 @@ function onFrame(frame: Frame): void {
   const name = frame.contacts > 0 ? part?.name ?? 'surface' : '';
   voice.touch(name);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
-  const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'fault: no force until you resume' :
+  const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
   forceRead.textContent = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
-  if (frame.faults) showResume(frame.faults & 16 ? 'Stopped: there is no force.' : 'A safety fault: there is no force.');
+  if (frame.faults & 16) showResume('Stopped: there is no force.');
 }
 voice.onSay = (text) => { if (text && mode !== 'look') announce(text); };
 
@@ -247,10 +247,9 @@ function showFacts(): void {
     const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
     const warn = f.measured.missed + f.measured.false > 0;
     return h('li', {}, title,
-      h('span', {}, `${f.parts.length} parts · ${bytes(f.bytes.total)} · ${f.triangles.toLocaleString('en')} triangles`),
-      h('span', {}, `depth error: median ${digits(f.measured.depthMedian, 2)} %, 99 % below ${digits(f.measured.depthP99, 2)} % of R_max`),
-      h('span', { class: warn || certified < f.parts.length ? 'warn' : '' },
-        `${certified === f.parts.length ? '✓' : '✗'} ${certified} of ${f.parts.length} parts certified · ${warn ? '✗' : '✓'} ${f.measured.missed} missed, ${f.measured.false} false of ${f.measured.points.toLocaleString('en')}`));
+      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} triangles`),
+      h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
+        `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, error below ${digits(f.measured.depthP99, 2)} % of its size${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
   const hidden = mode === 'recognise' && game.running;
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, facts.length === 1 ? 'Model' : `Models (${facts.length})`),

@@ -59,7 +59,11 @@ export class World {
     (this.ground.material as THREE.Material).opacity = 0.22;
     this.scene.add(this.ground);
     const ball = new THREE.SphereGeometry(1, 32, 24);
-    this.tool = new THREE.Mesh(ball, new THREE.MeshStandardMaterial({ color: 0xffffff, emissive: 0x0b6e8f, emissiveIntensity: 0.75, roughness: 0.4 }));
+    // Black with a white rim: seen on every part's colour and on both stages.
+    this.tool = new THREE.Mesh(ball, new THREE.MeshStandardMaterial({ color: 0x14181d, roughness: 0.35 }));
+    const rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide }));
+    rim.scale.setScalar(1.18);
+    this.tool.add(rim);
     this.tool.scale.setScalar(0.006);
     this.tool.visible = false;
     this.scene.add(this.tool);
@@ -117,7 +121,7 @@ export class World {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
     const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
     const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = Math.max((0.62 * size.y) / tan, (0.58 * size.x) / (tan * this.camera.aspect)) + 0.6 * size.z + 0.03;
+    const distance = Math.max((0.66 * size.y) / tan, (0.54 * size.x) / (tan * this.camera.aspect)) + 0.4 * size.z + 0.02;
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(0.28, 0.3, 1).normalize(), distance);
     this.controls.update();
