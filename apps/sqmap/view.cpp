@@ -112,14 +112,17 @@ void add_view(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("view", "Look at models and meshes in the browser, and touch them");
 #ifdef SQMAP_HAVE_VIEWER
     const auto arguments = std::make_shared<Arguments>();
-    command->add_option("files", arguments->files, "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
+    command
+        ->add_option("files", arguments->files,
+                     "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
         ->check(CLI::ExistingFile);
     command->add_option("--port", arguments->port, "Port on this machine; 0: any that is free")->capture_default_str();
     command->add_option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
         ->check(CLI::Range(0.01, 10.0))
         ->capture_default_str();
     command->footer(
-        "Serves this machine alone, and only the address that it prints. Exit code: 0, 2 a file was refused or the port is taken, 64 "
+        "Serves this machine alone, and only the address that it prints. Exit code: 0, 2 a file was refused or the port is "
+        "taken, 64 "
         "wrong usage, 70 internal error.");
     command->callback([arguments, &exit_code] { exit_code = view(*arguments); });
 #else

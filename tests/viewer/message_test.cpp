@@ -69,9 +69,10 @@ TEST(Message, RefusesWhatIsOutOfRange)
 
 TEST(Message, RefusesWhatItDoesNotKnow)
 {
-    for (const char* const text : {"", "{", "[]", "null", "3", "\"touch\"", "{}", R"({"say":3})", R"({"say":"open","path":"/etc/passwd"})",
-                                   R"({"say":"stop","more":1})", R"({"say":"undo"})", R"({"say":"stop"}{"say":"stop"})",
-                                   "{\"say\":\"st\xff\xfeop\"}", R"({"say":"device","device":"trace:/etc/passwd"})"})
+    for (const char* const text :
+         {"", "{", "[]", "null", "3", "\"touch\"", "{}", R"({"say":3})", R"({"say":"open","path":"/etc/passwd"})",
+          R"({"say":"stop","more":1})", R"({"say":"undo"})", R"({"say":"stop"}{"say":"stop"})", "{\"say\":\"st\xff\xfeop\"}",
+          R"({"say":"device","device":"trace:/etc/passwd"})"})
         EXPECT_FALSE(read_message(text)) << text;
     EXPECT_FALSE(read_message(std::string_view("{\"say\":\"stop\"}\0", 15)));
 }

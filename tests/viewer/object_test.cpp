@@ -64,7 +64,8 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
                     c = cast<double>(o.world(o.mesh.vertices[k]));
         const Vec3d in_world = (1.0 / 3) * (a + b + c) - 1e-3 * normalized(cross(b - a, c - a));
         const Vec3d in_metres = in_world - o.pose().translation;
-        const query::Contact contact = query::query_point(o.metres, model::to_model_space(o.metres.header, in_metres), query::Layer::Exact);
+        const query::Contact contact =
+            query::query_point(o.metres, model::to_model_space(o.metres.header, in_metres), query::Layer::Exact);
         ASSERT_TRUE(contact.contact);
         EXPECT_NEAR(static_cast<double>(contact.depth) * o.metres.header.unit, 1e-3, 5e-5);
         ++asked;
@@ -100,7 +101,8 @@ TEST(Object, MeshBytesHoldEveryTriangleAndItsPart)
     EXPECT_EQ(at<std::uint32_t>(bytes, 4), nv);
     EXPECT_EQ(at<std::uint32_t>(bytes, 8), nt);
     for (std::size_t t = 0; t < nt; ++t) {
-        for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(at<std::uint32_t>(bytes, 16 + 12 * nv + 12 * t + 4 * k), o.mesh.triangles[t][k]);
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_EQ(at<std::uint32_t>(bytes, 16 + 12 * nv + 12 * t + 4 * k), o.mesh.triangles[t][k]);
         EXPECT_LT(at<std::uint32_t>(bytes, 16 + 12 * nv + 12 * nt + 4 * t), o.view.parts.size());
     }
 }
@@ -114,7 +116,8 @@ TEST(Object, MapPixelsLieOnTheSurface)
     for (std::size_t i = 0; i < 64 * 48; ++i) {
         if (!(at<float>(bytes, 12 + 16 * i) >= 0)) continue;
         Vec3d p;
-        for (int k = 0; k < 3; ++k) p[k] = static_cast<double>(at<float>(bytes, 12 + 16 * i + 4 + 4 * static_cast<std::size_t>(k)));
+        for (int k = 0; k < 3; ++k)
+            p[k] = static_cast<double>(at<float>(bytes, 12 + 16 * i + 4 + 4 * static_cast<std::size_t>(k)));
         double least = 1e9;
         for (const mesh::Triangle& t : o.mesh.triangles) {
             Vec3d middle{};
@@ -147,7 +150,8 @@ TEST(Object, GlbIsWhatItsHeaderSays)
     EXPECT_EQ(at<std::uint32_t>(glb, 8), glb.size());
     const auto length = at<std::uint32_t>(glb, 12);
     const auto root = nlohmann::json::parse(glb.substr(20, length));
-    EXPECT_EQ(at<std::uint32_t>(glb, 20 + length), root["buffers"][0]["byteLength"].get<std::uint32_t>() + (4 - root["buffers"][0]["byteLength"].get<std::uint32_t>() % 4) % 4);
+    EXPECT_EQ(at<std::uint32_t>(glb, 20 + length), root["buffers"][0]["byteLength"].get<std::uint32_t>() +
+                                                       (4 - root["buffers"][0]["byteLength"].get<std::uint32_t>() % 4) % 4);
     // Read back by the project's own reader: every triangle of the object and of its superquadrics.
     const io::ReadResult read = io::read_mesh_bytes(std::as_bytes(std::span(glb)), io::MeshFormat::Glb);
     ASSERT_FALSE(read.error) << read.error->message;

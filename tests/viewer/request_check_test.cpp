@@ -26,9 +26,10 @@ TEST(RequestCheck, KnowsThisMachineByItsThreeNames)
 TEST(RequestCheck, RefusesEveryOtherHost)
 {
     RequestHead head = page_request();
-    for (const char* const host : {"", "evil.example:4711", "127.0.0.1", "127.0.0.1:4712", "127.0.0.1:04711", "127.0.0.1:4711x",
-                                   "127.0.0.1:4711 ", "localhost.evil.example:4711", "127.0.0.1.evil.example:4711", "localhost:",
-                                   "0.0.0.0:4711", "LOCALHOST:4711", "127.0.0.1:70247", "127.0.0.1:4711:4711", "@localhost:4711"}) {
+    for (const char* const host :
+         {"", "evil.example:4711", "127.0.0.1", "127.0.0.1:4712", "127.0.0.1:04711", "127.0.0.1:4711x", "127.0.0.1:4711 ",
+          "localhost.evil.example:4711", "127.0.0.1.evil.example:4711", "localhost:", "0.0.0.0:4711", "LOCALHOST:4711",
+          "127.0.0.1:70247", "127.0.0.1:4711:4711", "@localhost:4711"}) {
         head.host = host;
         EXPECT_EQ(admit(head, k_guard), Admission::BadHost) << host;
     }
@@ -38,8 +39,9 @@ TEST(RequestCheck, RefusesEveryOtherOrigin)
 {
     RequestHead head = page_request();
     head.has_origin = true;
-    for (const char* const origin : {"", "null", "http://evil.example", "https://127.0.0.1:4711", "http://127.0.0.1:4712",
-                                     "http://127.0.0.1:4711.evil.example", "http://127.0.0.1:4711/", "file://", "127.0.0.1:4711"}) {
+    for (const char* const origin :
+         {"", "null", "http://evil.example", "https://127.0.0.1:4711", "http://127.0.0.1:4712",
+          "http://127.0.0.1:4711.evil.example", "http://127.0.0.1:4711/", "file://", "127.0.0.1:4711"}) {
         head.origin = origin;
         EXPECT_EQ(admit(head, k_guard), Admission::BadOrigin) << origin;
     }
@@ -63,9 +65,10 @@ TEST(RequestCheck, WantsAnOriginForWhateverActs)
 TEST(RequestCheck, WantsTheWholeTokenEverywhereButForTheFilesOfThePage)
 {
     RequestHead head = page_request();
-    for (const char* const target : {"/", "/?token=", "/?token=0123456789abcdef0123456789abcdee", "/?token=0123456789abcdef",
-                                     "/?token=0123456789abcdef0123456789abcdef0", "/?Token=0123456789abcdef0123456789abcdef", "/ws",
-                                     "/api/object/0/mesh", "/?xtoken=0123456789abcdef0123456789abcdef", "/app.js/x", "/app.jsx"}) {
+    for (const char* const target :
+         {"/", "/?token=", "/?token=0123456789abcdef0123456789abcdee", "/?token=0123456789abcdef",
+          "/?token=0123456789abcdef0123456789abcdef0", "/?Token=0123456789abcdef0123456789abcdef", "/ws", "/api/object/0/mesh",
+          "/?xtoken=0123456789abcdef0123456789abcdef", "/app.js/x", "/app.jsx"}) {
         head.target = target;
         EXPECT_EQ(admit(head, k_guard), Admission::BadToken) << target;
     }
@@ -87,9 +90,17 @@ TEST(RequestCheck, RefusesAddressesThatAreNone)
 {
     RequestHead head = page_request();
     const std::string token = "?token=0123456789abcdef0123456789abcdef";
-    const std::string targets[] = {"", "x", "http://127.0.0.1:4711/" + token, "/../etc/passwd" + token, "/a/..%2f" + token,
-                                   "/<script>" + token, "/a b" + token, std::string("/a\0b", 4) + token,
-                                   "/" + std::string(k_most_target, 'a') + token, "/\xc3\xa4" + token, "/a\\b" + token};
+    const std::string targets[] = {"",
+                                   "x",
+                                   "http://127.0.0.1:4711/" + token,
+                                   "/../etc/passwd" + token,
+                                   "/a/..%2f" + token,
+                                   "/<script>" + token,
+                                   "/a b" + token,
+                                   std::string("/a\0b", 4) + token,
+                                   "/" + std::string(k_most_target, 'a') + token,
+                                   "/\xc3\xa4" + token,
+                                   "/a\\b" + token};
     for (const std::string& target : targets) {
         head.target = target;
         EXPECT_EQ(admit(head, k_guard), Admission::BadTarget) << target;

@@ -184,7 +184,8 @@ TEST_F(ServerTest, RefusesWrongHostOriginAndToken)
     serve();
     EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\nHost: evil.example\r\n\r\n"), "HTTP/1.1 403");
     EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\n\r\n"), "HTTP/1.1 403");
-    EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\nHost: " + host() + "\r\nHost: evil.example\r\n\r\n"), "HTTP/1.1 403");
+    EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\nHost: " + host() + "\r\nHost: evil.example\r\n\r\n"),
+              "HTTP/1.1 403");
     EXPECT_EQ(ask(head("GET /?token=" + options.token, "Origin: http://evil.example\r\n")), "HTTP/1.1 403");
     EXPECT_EQ(ask(head("GET /?token=wrong")), "HTTP/1.1 403");
     EXPECT_EQ(ask(head("GET /")), "HTTP/1.1 403");
@@ -211,9 +212,11 @@ TEST_F(ServerTest, ListensOnTheLoopbackInterfaceAlone)
 TEST_F(ServerTest, RefusesAnUploadThatIsTooLargeBeforeItComes)
 {
     serve();
-    EXPECT_EQ(ask(head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nContent-Length: 99999999999\r\n")),
-              "HTTP/1.1 413");
-    const std::string chunked = head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nTransfer-Encoding: chunked\r\n");
+    EXPECT_EQ(
+        ask(head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nContent-Length: 99999999999\r\n")),
+        "HTTP/1.1 413");
+    const std::string chunked =
+        head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nTransfer-Encoding: chunked\r\n");
     EXPECT_EQ(ask(chunked + "200000\r\n" + std::string(0x200000, 'x') + "\r\n0\r\n\r\n"), "HTTP/1.1 413");
     EXPECT_EQ(echo.requests, 0);
 }
@@ -222,7 +225,8 @@ TEST_F(ServerTest, TakesAnUploadWithinTheLimit)
 {
     serve();
     Wire wire(server->port());
-    wire.send(head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nContent-Length: 1000\r\n") + std::string(1000, 'x'));
+    wire.send(head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nContent-Length: 1000\r\n") +
+              std::string(1000, 'x'));
     EXPECT_NE(wire.read_until("POST /api/upload 1000").find("POST /api/upload 1000"), std::string::npos);
 }
 
@@ -230,10 +234,11 @@ TEST_F(ServerTest, SurvivesWhatIsNoRequest)
 {
     serve();
     const auto other = socket();
-    for (const std::string& bytes : {std::string("\r\n\r\n\r\n"), std::string("GET\r\n\r\n"), std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc", 9),
-                                     std::string(200000, 'A') + "\r\n\r\n", std::string("GET / HTTP/9.9\r\n\r\n"),
-                                     head("GET /?token=" + options.token, "X: " + std::string(100000, 'x') + "\r\n"),
-                                     head("BREW /?token=" + options.token, "Origin: http://" + host() + "\r\n")}) {
+    for (const std::string& bytes :
+         {std::string("\r\n\r\n\r\n"), std::string("GET\r\n\r\n"), std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc", 9),
+          std::string(200000, 'A') + "\r\n\r\n", std::string("GET / HTTP/9.9\r\n\r\n"),
+          head("GET /?token=" + options.token, "X: " + std::string(100000, 'x') + "\r\n"),
+          head("BREW /?token=" + options.token, "Origin: http://" + host() + "\r\n")}) {
         Wire wire(server->port());
         wire.send(bytes);
         wire.read_until("\r\n\r\n");
@@ -302,6 +307,7 @@ TEST_F(ServerTest, HoldsNoMoreConnectionsThanAllowedAndGetsThemBack)
         EXPECT_TRUE(fifth.closes());
         for (const auto& wire : wires) wire->send(frame(0x88, ""));
         for (const auto& wire : wires) EXPECT_TRUE(wire->closes());
+        wires.clear();
         for (int i = 0; i < 200 && echo.closed < 4 * (round + 1); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
         ASSERT_EQ(echo.closed, 4 * (round + 1));
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -1,8 +1,8 @@
 // Every part's map unrolled (Fig. 4c). Central: the six faces of its cube as a cross, drawn from what layer 3 answers.
 // Normal: the stored grid, longitude omega across, latitude eta up.
 #include "pictures.h"
-#include "unrolled.h"
 #include "sqmap/query/query.h"
+#include "unrolled.h"
 
 #include <algorithm>
 #include <array>

@@ -35,7 +35,8 @@ float domain_end(const model::Part& part, Vec3f q)
     return end;
 }
 
-/// Distance from the superquadric down to the outermost surface on the ray from the chart's centre, model units, and that surface.
+/// Distance from the superquadric down to the outermost surface on the ray from the chart's centre, model units, and that
+/// surface.
 struct Below {
     float distance = k_no_hit;
     Vec3f surface{};

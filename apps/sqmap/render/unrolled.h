@@ -15,8 +15,8 @@ inline constexpr float k_no_hit = -1, k_cap = -2, k_paper = -3;
 /// One part's map as an image.
 struct Unrolled {
     int width = 0, height = 0;
-    std::vector<float> distance;     ///< below the superquadric, model units, or one of k_no_hit, k_cap, k_paper
-    std::vector<Vec3f> surface{};    ///< beside distance: the point of the surface, model space; central maps alone
+    std::vector<float> distance;   ///< below the superquadric, model units, or one of k_no_hit, k_cap, k_paper
+    std::vector<Vec3f> surface{};  ///< beside distance: the point of the surface, model space; central maps alone
 };
 
 /// Four faces around z, and the two that z leaves through above and below the second: 4 side by 3 side pixels.

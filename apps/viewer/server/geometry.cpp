@@ -167,8 +167,12 @@ std::string glb_bytes(const Object& object, const Parts& parts)
         const auto position_view = add_view(positions.data(), 4 * positions.size(), 34962);
         const auto index_view = add_view(m.triangles.data(), 12 * m.triangles.size(), 34963);
         const auto position = root["accessors"].size();
-        root["accessors"].push_back({{"bufferView", position_view}, {"componentType", 5126}, {"count", m.vertices.size()},
-                                     {"type", "VEC3"}, {"min", {lo.x, lo.y, lo.z}}, {"max", {hi.x, hi.y, hi.z}}});
+        root["accessors"].push_back({{"bufferView", position_view},
+                                     {"componentType", 5126},
+                                     {"count", m.vertices.size()},
+                                     {"type", "VEC3"},
+                                     {"min", {lo.x, lo.y, lo.z}},
+                                     {"max", {hi.x, hi.y, hi.z}}});
         root["accessors"].push_back(
             {{"bufferView", index_view}, {"componentType", 5125}, {"count", 3 * m.triangles.size()}, {"type", "SCALAR"}});
         // Hues a golden section apart.
@@ -179,12 +183,14 @@ std::string glb_bytes(const Object& object, const Parts& parts)
         };
         ordered_json material{{"pbrMetallicRoughness",
                                {{"baseColorFactor", {channel(0), channel(4), channel(2), translucent ? 0.35 : 1.0}},
-                                {"metallicFactor", 0.0}, {"roughnessFactor", 0.8}}}};
+                                {"metallicFactor", 0.0},
+                                {"roughnessFactor", 0.8}}}};
         if (translucent) material["alphaMode"] = "BLEND";
         root["materials"].push_back(material);
         root["meshes"].push_back({{"name", name},
                                   {"primitives",
-                                   {{{"attributes", {{"POSITION", position}}}, {"indices", position + 1},
+                                   {{{"attributes", {{"POSITION", position}}},
+                                     {"indices", position + 1},
                                      {"material", root["materials"].size() - 1}}}}});
         ordered_json node{{"name", name}, {"mesh", root["meshes"].size() - 1}};
         root["nodes"].push_back(node);
@@ -210,7 +216,8 @@ std::string glb_bytes(const Object& object, const Parts& parts)
             own.triangles.push_back(corner);
         }
         if (!own.triangles.empty()) add_mesh(parts.names[p], own, p, false);
-        const auto node = add_mesh(parts.names[p] + " superquadric", mesh::superquadric_surface(parts.superquadrics[p], 12), p, true);
+        const auto node =
+            add_mesh(parts.names[p] + " superquadric", mesh::superquadric_surface(parts.superquadrics[p], 12), p, true);
         root["nodes"][node]["extras"] = {{"superquadric", parameters["parts"][p]}};
     }
     for (ordered_json* const node : {&root["nodes"][0], &root["nodes"][1]})

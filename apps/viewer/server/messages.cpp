@@ -69,6 +69,7 @@ bool read_settings(const json& in, Settings& s)
 
 std::optional<Message> read_message(std::string_view text)
 {
+    if (text.find('\0') != std::string_view::npos) return std::nullopt;  // the parser would end there
     // A parser that descends into a thousand brackets would still build them all.
     bool deep = false;
     const json in = json::parse(
@@ -98,11 +99,8 @@ std::optional<Message> read_message(std::string_view text)
     if (name == "merge")
         return done(Say::Merge, index(in, "object", m.object) && index(in, "part", m.part) && index(in, "other", m.other) &&
                                     m.part != m.other && in.size() == 4);
-    const std::array<std::pair<const char*, Say>, 5> of_object{{{"refit", Say::Refit},
-                                                                {"undo", Say::Undo},
-                                                                {"redo", Say::Redo},
-                                                                {"bake", Say::Bake},
-                                                                {"remove", Say::Remove}}};
+    const std::array<std::pair<const char*, Say>, 5> of_object{
+        {{"refit", Say::Refit}, {"undo", Say::Undo}, {"redo", Say::Redo}, {"bake", Say::Bake}, {"remove", Say::Remove}}};
     const auto at = std::find_if(of_object.begin(), of_object.end(), [&](const auto& known) { return name == known.first; });
     if (at == of_object.end()) return std::nullopt;
     return done(at->second, index(in, "object", m.object) && in.size() == 2);

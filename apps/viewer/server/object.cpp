@@ -39,7 +39,8 @@ Judgement judge_read(const io::ReadResult& read)
     }
     const io::PolygonSoup& soup = read.soup;
     mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices});
-    for (const mesh::RepairNote& r : gate.repairs) out.notes.push_back("repaired: " + r.kind + " (" + std::to_string(r.count) + ")");
+    for (const mesh::RepairNote& r : gate.repairs)
+        out.notes.push_back("repaired: " + r.kind + " (" + std::to_string(r.count) + ")");
     for (const mesh::Warning& w : gate.warnings) out.notes.push_back(w.code + ": " + w.message);
     if (gate.verdict == mesh::Verdict::Refused) {
         out.code = gate.diagnosis.code;
@@ -159,8 +160,8 @@ Vec3f Object::world(Vec3d p) const
 
 Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits)
 {
-    const std::map<std::string, io::MeshFormat> formats{{".off", io::MeshFormat::Off}, {".obj", io::MeshFormat::Obj},
-                                                        {".stl", io::MeshFormat::Stl}, {".ply", io::MeshFormat::Ply},
+    const std::map<std::string, io::MeshFormat> formats{{".off", io::MeshFormat::Off},   {".obj", io::MeshFormat::Obj},
+                                                        {".stl", io::MeshFormat::Stl},   {".ply", io::MeshFormat::Ply},
                                                         {".gltf", io::MeshFormat::Gltf}, {".glb", io::MeshFormat::Glb}};
     std::string extension = std::filesystem::path(name).extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -232,8 +233,7 @@ Parts fitted(const Object& object, decompose::Partition partition, const Parts* 
 {
     Parts out;
     std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
-    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t)
-        triangles[partition.part_of_triangle[t]].push_back(t);
+    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
     std::map<std::vector<std::uint32_t>, std::uint32_t> known;
     if (keep != nullptr) {
         std::vector<std::vector<std::uint32_t>> before(keep->partition.part_count);
@@ -272,8 +272,9 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
     out["triangles"] = h.triangle_count;
     out["vertices"] = h.vertex_count;
     out["hasTriangles"] = !object.mesh.triangles.empty();
-    out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics}, {"map", bytes.map},
-                    {"locator", bytes.locator}, {"exact", bytes.exact}, {"mesh", bytes.mesh}};
+    out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics},
+                    {"map", bytes.map},     {"locator", bytes.locator},
+                    {"exact", bytes.exact}, {"mesh", bytes.mesh}};
     out["rMax"] = h.r_max * h.unit * object.metres_per_unit;
     out["metresPerUnit"] = object.metres_per_unit;
     out["central"] = h.projection == static_cast<std::uint32_t>(model::Projection::Central);
@@ -281,9 +282,11 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
     out["place"] = vector_json(object.place);
     out["half"] = vector_json(object.half);
     const model::Measured& e = m.measured;
-    out["measured"] = {{"points", e.points}, {"missed", e.missed}, {"false", e.false_contacts}, {"eq35Mean", e.eq35_mean},
-                       {"eq35P99", e.eq35_p99}, {"depthMedian", e.depth_median}, {"depthP95", e.depth_p95},
-                       {"depthP99", e.depth_p99}, {"depthMax", e.depth_max}, {"normalMedian", e.normal_median},
+    out["measured"] = {{"points", e.points},        {"missed", e.missed},
+                       {"false", e.false_contacts}, {"eq35Mean", e.eq35_mean},
+                       {"eq35P99", e.eq35_p99},     {"depthMedian", e.depth_median},
+                       {"depthP95", e.depth_p95},   {"depthP99", e.depth_p99},
+                       {"depthMax", e.depth_max},   {"normalMedian", e.normal_median},
                        {"q2", e.q2_share}};
     std::vector<double> area(parts.partition.part_count);
     std::vector<std::uint32_t> count(parts.partition.part_count);
@@ -297,15 +300,16 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
     out["parts"] = ordered_json::array();
     for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
         const shape::Superquadricd& s = parts.superquadrics[p];
-        out["parts"].push_back({{"name", parts.names[p]},
-                                {"triangles", count[p]},
-                                {"area", whole > 0 ? 100 * area[p] / whole : 0},
-                                {"certified", parts.largest_f[p] <= 1},
-                                {"largestF", std::isfinite(parts.largest_f[p]) ? ordered_json(parts.largest_f[p]) : ordered_json()},
-                                {"a", vector_json(h.unit * object.metres_per_unit * s.a)},
-                                {"eps", {s.eps1, s.eps2}},
-                                {"taper", {s.taper_x, s.taper_y}},
-                                {"bend", s.bend}});
+        out["parts"].push_back(
+            {{"name", parts.names[p]},
+             {"triangles", count[p]},
+             {"area", whole > 0 ? 100 * area[p] / whole : 0},
+             {"certified", parts.largest_f[p] <= 1},
+             {"largestF", std::isfinite(parts.largest_f[p]) ? ordered_json(parts.largest_f[p]) : ordered_json()},
+             {"a", vector_json(h.unit * object.metres_per_unit * s.a)},
+             {"eps", {s.eps1, s.eps2}},
+             {"taper", {s.taper_x, s.taper_y}},
+             {"bend", s.bend}});
     }
     out["verdict"] = object.verdict;
     out["notes"] = object.notes;

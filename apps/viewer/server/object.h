@@ -22,10 +22,10 @@ namespace sqmap::viewer {
 
 /// Parts as they are shown: the model's own, or edited ones that are not baked yet.
 struct Parts {
-    decompose::Partition partition;                    ///< without boundaries where it comes from a model
-    std::vector<shape::Superquadricd> superquadrics;   ///< #parts, model space
-    std::vector<double> largest_f;                     ///< #parts, proven; above 1: not certified
-    std::vector<std::string> names;                    ///< #parts: shape and place, for people who do not see colours
+    decompose::Partition partition;                   ///< without boundaries where it comes from a model
+    std::vector<shape::Superquadricd> superquadrics;  ///< #parts, model space
+    std::vector<double> largest_f;                    ///< #parts, proven; above 1: not certified
+    std::vector<std::string> names;                   ///< #parts: shape and place, for people who do not see colours
 };
 
 /// Immutable, so that threads share it. Model space: as the model has it. World: metres, y up.
@@ -35,12 +35,12 @@ struct Object {
     model::ModelView view{};      ///< of blob
     model::ModelView metres{};    ///< the same, measured in metres
     double metres_per_unit = 1;
-    Vec3d centre{};               ///< of its box, mesh units
-    Vec3d half{};                 ///< of its box, m
-    Vec3d place{};                ///< of the centre in the world, m
-    mesh::Mesh mesh;              ///< model space; empty where the model was baked without its triangles
+    Vec3d centre{};   ///< of its box, mesh units
+    Vec3d half{};     ///< of its box, m
+    Vec3d place{};    ///< of the centre in the world, m
+    mesh::Mesh mesh;  ///< model space; empty where the model was baked without its triangles
     Parts parts;
-    std::string verdict;             ///< of the mesh it was baked from, with repairs and warnings; empty for a model
+    std::string verdict;  ///< of the mesh it was baked from, with repairs and warnings; empty for a model
     std::vector<std::string> notes;
 
     Object() = default;
@@ -55,9 +55,9 @@ using ObjectPtr = std::shared_ptr<const Object>;
 /// What a mesh was found to be: what the page says of a dropped file.
 struct Judgement {
     bool accepted = false;
-    std::string verdict;             ///< ACCEPT, REPAIRED or REFUSED
+    std::string verdict;                       ///< ACCEPT, REPAIRED or REFUSED
     std::string code, element, message, cure;  ///< of a refusal
-    std::vector<std::string> notes;  ///< repairs and warnings, a sentence each
+    std::vector<std::string> notes;            ///< repairs and warnings, a sentence each
     mesh::Mesh mesh;
     bool solid = false;
 };
@@ -93,11 +93,11 @@ void place_beside(Object& object, std::span<const ObjectPtr> others);
 /// "SQS1", #parts; then a part: #vertices, #triangles, positions, corners.
 [[nodiscard]] std::string superquadric_bytes(const Object& object, const Parts& parts, int segments);
 enum class Field : std::uint8_t { Error, Protrusion, Curvature };
-/// "SQF1", #triangles; a float a triangle. Error: of layer 3's depth just below the surface, percent of R_max; below 0: missed (-1),
-/// not known (-2). Protrusion: over its mean. Curvature: Gaussian, times R_max squared.
+/// "SQF1", #triangles; a float a triangle. Error: of layer 3's depth just below the surface, percent of R_max; below 0: missed
+/// (-1), not known (-2). Protrusion: over its mean. Curvature: Gaussian, times R_max squared.
 [[nodiscard]] std::string field_bytes(const Object& object, Field field);
-/// "SQU1", width, height; then a pixel: distance of the surface below the superquadric, m (below 0: none), and the surface point, world.
-/// The six faces of the chart's cube as a cross. @pre part < #parts of the model
+/// "SQU1", width, height; then a pixel: distance of the surface below the superquadric, m (below 0: none), and the surface point,
+/// world. The six faces of the chart's cube as a cross. @pre part < #parts of the model
 [[nodiscard]] std::string map_bytes(const Object& object, std::uint32_t part, int side);
 /// Binary glTF: a mesh a part and a mesh a superquadric, in metres, parameters as extras.
 [[nodiscard]] std::string glb_bytes(const Object& object, const Parts& parts);

@@ -76,10 +76,7 @@ std::string_view query_value(std::string_view target, std::string_view key) noex
     return {};
 }
 
-bool needs_token(std::string_view path) noexcept
-{
-    return path != "/app.js" && path != "/app.css" && path != "/favicon.svg";
-}
+bool needs_token(std::string_view path) noexcept { return path != "/app.js" && path != "/app.css" && path != "/favicon.svg"; }
 
 Admission admit(const RequestHead& head, const Guard& guard) noexcept
 {
@@ -92,7 +89,8 @@ Admission admit(const RequestHead& head, const Guard& guard) noexcept
         return Admission::BadOrigin;
     }
     if (head.target.empty() || head.target.front() != '/' || head.target.size() > k_most_target ||
-        !std::all_of(head.target.begin(), head.target.end(), is_plain) || path_of(head.target).find("..") != std::string_view::npos)
+        !std::all_of(head.target.begin(), head.target.end(), is_plain) ||
+        path_of(head.target).find("..") != std::string_view::npos)
         return Admission::BadTarget;
     if (needs_token(path_of(head.target)) && !same_token(query_value(head.target, "token"), guard.token))
         return Admission::BadToken;

@@ -91,7 +91,7 @@ public:
         if (queue_.size() == 1) write();
     }
 
-    /// Without a farewell: for those that cannot be expected to read one.
+    /// Without a farewell: for those that do not read, or say what no page of ours says.
     void leave()
     {
         closing_ = true;
@@ -123,19 +123,10 @@ private:
         }
         const std::string text = beast::buffers_to_string(buffer_.data());
         buffer_.consume(buffer_.size());
-        if (++messages_ > state_->options.most_messages_a_second) return refuse(websocket::close_code::policy_error);
-        if (!ws_.got_text()) return refuse(websocket::close_code::unknown_data);
-        if (!state_->application.on_text(id_, text)) return refuse(websocket::close_code::bad_payload);
+        if (++messages_ > state_->options.most_messages_a_second) return leave();
+        if (!ws_.got_text()) return leave();
+        if (!state_->application.on_text(id_, text)) return leave();
         read();
-    }
-
-    void refuse(websocket::close_code code)
-    {
-        if (closing_) return;
-        closing_ = true;
-        gone();
-        // A frame may be on its way out; the close then waits its turn within the stream.
-        ws_.async_close(code, [self = shared_from_this()](error_code) {});
     }
 
     void write()
@@ -187,6 +178,7 @@ public:
         // The head is judged before a body is taken in.
         http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code e, std::size_t) {
             if (e == http::error::end_of_stream) return self->finish();
+            if (e == http::error::body_limit) return self->refuse(413, self->too_large());
             if (e) return self->refuse(400, "not a request that this server understands");
             self->judge();
         });
@@ -206,7 +198,8 @@ private:
                                .has_origin = origin != request.end(),
                                .upgrade = upgrade};
         const bool doubled = request.count(http::field::host) != 1 || request.count(http::field::origin) > 1;
-        if (const Admission admission = doubled ? Admission::BadHost : admit(head, state_->guard); admission != Admission::Granted)
+        if (const Admission admission = doubled ? Admission::BadHost : admit(head, state_->guard);
+            admission != Admission::Granted)
             return refuse(admission == Admission::BadTarget ? 404 : 403, describe(admission));
         if (method != "GET" && method != "POST" && method != "HEAD") return refuse(405, "GET, HEAD and POST are what there is");
         if (upgrade) {
@@ -216,10 +209,8 @@ private:
             socket->start(http::request<http::string_body>(parser_->release()));
             return;
         }
-        if (const auto length = parser_->content_length(); length && *length > state_->options.most_upload)
-            return refuse(413, "larger than this server takes: " + std::to_string(state_->options.most_upload >> 20) + " MB");
         http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code e, std::size_t) {
-            if (e == http::error::body_limit) return self->refuse(413, "larger than this server takes");
+            if (e == http::error::body_limit) return self->refuse(413, self->too_large());
             if (e) return self->refuse(400, "the request ended too early");
             self->handle();
         });
@@ -237,6 +228,11 @@ private:
             [self = shared_from_this()](HttpReply reply) {
                 asio::post(self->state_->io, [self, reply = std::move(reply)]() mutable { self->answer(std::move(reply)); });
             });
+    }
+
+    [[nodiscard]] std::string too_large() const
+    {
+        return "larger than this server takes: " + std::to_string(state_->options.most_upload >> 20) + " MB";
     }
 
     void refuse(int status, std::string why)

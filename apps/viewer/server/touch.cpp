@@ -19,7 +19,7 @@ constexpr int k_priority = 40;
 /// Settings that the next tick can take.
 struct Live {
     query::Layer layer = query::Layer::Three;
-    double stiffness = 500, damping = 0, friction = 0.3;
+    double stiffness = 400, damping = 0.3, friction = 0.3;
 };
 
 Live live_of(const Settings& s) { return {s.layer, s.stiffness, s.damping, s.friction}; }
@@ -109,10 +109,12 @@ void Touch::Work::make_tool()
                              .weights = weights,
                              .radius = settings.zone > 0 ? settings.zone : std::numeric_limits<double>::infinity(),
                              .options = zone};
-    if (settings.texture > 0) texture = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values);
+    if (settings.texture > 0)
+        texture = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values);
     haptic::Material material{.mu_static = 1.33 * settings.friction, .mu_dynamic = settings.friction};
     if (settings.texture > 0) material.texture = &texture;
-    for (const ObjectPtr& object : objects) solids.push_back({.model = &object->metres, .pose = object->pose(), .material = material});
+    for (const ObjectPtr& object : objects)
+        solids.push_back({.model = &object->metres, .pose = object->pose(), .material = material});
     state = std::make_unique<haptic::State>(
         std::span(&whole, 1),
         haptic::StateOptions{.most_contacts = probe->size(), .most_solids = std::max<std::size_t>(1, solids.size())});
@@ -153,9 +155,10 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
     w.make_tool();
     w.hand.start = start;
     w.hand.told.put(start);
-    w.device = device != nullptr ? std::move(device)
-                                 : std::make_unique<device::SimulatedDevice>(
-                                       device::SimulatedOptions{.script = Hand::at, .script_context = &w.hand});
+    w.device =
+        device != nullptr
+            ? std::move(device)
+            : std::make_unique<device::SimulatedDevice>(device::SimulatedOptions{.script = Hand::at, .script_context = &w.hand});
     device::ServoOptions options;
     const double most = w.device->capabilities().max_force;
     options.safety.force_limit = most > 0 ? std::min(settings.force_limit, most) : std::min(settings.force_limit, 1.0);
@@ -195,7 +198,8 @@ double Touch::force_limit() const
 
 double Touch::safe_stiffness() const
 {
-    return haptic::check_stiffness(device::safety_limits(capabilities(), 1e-3), work_->settings.stiffness, work_->settings.damping)
+    return haptic::check_stiffness(device::safety_limits(capabilities(), 1e-3), work_->settings.stiffness,
+                                   work_->settings.damping)
         .largest;
 }
 

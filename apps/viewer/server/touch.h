@@ -1,4 +1,5 @@
-// Touch: the servo with a simulated device in a simulated hand that goes where the pointer in the page says, or with a real device.
+// Touch: the servo with a simulated device in a simulated hand that goes where the pointer in the page says, or with a real
+// device.
 #pragma once
 
 #include "messages.h"
@@ -27,9 +28,9 @@ struct TouchFrame {
     double depth = 0;                 ///< m
     double late = 0;                  ///< s, the most
     std::uint32_t contacts = 0, acted = 0, faults = 0;
-    int object = -1, part = -1;       ///< that is touched
+    int object = -1, part = -1;  ///< that is touched
     bool engaged = false, degraded = false, connected = true;
-    std::vector<TickPoint> ticks;     ///< at most 256
+    std::vector<TickPoint> ticks;  ///< at most 256
 };
 
 /// Runs from construction to destruction.

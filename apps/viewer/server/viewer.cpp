@@ -21,7 +21,10 @@ constexpr int k_most_jobs = 16;
 /// JSON whatever bytes a file's name has.
 std::string text_of(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
 
-HttpReply json_reply(const ordered_json& json, int status = 200) { return {.status = status, .type = "application/json", .body = text_of(json)}; }
+HttpReply json_reply(const ordered_json& json, int status = 200)
+{
+    return {.status = status, .type = "application/json", .body = text_of(json)};
+}
 HttpReply no_such() { return {.status = 404, .body = "no such address\n"}; }
 
 std::optional<std::uint32_t> number_of(std::string_view text)
@@ -46,7 +49,8 @@ std::string harmless(std::string_view name)
                 i += 2;
             }
         }
-        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
+        const bool plain =
+            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
         out += plain ? c : '_';
     }
     // The end matters most: it names the format.
@@ -72,7 +76,8 @@ std::vector<std::string_view> pieces_of(std::string_view path)
 
 constexpr const char* k_no_page =
     "<!doctype html><meta charset=utf-8><title>sqmap</title><body style='font:18px sans-serif;max-width:40em;margin:4em auto'>"
-    "<h1>The page is not built in</h1><p>This sqmap was built without its page, because npm or the page's packages were not there. "
+    "<h1>The page is not built in</h1><p>This sqmap was built without its page, because npm or the page's packages were not "
+    "there. "
     "Run <code>./dev view</code> in the sources: it sets up everything and opens the page.</p>";
 
 }  // namespace
@@ -144,8 +149,9 @@ void Viewer::on_http(HttpRequest request, Answer answer)
     if (path == "/app.css") return answer({.type = "text/css; charset=utf-8", .body = std::string(page_file("app.css"))});
     if (path == "/favicon.svg")
         return answer({.type = "image/svg+xml",
-                       .body = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><rect x='1' y='3' width='14' height='10' "
-                               "rx='4' fill='#0b6e8f'/><circle cx='8' cy='8' r='3' fill='#fff'/></svg>"});
+                       .body =
+                           "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><rect x='1' y='3' width='14' height='10' "
+                           "rx='4' fill='#0b6e8f'/><circle cx='8' cy='8' r='3' fill='#fff'/></svg>"});
     get(request, answer);
 }
 
@@ -172,9 +178,8 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
     if (pieces.size() == 4 && what == "json")
         return file("application/json", ".json", [=] { return superquadrics_json(*object, *parts).dump(2) + "\n"; });
     if (pieces.size() == 4 && what == "sqmap")
-        return file("application/octet-stream", ".sqmap", [=] {
-            return std::string(reinterpret_cast<const char*>(object->blob.data()), object->blob.size());
-        });
+        return file("application/octet-stream", ".sqmap",
+                    [=] { return std::string(reinterpret_cast<const char*>(object->blob.data()), object->blob.size()); });
     if (pieces.size() != 5) return answer(no_such());
     if (what == "field") {
         if (pieces[4] == "error") return bytes([=] { return field_bytes(*object, Field::Error); });
@@ -191,8 +196,12 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
 void Viewer::upload(HttpRequest request, Answer& answer)
 {
     if (entries_.size() >= options_.most_objects || waiting_ >= k_most_jobs)
-        return answer(json_reply({{"accepted", false}, {"verdict", "REFUSED"}, {"code", "E_LIMIT"}, {"element", "scene"},
-                                  {"message", "the scene is full or busy"}, {"cure", "remove an object, or wait"}},
+        return answer(json_reply({{"accepted", false},
+                                  {"verdict", "REFUSED"},
+                                  {"code", "E_LIMIT"},
+                                  {"element", "scene"},
+                                  {"message", "the scene is full or busy"},
+                                  {"cure", "remove an object, or wait"}},
                                  503));
     const std::string name = harmless(query_value(request.target, "name"));
     work([this, answer, name, body = std::move(request.body)] {
@@ -204,15 +213,24 @@ void Viewer::upload(HttpRequest request, Answer& answer)
                 answer(json_reply({{"accepted", true}, {"verdict", "MODEL"}, {"notes", ordered_json::array()}}));
                 server_->post([this, object] { add(object), tell_scene(), restart_touch(); });
             } catch (const std::runtime_error& e) {
-                answer(json_reply({{"accepted", false}, {"verdict", "REFUSED"}, {"code", "E_FORMAT"}, {"element", "file"},
-                                   {"message", e.what()}, {"cure", "bake the mesh again with this version"}}));
+                answer(json_reply({{"accepted", false},
+                                   {"verdict", "REFUSED"},
+                                   {"code", "E_FORMAT"},
+                                   {"element", "file"},
+                                   {"message", e.what()},
+                                   {"cure", "bake the mesh again with this version"}}));
             }
             return;
         }
         auto judged = std::make_shared<Judgement>(judge(bytes, name, options_.limits));
-        answer(json_reply({{"accepted", judged->accepted}, {"verdict", judged->verdict}, {"code", judged->code},
-                           {"element", judged->element}, {"message", judged->message}, {"cure", judged->cure},
-                           {"notes", judged->notes}, {"triangles", judged->mesh.triangles.size()}}));
+        answer(json_reply({{"accepted", judged->accepted},
+                           {"verdict", judged->verdict},
+                           {"code", judged->code},
+                           {"element", judged->element},
+                           {"message", judged->message},
+                           {"cure", judged->cure},
+                           {"notes", judged->notes},
+                           {"triangles", judged->mesh.triangles.size()}}));
         if (!judged->accepted) return;
         bake::BakeOptions options = options_.bake;
         options.progress = [this, name](const char* stage, double done) {
@@ -310,7 +328,8 @@ void Viewer::edit(const Message& m)
         default:
             break;
     }
-    if (m.part >= count || (m.say == Say::Merge && m.other >= count) || entry.object->mesh.triangles.empty() || waiting_ >= k_most_jobs)
+    if (m.part >= count || (m.say == Say::Merge && m.other >= count) || entry.object->mesh.triangles.empty() ||
+        waiting_ >= k_most_jobs)
         return;
     work([this, m, object = entry.object, before = entry.parts()] {
         std::shared_ptr<const Parts> after;
@@ -319,7 +338,8 @@ void Viewer::edit(const Message& m)
         } else {
             const decompose::Cutter cutter(object->mesh);
             if (m.say == Say::Merge) {
-                after = std::make_shared<const Parts>(fitted(*object, cutter.merge(before->partition, m.part, m.other), before.get()));
+                after = std::make_shared<const Parts>(
+                    fitted(*object, cutter.merge(before->partition, m.part, m.other), before.get()));
             } else {
                 decompose::Split split = cutter.split(before->partition, m.part);
                 if (split.found) after = std::make_shared<const Parts>(fitted(*object, std::move(split.partition), before.get()));
@@ -470,8 +490,11 @@ void Viewer::list_devices()
         const std::vector<device::DeviceListing> list = device::list_devices();
         ordered_json json = ordered_json::array();
         std::vector<std::string> specs;
-        json.push_back({{"name", "Pointer or keys, through a simulated device"}, {"here", true}, {"state", "no hardware: force is drawn and heard"},
-                        {"rate", 1000}, {"limit", 3.3}});
+        json.push_back({{"name", "Pointer or keys, through a simulated device"},
+                        {"here", true},
+                        {"state", "no hardware: force is drawn and heard"},
+                        {"rate", 1000},
+                        {"limit", 3.3}});
         for (const device::DeviceListing& d : list) {
             // Those that need a file or a script are for the command line.
             specs.push_back(d.spec);
@@ -524,13 +547,20 @@ std::string Viewer::status_text() const
     ordered_json out{{"say", "status"}, {"touching", touch_ != nullptr}, {"stopped", stopped_}, {"device", device_}};
     out["devices"] = ordered_json::parse(devices_);
     const char* const layer = settings_.layer == query::Layer::Two ? "2" : settings_.layer == query::Layer::Three ? "3" : "exact";
-    out["settings"] = {{"layer", layer}, {"stiffness", settings_.stiffness}, {"damping", settings_.damping},
-                       {"friction", settings_.friction}, {"texture", settings_.texture}, {"smoothing", settings_.smoothing},
-                       {"toolRadius", settings_.tool_radius}, {"zone", settings_.zone}, {"forceLimit", settings_.force_limit}};
+    out["settings"] = {{"layer", layer},
+                       {"stiffness", settings_.stiffness},
+                       {"damping", settings_.damping},
+                       {"friction", settings_.friction},
+                       {"texture", settings_.texture},
+                       {"smoothing", settings_.smoothing},
+                       {"toolRadius", settings_.tool_radius},
+                       {"zone", settings_.zone},
+                       {"forceLimit", settings_.force_limit}};
     if (touch_ != nullptr) {
         const device::ServoCounters c = touch_->counters();
-        out["counters"] = {{"ticks", c.ticks}, {"late", c.late}, {"missed", c.missed}, {"overruns", c.overruns},
-                           {"degraded", c.degraded}, {"watchdog", c.watchdog}, {"dropped", c.dropped}, {"worstLate", 1e3 * c.worst_late}};
+        out["counters"] = {
+            {"ticks", c.ticks},       {"late", c.late},         {"missed", c.missed},   {"overruns", c.overruns},
+            {"degraded", c.degraded}, {"watchdog", c.watchdog}, {"dropped", c.dropped}, {"worstLate", 1e3 * c.worst_late}};
         out["limit"] = touch_->force_limit();
         out["safeStiffness"] = touch_->safe_stiffness();
         out["deviceName"] = touch_->capabilities().name;

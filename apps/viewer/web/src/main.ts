@@ -91,7 +91,7 @@ const lookPanel = h('div', {},
   card('Place and part', numbers, partBox),
   card('Map of the part', map.element));
 
-let settings: Settings = { layer: '3', stiffness: 500, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2 };
+let settings: Settings = { layer: '3', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2 };
 const sliders: { set(): void }[] = [];
 function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
   const id = `s-${label.toLowerCase().replace(/[^a-z]+/g, '-')}`;
@@ -178,8 +178,13 @@ function setMode(next: Mode): void {
 
 // ---- Touch
 
+// The newest aim, at most once a frame of the stream; to grasp and to let go is told at once.
+let aim: object | null = null, wasHeld = false;
+setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
 hand.onAim = (target, held, hit) => {
-  link.say({ say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held });
+  aim = { say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held };
+  if (held !== wasHeld) { link.say(aim); aim = null; }
+  wasHeld = held;
   if (held) hint.hidden = true;
   if (mode !== 'recognise' && hit) map.show(hit.point);
 };
@@ -481,7 +486,7 @@ const link = new Link({
     connection.textContent = yes ? 'connected' : 'connection lost: no force; trying again …';
     connection.className = yes ? 'pill good' : 'pill bad';
     if (!yes) { sound.quiet(); world.showTool(null); announce('The connection is lost. There is no force.', true); }
-    else hand.again();
+    else { wasHeld = false; hand.again(); }
   },
 });
 
