@@ -107,7 +107,7 @@ export class Hand {
 
   private key(e: KeyboardEvent): void {
     if (!this.enabled) return;
-    const step = e.shiftKey ? 0.004 : 0.014;
+    const step = e.shiftKey ? 0.006 : 0.024;
     const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
     const move = moves[e.key];
     if (move) {

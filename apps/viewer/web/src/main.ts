@@ -234,7 +234,7 @@ function onFrame(frame: Frame): void {
   game.feel(frame);
   const part = frame.object >= 0 ? facts[frame.object]?.parts[frame.part] : undefined;
   const name = frame.contacts > 0 ? part?.name ?? 'surface' : '';
-  voice.touch(name);
+  voice.touch(mode === 'recognise' && !game.running ? '' : name);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
@@ -426,7 +426,7 @@ game.onRound = (object) => {
   world.hidden = playing && mode === 'recognise';
   world.showTool(null);
   world.frame(playing ? object : -1);
-  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; (touchPanel.querySelector('#sound') as HTMLInputElement).checked = true; (touchPanel.querySelector('#voice') as HTMLInputElement).checked = true; hint.textContent = 'Drag over this dark stage, or use the arrow keys: the object is here.'; hint.hidden = false; }
+  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; (touchPanel.querySelector('#sound') as HTMLInputElement).checked = true; (touchPanel.querySelector('#voice') as HTMLInputElement).checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
   else sound.quiet();
   showFacts();
   void world.paint();

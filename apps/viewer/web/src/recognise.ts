@@ -69,7 +69,7 @@ export class Recognise {
       h('fieldset', {}, h('legend', {}, `Round ${i + 1} of ${this.order.length}: which object is it?`), ...names),
       h('button', { class: 'primary', type: 'submit' }, 'Guess'));
     this.body.replaceChildren(
-      h('p', {}, 'Explore: drag over the dark stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops.'),
+      h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops.'),
       form, h('button', { onclick: () => { this.running = false; this.target = -1; this.onRound(-1); this.idle(); } }, 'Leave the game'));
     this.onRound(this.target);
     announce(`Round ${i + 1} of ${this.order.length}. An object is hidden in the stage. Arrow keys move over it, Enter touches and lifts.`);
