@@ -1,6 +1,8 @@
 include(CMakePackageConfigHelpers)
-install(TARGETS sqmap_runtime sqmap_io sqmap_build sqmap_device EXPORT sqmapTargets FILE_SET HEADERS)
+install(TARGETS sqmap_runtime sqmap_io sqmap_build sqmap_device sqmap_hardware EXPORT sqmapTargets FILE_SET HEADERS)
 install(EXPORT sqmapTargets NAMESPACE sqmap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
+# Libraries, by name, that sqmap::hardware was built to link.
+get_property(SQMAP_HARDWARE_LIBRARIES GLOBAL PROPERTY SQMAP_HARDWARE_LIBRARIES)
 configure_package_config_file(cmake/sqmapConfig.cmake.in ${PROJECT_BINARY_DIR}/sqmapConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/sqmapConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -14,6 +14,7 @@ void add_info(CLI::App& app, int& exit_code);
 void add_query(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
+void add_rtcheck(CLI::App& app, int& exit_code);
 void add_shapes(CLI::App& app, int& exit_code);
 void add_touch(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);

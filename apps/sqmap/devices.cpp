@@ -1,11 +1,14 @@
 // sqmap devices: what there is on this machine to touch with.
 #include "commands.h"
+#include "sqmap/device/glove.h"
 #include "sqmap/device/open.h"
+#include "sqmap/device/simulated.h"
 
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 namespace sqmap::app {
 namespace {
@@ -21,6 +24,22 @@ const char* word(device::Presence presence)
             break;
     }
     return "not built";
+}
+
+/// What sqmap touch itself makes, because it takes the model.
+std::vector<device::DeviceListing> paths_over_models()
+{
+    device::Capabilities path{.name = "path"};
+    path.simulated = path.rotates_in = true;
+    device::Capabilities simulated = device::capabilities_of(device::Mechanism{}, 1);
+    simulated.simulated = true;
+    std::vector<device::DeviceListing> list;
+    for (const char* const script : {"press", "tap", "slide", "circle"})
+        list.push_back({script, device::Presence::Here, "a scripted path over the model", path});
+    list.push_back({"simulated:SCRIPT", device::Presence::Here, "a simulated mechanism in a simulated hand", simulated});
+    simulated.zones = device::k_glove_zones;
+    list.push_back({"glove", device::Presence::Here, "five fingertips and a palm of a simulated hand", simulated});
+    return list;
 }
 
 std::string output(const device::Capabilities& c)
@@ -43,7 +62,8 @@ void add_devices(CLI::App& app, int& exit_code)
     command->add_flag("--json", *json, "Answer as JSON");
     command->footer("Pass the first column to sqmap touch --device. Exit code: 0, 64 wrong usage, 70 internal error.");
     command->callback([json, &exit_code] {
-        const std::vector<device::DeviceListing> list = device::list_devices();
+        std::vector<device::DeviceListing> list = paths_over_models();
+        for (device::DeviceListing& entry : device::list_devices()) list.push_back(std::move(entry));
         if (*json) {
             nlohmann::ordered_json out = nlohmann::ordered_json::array();
             for (const device::DeviceListing& d : list)

@@ -15,6 +15,7 @@ int main(int argc, char** argv)
     sqmap::app::add_query(app, exit_code);
     sqmap::app::add_eval(app, exit_code);
     sqmap::app::add_render(app, exit_code);
+    sqmap::app::add_rtcheck(app, exit_code);
     sqmap::app::add_shapes(app, exit_code);
     sqmap::app::add_touch(app, exit_code);
     sqmap::app::add_replay(app, exit_code);

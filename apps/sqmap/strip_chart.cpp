@@ -131,10 +131,9 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
                escaped(what) + "</text>\n";
     };
     const std::string device = reader.header().find("device").value_or("unknown device");
-    const bool simulated = reader.header().find("simulated").value_or("") == "yes";
     words(18, 27, "start", 15, k_ink,
-          trace.filename().string() + ": " + device + (simulated ? " (no hardware)" : "") + ", " + std::to_string(times.size()) +
-              " ticks" + (reader.complete() ? "" : ", cut short"));
+          trace.filename().string() + ": " + device + ", " + std::to_string(times.size()) + " ticks" +
+              (reader.complete() ? "" : ", cut short"));
     double top = k_top;
     for (Strip& strip : strips) {
         double high = 0;

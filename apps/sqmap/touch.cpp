@@ -1,5 +1,6 @@
 // sqmap touch: a device, real or scripted, touches models; every tick can be recorded.
 #include "commands.h"
+#include "sqmap/device/glove.h"
 #include "sqmap/device/handover.h"
 #include "sqmap/device/keeper.h"
 #include "sqmap/device/open.h"
@@ -106,10 +107,11 @@ std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device:
     return poses;
 }
 
-/// Where the simulated hand wants to be.
+/// Where the simulated hand wants to be: what simulated devices point at.
 struct HandPath {
     std::vector<haptic::Pose> poses;
     double rate = 1000;
+    device::GloveMotion glove{};
 
     static device::HandTarget at(const void* context, double time, std::size_t) noexcept
     {
@@ -131,6 +133,19 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         double rate = 0;
         std::vector<haptic::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
         return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), rate);
+    }
+    if (spec.kind == "glove") {
+        // The palm sways about the top of the object, along z, while the fingers open and close.
+        spec.allow({"sway", "curl", "length"});
+        hand.glove.sway = {0, 0, spec.number("sway", hand.glove.sway.z, 0, 1)};
+        hand.glove.curl = spec.number("curl", hand.glove.curl, 0, 1.5);
+        hand.glove.length = spec.number("length", hand.glove.length, 0.05, 0.4);
+        const std::vector<haptic::Pose> top =
+            device::scripted_path(setup.first_model(), setup.tool(), device::Script::Press,
+                                  {.seconds = 1, .depth = 1e-6, .gap = 0, .direction = {0, 0, 1}});
+        hand.glove.wrist.translation =
+            top.front().translation + setup.first_pose().translation - Vec3d{0, 0.45 * hand.glove.length, 0};
+        return device::simulated_glove(hand.glove);
     }
     spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "hand", "delay"});
     const auto script = k_scripts.find(spec.first.empty() ? "press" : spec.first);
@@ -289,6 +304,12 @@ std::unique_ptr<device::Device> open_device(const Arguments& arguments)
     }
 }
 
+/// A fake is never presented as hardware; some say so in their name.
+const char* note(const device::Capabilities& capabilities)
+{
+    return capabilities.simulated && capabilities.name.find("no hardware") == std::string::npos ? " (no hardware)" : "";
+}
+
 void touch(const Arguments& arguments)
 {
     if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
@@ -304,17 +325,19 @@ void touch(const Arguments& arguments)
             object.metres_per_unit = options.objects.front().metres_per_unit;
     }
     const device::DeviceSpec spec = device::parse_spec(arguments.device);
-    const bool over = k_scripts.contains(spec.kind) || spec.kind == "simulated";
+    const bool glove = spec.kind == "glove";
+    const bool over = k_scripts.contains(spec.kind) || spec.kind == "simulated" || glove;
     HandPath hand;
     std::unique_ptr<device::Device> device;
     if (!over) device = open_device(arguments);
-    const auto setup = std::make_unique<TouchSetup>(options, over ? 1 : device->capabilities().zones);
+    const auto setup = std::make_unique<TouchSetup>(options, glove  ? device::k_glove_zones
+                                                             : over ? 1
+                                                                    : device->capabilities().zones);
     if (over) device = device_over(spec, *setup, arguments.seconds, hand);
     const device::Capabilities& capabilities = device->capabilities();
 
-    std::printf("%s%s, %zu zone%s; R_max of %s is %.4g m\n", capabilities.name.c_str(),
-                capabilities.simulated ? " (no hardware)" : "", capabilities.zones, capabilities.zones == 1 ? "" : "s",
-                options.objects.front().file.c_str(),
+    std::printf("%s%s, %zu zone%s; R_max of %s is %.4g m\n", capabilities.name.c_str(), note(capabilities), capabilities.zones,
+                capabilities.zones == 1 ? "" : "s", options.objects.front().file.c_str(),
                 static_cast<double>(setup->first_model().header.r_max) * setup->first_model().header.unit);
     const haptic::StiffnessCheck check = haptic::check_stiffness(device::safety_limits(capabilities, arguments.servo.period),
                                                                  options.zone.stiffness, options.zone.damping);
@@ -328,7 +351,7 @@ void touch(const Arguments& arguments)
     if (!arguments.record.empty())
         writer.emplace(arguments.record, device::TraceHeader{.zones = capabilities.zones,
                                                              .fields = {{"made-by", "sqmap " SQMAP_VERSION},
-                                                                        {"device", capabilities.name},
+                                                                        {"device", capabilities.name + note(capabilities)},
                                                                         {"simulated", capabilities.simulated ? "yes" : "no"},
                                                                         {"setup", setup_text(setup->options())}}});
     struct sigaction action {};
@@ -373,7 +396,7 @@ void add_touch(CLI::App& app, int& exit_code)
     command
         ->add_option("--device", arguments->device,
                      "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
-                     "travel, rate), path:FILE, trace:FILE, simulated[:press...][,hand=]. Others: see sqmap devices")
+                     "travel, rate), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices")
         ->capture_default_str();
     auto* const size = command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
                            ->check(CLI::PositiveNumber)

@@ -152,19 +152,30 @@ struct Place {
     Vec3d point, normal;
 };
 
-/// Where the line from outside to the origin first meets the surface.
-Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d direction)
+/// Where the line from outside to the origin first meets the surface; false where it does not.
+bool meets(const Feeler& feeler, const model::ModelView& model, Vec3d direction, Place& place)
 {
     const Vec3d out = normalized(direction);
     const query::Probe point(std::vector<Vec3d>{{}});
     const Feeler needle(model, point);
     double height = 0;
+    if (!needle.height(needle.origin(), out, needle.far(), height)) return false;
+    // A little inside, more where the map and the frame's locator differ about a hair's breadth.
+    for (double inside = 1e-4 * feeler.far(); inside < 1e-2 * feeler.far(); inside *= 2)
+        if (feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal)) return true;
+    return false;
+}
+
+Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d direction)
+{
     Place place;
-    const double inside = 1e-4 * feeler.far();
-    if (!needle.height(needle.origin(), out, needle.far(), height) ||
-        !feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal))
-        throw DeviceError("no surface lies in that direction of the model's origin: choose another");
-    return place;
+    if (norm_sq(direction) > 0) {
+        if (meets(feeler, model, direction, place)) return place;
+        throw DeviceError("no surface lies in that direction of the model's origin: choose another, or none");
+    }
+    for (const Vec3d axis : {Vec3d{0, 0, 1}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, -1}, Vec3d{-1, 0, 0}, Vec3d{0, -1, 0}})
+        if (meets(feeler, model, axis, place)) return place;
+    throw DeviceError("no surface lies along the axes through the model's origin: choose a direction");
 }
 
 double smooth(double x)  // minimum jerk from 0 to 1
@@ -195,6 +206,7 @@ std::vector<Vec3d> averaged(const std::vector<Vec3d>& values, std::size_t half)
 /// Places of a tool that has just not touched, and the directions away from the surface there.
 struct Travel {
     std::vector<Vec3d> places, ways_out;
+    Vec3d binormal{};  ///< unit, where the way lies in a plane: binormal x way points out
 };
 
 /// Round a circle about an axis: as high as the tool touches along it. Where it meets nothing, as high as before.
@@ -226,6 +238,7 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
     double height = 0;
     if (!feeler.height(place.point, out, feeler.far(), height))
         throw DeviceError("the tool does not reach the surface in that direction: choose another");
+    travel.binormal = cross(ahead, out);
     Vec3d at = place.point + (height + 1e-9 * feeler.far()) * out;
     for (std::size_t k = 0; k < ticks; ++k) {
         travel.places.push_back(at);
@@ -254,8 +267,16 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
 /// The places of a travel, smoothed and pressed in; it starts at the gap.
 std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 {
-    std::vector<Vec3d> places = averaged(travel.places, 25);
-    const std::vector<Vec3d> ways_out = averaged(travel.ways_out, 25);
+    constexpr std::size_t k_half = 25;
+    std::vector<Vec3d> places = averaged(travel.places, k_half);
+    std::vector<Vec3d> ways_out = travel.ways_out;
+    if (norm_sq(travel.binormal) > 0)
+        // From the smoothed way itself: the map's little steps would throw the direction about.
+        for (std::size_t k = 0; k < places.size(); ++k) {
+            const Vec3d along = places[std::min(k + 1, places.size() - 1)] - places[k > 0 ? k - 1 : 0];
+            if (norm_sq(along) > 0) ways_out[k] = normalized(cross(travel.binormal, along));
+        }
+    ways_out = averaged(ways_out, k_half);
     const double in = (o.gap + o.depth) / o.speed * 1.875;  // minimum jerk: its greatest speed is 1.875 times the mean
     for (std::size_t k = 0; k < places.size(); ++k)
         places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);
@@ -268,8 +289,8 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
 {
     const double numbers[] = {o.seconds, o.rate, o.speed, o.radius};
     if (!std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return x > 0 && std::isfinite(x); }) ||
-        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !(norm(o.direction) > 0) ||
-        !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
+        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !std::isfinite(norm(o.direction)) ||
+        !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
         throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
     const auto ticks = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
     const Feeler feeler(model, tool);

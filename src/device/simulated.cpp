@@ -10,9 +10,9 @@ namespace sqmap::device {
 
 namespace {
 
-constexpr double k_substep = 50e-6;     // s
-constexpr double k_tick = 1e-3;         // s, of the device's own controller
-constexpr double k_most_passed = 0.25;  // s that one read() lets pass: a program that was stopped does not replay an hour
+constexpr double k_substep = 50e-6;  // s
+constexpr double k_tick = 1e-3;      // s, of the device's own controller
+constexpr double k_most_passed = 1;  // s that one read() lets pass: a program that was stopped does not replay an hour
 
 double steady_now() noexcept
 {

@@ -23,9 +23,12 @@ struct Spring {
 /// What a zone feels of one solid.
 struct Felt {
     double depth = 0;  ///< effective
+    double exact = 0;  ///< before smoothing: how far out the surface is; of a patch the effective one
     Vec3d force{};     ///< over the stiffness: depth times the way out, or less (see Shading)
     Vec3d torque{};    ///< over the stiffness, about the pose's centre
     Vec3d lever{};     ///< centre of the contact, from the pose's centre
+    std::uint32_t contacts = 0;
+    double deepest = 0;
 };
 
 /// Moments of the contacts: weights times powers of depth. Whatever enters or leaves does so with weight zero.
@@ -47,43 +50,25 @@ public:
         ++count_;
     }
 
-    [[nodiscard]] std::uint32_t count() const { return count_; }
-    [[nodiscard]] double deepest() const { return deepest_; }
-
     /// Depth-weighted means over the contacts. Consistent: minus the gradient of half the square of third / second.
     [[nodiscard]] Felt patch(Shading shading) const
     {
         if (!(first_ > 0) || !(second_ > 0)) return {};
         Felt felt;
+        felt.contacts = count_;
+        felt.deepest = deepest_;
         felt.lever = point_ / first_;
         if (shading == Shading::Consistent) {
-            felt.depth = third_ / second_;
+            felt.exact = felt.depth = third_ / second_;
             const double a = 3 * felt.depth / second_, b = -2 * felt.depth * felt.depth / second_;
             felt.force = a * normal2_ + b * normal1_;
             felt.torque = a * turn2_ + b * turn1_;
             return felt;
         }
-        felt.depth = second_ / first_;
+        felt.exact = felt.depth = second_ / first_;
         const double coherence = norm(normal2_) / second_, gain = 1 / (first_ * std::max(coherence, k_least_coherence));
         felt.force = gain * normal2_;
         felt.torque = gain * turn2_;
-        return felt;
-    }
-
-    /// The samples of a stencil about `centre`, from the pose's centre; all of them together weigh `total`.
-    [[nodiscard]] Felt stencil(Shading shading, const Smoothing& smoothing, double total, Vec3d centre) const
-    {
-        if (!(first_ > 0) || !(total > 0)) return {};
-        const StencilDepth depth = depth_of_stencil(smoothing, second_ / total);
-        if (!(depth.depth > 0)) return {};
-        Felt felt;
-        felt.depth = depth.depth;
-        felt.lever = centre;
-        if (shading == Shading::Consistent)
-            felt.force = (2 * depth.depth * depth.slope / total) * normal1_;
-        else
-            felt.force = (depth.depth / std::max(norm(normal1_), k_least_coherence * first_)) * normal1_;
-        felt.torque = cross(centre, felt.force);
         return felt;
     }
 

@@ -1,7 +1,7 @@
 // What a state remembers of zones and of their contacts with solids.
 #pragma once
 
-#include "contact_sum.h"
+#include "stencil_sum.h"
 
 namespace sqmap::haptic {
 

@@ -12,6 +12,11 @@ State::State(std::span<const Zone> zones, const StateOptions& options)
       found_(options.most_contacts * options.most_solids),
       asked_(options.most_solids)
 {
+    std::size_t most = 0;
+    for (const Zone& zone : zones_)
+        if (zone.probe != nullptr && zone.options.averaging != Averaging::Patch) most = std::max(most, zone.probe->size());
+    samples_.resize(most);
+    trails_.resize(touches_.size() * most);
 }
 
 State::State(State&&) noexcept = default;

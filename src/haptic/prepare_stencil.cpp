@@ -7,21 +7,32 @@ namespace sqmap::haptic {
 
 std::vector<Vec3d> stencil_points(const Smoothing& smoothing)
 {
+    // Fibonacci lattice: no plane holds many of them.
     constexpr double turn = std::numbers::pi * 0.7639320225002103;  // golden angle: pi (3 - sqrt 5)
-    const std::uint32_t n = smoothing.points > 0 ? smoothing.points : 1;
+    const std::uint32_t n = smoothing.points > 8 ? smoothing.points : 8;
     std::vector<Vec3d> points(n);
+    Vec3d mean{};
     for (std::uint32_t i = 0; i < n; ++i) {
         const double z = 1 - (2 * i + 1.) / n, rho = std::sqrt(1 - z * z);
-        // In a ball the shells follow the van der Corput sequence, so that neighbours on the spiral lie on different ones.
-        double share = 0, digit = 0.5;
-        for (std::uint32_t k = i; k > 0; k /= 2, digit /= 2) share += digit * (k % 2);
-        const double radius = smoothing.kernel == Kernel::Ball ? smoothing.radius * std::cbrt(share + 0.5 / n) : smoothing.radius;
-        points[i] = radius * Vec3d{rho * std::cos(turn * i), rho * std::sin(turn * i), z};
+        points[i] = {rho * std::cos(turn * i), rho * std::sin(turn * i), z};
+        mean += points[i] / static_cast<double>(n);
     }
-    // About their own mean, so that the centre is the point that the zone stands for.
-    Vec3d mean{};
-    for (const Vec3d& p : points) mean += p / static_cast<double>(n);
-    for (Vec3d& p : points) p -= mean;
+    // Moved and stretched by a per cent or two until the mean is zero and the second moments are the sphere's: then a plane is
+    // felt in its own direction, however deep.
+    Mat3d second{{{}, {}, {}}};
+    for (Vec3d& p : points) {
+        p -= mean;
+        for (int i = 0; i < 3; ++i) second.row[i] += (3 * p[i] / n) * p;
+    }
+    Mat3d root{};  // of the inverse, by Newton: x <- x (3 - x^2 second) / 2
+    for (int round = 0; round < 20; ++round) {
+        Mat3d m = root * root * second;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) m.row[i][j] = ((i == j ? 3 : 0) - m.row[i][j]) / 2;
+        root = root * m;
+    }
+    for (Vec3d& p : points) p = smoothing.radius * (root * p);
+    points.push_back({});
     return points;
 }
 

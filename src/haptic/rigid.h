@@ -8,18 +8,13 @@
 
 namespace sqmap::haptic {
 
-inline bool is_finite(Vec3d v)
-{
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
+inline bool is_finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 inline bool is_finite(const Pose& p)
 {
-    return is_finite(p.rotation.row[0]) && is_finite(p.rotation.row[1]) && is_finite(p.rotation.row[2]) && is_finite(p.translation);
+    return is_finite(p.rotation.row[0]) && is_finite(p.rotation.row[1]) && is_finite(p.rotation.row[2]) &&
+           is_finite(p.translation);
 }
-inline bool is_finite(const Twist& t)
-{
-    return is_finite(t.linear) && is_finite(t.angular);
-}
+inline bool is_finite(const Twist& t) { return is_finite(t.linear) && is_finite(t.angular); }
 
 /// Rotation by |r| about r (Rodrigues).
 inline Mat3d rotation_by(Vec3d r)
@@ -66,9 +61,6 @@ inline Twist twist_between(const Pose& before, const Pose& now, double dt)
     return {(now.translation - before.translation) / dt, rotation_vector(now.rotation * transpose(before.rotation)) / dt};
 }
 
-inline Vec3d velocity_at(const Twist& t, Vec3d from_centre)
-{
-    return t.linear + cross(t.angular, from_centre);
-}
+inline Vec3d velocity_at(const Twist& t, Vec3d from_centre) { return t.linear + cross(t.angular, from_centre); }
 
 }  // namespace sqmap::haptic

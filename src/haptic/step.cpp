@@ -15,20 +15,13 @@ namespace {
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
 constexpr int k_proxy_rounds = 4;
+/// m: a proxy lies so deep, and so goes on touching what it rests on.
+constexpr double k_proxy_sink = 1e-5;
 constexpr double k_proxy_step = 0.002;  ///< m a round, so that nothing thicker is passed through
 
-Vec3d transform(const Pose& pose, Vec3d p)
-{
-    return pose.rotation * p + pose.translation;
-}
-Vec3d transform_back(const Pose& pose, Vec3d p)
-{
-    return transpose_mul(pose.rotation, p - pose.translation);
-}
-bool same(const Pose& a, const Pose& b)
-{
-    return a.rotation == b.rotation && a.translation == b.translation;
-}
+Vec3d transform(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
+Vec3d transform_back(const Pose& pose, Vec3d p) { return transpose_mul(pose.rotation, p - pose.translation); }
+bool same(const Pose& a, const Pose& b) { return a.rotation == b.rotation && a.translation == b.translation; }
 /// 1 at the centre of an impact sphere, 0 from its surface on, with zero slope there.
 double share_of_sphere(double distance_sq, double radius)
 {
@@ -53,6 +46,7 @@ void State::reset() noexcept
     for (Memory& m : memory_) m = {};
     for (Touch& t : touches_) t = {};
     for (ZoneReport& r : reports_) r = {};
+    for (Trail& t : trails_) t = {};
 }
 
 struct Stepper {
@@ -94,76 +88,144 @@ struct Stepper {
         return query::compose(at, query::inverse(in.poses[z]));
     }
 
-    Vec3d stencil_centre(std::size_t z, const Pose& at) const
-    {
-        return transform(probe_pose(z, at), state.zones_[z].probe->sphere().centre) - at.translation;
-    }
+    Vec3d tip(std::size_t z, const Pose& at) const { return at.rotation * state.zones_[z].tip; }
 
-    double stencil_total(const Zone& zone) const
-    {
-        const std::size_t size = zone.probe->size(), first = std::min<std::size_t>(zone.first, size);
-        return static_cast<double>(std::min<std::size_t>(zone.count, size - first));
-    }
-
-    /// Contacts of a zone that stands at `at` with a solid. keep: their planes, for a tick without a query.
-    ContactSum gather(std::size_t z, std::size_t s, const Pose& at, Touch* keep)
+    /// What a zone that stands at `at` feels of a solid. keep: the planes for a tick without a query.
+    Felt feel(std::size_t z, std::size_t s, const Pose& at, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
         ZoneReport& report = state.reports_[z];
-        const Solid& solid = in.solids[s];
-        const model::Header& header = solid.model->header;
         const query::FrameResult result = ask(zone, s, probe_pose(z, at));
-        const std::span<const query::FrameContact> found = room(s);
-        const std::size_t held = std::min(result.contacts, found.size());
-        if (result.contacts > held) report.status |= k_step_full;
+        if (result.contacts > room(s).size()) report.status |= k_step_full;
         if ((result.status & query::k_frame_not_finite) != 0) report.status |= k_step_not_finite;
-        const bool stencil = zone.options.averaging == Averaging::Stencil;
-        const bool textured = !stencil && solid.material.texture != nullptr;
-        const std::size_t stride = std::max<std::size_t>(1, (held + k_kept - 1) / k_kept);
-        ContactSum sum;
-        if (keep != nullptr) keep->plane_count = 0;
-        for (std::size_t i = 0; i < held; ++i) {
-            const query::FrameContact& c = found[i];
-            if (c.index < zone.first || c.index - zone.first >= zone.count) continue;
-            if ((c.status & query::k_no_surface) != 0) {
-                report.status |= k_step_no_surface;
-                continue;
-            }
-            const Vec3d surface = model::to_mesh_units(header, c.point), normal = cast<double>(c.normal);
-            const double depth = header.unit * static_cast<double>(c.depth);
-            const Vec3d point = transform(solid.pose, surface - depth * normal) - at.translation;
-            Spring spring{point, solid.pose.rotation * normal, depth, share_of_sphere(norm_sq(point), zone.radius)};
-            if (!stencil && c.index < zone.weights.size()) spring.weight *= static_cast<double>(zone.weights[c.index]);
-            if (!(spring.weight > 0)) continue;
-            if (keep != nullptr && i % stride == 0 && keep->plane_count < k_kept)
-                keep->planes[keep->plane_count++] = {surface, normal, transpose_mul(at.rotation, point), spring.weight};
-            if (textured) {
-                const Carved c2 = carved(relief_at(*solid.material.texture, surface, normal), depth, normal);
-                spring.depth = c2.depth;
-                spring.normal = solid.pose.rotation * c2.normal;
-            }
-            if (spring.depth > 0) sum.add(spring);
-        }
-        return sum;
+        const std::span<const query::FrameContact> found = room(s).first(std::min(result.contacts, room(s).size()));
+        const Felt felt =
+            zone.options.averaging == Averaging::Patch ? feel_patch(z, s, at, found, keep) : feel_stencil(z, s, at, found, keep);
+        report.contacts += felt.contacts;
+        report.deepest = std::max(report.deepest, felt.deepest);
+        return felt;
     }
 
-    /// What the contacts of the tick add up to; what is kept for the next one.
-    Felt felt_of(std::size_t z, std::size_t s, const ContactSum& sum, const Pose& at, Touch* keep)
+    /// A contact as the world sees it.
+    struct Found {
+        Vec3d surface, normal;  ///< solid's frame
+        double depth;
+        Vec3d point;  ///< of the zone, from the pose's centre, world axes
+    };
+
+    /// False: not the zone's, or without a surface to push to.
+    bool read(std::size_t z, std::size_t s, const Pose& at, const query::FrameContact& c, Found& found)
     {
         const Zone& zone = state.zones_[z];
-        if (zone.options.averaging == Averaging::Patch) {
-            if (keep != nullptr) keep->single = false;
-            return sum.patch(zone.options.shading);
-        }
         const Solid& solid = in.solids[s];
-        const Vec3d centre = stencil_centre(z, at);
-        Felt felt = sum.stencil(zone.options.shading, zone.options.smoothing, stencil_total(zone), centre);
-        if (keep != nullptr) keep_single(*keep, solid, at, felt);
+        if (c.index < zone.first || c.index - zone.first >= zone.count) return false;
+        if ((c.status & query::k_no_surface) != 0) {
+            state.reports_[z].status |= k_step_no_surface;
+            return false;
+        }
+        found.surface = model::to_mesh_units(solid.model->header, c.point);
+        found.normal = cast<double>(c.normal);
+        found.depth = solid.model->header.unit * static_cast<double>(c.depth);
+        found.point = transform(solid.pose, found.surface - found.depth * found.normal) - at.translation;
+        return true;
+    }
+
+    Felt feel_patch(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
+    {
+        const Zone& zone = state.zones_[z];
+        const Solid& solid = in.solids[s];
+        const Texture* texture = solid.material.texture;
+        const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
+        if (keep != nullptr) keep->plane_count = 0, keep->single = false;
+        ContactSum sum;
+        Found f;
+        for (std::size_t i = 0; i < contacts.size(); ++i) {
+            if (!read(z, s, at, contacts[i], f)) continue;
+            Spring spring{f.point, {}, f.depth, share_of_sphere(norm_sq(f.point), zone.radius)};
+            if (contacts[i].index < zone.weights.size()) spring.weight *= static_cast<double>(zone.weights[contacts[i].index]);
+            if (!(spring.weight > 0)) continue;
+            if (keep != nullptr && i % stride == 0 && keep->plane_count < k_kept)
+                keep->planes[keep->plane_count++] = {f.surface, f.normal, transpose_mul(at.rotation, f.point), spring.weight};
+            if (texture != nullptr) {
+                const Carved c = carved(relief_at(*texture, f.surface, f.normal), f.depth, f.normal);
+                spring.depth = c.depth;
+                f.normal = c.normal;
+            }
+            spring.normal = solid.pose.rotation * f.normal;
+            if (spring.depth > 0) sum.add(spring);
+        }
+        return sum.patch(zone.options.shading);
+    }
+
+    /// The exact layer at a place: searched, not looked up.
+    static Sample searched(const Solid& solid, Vec3d at)
+    {
+        const model::Header& header = solid.model->header;
+        const query::Contact c =
+            query::query_point(*solid.model, model::to_model_space(header, transform_back(solid.pose, at)), query::Layer::Exact);
+        if (!c.contact || (c.status & query::k_no_surface) != 0) return {};
+        const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
+        const double depth = header.unit * static_cast<double>(c.depth);
+        return {{}, depth * normal, normal, depth};
+    }
+
+    Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
+    {
+        const Zone& zone = state.zones_[z];
+        const Solid& solid = in.solids[s];
+        const std::size_t points = zone.probe->size(), first = std::min<std::size_t>(zone.first, points);
+        const std::size_t own = std::min({std::size_t{zone.count}, points - first, state.samples_.size()});
+        const bool ball = zone.options.averaging == Averaging::Ball;
+        const Vec3d centre = tip(z, at);
+        if (own < 2) return {};
+        StencilSum sum;
+        sum.samples = std::span(state.samples_).first(own - 1);
+        for (Sample& sample : sum.samples) sample = {};
+        Found f;
+        for (const query::FrameContact& c : contacts) {
+            if (!read(z, s, at, c, f)) continue;
+            const Vec3d normal = solid.pose.rotation * f.normal, place = f.point - centre;
+            const Sample sample{place, place + f.depth * normal, normal, f.depth};
+            if (const std::size_t i = c.index - first; i < sum.samples.size())
+                sum.samples[i] = sample;
+            else
+                sum.centre = sample;
+        }
+        // Of the one point that the felt depth hangs on the nearest surface is searched for, not looked up.
+        if (zone.options.layer == query::Layer::Exact && sum.centre.depth > 0) {
+            sum.centre = searched(solid, at.translation + centre);
+            sum.searched = true;
+        }
+        const std::span<Trail> trail =
+            std::span(state.trails_).subspan((z * state.most_solids_ + s) * state.samples_.size(), own);
+        Passed passed;
+        if (const Touch& t = touch(z, s); keep != nullptr && t.known && state.memory_[z].known) {
+            const Pose before = query::compose(query::inverse(t.solid_before), state.memory_[z].body_before);
+            const Pose now = query::compose(query::inverse(solid.pose), at);
+            const Twist moved = twist_between(before, now, 1);
+            passed.motion = norm(transform(now, zone.tip) - transform(before, zone.tip)) +
+                            zone.options.smoothing.radius * norm(moved.angular);
+            if (zone.options.blend_time > 0) passed.left = std::exp(-in.dt / zone.options.blend_time);
+        }
+        sum.trust_the_least(trail, passed, [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
+        sum.settle(zone.options, trail[own - 1], passed);
+        if (keep != nullptr) {
+            for (std::size_t i = 0; i < sum.samples.size(); ++i) {
+                const Sample& sample = sum.samples[i];
+                trail[i] = {transform_back(solid.pose, sample.surface + at.translation + centre), sample.depth, true};
+            }
+            trail[own - 1] = {{}, sum.depth, true};
+        }
+        Felt felt = sum.felt(zone.options);
+        felt.lever = centre;
+        felt.torque = cross(centre, felt.force);
+        if (keep != nullptr) keep_single(*keep, solid, at, felt, felt.exact);
         const double size = norm(felt.force);
         if (solid.material.texture != nullptr && size > 0) {
             // Once, after the smoothing: it would be worn down by it.
             const Vec3d normal = transpose_mul(solid.pose.rotation, felt.force / size);
-            const Vec3d surface = transform_back(solid.pose, at.translation + centre) + felt.depth * normal;
+            const double below = ball ? felt.depth - zone.options.smoothing.radius : felt.depth;
+            const Vec3d surface = transform_back(solid.pose, at.translation + centre) + below * normal;
             const Carved c = carved(relief_at(*solid.material.texture, surface, normal), felt.depth, normal);
             felt.force = (size / felt.depth * c.depth) * (solid.pose.rotation * c.normal);
             felt.torque = cross(centre, felt.force);
@@ -172,13 +234,13 @@ struct Stepper {
         return felt;
     }
 
-    static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt)
+    static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt, double out)
     {
         keep.single = true;
         keep.plane_count = 0;
-        if (!(felt.depth > 0)) return;
+        if (!(felt.exact > 0) || !(norm_sq(felt.force) > 0)) return;
         const Vec3d normal = transpose_mul(solid.pose.rotation, normalized(felt.force));
-        keep.planes[0] = {transform_back(solid.pose, at.translation + felt.lever) + felt.depth * normal, normal,
+        keep.planes[0] = {transform_back(solid.pose, at.translation + felt.lever) + out * normal, normal,
                           transpose_mul(at.rotation, felt.lever), 1};
         keep.plane_count = 1;
     }
@@ -195,7 +257,7 @@ struct Stepper {
             const double depth = dot(p.point - point, p.normal);
             const Vec3d normal = solid.pose.rotation * p.normal;
             if (!(depth > 0)) continue;
-            if (t.single) return {depth, depth * normal, cross(lever, depth * normal), lever};
+            if (t.single) return {depth, depth, depth * normal, cross(lever, depth * normal), lever, 1, depth};
             sum.add({lever, normal, depth, p.weight});
         }
         return sum.patch(state.zones_[z].options.shading);
@@ -253,7 +315,10 @@ struct Stepper {
         const Vec3d velocity = velocity_over(twist, solid, at, {});
         if (in.degraded || !(o.brake > 0) || !(o.brake_ahead > 0) || norm_sq(velocity) == 0) return {};
         const Pose there{rotation_by(o.brake_ahead * twist.angular) * at.rotation, at.translation + o.brake_ahead * velocity};
-        const Felt felt = felt_of(z, s, gather(z, s, there, nullptr), there, nullptr);
+        ZoneReport& report = state.reports_[z];
+        const ZoneReport kept = report;
+        const Felt felt = feel(z, s, there, nullptr);
+        report = kept;
         const Vec3d normal = normalized(felt.force);
         const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
         if (!(felt.depth > 0) || !(approach > 0)) return {};
@@ -263,7 +328,8 @@ struct Stepper {
     }
 
     /// Modes Direct and Coupled: springs, damping and friction of all solids on a zone that stands at `at`.
-    void push(std::size_t z, const Pose& at, const Twist& twist, Wrench& springs, Wrench& rest, BodyLoad* load, double& free_change)
+    void push(std::size_t z, const Pose& at, const Twist& twist, Wrench& springs, Wrench& rest, BodyLoad* load,
+              double& free_change)
     {
         const ZoneOptions& o = state.zones_[z].options;
         Memory& m = state.memory_[z];
@@ -276,10 +342,7 @@ struct Stepper {
             if (in.degraded) {
                 felt = felt_of_planes(z, s, at);
             } else {
-                const ContactSum sum = gather(z, s, at, o.averaging == Averaging::Patch ? &t : nullptr);
-                felt = felt_of(z, s, sum, at, &t);
-                report.contacts += sum.count();
-                report.deepest = std::max(report.deepest, sum.deepest());
+                felt = feel(z, s, at, &t);
             }
             const Wrench braking = brake(z, s, at, twist);
             rest = rest + braking;
@@ -298,8 +361,7 @@ struct Stepper {
             const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
             const double damped = o.damping * approach * std::min(1., felt.depth / k_damping_depth);
             const double extra = std::max(damped, -spring_size);
-            const Vec3d other =
-                extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const Vec3d other = extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
             const Wrench side{other, o.torque_share * cross(felt.lever, other)};
             springs = springs + spring;
             rest = rest + side;
@@ -407,8 +469,7 @@ struct Stepper {
         // A surface that moves carries along what lies on it.
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching && touches[s].known) {
-                m.body.translation =
-                    transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
+                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
                 break;
             }
         const Vec3d before = m.body.translation;
@@ -420,14 +481,12 @@ struct Stepper {
             bool changed = false;
             report.contacts = 0;
             for (std::size_t s = 0; s < solids; ++s) {
-                const ContactSum sum = gather(z, s, m.body, nullptr);
                 Touch& t = touches[s];
-                const Felt felt = felt_of(z, s, sum, m.body, nullptr);
-                report.contacts += sum.count();
-                report.deepest = std::max(report.deepest, sum.deepest());
-                if (felt.depth > 0) {
-                    keep_single(t, in.solids[s], m.body, felt);
-                    m.body.translation += felt.depth * normalized(felt.force);
+                const Felt felt = feel(z, s, m.body, nullptr);
+                if (felt.exact > 0 && norm_sq(felt.force) > 0) {
+                    const double out = felt.exact - k_proxy_sink;
+                    keep_single(t, in.solids[s], m.body, felt, out);
+                    m.body.translation += out * normalized(felt.force);
                     changed = true;
                 } else if (t.plane_count > 0) {
                     // The surface has curved away from its plane.
@@ -488,6 +547,8 @@ struct Stepper {
     {
         state.memory_[z] = {};
         for (std::size_t s = 0; s < state.most_solids_; ++s) touch(z, s) = {};
+        const std::size_t size = state.most_solids_ * state.samples_.size();
+        for (Trail& t : std::span(state.trails_).subspan(z * size, size)) t = {};
     }
 
     StepResult run()

@@ -41,8 +41,8 @@ Relief solid_relief(const Texture& texture, Vec3d p)
                 slope += x.slope[i] * static_cast<double>(row[x.index[i]]);
             }
             r.height += z.weight[k] * y.weight[j] * value;
-            r.gradient += Vec3d{z.weight[k] * y.weight[j] * slope, z.weight[k] * y.slope[j] * value,
-                                z.slope[k] * y.weight[j] * value};
+            r.gradient +=
+                Vec3d{z.weight[k] * y.weight[j] * slope, z.weight[k] * y.slope[j] * value, z.slope[k] * y.weight[j] * value};
         }
     return r;
 }

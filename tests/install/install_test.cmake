@@ -1,5 +1,5 @@
 # Installs the built project to a folder of its own, builds consumers against it and runs them: one that bakes and
-# queries, one that only queries.
+# queries, one that only queries, one that drives a device, one that opens any device by name.
 # usage: cmake -DBUILD= -DWORK= -DCONSUMER= -DCONFIG= -DFLAGS= -P this
 file(REMOVE_RECURSE ${WORK})
 function(run)
@@ -12,10 +12,15 @@ endfunction()
 file(MAKE_DIRECTORY ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix --config ${CONFIG})
 run(${WORK}/prefix/bin/sqmap --version)
-foreach(components "runtime io build" "runtime io")
+foreach(components "runtime io build" "runtime io" "runtime io device" "runtime io hardware")
   string(MAKE_C_IDENTIFIER "${components}" name)
   run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/${name} -G Ninja -DCMAKE_BUILD_TYPE=${CONFIG}
     -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_CXX_FLAGS=${FLAGS} "-DCOMPONENTS=${components}")
   run(${CMAKE_COMMAND} --build ${WORK}/${name})
+  # Whoever brings a device of their own must not have to link what ours need.
+  file(READ ${WORK}/${name}/build.ninja rules)
+  if(NOT components MATCHES "hardware" AND rules MATCHES "-lSDL2|-lspnav|libSDL2|libspnav")
+    message(FATAL_ERROR "a program without sqmap::hardware was made to link its libraries")
+  endif()
   run(${WORK}/${name}/consumer)
 endforeach()

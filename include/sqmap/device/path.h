@@ -47,13 +47,15 @@ enum class Script {
 /// Lengths in mesh units, times in seconds.
 struct ScriptOptions {
     double seconds = 10;
-    double rate = 1000;        ///< Hz, poses a second
-    double speed = 0.1;        ///< a second
-    double depth = 0.002;      ///< of the deepest point of the tool
-    double gap = 0.005;        ///< from where the tool starts
-    double radius = 0.02;      ///< of the circle
-    Vec3d direction{0, 0, 1};  ///< from the model's origin to the place that is touched; any length but zero
-    Vec3d travel{1, 0, 0};     ///< where a slide or circle sets out to, as far as the surface lets it
+    double rate = 1000;    ///< Hz, poses a second
+    double speed = 0.1;    ///< a second
+    double depth = 0.002;  ///< of the deepest point of the tool
+    double gap = 0.005;    ///< from where the tool starts
+    double radius = 0.02;  ///< of the circle
+    /// From the model's origin to the place that is touched, any length; zero: the first of z, x, y, -z, -x, -y where there is
+    /// one.
+    Vec3d direction{};
+    Vec3d travel{1, 0, 0};  ///< where a slide or circle sets out to, as far as the surface lets it
 };
 
 /// Poses of a tool over a model, in the mesh's frame and units: the tool is never turned. Slides and circles are smoothed over 50

@@ -1,4 +1,4 @@
-// A point that feels with a small sphere about it: the smoothing of the force field, with its kernel and radius.
+// A point, or a ball, that feels with samples on a sphere: the smoothing of the force field, with its kernel and radius.
 #pragma once
 
 #include "sqmap/math/vec.h"
@@ -8,31 +8,33 @@
 
 namespace sqmap::haptic {
 
+/// How the direction of the force follows from the samples.
 enum class Kernel : std::uint8_t {
-    Shell,  ///< the sphere's surface: across any edge a box filter, the smallest step for its width
-    Ball,   ///< the whole ball: rounder, for the same step a third wider
+    Ball,   ///< the mean of depth times normal over the ball, from the depths on its surface alone (divergence theorem): nothing
+            ///< jumps
+    Shell,  ///< the mean of depth times normal over the samples: for maps whose normals are better than their depths
 };
 
-/// Smoothing of the field about a point. A turn of the surface is spread over a way of 2 radius; what the point feels stays on
-/// flat ground exactly what it was, and moves inwards on edges by about radius tan(turn / 2) / 4.
+/// Smoothing of the field about a point. A turn of the surface is spread over a way of 2 radius. Felt depth stays within
+/// `tolerance` of the true one; the direction is that of a surface rounded by about radius tan(turn / 2) / 4.
 struct Smoothing {
-    Kernel kernel = Kernel::Shell;
-    double radius = 0.00075;    ///< m
-    std::uint32_t points = 48;  ///< samples: steps are no smaller than one in so many
+    Kernel kernel = Kernel::Ball;
+    double radius = 0.0025;     ///< m; Averaging::Ball: the ball's own
+    std::uint32_t points = 48;  ///< samples on the sphere
+    double tolerance = 0.0002;  ///< m
 };
 
-/// The samples about the origin, of equal weight: points of the probe of a zone with Averaging::Stencil. Allocates.
-/// Fibonacci lattice: no plane holds many of them, so that they cross an edge one after the other.
+/// Samples about the origin: smoothing.points on the sphere, and last the centre. Allocates.
 [[nodiscard]] std::vector<Vec3d> stencil_points(const Smoothing& smoothing);
 
-/// What the samples of a stencil feel on flat ground, as a function of the depth t of its centre: the mean of the squares of
-/// their depths, where what is outside has depth zero.
-[[nodiscard]] double mean_square_depth(const Smoothing& smoothing, double t) noexcept;
+/// What samples on a sphere of radius r feel on flat ground, as a function of the depth t of its centre: the mean of the
+/// squares of their depths, where what is outside has depth zero.
+[[nodiscard]] double mean_square_depth(double r, double t) noexcept;
 
-/// Its inverse, and the slope of that: the depth that the samples stand for. At least minus the radius.
+/// Its inverse, and the slope of that: the depth of the centre that the samples stand for, at least -r.
 struct StencilDepth {
     double depth = 0, slope = 0;  ///< m, and d depth / d mean_square, 1/m; zero where nothing is inside
 };
-[[nodiscard]] StencilDepth depth_of_stencil(const Smoothing& smoothing, double mean_square) noexcept;
+[[nodiscard]] StencilDepth depth_of_stencil(double r, double mean_square) noexcept;
 
 }  // namespace sqmap::haptic

@@ -49,10 +49,11 @@ enum class Mode : std::uint8_t {
     Coupled,  ///< a simulated body, joined to the device by springs and dampers in position and rotation
 };
 
-/// What the forces of a zone's contacts become. Both leave a force that does not depend on how many points there are.
+/// What the forces of a zone's contacts become. All leave a force that does not depend on how many points there are.
 enum class Averaging : std::uint8_t {
     Patch,    ///< mean over the contacts, each weighted by its area and its depth, so that what enters has no weight
-    Stencil,  ///< the points are a small sphere's (stencil.h): the field about its centre, smoothed over the sphere
+    Stencil,  ///< the points are stencil_points: what the zone's tip feels, smoothed over a small sphere about it
+    Ball,     ///< the same points: a ball about the zone's tip, as deep as its deepest place
 };
 
 /// Where on the smooth side a zone's force lies; see docs/algorithms/haptics.md.
@@ -64,21 +65,21 @@ enum class Shading : std::uint8_t {
 struct ZoneOptions {
     Mode mode = Mode::Direct;
     Averaging averaging = Averaging::Patch;
-    Smoothing smoothing{};  ///< Stencil: what the probe's points were made from
+    Smoothing smoothing{};  ///< Stencil and Ball: what the probe's points were made from
     Shading shading = Shading::Levelled;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
-    double stiffness = 500;  ///< k of eqs. 21 and 32, N/m (errata 10)
-    double damping = 0;      ///< N s/m along the normal while pressing in; never pulls
-    double tangential_stiffness = 500;  ///< of the sticking spring of Coulomb friction, N/m
-    double torque_share = 1;  ///< 0: force only
+    double stiffness = 500;                    ///< k of eqs. 21 and 32, N/m (errata 10)
+    double damping = 0;                        ///< N s/m along the normal while pressing in; never pulls
+    double tangential_stiffness = 500;         ///< of the sticking spring of Coulomb friction, N/m
+    double torque_share = 1;                   ///< 0: force only
     /// Pre-contact braking: N s/m against the approach, from where the zone will be after brake_ahead seconds; 0: none. Costs
     /// a second query.
     double brake = 0, brake_ahead = 0.005;
     /// Where the foot point jumps (medial axis): what is left of a jump after each blend_time, s, is 1/e; 0: jumps pass.
     double blend_time = 0.010;
     /// Coupled: the spring between device and body, and the body. damping_ratio 1 is critical; see coupling_damping.
-    double coupling_stiffness = 800, coupling_rotational = 1.0;  ///< N/m, N m/rad
-    double mass = 0.05, inertia = 5e-5;                          ///< kg, kg m^2 about every axis
+    double coupling_stiffness = 800, coupling_rotational = 1.0;         ///< N/m, N m/rad
+    double mass = 0.05, inertia = 5e-5;                                 ///< kg, kg m^2 about every axis
     double coupling_damping = 12, coupling_rotational_damping = 0.014;  ///< N s/m, N m s/rad
 };
 
@@ -87,7 +88,8 @@ struct Zone {
     const query::Probe* probe = nullptr;  ///< in metres; zones in a row with one probe and one pose are asked once
     bool in_world = false;                ///< the probe's points are in the world (Probe::move), not in the zone's frame
     std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
-    std::span<const float> weights{};  ///< area a point, #points of the probe; empty: all alike. Outlives the state
+    Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
+    std::span<const float> weights{};  ///< Patch: area a point, #points of the probe; empty: all alike. Outlives the state
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
     ZoneOptions options{};
 };
@@ -96,32 +98,32 @@ struct Zone {
 enum StepStatus : std::uint32_t {
     k_step_ok = 0,
     k_step_contact = 1,
-    k_step_full = 2,         ///< more contacts than the state holds: the rest does not count
-    k_step_not_finite = 4,   ///< a pose, a solid or dt was not: that zone's wrench is zero and its memory is cleared
-    k_step_degraded = 8,     ///< answered from the last tangent planes
-    k_step_blended = 16,     ///< a jump of the force is being blended
+    k_step_full = 2,        ///< more contacts than the state holds: the rest does not count
+    k_step_not_finite = 4,  ///< a pose, a solid or dt was not: that zone's wrench is zero and its memory is cleared
+    k_step_degraded = 8,    ///< answered from the last tangent planes
+    k_step_blended = 16,    ///< a jump of the force is being blended
     k_step_slipping = 32,
-    k_step_no_surface = 64,  ///< some contact had no surface to push to and was left out
+    k_step_no_surface = 64,   ///< some contact had no surface to push to and was left out
     k_step_short_span = 128,  ///< wrenches or on_solids holds fewer than there are: the rest is lost
 };
 
 /// What a zone felt in the last tick, for traces and pictures. World, metres.
 struct ZoneReport {
-    double depth = 0;             ///< effective: spring force over stiffness
-    double deepest = 0;           ///< of its contacts
-    Vec3d normal{};               ///< unit, the way out; zero where free
-    Vec3d point{};                ///< centre of the contacts on the surface
+    double depth = 0;    ///< effective: spring force over stiffness
+    double deepest = 0;  ///< of its contacts
+    Vec3d normal{};      ///< unit, the way out; zero where free
+    Vec3d point{};       ///< centre of the contacts on the surface
     std::uint32_t contacts = 0;
     std::uint32_t status = k_step_ok;
-    Pose body{};                  ///< where the zone's points stood: the device's pose, the proxy or the coupled body
-    double potential = 0;         ///< J, stored in the contact spring
+    Pose body{};           ///< where the zone's points stood: the device's pose, the proxy or the coupled body
+    double potential = 0;  ///< J, stored in the contact spring
 };
 
 struct StepInput {
-    std::span<const Solid> solids;
-    std::span<const Pose> poses;    ///< one a zone, world; their translation is what torque is about
-    std::span<const Twist> twists;  ///< one a zone where measured; empty: differences of poses
-    double dt = 0.001;              ///< s since the last step, the real one
+    std::span<const Solid> solids{};
+    std::span<const Pose> poses{};    ///< one a zone, world; their translation is what torque is about
+    std::span<const Twist> twists{};  ///< one a zone where measured; empty: differences of poses
+    double dt = 0.001;                ///< s since the last step, the real one
     /// No time for a query: every zone is answered from the tangent planes of its last one. Never by superquadrics alone.
     bool degraded = false;
 };
@@ -131,6 +133,9 @@ struct StepResult {
     std::uint32_t contacts = 0;
     double deepest = 0;  ///< m
 };
+
+struct Sample;
+struct Trail;
 
 struct StateOptions {
     std::size_t most_contacts = 8192;  ///< of one probe with one solid
@@ -144,7 +149,7 @@ public:
     explicit State(std::span<const Zone> zones, const StateOptions& options = {});
 
     [[nodiscard]] std::size_t zones() const noexcept { return zones_.size(); }
-    /// To be changed between ticks; probe and weights must stay.
+    /// To be changed between ticks; not the averaging, which the state made room for.
     [[nodiscard]] ZoneOptions& options(std::size_t zone) noexcept { return zones_[zone].options; }
     [[nodiscard]] const ZoneReport& report(std::size_t zone) const noexcept { return reports_[zone]; }
     /// Steps answered from old planes since the state was made.
@@ -168,6 +173,8 @@ private:
     std::size_t most_solids_ = 0;
     std::vector<query::FrameContact> found_;  ///< solid by contact
     std::vector<Asked> asked_;
+    std::vector<Sample> samples_;  ///< of one stencil
+    std::vector<Trail> trails_;    ///< zone by solid by sample
     std::uint64_t degraded_steps_ = 0;
 };
 

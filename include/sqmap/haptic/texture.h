@@ -21,8 +21,8 @@ enum class TextureMap : std::uint8_t {
 /// inwards from the surface: heights are at most zero, so that what is outside the surface stays free.
 struct Texture {
     TextureMap map = TextureMap::Solid;
-    std::uint32_t n = 0;             ///< values along a side; 0: no texture
-    double step = 0;                 ///< m between values
+    std::uint32_t n = 0;              ///< values along a side; 0: no texture
+    double step = 0;                  ///< m between values
     std::span<const float> values{};  ///< m, <= 0; x fastest. Caller-owned
 };
 
@@ -46,9 +46,9 @@ struct Carved {
 
 struct NoiseOptions {
     std::uint64_t seed = 1;
-    double amplitude = 0.0002;   ///< m, standard deviation of the relief
-    double wavelength = 0.002;   ///< m, the shortest one kept
-    std::uint32_t n = 32;        ///< values along a side; the relief repeats after n wavelength / 2
+    double amplitude = 0.0002;  ///< m, standard deviation of the relief
+    double wavelength = 0.002;  ///< m, the shortest one kept
+    std::uint32_t n = 32;       ///< values along a side; the relief repeats after n wavelength / 2
 };
 /// Gaussian noise (section 6.3), solid. values is filled: n^3.
 [[nodiscard]] Texture gaussian_texture(const NoiseOptions& options, std::vector<float>& values);

@@ -50,12 +50,20 @@ TEST(Ring, GivesEveryValueOnceInOrderAndRefusesWhenFull)
 {
     static Ring<Wide, 64> ring;
     std::thread writer([] {
-        for (std::uint64_t i = 1; i <= k_values;) i += ring.push(Wide::of(i));
+        for (std::uint64_t i = 1; i <= k_values;) {
+            if (ring.push(Wide::of(i)))
+                ++i;
+            else
+                std::this_thread::yield();
+        }
     });
     std::uint64_t expected = 1, wrong = 0;
     while (expected <= k_values) {
         Wide w;
-        if (!ring.pop(w)) continue;
+        if (!ring.pop(w)) {
+            std::this_thread::yield();
+            continue;
+        }
         wrong += !w.whole() || w.word[0] != expected;
         ++expected;
     }

@@ -1,0 +1,144 @@
+#include "hand.h"
+
+#include "../clock.h"
+#include "../frames.h"
+#include "../path.h"
+#include "sqmap/bake/bake.h"
+#include "sqmap/haptic/step.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/model/parse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace sqmap::bench {
+
+namespace {
+
+constexpr double k_scale = 0.3;  ///< m of the object's diagonal
+
+mesh::Mesh split_in_four(const mesh::Mesh& mesh)
+{
+    mesh::Mesh out{mesh.vertices, {}};
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middle;
+    const auto between = [&](std::uint32_t a, std::uint32_t b) {
+        const auto [it, is_new] = middle.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.vertices.size()));
+        if (is_new) out.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+        return it->second;
+    };
+    for (const mesh::Triangle& t : mesh.triangles) {
+        const std::uint32_t a = between(t[0], t[1]), b = between(t[1], t[2]), c = between(t[2], t[0]);
+        for (const mesh::Triangle& s : {mesh::Triangle{t[0], a, c}, {a, t[1], b}, {c, b, t[2]}, {a, b, c}})
+            out.triangles.push_back(s);
+    }
+    return out;
+}
+
+std::vector<float> vertex_areas(const mesh::Mesh& mesh)
+{
+    std::vector<float> areas(mesh.vertices.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t]) areas[v] += static_cast<float>(mesh::triangle_area(mesh, t) / 3);
+    return areas;
+}
+
+/// The object in metres, and the way.
+struct Scene {
+    explicit Scene(const HandPath& hand) : setting(load_setting(hand.files))
+    {
+        bytes = io::serialize(bake::bake(setting->object, true, {}).model);
+        model::ModelView parsed;
+        (void)model::parse(bytes, parsed);
+        view = haptic::in_metres(parsed, k_scale);
+        for (const Pose& p : read_path(hand.path)) poses.push_back({p.rotation, k_scale * p.translation});
+        solid.model = &view;
+    }
+    std::unique_ptr<Setting> setting;
+    std::vector<std::byte> bytes;
+    model::ModelView view;
+    std::vector<haptic::Pose> poses;
+    haptic::Solid solid;
+};
+
+/// The hand as a tool of one zone.
+struct Hand {
+    Hand(mesh::Mesh mesh, bool weighted) : areas(weighted ? vertex_areas(mesh) : std::vector<float>{})
+    {
+        for (Vec3d& v : mesh.vertices) v = k_scale * v;
+        probe.emplace(mesh.vertices);
+        zone = {.probe = &*probe, .weights = areas};
+        state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 32768, .most_solids = 1});
+    }
+    haptic::Wrench touch(const haptic::Solid& solid, const haptic::Pose& pose, haptic::StepResult& result)
+    {
+        haptic::Wrench w;
+        result = haptic::step(*state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        return w;
+    }
+    std::vector<float> areas;
+    std::optional<query::Probe> probe;
+    haptic::Zone zone;
+    std::optional<haptic::State> state;
+};
+
+}  // namespace
+
+TickCost tick_cost(const HandPath& path, int passes)
+{
+    Scene scene(path);
+    Hand hand(scene.setting->probe, true);
+    const FrameClock clock;
+    haptic::StepResult result;
+    std::vector<double> us;
+    TickCost out;
+    for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
+        hand.state->reset();
+        for (const haptic::Pose& pose : scene.poses) {
+            const FrameClock::Mark mark = FrameClock::start();
+            (void)hand.touch(scene.solid, pose, result);
+            const double t = clock.stop_us(mark);
+            if (pass < 0) continue;
+            us.push_back(t);
+            out.contacts += result.contacts;
+        }
+    }
+    out.ticks = static_cast<std::uint32_t>(us.size());
+    out.contacts /= static_cast<double>(us.size());
+    out.p50 = percentile(us, 0.5);
+    out.p99 = percentile(us, 0.99);
+    out.p999 = percentile(us, 0.999);
+    return out;
+}
+
+DensityChange density_change(const HandPath& path, bool weighted)
+{
+    Scene scene(path);
+    scene.solid.material.friction = haptic::Friction::None;
+    Hand coarse(scene.setting->probe, weighted), dense(split_in_four(scene.setting->probe), weighted);
+    for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
+    std::vector<double> force, torque;
+    DensityChange out;
+    for (const haptic::Pose& pose : scene.poses) {
+        haptic::StepResult a, b;
+        const haptic::Wrench c = coarse.touch(scene.solid, pose, a), d = dense.touch(scene.solid, pose, b);
+        if (a.contacts == 0) continue;
+        out.contacts += a.contacts;
+        out.dense_contacts += b.contacts;
+        force.push_back(100 * norm(d.force - c.force) / norm(c.force));
+        torque.push_back(100 * norm(d.torque - c.torque) / norm(c.torque));
+    }
+    if (force.empty()) return out;
+    out.touching = static_cast<std::uint32_t>(force.size());
+    out.contacts /= static_cast<double>(force.size());
+    out.dense_contacts /= static_cast<double>(force.size());
+    out.force_median = percentile(force, 0.5);
+    out.force_p95 = percentile(force, 0.95);
+    out.force_max = *std::max_element(force.begin(), force.end());
+    out.torque_median = percentile(torque, 0.5);
+    out.torque_p95 = percentile(torque, 0.95);
+    return out;
+}
+
+}  // namespace sqmap::bench

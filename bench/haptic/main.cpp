@@ -1,0 +1,180 @@
+// sqmap_haptic: the figures of docs/algorithms/haptics.md.
+#include "../error.h"
+#include "hand.h"
+#include "slide.h"
+#include "sqmap/io/replace_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <memory>
+
+namespace sqmap::bench {
+namespace {
+
+struct SlideCommand {
+    std::vector<std::filesystem::path> meshes;
+    std::filesystem::path csv;
+    SlideOptions options;
+    int places = 500;
+};
+
+void run_slide(const SlideCommand& c)
+{
+    std::printf("%-18s %-6s | %-35s | %-35s | %-23s | %-23s | %s\n", "", "", "edges < 45 deg: max step, N",
+                "elsewhere: max step, N", "felt - true depth, mm", "onset, mm", "normal, deg");
+    std::printf("%-18s %-6s | %7s %7s %7s %5s %5s | %7s %7s %7s %5s %5s | %7s %7s %7s | %7s %7s %7s | %6s %6s\n", "mesh", "ticks",
+                "mesh", "shaded", "ours", "/mesh", "/shad", "mesh", "shaded", "ours", "/mesh", "/shad", "median", "p99", "max",
+                "median", "p99", "max", "median", "p95");
+    for (const std::filesystem::path& file : c.meshes) {
+        const TouchObject object(file);
+        const Slide s = slide(object, c.options);
+        const Steps mild = steps_of(s, false), sharp = steps_of(s, true);
+        std::vector<double> off;
+        for (const SlideTick& t : s.ticks)
+            if (t.true_depth > 0) off.push_back(1e3 * std::abs(t.felt_depth - t.true_depth));
+        std::sort(off.begin(), off.end());
+        const auto at = [&](double q) {
+            return off.empty() ? 0.
+                               : off[std::min(off.size() - 1, static_cast<std::size_t>(q * static_cast<double>(off.size())))];
+        };
+        const Onset o = onset(object, c.options, c.places);
+        const NormalError n = normal_error(object, c.options, c.places);
+        const auto ratio = [](double a, double b) { return b > 0 ? a / b : 0.; };
+        std::printf("%-18s %6zu", file.stem().string().c_str(), s.ticks.size());
+        for (const Steps& k : {mild, sharp})
+            std::printf(" | %7.4f %7.4f %7.4f %5.3f %5.3f", k.max[0], k.max[1], k.max[2], ratio(k.max[2], k.max[0]),
+                        ratio(k.max[2], k.max[1]));
+        std::printf(" | %7.4f %7.4f %7.4f | %7.4f %7.4f %7.4f | %6.3f %6.3f\n", at(0.5), at(0.99), at(1), 1e3 * o.median,
+                    1e3 * o.p99, 1e3 * o.max, n.median, n.p95);
+        std::fflush(stdout);
+        if (!c.csv.empty()) {
+            const std::string text = slide_csv(s);
+            io::replace_file(c.csv, std::as_bytes(std::span(text)));
+        }
+    }
+}
+
+void add_slide(CLI::App& app)
+{
+    const auto c = std::make_shared<SlideCommand>();
+    haptic::ZoneOptions& zone = c->options.zone;
+    zone.layer = query::Layer::Exact;
+    CLI::App* command = app.add_subcommand("slide", "Fig. 13: steps of the force while sliding at 0.1 m/s, 1 kHz");
+    command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
+    command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
+    command->add_option("--depth", c->options.depth, "m")->capture_default_str();
+    command->add_option("--stiffness", c->options.stiffness, "N/m")->capture_default_str();
+    command->add_option("--radius", zone.smoothing.radius, "Of the smoothing, m")->capture_default_str();
+    command->add_option("--tolerance", zone.smoothing.tolerance, "Of the felt depth, m")->capture_default_str();
+    command->add_option("--points", zone.smoothing.points, "Samples of the stencil")->capture_default_str();
+    command->add_option("--blend", zone.blend_time, "s; 0: none")->capture_default_str();
+    command->add_option("--planes", c->options.planes, "Sections along each axis")->capture_default_str();
+    command->add_option("--places", c->places, "For onset and normal")->capture_default_str();
+    command->add_option("--kernel", zone.smoothing.kernel, "shell or ball")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, haptic::Kernel>{{"shell", haptic::Kernel::Shell}, {"ball", haptic::Kernel::Ball}}));
+    command->add_option("--layer", zone.layer, "3 or exact")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
+    command->add_flag_callback(
+        "--consistent", [c] { c->options.zone.shading = haptic::Shading::Consistent; }, "The gradient of one potential");
+    command->add_option("--csv", c->csv, "Every tick of the last mesh");
+    command->callback([c] { run_slide(*c); });
+}
+
+void add_energy(CLI::App& app)
+{
+    const auto c = std::make_shared<SlideCommand>();
+    CLI::App* command = app.add_subcommand("energy", "What closed ways of 3 mm give, share of what the force moves");
+    command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
+    command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
+    command->add_option("--places", c->places, "Ways a mesh")->capture_default_str();
+    command->callback([c] {
+        c->options.zone.layer = query::Layer::Exact;
+        c->options.zone.blend_time = 0;
+        std::printf("%-18s | %-32s | %-32s\n%-18s | %10s %10s %10s | %10s %10s %10s\n", "", "consistent", "levelled", "mesh",
+                    "median", "least", "most", "median", "least", "most");
+        for (const std::filesystem::path& file : c->meshes) {
+            const TouchObject object(file);
+            std::printf("%-18s", file.stem().string().c_str());
+            for (const haptic::Shading shading : {haptic::Shading::Consistent, haptic::Shading::Levelled}) {
+                c->options.zone.shading = shading;
+                const Energy e = energy(object, c->options, c->places);
+                std::printf(" | %10.5f %10.5f %10.5f", e.median, e.least, e.worst);
+            }
+            std::printf("\n");
+        }
+    });
+}
+
+struct HandCommand {
+    std::vector<std::filesystem::path> paths;
+    std::filesystem::path meshes;
+    int passes = 10;
+};
+
+/// OBJECT.PROBE.KIND.csv
+HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
+{
+    const std::string name = path.filename().string();
+    const std::size_t a = name.find('.'), b = name.find('.', a + 1);
+    if (a == std::string::npos || b == std::string::npos) throw BenchError(name + ": not OBJECT.PROBE.KIND.csv");
+    return {{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")}, path};
+}
+
+void add_hand(CLI::App& app)
+{
+    const auto c = std::make_shared<HandCommand>();
+    CLI::App* tick = app.add_subcommand("tick", "CPU time of a step of a hand on its paths: query, force, torque, friction");
+    CLI::App* density = app.add_subcommand("density", "Force of a hand against one with every triangle split in four");
+    for (CLI::App* command : {tick, density}) {
+        command->add_option("paths", c->paths, "OBJECT.PROBE.KIND.csv")->required()->check(CLI::ExistingFile);
+        command->add_option("--meshes", c->meshes, "Folder of the meshes")->required()->check(CLI::ExistingDirectory);
+    }
+    tick->add_option("--passes", c->passes, "Times that every path is run")->capture_default_str();
+    tick->callback([c] {
+        std::printf("%-36s %8s %8s %8s %9s %8s\n", "path", "p50 us", "p99 us", "p99.9 us", "contacts", "ticks");
+        for (const std::filesystem::path& path : c->paths) {
+            const TickCost t = tick_cost(hand_path(*c, path), c->passes);
+            std::printf("%-36s %8.1f %8.1f %8.1f %9.1f %8u\n", path.stem().string().c_str(), t.p50, t.p99, t.p999, t.contacts,
+                        t.ticks);
+            std::fflush(stdout);
+        }
+    });
+    density->callback([c] {
+        std::printf("%-36s %6s %9s %9s | %-30s | %-20s | %s\n", "path", "ticks", "contacts", "dense", "force, %: median p95 max",
+                    "torque, %: median p95", "without areas: force median p95");
+        for (const std::filesystem::path& path : c->paths) {
+            const DensityChange d = density_change(hand_path(*c, path), true), n = density_change(hand_path(*c, path), false);
+            std::printf("%-36s %6u %9.1f %9.1f | %8.3f %8.3f %8.3f | %8.3f %8.3f | %8.3f %8.3f\n", path.stem().string().c_str(),
+                        d.touching, d.contacts, d.dense_contacts, d.force_median, d.force_p95, d.force_max, d.torque_median,
+                        d.torque_p95, n.force_median, n.force_p95);
+            std::fflush(stdout);
+        }
+    });
+}
+
+}  // namespace
+}  // namespace sqmap::bench
+
+int main(int argc, char** argv)
+{
+    CLI::App app("Figures of haptic rendering");
+    app.require_subcommand(1);
+    sqmap::bench::add_slide(app);
+    sqmap::bench::add_energy(app);
+    sqmap::bench::add_hand(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : 64;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return 2;
+    }
+    return 0;
+}

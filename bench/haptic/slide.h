@@ -1,0 +1,64 @@
+// Fig. 13: a probe slides over an object; the force step between consecutive ticks, beside the mesh's and force shading's.
+#pragma once
+
+#include "object.h"
+
+#include <string>
+
+namespace sqmap::bench {
+
+struct SlideOptions {
+    bool sphere = false;       ///< 5 mm instead of a point
+    double depth = 0.001;      ///< m below the surface
+    double stiffness = 500;    ///< N/m
+    haptic::ZoneOptions zone;  ///< layer, smoothing, shading, blending
+    int planes = 3;            ///< sections along each axis
+};
+
+/// One tick of a slide.
+struct SlideTick {
+    Vec3d at{};
+    Vec3d mesh{}, shaded{}, ours{};  ///< N
+    double true_depth = 0, felt_depth = 0;
+    bool sharp = false;  ///< an edge that turns by 45 degrees or more is in reach, or the nearest face flips
+};
+
+/// One object, all sections: the ways one after the other; first[i] is where way i begins.
+struct Slide {
+    std::vector<SlideTick> ticks;
+    std::vector<std::size_t> first;
+};
+[[nodiscard]] Slide slide(const TouchObject& object, const SlideOptions& options);
+
+/// Greatest and 99th percentile of |F_i - F_(i-1)|, N, a method.
+struct Steps {
+    double max[3] = {}, p99[3] = {};  ///< mesh, shading, ours
+    std::size_t count = 0;
+};
+[[nodiscard]] Steps steps_of(const Slide& slide, bool sharp);
+
+/// Where force begins, coming from outside along the normal at random places of the surface: m outside it (negative: inside).
+struct Onset {
+    double median = 0, p99 = 0, max = 0;  ///< of the absolute value, m
+};
+[[nodiscard]] Onset onset(const TouchObject& object, const SlideOptions& options, int places);
+
+/// Angle between the force of a point 1 mm deep and the true normal, degrees, at places where the surface is smooth: no edge
+/// within 2 mm turns by more than 10 degrees.
+struct NormalError {
+    double median = 0, p95 = 0, max = 0;
+    std::size_t places = 0;
+};
+[[nodiscard]] NormalError normal_error(const TouchObject& object, const SlideOptions& options, int places);
+
+/// Energy that the force gives around closed ways of 3 mm about places of the surface, share of what it moves: positive is
+/// gained.
+struct Energy {
+    double worst = 0, median = 0, least = 0;  ///< greatest, of the absolute value, and least
+    std::size_t ways = 0;
+};
+[[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int places);
+
+[[nodiscard]] std::string slide_csv(const Slide& slide);
+
+}  // namespace sqmap::bench

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""A device in another program: sends poses to `sqmap touch --device network` and prints the forces that come back.
+
+Here the device is a point that goes down along z and up again; a program with a real device sends that one's poses and
+exerts the forces instead. Nothing but the standard library; the messages are those of docs/network-device.md.
+
+usage: network_client.py [--host 127.0.0.1] [--port 47710] [--seconds 4] [--from Z] [--to Z]
+"""
+import argparse
+import math
+import socket
+import struct
+import time
+
+HEADER = struct.Struct("<4sHHQ")  # magic, version, kind, sequence
+HELLO, WELCOME, REFUSED, POSE, WRENCH, BYE = range(1, 7)
+REASONS = {1: "another client is connected", 2: "another version", 3: "the hello is malformed", 4: "another device was opened"}
+SILENCE = 0.020  # s without a wrench: exert nothing
+
+
+def message(kind, sequence, body=b""):
+    return HEADER.pack(b"SQMN", 1, kind, sequence) + body
+
+
+def hello():
+    zones, flags = 1, 1 | 2 | 4  # rotates, takes force, takes torque
+    rate, max_force, max_torque, continuous_force = 1000.0, 3.0, 0.1, 1.0
+    damping, coulomb_friction, resolution, delay = 1.0, 0.05, 20e-6, 0.0
+    return message(HELLO, 1, struct.pack("<2I8d32s", zones, flags, rate, max_force, max_torque, continuous_force, damping,
+                                         coulomb_friction, resolution, delay, b"example"))
+
+
+def connect(link, patience):
+    """Says hello until welcomed; returns the token that every pose carries."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        try:
+            link.send(hello())
+            answer = link.recv(2048)
+        except (ConnectionRefusedError, socket.timeout):
+            time.sleep(0.05)  # nobody listens yet
+            continue
+        magic, _, kind, _ = HEADER.unpack_from(answer)
+        if magic == b"SQMN" and kind == WELCOME:
+            return struct.unpack_from("<Q", answer, HEADER.size)[0]
+        if magic == b"SQMN" and kind == REFUSED:
+            reason = struct.unpack_from("<I", answer, HEADER.size)[0]
+            raise SystemExit(f"refused: {REASONS.get(reason, reason)}")
+    raise SystemExit("nobody answers: start `sqmap touch --device network` first")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--host", default="127.0.0.1")
+    parser.add_argument("--port", type=int, default=47710)
+    parser.add_argument("--seconds", type=float, default=4)
+    parser.add_argument("--from", dest="top", type=float, default=0.2, help="m, where the point starts along z")
+    parser.add_argument("--to", dest="bottom", type=float, default=0.1, help="m, how far it goes")
+    options = parser.parse_args()
+
+    link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    link.connect((options.host, options.port))
+    link.settimeout(0.2)
+    token = connect(link, 10)
+    link.setblocking(False)
+
+    begin = heard = time.monotonic()
+    sequence, force, strongest, answers = 0, (0.0, 0.0, 0.0), 0.0, 0
+    ended = False
+    while not ended and (now := time.monotonic()) - begin < options.seconds:
+        way = 0.5 - 0.5 * math.cos(2 * math.pi * (now - begin) / options.seconds)
+        position = (0.0, 0.0, options.top + way * (options.bottom - options.top))
+        quaternion = (1.0, 0.0, 0.0, 0.0)  # w, x, y, z
+        sequence += 1
+        buttons, flags = 0, 0
+        try:
+            link.send(message(POSE, sequence, struct.pack("<Qd2I7d", token, now, buttons, flags, *position, *quaternion)))
+            while True:
+                answer = link.recv(2048)
+                magic, _, kind, _ = HEADER.unpack_from(answer)
+                if magic != b"SQMN":
+                    continue
+                if kind == WRENCH:
+                    _, zones, _ = struct.unpack_from("<Q2I", answer, HEADER.size)
+                    force = struct.unpack_from("<3d", answer, HEADER.size + 16)
+                    heard, answers = now, answers + 1
+                elif kind == BYE:
+                    ended = True
+        except BlockingIOError:
+            pass
+        except ConnectionRefusedError:
+            ended = True
+        if now - heard > SILENCE:
+            force = (0.0, 0.0, 0.0)  # the other side is silent: let go
+        # A real device exerts the force here.
+        strongest = max(strongest, math.hypot(*force))
+        time.sleep(0.001)
+    link.setblocking(True)
+    try:
+        link.send(message(BYE, sequence + 1, struct.pack("<Q", token)))
+    except ConnectionRefusedError:
+        pass
+    print(f"{sequence} poses sent, {answers} answers, strongest force {strongest:.3f} N")
+
+
+if __name__ == "__main__":
+    main()

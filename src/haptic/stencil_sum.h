@@ -1,0 +1,140 @@
+// What the samples on a sphere feel together.
+#pragma once
+
+#include "contact_sum.h"
+
+namespace sqmap::haptic {
+
+/// A sample on the sphere.
+struct Sample {
+    Vec3d place{};    ///< from the centre
+    Vec3d surface{};  ///< nearest one found, from the centre
+    Vec3d normal{};
+    double depth = 0;  ///< 0: free, and then the rest is not known
+};
+
+/// What a sample found in the last tick.
+struct Trail {
+    Vec3d surface{};   ///< solid's frame
+    double depth = 0;  ///< 0: free
+    bool known = false;
+};
+
+/// How far samples may have moved since, and how much of a jump is left after a tick.
+struct Passed {
+    double motion = INFINITY, left = 0;
+};
+
+/// A depth that should change by no more than the motion, and does so over some ticks where it did.
+inline double without_jump(double depth, const Trail& before, const Passed& passed)
+{
+    if (!before.known) return depth;
+    const double near = std::clamp(depth, before.depth - passed.motion, before.depth + passed.motion);
+    return depth + passed.left * (near - depth);
+}
+
+struct StencilSum {
+    std::span<Sample> samples;  ///< on the sphere
+    Sample centre{};
+    bool searched = false;  ///< the centre is exact
+    double depth = 0;       ///< of a stencil's centre; of a ball's deepest place
+    Vec3d nearest{};        ///< unit, the way out there
+
+    /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
+    /// the centre or the sample itself in the last tick found bound it; what is found wrong only now is put right over some
+    /// ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart. trail: one a sample, then the centre; `place`
+    /// takes the solid's frame to the samples'.
+    template <class Place>
+    void trust_the_least(std::span<const Trail> trail, const Passed& passed, Place&& place)
+    {
+        constexpr std::size_t steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            Sample& s = samples[i];
+            if (!(s.depth > 0)) continue;
+            const double found_sq = s.depth * s.depth;
+            double bound_sq = found_sq;
+            const auto try_surface = [&](Vec3d surface) {
+                const double d = norm_sq(s.place - surface);
+                if (d < bound_sq) bound_sq = d, s.surface = surface;
+            };
+            if (centre.depth > 0) try_surface(centre.surface);
+            if (trail[i].known && trail[i].depth > 0) try_surface(place(trail[i].surface));
+            for (const std::size_t step : steps) {
+                if (i >= step && samples[i - step].depth > 0) try_surface(samples[i - step].surface);
+                if (i + step < samples.size() && samples[i + step].depth > 0) try_surface(samples[i + step].surface);
+            }
+            if (bound_sq < found_sq) {
+                s.depth = std::sqrt(bound_sq);
+                if (s.depth > 1e-9) s.normal = (s.surface - s.place) / s.depth;
+            }
+            s.depth = without_jump(s.depth, trail[i], passed);
+        }
+    }
+
+    /// How deep the centre or the ball is, from the nearest of all surfaces found. Samples see those on either side of an edge.
+    void settle(const ZoneOptions& o, const Trail& before, const Passed& passed)
+    {
+        const double r = o.smoothing.radius;
+        const bool ball = o.averaging == Averaging::Ball, inside = centre.depth > 0;
+        depth = centre.depth;
+        nearest = centre.normal;
+        if (!ball && (!inside || searched)) return;
+        double least_sq = inside ? centre.depth * centre.depth : r * r;
+        Vec3d surface{};
+        for (const Sample& s : samples)
+            if (s.depth > 0 && norm_sq(s.surface) < least_sq) least_sq = norm_sq(s.surface), surface = s.surface;
+        const double least = std::sqrt(least_sq);
+        if (norm_sq(surface) > 0) nearest = (inside ? 1 : -1) / least * surface;
+        depth = (ball ? r : 0) + (inside ? least : -least);
+        if (depth > 0) depth = without_jump(depth, before, passed);
+    }
+
+    [[nodiscard]] Felt felt(const ZoneOptions& o) const
+    {
+        const double r = o.smoothing.radius;
+        const double total = static_cast<double>(samples.size());
+        double first = 0, second = 0, deepest = 0;
+        Vec3d normal{}, gradient{};
+        std::uint32_t count = 0;
+        for (const Sample& s : samples) {
+            if (!(s.depth > 0)) continue;
+            ++count;
+            first += s.depth / total;
+            second += s.depth * s.depth / total;
+            deepest = std::max(deepest, s.depth);
+            normal += (s.depth / total) * s.normal;
+            gradient -= (s.depth * s.depth / total / r) * s.place;
+        }
+        Felt felt;
+        felt.contacts = count;
+        felt.exact = std::max(depth, 0.);
+        felt.deepest = deepest;
+        if (!(second > 0)) return felt;
+        const StencilDepth smooth = depth_of_stencil(r, second);
+        const double offset = o.averaging == Averaging::Ball ? r : 0;
+        if (o.shading == Shading::Consistent) {
+            felt.depth = std::max(smooth.depth + offset, 0.);
+            felt.force = (2 * felt.depth * smooth.slope) * normal;
+            return felt;
+        }
+        // The smoothed depth, as far as it stays near the true one; force begins where the true one does.
+        if (!(depth > 0)) return felt;
+        const double excess = smooth.depth + offset - depth, relative = excess / std::min(o.smoothing.tolerance, depth);
+        felt.depth = std::max(depth + excess / std::sqrt(1 + relative * relative), 0.);
+        const Vec3d sum = o.smoothing.kernel == Kernel::Shell ? normal : gradient;
+        const double size = norm(sum);
+        // On flat ground the greater of these shares is 3/4 or more; opposite walls within the sphere cancel.
+        const double coherence = o.smoothing.kernel == Kernel::Shell ? size / first : std::max(size / second, 1.5 * size / first);
+        Vec3d direction = size > 0 ? sum / size : Vec3d{};
+        if (const double u = (coherence - 0.2) / 0.3; u < 1) {
+            // Thinner than the sphere: the nearest surface alone says which way is out.
+            const double share = u > 0 ? u * u * (3 - 2 * u) : 0;
+            direction = share * direction + (1 - share) * nearest;
+            if (norm(direction) > 0.5) direction = normalized(direction);
+        }
+        felt.force = felt.depth * direction;
+        return felt;
+    }
+};
+
+}  // namespace sqmap::haptic

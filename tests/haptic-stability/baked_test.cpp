@@ -1,0 +1,141 @@
+// Stability on baked models: what the haptic step makes of them, felt by every hand through every delay, at the stiffness that
+// check_stiffness offers.
+#include "loop.h"
+#include "sqmap/haptic/step.h"
+#include "sqmap/query/query.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sqmap::test {
+namespace {
+
+constexpr double k_size = 0.3;  // m, R_max
+/// Of the bound. The bound is that of a plane's spring. Where the nearest surface point jumps from one side of a thin part to the
+/// other, force changes faster than any spring's, and at the bound nothing is left to damp that.
+constexpr double k_share = 0.8;
+
+/// Where a tool of 2 cm can come and go along the normal without meeting anything.
+struct Place {
+    Vec3d point, out, along;
+};
+
+std::vector<Place> open_places(const Parsed& parsed, const model::ModelView& model, std::size_t count)
+{
+    const auto free = [&](const Vec3d& metres) {
+        return !query::query_point(model, model::to_model_space(model.header, metres), query::Layer::Three).contact;
+    };
+    std::vector<double> sum;
+    double total = 0;
+    const mesh::Mesh& mesh = parsed.mesh();
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) sum.push_back(total += mesh::triangle_area(mesh, t));
+    Random random(17);
+    std::vector<Place> places;
+    for (int tries = 0; tries < 20000 && places.size() < count; ++tries) {
+        const auto t = static_cast<std::size_t>(std::lower_bound(sum.begin(), sum.end(), total * random.uniform()) - sum.begin());
+        if (t >= mesh.triangles.size()) continue;
+        const auto& k = mesh.triangles[t];
+        const Vec3d a = mesh.vertices[k[0]], b = mesh.vertices[k[1]], c = mesh.vertices[k[2]];
+        const Vec3d out = normalized(cross(b - a, c - a)), centre = (a + b + c) / 3.;
+        const double* o = model.header.origin;
+        const Vec3d at = model.header.unit * centre + Vec3d{o[0], o[1], o[2]};
+        bool open = !free(at - 0.002 * out);
+        for (int i = 2; i <= 50 && open; ++i) open = free(at + 0.0005 * i * out);
+        if (open) places.push_back({at, out, normalized(b - a)});
+    }
+    return places;
+}
+
+class StabilityOf : public testing::TestWithParam<const char*> {};
+
+TEST_P(StabilityOf, EveryTouchOfABakedModel)
+{
+    const std::string name = GetParam();
+    std::optional<mesh::Mesh> mesh;
+    if (name == "torus" || name == "box")
+        mesh = name == "torus" ? small_torus() : small_box();
+    else
+        mesh = shared_mesh(name + ".obj");
+    if (!mesh) GTEST_SKIP() << name << " is not in " << SQMAP_SHARED_DIR;
+    const Parsed parsed(*mesh);
+    const model::ModelView model =
+        haptic::in_metres(parsed.view(), k_size / (parsed.view().header.r_max * parsed.view().header.unit));
+    const std::vector<Place> places = open_places(parsed, model, 2);
+    ASSERT_EQ(places.size(), 2u);
+
+    const query::Probe probe(haptic::stencil_points({}));
+    haptic::Zone zone{.probe = &probe};
+    zone.options.averaging = haptic::Averaging::Stencil;
+    haptic::State state(std::span(&zone, 1), {.most_contacts = 256, .most_solids = 1});
+    haptic::Solid solid;
+    solid.model = &model;
+
+    double swing = 0, created = -1, left = -1, gained = -1, most = 0;
+    std::uint64_t passivity = 0, pressed = 0;
+    int runs = 0, at_bound = 0, swinging_at_bound = 0;
+    const auto touch = [&](const Place& place, Action action, const Setting& setting, double share, double speed) {
+        state.options(0).stiffness = state.options(0).tangential_stiffness = setting.stiffness;
+        solid.material.friction = action == Action::Slide ? haptic::Friction::Coulomb : haptic::Friction::None;
+        state.reset();
+        const Visit visit{.place = place.point, .out = place.out, .along = place.along, .speed = speed};
+        const Figures f = run(setting, action, visit, [&](const Pose& pose) {
+            Wrench w;
+            (void)haptic::step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1), .dt = k_tick},
+                               std::span(&w, 1));
+            return w;
+        });
+        ++runs;
+        created = std::max(created, f.created);
+        left = std::max(left, f.left);
+        most = std::max(most, f.most);
+        passivity += f.filter.passivity;
+        pressed += f.mean > 0.1;
+        const std::string what = name + ' ' + test::name(action) + ' ' + setting.hand.name + " delay " +
+                                 std::to_string(setting.mechanism.delay_ticks) + " v " + std::to_string(speed);
+        if (share < 1) {
+            swing = std::max(swing, f.swing / still(setting));
+            gained = std::max(gained, f.gained);
+            EXPECT_LT(f.reversals, 4) << what << " swings by " << f.swing << " N";
+            EXPECT_LT(f.gained, 1e-5) << what;
+        } else {
+            ++at_bound;
+            swinging_at_bound += f.reversals >= 4;
+        }
+        EXPECT_LT(f.created, 3e-3) << what << ": the filter's margin of 1 mJ and what passes before it has acted";
+        EXPECT_EQ(f.over, 0u) << what;
+        EXPECT_EQ(f.filter.faults, 0u) << what;
+    };
+    for (const Place& place : places)
+        for (const Action action : {Action::Press, Action::Slide, Action::Tap})
+            for (const HandProfile& hand : device::k_hand_profiles)
+                for (const int delay : {1, 2, 3})
+                    for (const double share : {k_share, 1.})
+                        for (const double speed : {0.2, 0.5}) {
+                            if (share == 1 && speed == 0.5) continue;
+                            Setting setting{.mechanism = {.delay_ticks = delay}, .hand = hand};
+                            setting.stiffness = share * haptic::check_stiffness(limits_of(setting.mechanism), 0).largest;
+                            touch(place, action, setting, share, speed);
+                        }
+    std::printf(
+        "%s: %d runs, %llu pressed at the end; at %.1f of the bound swing at rest at most %.2f of what counts as swinging, "
+        "gained by holding still %.3g J; at the bound %d of %d runs swing; energy created at most %.3g J, left by a contact "
+        "%.3g J; greatest force %.3f N; passivity acted in %llu ticks\n",
+        name.c_str(), runs, static_cast<unsigned long long>(pressed), k_share, swing, gained, swinging_at_bound, at_bound,
+        created, left, most, static_cast<unsigned long long>(passivity));
+    EXPECT_LE(swinging_at_bound, at_bound / 20);
+    EXPECT_GT(pressed, static_cast<std::uint64_t>(runs) / 2) << "the loops touch at all";
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, StabilityOf,
+                         testing::Values("torus", "box", "armadillo_10000", "bull_7154", "bunny_6966", "camel_4512", "cat_8108",
+                                         "dragon_100004", "elephant_10272", "fandisk_8000", "fertility_9000", "hand_9344",
+                                         "hand_9556", "horse_5946", "knot_6400", "rockerarm_10000", "torus_4608"),
+                         [](const testing::TestParamInfo<const char*>& i) { return std::string(i.param); });
+
+}  // namespace
+}  // namespace sqmap::test

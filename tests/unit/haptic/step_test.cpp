@@ -1,0 +1,668 @@
+#include "sqmap/haptic/step.h"
+
+#include "haptic/rigid.h"
+#include "sqmap/mesh/solid.h"
+#include "touching.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace sqmap::haptic::test {
+namespace {
+
+constexpr double k = 500;
+const ZoneOptions exact{.layer = query::Layer::Exact, .stiffness = k};
+
+ZoneOptions with(Averaging averaging, ZoneOptions options = exact)
+{
+    options.averaging = averaging;
+    return options;
+}
+
+double angle_between(Vec3d a, Vec3d b) { return std::acos(std::clamp(dot(normalized(a), normalized(b)), -1., 1.)); }
+
+TEST(Step, APointOnFlatGroundFeelsItsSpringAtAnyDepth)
+{
+    Tool tool = Tool::point(exact);
+    for (const Shading shading : {Shading::Levelled, Shading::Consistent})
+        for (const double depth : {0.0001, 0.0005, 0.001, 0.003, 0.008}) {
+            tool.state().reset();
+            tool.state().options(0).shading = shading;
+            const Wrench w = tool.touch(frictionless(box()), Vec3d{0.003, 0.002, 0.03 - depth});
+            // 48 samples stand for a sphere: a few micrometres.
+            EXPECT_NEAR(w.force.z, k * depth, k * 1.5e-5 + 0.01 * k * depth) << depth;
+            EXPECT_LT(std::hypot(w.force.x, w.force.y), 0.04 * k * depth) << depth;
+            EXPECT_EQ(w.torque, Vec3d{});
+        }
+}
+
+TEST(Step, NothingIsFeltOutside)
+{
+    for (const Averaging averaging : {Averaging::Stencil, Averaging::Patch}) {
+        Tool tool(stencil_points({}), with(averaging));
+        const double out = averaging == Averaging::Stencil ? 1e-6 : 0.002601;
+        EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.03 + out}), Wrench{});
+        EXPECT_EQ(tool.result.status, k_step_ok);
+    }
+}
+
+TEST(Step, ABallOnABallIsPushedAlongTheLineOfCentres)
+{
+    const sqmap::test::Solid ball(mesh::sphere(0.05, 5));
+    const Smoothing smoothing{.radius = 0.01, .points = 500};
+    ZoneOptions o = with(Averaging::Ball);
+    o.smoothing = smoothing;
+    Tool tool(stencil_points(smoothing), o);
+    sqmap::test::Random random(3);
+    for (int i = 0; i < 20; ++i)
+        for (const double depth : {0.0005, 0.002, 0.005}) {
+            const Vec3d d = random.direction();
+            tool.state().reset();
+            const Vec3d f = tool.touch(frictionless(ball), (0.06 - depth) * d).force;
+            // The nearest place of the surface is known from samples 1.6 mm apart.
+            EXPECT_NEAR(norm(f), k * depth, k * (smoothing.tolerance + 5e-5 + 0.02 * depth)) << depth;
+            EXPECT_LT(angle_between(f, d), 0.04);
+        }
+}
+
+/// The top of a box, as a tool: a flat square of 2 cm, n by n points, z = 0.
+std::vector<Vec3d> square(int n)
+{
+    std::vector<Vec3d> points;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) points.push_back({0.02 * (i / (n - 1.) - 0.5), 0.02 * (j / (n - 1.) - 0.5), 0});
+    return points;
+}
+
+TEST(Step, APatchOnFlatGroundFeelsItsSpringHoweverManyPoints)
+{
+    for (const Shading shading : {Shading::Levelled, Shading::Consistent})
+        for (const int n : {2, 5, 30}) {
+            ZoneOptions o = with(Averaging::Patch);
+            o.shading = shading;
+            Tool tool(square(n), o);
+            const Wrench w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.029});
+            EXPECT_NEAR(w.force.z, k * 0.001, 1e-3);
+            EXPECT_LT(norm(w.torque), 1e-5);
+        }
+}
+
+TEST(Step, DenserProbesFeelTheSame)
+{
+    // A ball's cap, pressed into flat ground: 4 times the points each time.
+    double coarse = 0;
+    for (const int subdivisions : {3, 4, 5}) {
+        Tool tool(mesh::sphere(0.02, subdivisions).vertices, with(Averaging::Patch));
+        const double f = tool.touch(frictionless(box()), Vec3d{0.001, 0.002, 0.045}).force.z;
+        // Heights of a cap are spread evenly: their depth-weighted mean is two thirds of the depth.
+        EXPECT_NEAR(f, k * 0.005 * 2 / 3, 0.05 * k * 0.005 * 2 / 3) << subdivisions;
+        if (coarse > 0) {
+            EXPECT_NEAR(f, coarse, 0.05 * coarse);
+        }
+        coarse = f;
+    }
+}
+
+TEST(Step, WeightsMakeUnevenProbesFeelTheSame)
+{
+    // One half of the ball has nine points where the other has one.
+    std::vector<Vec3d> points;
+    std::vector<float> areas;
+    for (const Vec3d& p : mesh::sphere(0.02, 4).vertices)
+        for (int i = 0; i < (p.x > 0 ? 9 : 1); ++i) {
+            points.push_back(p);
+            areas.push_back(p.x > 0 ? 1.f / 9 : 1.f);
+        }
+    Tool even(points, with(Averaging::Patch), areas), uneven(points, with(Averaging::Patch));
+    const Vec3d at{0.001, 0.002, 0.045};
+    EXPECT_LT(std::abs(even.touch(frictionless(box()), at).torque.y), 2e-4);
+    EXPECT_GT(std::abs(uneven.touch(frictionless(box()), at).torque.y), 2e-3);
+}
+
+TEST(Step, TorqueIsLeverTimesForce)
+{
+    const Vec3d lever{0.02, -0.01, 0.004};
+    std::vector<Vec3d> points = square(5);
+    for (Vec3d& p : points) p += lever;
+    Tool tool(points, with(Averaging::Patch));
+    for (const double turn : {0.0, 0.7, 2.0}) {
+        // Turned about the vertical, so that the square stays level.
+        const Mat3d rotation = rotation_about({0, 0, 1}, turn);
+        const Vec3d arm = rotation * lever;
+        tool.state().reset();
+        const Wrench w = tool.touch(frictionless(box()), Pose{rotation, Vec3d{0, 0, 0.029} - arm});
+        const Vec3d torque = cross(arm, w.force);
+        EXPECT_GT(norm(torque), 5e-3);
+        EXPECT_LT(norm(w.torque - torque), 2e-2 * norm(torque));
+    }
+    tool.state().options(0).torque_share = 0;
+    EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.029} - lever).torque, Vec3d{});
+}
+
+TEST(Step, WhatATipFeelsTurnsTheTool)
+{
+    const Smoothing smoothing;
+    std::vector<Vec3d> points = stencil_points(smoothing);
+    const Vec3d tip{0, 0.05, 0};
+    for (Vec3d& p : points) p += tip;
+    const query::Probe probe(points);
+    const Zone zone{.probe = &probe, .tip = tip, .options = with(Averaging::Stencil)};
+    State state(std::span(&zone, 1));
+    const Solid solid = frictionless(box());
+    const Pose pose = shifted(Vec3d{0, -0.05, 0.029});
+    Wrench w;
+    (void)step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+    EXPECT_NEAR(w.force.z, k * 0.001, 0.02);
+    EXPECT_NEAR(w.torque.x, 0.05 * w.force.z, 1e-9);
+}
+
+TEST(Step, ZonesTakeTheirOwnPointsOfOneProbe)
+{
+    std::vector<Vec3d> points = square(5);
+    for (const Vec3d& p : square(5)) points.push_back(p + Vec3d{0, 0, -0.001});
+    const query::Probe probe(points);
+    const Zone zones[2] = {{.probe = &probe, .first = 0, .count = 25, .options = exact},
+                           {.probe = &probe, .first = 25, .count = 25, .options = exact}};
+    State state(zones);
+    const Solid solid = frictionless(box());
+    const Pose poses[2] = {shifted({0, 0, 0.029}), shifted({0, 0, 0.029})};
+    Wrench w[2];
+    const StepResult r = step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    EXPECT_NEAR(w[0].force.z, k * 0.001, 1e-3);
+    EXPECT_NEAR(w[1].force.z, k * 0.002, 1e-3);
+    EXPECT_EQ(r.contacts, 50u);
+}
+
+TEST(Step, AProbeInTheWorldIsFeltWhereItsPointsAre)
+{
+    const Vec3d at{0.01, 0, 0.029};
+    std::vector<Vec3d> points = square(5);
+    for (Vec3d& p : points) p += at;
+    const query::Probe moved(points), fixed(square(5));
+    const Zone zones[2] = {{.probe = &moved, .in_world = true, .options = exact}, {.probe = &fixed, .options = exact}};
+    State state(zones);
+    const Solid solid = frictionless(box());
+    const Pose poses[2] = {shifted(at), shifted(at)};
+    Wrench w[2];
+    (void)step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    EXPECT_LT(norm(w[0].force - w[1].force), 1e-6);
+    EXPECT_LT(norm(w[0].torque - w[1].torque), 1e-6);
+    EXPECT_GT(norm(w[0].force), 0.4);
+}
+
+TEST(Step, ContactsOutsideTheImpactSphereDoNotCountAndEnterItSmoothly)
+{
+    const query::Probe probe(square(30));
+    Zone zone{.probe = &probe, .radius = 0.006, .options = exact};
+    const Solid solid = frictionless(box(), {rotation_about({1, 0, 0}, 0.1), {}});
+    const auto force_at = [&](double radius) {
+        zone.radius = radius;
+        State state(std::span(&zone, 1));
+        const Pose pose = shifted({0, 0, 0.029});
+        Wrench w;
+        (void)step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        return w.force;
+    };
+    EXPECT_EQ(force_at(1e-5), Vec3d{});
+    EXPECT_GT(norm(force_at(0.006)), 0.1);
+    for (double r = 0.004; r < 0.012; r += 1e-5) EXPECT_LT(norm(force_at(r + 1e-5) - force_at(r)), 0.01) << r;
+}
+
+TEST(Step, SolidsGetTheOppositeWrench)
+{
+    Tool tool(hand().mesh.vertices, with(Averaging::Patch));
+    tool.on_solids.resize(2);
+    sqmap::test::Random random(9);
+    Solid solids[2] = {frictionless(box()), frictionless(box())};
+    for (Solid& s : solids) s.material.friction = Friction::Coulomb;
+    int touching = 0;
+    for (int i = 0; i < 40; ++i) {
+        const Pose pose = sqmap::test::random_pose(random, 0.06);
+        for (int s = 0; s < 2; ++s) solids[s].pose = sqmap::test::random_pose(random, 0.05);
+        tool.input.solids = solids;
+        const Wrench w = tool.touch(solids, pose);
+        Vec3d force = w.force, torque = w.torque + cross(pose.translation, w.force);
+        for (int s = 0; s < 2; ++s) {
+            const Wrench& o = tool.on_solids[static_cast<std::size_t>(s)];
+            force += o.force;
+            torque += o.torque + cross(solids[s].pose.translation, o.force);
+        }
+        EXPECT_LT(norm(force), 1e-9);
+        EXPECT_LT(norm(torque), 1e-9);
+        touching += norm(w.force) > 0.1 ? 1 : 0;
+    }
+    EXPECT_GT(touching, 10);
+}
+
+TEST(Step, OnlyThePlaceOfOneOverTheOtherCounts)
+{
+    const Pose world = sqmap::test::shifted({0.3, -0.2, 0.1});
+    const Pose turned{rotation_about(normalized(Vec3d{1, 2, 3}), 1.1), world.translation};
+    Tool a(hand().mesh.vertices, with(Averaging::Patch)), b(hand().mesh.vertices, with(Averaging::Patch));
+    const Pose pose{rotation_about({0, 1, 0}, 0.4), {0.03, -0.07, 0.03}};
+    const Wrench here = a.touch(frictionless(box()), pose);
+    const Wrench there = b.touch(frictionless(box(), turned), query::compose(turned, pose));
+    EXPECT_GT(norm(here.force), 0.1);
+    EXPECT_LT(norm(turned.rotation * here.force - there.force), 1e-3);
+    EXPECT_LT(norm(turned.rotation * here.torque - there.torque), 1e-3);
+}
+
+TEST(Step, CoulombFrictionSticksThenSlipsWithinItsCone)
+{
+    Tool tool = Tool::point(exact);
+    Solid solid = frictionless(box());
+    solid.material.friction = Friction::Coulomb;
+    Vec3d at{-0.01, 0, 0.029};
+    (void)tool.touch(solid, at);
+    bool stuck = false, slipped = false;
+    for (int i = 0; i < 60; ++i) {
+        at.x += 2e-5;
+        const Vec3d f = tool.touch(solid, at).force;
+        const double moved = 2e-5 * (i + 1), pull = -f.x;
+        EXPECT_LE(pull, 0.4 * f.z + 2e-3);  // a sphere of samples is not quite level
+        if ((tool.result.status & k_step_slipping) != 0) {
+            EXPECT_NEAR(pull, 0.3 * f.z, 0.01);
+            slipped = true;
+        } else if (!slipped) {
+            EXPECT_NEAR(pull, k * moved, 0.01);  // the sticking spring
+            stuck = true;
+        }
+    }
+    EXPECT_TRUE(stuck);
+    EXPECT_TRUE(slipped);
+    // Still: it holds, for ever.
+    const Vec3d held = tool.touch(solid, at).force;
+    for (int i = 0; i < 1000; ++i) EXPECT_NEAR(tool.touch(solid, at).force.x, held.x, 1e-6);
+    // Back by the stretch of the spring: nothing pulls.
+    at.x -= 0.3 * held.z / k;
+    EXPECT_NEAR(tool.touch(solid, at).force.x, 0, 0.02);
+}
+
+TEST(Step, FrictionNeverAddsEnergyAroundAClosedWay)
+{
+    Tool tool = Tool::point(exact);
+    Solid solid = frictionless(box());
+    solid.material.friction = Friction::Coulomb;
+    double work = 0;
+    Vec3d before{};
+    Vec3d at{};
+    for (int i = 0; i <= 2000; ++i) {
+        const double a = 6.283185307179586 * i / 2000;
+        const Vec3d next{0.004 * std::cos(a), 0.004 * std::sin(a), 0.029 + 0.0005 * std::sin(3 * a)};
+        const Vec3d f = tool.touch(solid, next).force;
+        if (i > 0) work += dot(0.5 * (f + before), next - at);
+        before = f, at = next;
+    }
+    EXPECT_LT(work, -1e-3);
+}
+
+TEST(Step, PrintedFrictionIsEq33AndNothingWhileStill)
+{
+    Tool tool = Tool::point(exact);
+    Solid solid = frictionless(box());
+    solid.material.friction = Friction::Paper;
+    (void)tool.touch(solid, Vec3d{0, 0, 0.029});
+    Vec3d f = tool.touch(solid, Vec3d{0.0001, 0, 0.029}).force;
+    EXPECT_NEAR(f.x, -0.2 * (1 + 100 * tool.report().depth), 0.01);
+    f = tool.touch(solid, Vec3d{0.0001, 0, 0.029}).force;
+    EXPECT_NEAR(f.x, 0, 0.01);
+}
+
+TEST(Step, DampingResistsPressingInAndNeverPulls)
+{
+    ZoneOptions o = exact;
+    o.damping = 5;
+    Tool tool = Tool::point(o);
+    (void)tool.touch(frictionless(box()), Vec3d{0, 0, 0.0291});
+    EXPECT_NEAR(tool.touch(frictionless(box()), Vec3d{0, 0, 0.029}).force.z, k * 0.001 + 5 * 0.1, 0.03);
+    for (double z = 0.02905; z < 0.0300; z += 0.0002) EXPECT_GE(tool.touch(frictionless(box()), Vec3d{0, 0, z}).force.z, -1e-12);
+}
+
+TEST(Step, BrakingBeginsBeforeContactAndOnlyAgainstTheApproach)
+{
+    ZoneOptions o = exact;
+    o.brake = 2;
+    Tool tool = Tool::point(o);
+    const Twist down{{0, 0, -0.4}, {}}, up{{0, 0, 0.4}, {}}, still{};
+    const auto force = [&](const Twist& t, double z) {
+        tool.state().reset();
+        tool.input.twists = std::span(&t, 1);
+        return tool.touch(frictionless(box()), Vec3d{0, 0, z}).force.z;
+    };
+    EXPECT_NEAR(force(down, 0.0305), 2 * 0.4 * 0.75, 0.05);  // 1.5 of the next 2 mm are in the solid
+    EXPECT_EQ(force(down, 0.033), 0);
+    EXPECT_EQ(force(up, 0.0305), 0);
+    EXPECT_EQ(force(still, 0.0305), 0);
+}
+
+TEST(Step, ATouchThatCrossesTheMedialAxisIsBlended)
+{
+    // From one side of a plate to the other: the way out turns round.
+    for (const double blend : {0.0, 0.01}) {
+        ZoneOptions o = with(Averaging::Patch);
+        o.blend_time = blend;
+        Tool tool({{0, 0, 0}}, o);
+        Vec3d before = tool.touch(frictionless(plate()), Vec3d{0, 0, 0.0009}).force;
+        double most = 0;
+        bool blended = false;
+        for (double z = 0.00085; z > -0.0008; z -= 5e-5) {
+            const Vec3d f = tool.touch(frictionless(plate()), Vec3d{0, 0, z}).force;
+            most = std::max(most, norm(f - before));
+            blended = blended || (tool.result.status & k_step_blended) != 0;
+            before = f;
+        }
+        const double jump = 2 * k * 0.001;
+        if (blend > 0)
+            EXPECT_LT(most, 0.2 * jump);
+        else
+            EXPECT_GT(most, 0.9 * jump);
+        EXPECT_EQ(blended, blend > 0);
+        // And then it is gone.
+        for (int i = 0; i < 200; ++i) before = tool.touch(frictionless(plate()), Vec3d{0, 0, -0.0008}).force;
+        EXPECT_NEAR(before.z, -k * 0.0002, 1e-3);
+        // Free at once.
+        EXPECT_EQ(tool.touch(frictionless(plate()), Vec3d{0, 0, -0.002}), Wrench{});
+    }
+}
+
+TEST(Step, AProxyHoldsWhereThinPartsLetGo)
+{
+    ZoneOptions o = exact;
+    o.mode = Mode::Proxy;
+    Tool proxy = Tool::point(o), direct = Tool::point(exact);
+    for (double z = 0.003; z > -0.004; z -= 1e-4) {
+        const Vec3d f = proxy.touch(frictionless(plate()), Vec3d{0, 0, z}).force;
+        const double depth = std::max(0.001 - z, 0.);
+        EXPECT_NEAR(f.z, k * depth, 0.02 + 0.02 * k * depth) << z;
+        EXPECT_LT(std::hypot(f.x, f.y), 0.05 * k * std::max(depth, 0.0005));
+        EXPECT_GE(proxy.report().body.translation.z, 0.001 - 1e-4);
+        (void)direct.touch(frictionless(plate()), Vec3d{0, 0, z});
+    }
+    EXPECT_EQ(direct.touch(frictionless(plate()), Vec3d{0, 0, -0.004}), Wrench{});  // through
+    for (double z = -0.004; z < 0.003; z += 1e-4) (void)proxy.touch(frictionless(plate()), Vec3d{0, 0, z});
+    EXPECT_EQ(proxy.touch(frictionless(plate()), Vec3d{0, 0, 0.003}), Wrench{});
+}
+
+TEST(Step, AProxyFollowsASurface)
+{
+    ZoneOptions o = exact;
+    o.mode = Mode::Proxy;
+    Tool tool = Tool::point(o);
+    const mesh::Solid solid(hand().mesh);
+    double most = 0;
+    Vec3d before{};
+    // Along a finger, 3 mm below its skin.
+    for (int i = 0; i < 600; ++i) {
+        const double a = 0.0001 * i;
+        const Vec3d probe{0, 0.05 + a, 0};
+        const mesh::ClosestPoint c = solid.closest_boundary(probe);
+        const Vec3d n = (solid.inside(probe) ? 1. : -1.) * normalized(c.point - probe);
+        if (i == 0) before = c.point + 0.004 * n;
+        (void)tool.touch(frictionless(hand()), i == 0 ? before : c.point - 0.003 * n);
+        const Vec3d p = tool.report().body.translation;
+        const double off = solid.closest_boundary(p).distance;
+        if (i > 20) most = std::max(most, off);
+    }
+    EXPECT_LT(most, 5e-4);
+}
+
+TEST(Step, FrictionHoldsAProxyWithinItsCone)
+{
+    ZoneOptions o = exact;
+    o.mode = Mode::Proxy;
+    Tool tool = Tool::point(o);
+    Solid solid = frictionless(box());
+    solid.material.friction = Friction::Coulomb;
+    bool slipped = false;
+    for (double z = 0.0301; z > 0.028; z -= 1e-4) (void)tool.touch(solid, Vec3d{0, 0, z});
+    for (double x = 0; x < 0.003; x += 5e-5) {
+        const Vec3d f = tool.touch(solid, Vec3d{x, 0, 0.028}).force;
+        EXPECT_LE(-f.x, 0.4 * f.z + 0.01);
+        if (x > 0 && x < 0.0007) {
+            EXPECT_NEAR(-f.x, k * x, 0.03);
+        }
+        slipped = slipped || (tool.result.status & k_step_slipping) != 0;
+    }
+    EXPECT_TRUE(slipped);
+}
+
+TEST(Step, ACoupledBodyComesToRestOnTheSurfaceAndPullsTheHand)
+{
+    ZoneOptions o = with(Averaging::Patch);
+    o.mode = Mode::Coupled;
+    o.stiffness = 3000;
+    Tool tool(square(8), o);
+    // 5 mm into the box: springs in series.
+    Wrench w;
+    for (int i = 0; i < 50; ++i) w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.03 + 0.001 * (50 - i) / 50});
+    for (int i = 0; i < 50; ++i) w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.03 - 0.005 * i / 50});
+    std::vector<double> last;
+    for (int i = 0; i < 2000; ++i) {
+        w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.025});
+        if (i >= 1900) last.push_back(w.force.z);
+    }
+    const double series = 800. * 3000 / (800 + 3000) * 0.005;
+    EXPECT_NEAR(w.force.z, series, 0.05 * series);
+    EXPECT_LT(0.03 - tool.report().body.translation.z, 0.002);
+    const auto [lo, hi] = std::minmax_element(last.begin(), last.end());
+    EXPECT_LT(*hi - *lo, 1e-4);
+    // Free: nothing but the body's own inertia.
+    for (int i = 0; i < 300; ++i) w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.06});
+    EXPECT_LT(norm(w.force), 1e-3);
+    EXPECT_LT(norm(w.torque), 1e-5);
+}
+
+TEST(Step, ACoupledBodyTurnsOffAnEdge)
+{
+    ZoneOptions o = with(Averaging::Patch);
+    o.mode = Mode::Coupled;
+    Tool tool(square(12), o);
+    // Pressed down half off the box's flat top: the box pushes one side up.
+    Wrench w;
+    for (int i = 0; i < 500; ++i) w = tool.touch(frictionless(box()), Vec3d{0.05, 0, 0.030 - std::min(i, 50) * 4e-5});
+    EXPECT_GT(w.force.z, 0.3);
+    EXPECT_GT(w.torque.y, 1e-3);
+}
+
+TEST(Step, CouplingDampingLeavesTheDevicePassive)
+{
+    const double most = coupling_damping({.stiffness = 800, .mass = 0.05, .period = 0.001, .device_damping = 2});
+    EXPECT_DOUBLE_EQ(most, 2 - 0.5 * 800 * 0.001);  // b - K T / 2
+    EXPECT_DOUBLE_EQ(coupling_damping({.stiffness = 800, .mass = 0.05, .period = 0.001, .device_damping = 100}),
+                     2 * std::sqrt(800 * 0.05));
+    EXPECT_DOUBLE_EQ(coupling_damping({.stiffness = 8000, .mass = 0.05, .period = 0.001, .device_damping = 2}), 0);
+}
+
+TEST(Step, ALateTickIsAnsweredFromThePlanesOfTheLastOne)
+{
+    for (const Averaging averaging : {Averaging::Stencil, Averaging::Patch}) {
+        Tool tool(averaging == Averaging::Patch ? square(9) : stencil_points({}), with(averaging)),
+            sure(averaging == Averaging::Patch ? square(9) : stencil_points({}), with(averaging));
+        (void)tool.touch(frictionless(box()), Vec3d{0, 0, 0.029});
+        (void)sure.touch(frictionless(box()), Vec3d{0, 0, 0.029});
+        tool.input.degraded = true;
+        for (const double z : {0.0289, 0.0288, 0.0292, 0.0297, 0.0299}) {
+            const Wrench late = tool.touch(frictionless(box()), Vec3d{0.0001, 0, z});
+            EXPECT_NE(tool.result.status & k_step_degraded, 0u);
+            EXPECT_LT(norm(late.force - sure.touch(frictionless(box()), Vec3d{0.0001, 0, z}).force), 0.02) << z;
+        }
+        EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.0301}), Wrench{});
+        EXPECT_EQ(tool.state().degraded_steps(), 6u);
+        // Nothing was ever touched: nothing is felt, deep though it be.
+        tool.state().reset();
+        EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.02}), Wrench{});
+    }
+}
+
+TEST(Step, WhatIsNotFiniteGivesNoForceAndHarmsNoOtherZone)
+{
+    const query::Probe probe(square(5));
+    const Zone zones[2] = {{.probe = &probe, .options = exact}, {.probe = &probe, .options = exact}};
+    State state(zones);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    Solid solid = frictionless(box());
+    Pose poses[2] = {shifted({0, 0, 0.029}), shifted({0, 0, 0.029})};
+    Wrench w[2];
+    (void)step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    poses[1].translation.y = nan;
+    const StepResult r = step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    EXPECT_NE(r.status & k_step_not_finite, 0u);
+    EXPECT_NEAR(w[0].force.z, k * 0.001, 1e-3);
+    EXPECT_EQ(w[1], Wrench{});
+    for (const double dt : {nan, 0., -1., std::numeric_limits<double>::infinity()}) {
+        (void)step(state, {.solids = std::span(&solid, 1), .poses = poses, .dt = dt}, w);
+        EXPECT_EQ(w[0], Wrench{});
+    }
+    poses[1].translation.y = 0;
+    solid.pose.rotation.row[1].x = nan;
+    EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
+    EXPECT_EQ(w[0], Wrench{});
+    EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, std::span(w).first(1)).status & k_step_short_span,
+              0u);
+}
+
+/// Work around closed ways of 3 mm about places of the hand's skin, by the trapezium rule; and what the force is worth.
+struct Work {
+    double around = 0, passed = 0;
+};
+template <class MakePose>
+Work work_around(Tool& tool, const Solid& solid, MakePose&& pose_at)
+{
+    Work work;
+    constexpr int n = 1500;
+    Wrench before{};
+    Pose at{};
+    for (int i = 0; i <= n; ++i) {
+        const Pose next = pose_at(6.283185307179586 * (i % n) / n);
+        const Wrench w = tool.touch(solid, next);
+        if (i > 0) {
+            const Twist moved = twist_between(at, next, 1);
+            work.around +=
+                dot(0.5 * (w.force + before.force), moved.linear) + dot(0.5 * (w.torque + before.torque), moved.angular);
+            work.passed += norm(w.force) * norm(moved.linear) + norm(w.torque) * norm(moved.angular);
+        }
+        before = w, at = next;
+    }
+    return work;
+}
+
+TEST(Step, ConsistentForcesGiveNoEnergyAroundAClosedWay)
+{
+    ZoneOptions o = exact;
+    o.shading = Shading::Consistent;
+    o.blend_time = 0;
+    Tool point = Tool::point(o);
+    o.averaging = Averaging::Patch;
+    Tool patch(mapped(mesh::sphere(0.008, 3), 1, {0.01, 0, 0}).vertices, o);
+    sqmap::test::Random random(21);
+    int touching = 0;
+    for (int i = 0; i < 12; ++i) {
+        const auto& t = hand().mesh.triangles[random.below(hand().mesh.triangles.size())];
+        const Vec3d at = hand().mesh.vertices[t[0]], u = random.direction(), v = normalized(cross(u, random.direction()));
+        point.state().reset();
+        const Work a = work_around(point, frictionless(hand()),
+                                   [&](double s) { return shifted(at + 0.003 * std::cos(s) * u + 0.003 * std::sin(s) * v); });
+        EXPECT_LT(std::abs(a.around), 0.01 * a.passed + 1e-7);
+        patch.state().reset();
+        const Work b = work_around(patch, frictionless(hand()), [&](double s) {
+            return Pose{rotation_about(u, 0.2 * std::sin(s)), at + 0.003 * std::cos(s) * u + 0.003 * std::sin(s) * v};
+        });
+        EXPECT_LT(std::abs(b.around), 0.03 * b.passed + 1e-7);  // some depths of the map are another surface's
+        touching += a.passed > 1e-4 && b.passed > 1e-4 ? 1 : 0;
+    }
+    EXPECT_GT(touching, 6);
+}
+
+TEST(Step, AConsistentForceIsTheSlopeOfItsPotential)
+{
+    ZoneOptions o = exact;
+    o.shading = Shading::Consistent;
+    o.blend_time = 0;
+    for (const Averaging averaging : {Averaging::Stencil, Averaging::Patch}) {
+        Tool tool(averaging == Averaging::Patch ? mesh::sphere(0.008, 3).vertices : stencil_points({}), with(averaging, o));
+        for (const Vec3d at : {Vec3d{0.01, 0.02, 0.0295}, Vec3d{0.0455, 0.01, 0.0255}}) {  // flat, and on a rounded edge
+            const auto potential = [&](Vec3d p) {
+                tool.state().reset();
+                (void)tool.touch(frictionless(box()), p);
+                return tool.report().potential;
+            };
+            tool.state().reset();
+            const Vec3d force = tool.touch(frictionless(box()), at).force;
+            ASSERT_GT(norm(force), 0.05);
+            Vec3d slope{};
+            for (int axis = 0; axis < 3; ++axis) {
+                Vec3d h{};
+                h[axis] = 2e-5;
+                slope[axis] = -(potential(at + h) - potential(at - h)) / 4e-5;
+            }
+            EXPECT_LT(norm(slope - force), 0.03 * norm(force));
+        }
+    }
+}
+
+TEST(Step, ReplaysToTheLastBit)
+{
+    const auto hash_of_run = [] {
+        ZoneOptions o = exact;
+        o.layer = query::Layer::Three;
+        Tool tool(hand().mesh.vertices, o);
+        Tool point = Tool::point(exact);
+        Solid solid = frictionless(box());
+        solid.material.friction = Friction::Coulomb;
+        std::uint64_t hash = 14695981039346656037ull;
+        for (int i = 0; i < 1000; ++i) {
+            const double a = 0.01 * i;
+            tool.input.degraded = i % 17 == 0;
+            const Pose pose{rotation_about({0, 0, 1}, 0.3 * a), {0.05 + 0.01 * std::sin(a), -0.05, 0.02 + 0.01 * std::cos(a)}};
+            for (const Wrench& w : {tool.touch(solid, pose), point.touch(solid, Vec3d{0.01 * std::sin(a), 0, 0.029})})
+                for (const Vec3d& v : {w.force, w.torque})
+                    for (int k3 = 0; k3 < 3; ++k3) {
+                        const double x = v[k3];
+                        std::uint64_t bits = 0;
+                        std::memcpy(&bits, &x, sizeof bits);
+                        hash = (hash ^ bits) * 1099511628211ull;
+                    }
+        }
+        return hash;
+    };
+    EXPECT_EQ(hash_of_run(), hash_of_run());
+}
+
+TEST(Step, AModelInMetresIsTheSameModelSmaller)
+{
+    const sqmap::test::Solid big(mapped(box().mesh, 1000, {300, 0, 0}));  // millimetres, off its origin
+    const model::ModelView view = in_metres(big.view, 0.001);
+    Solid solid = frictionless(box());
+    solid.model = &view;
+    Tool tool(square(5), exact);
+    const Wrench w = tool.touch(solid, Vec3d{0.3, 0, 0.029});
+    EXPECT_NEAR(w.force.z, k * 0.001, 1e-3);
+}
+
+TEST(Step, TextureIsFeltInTheSamePlaceTheSameWayAndNeverOutside)
+{
+    std::vector<float> values;
+    const Texture texture = gaussian_texture({.amplitude = 0.0001}, values);
+    Tool tool(square(3), exact);
+    Solid rough = frictionless(box()), smooth = rough;
+    rough.material.texture = &texture;
+    double least = 1e9, most = 0;
+    for (int i = 0; i < 200; ++i) {
+        const Vec3d at{-0.01 + 1e-4 * i, 0, 0.029};
+        tool.state().reset();
+        const Wrench first = tool.touch(rough, at);
+        tool.state().reset();
+        EXPECT_EQ(tool.touch(rough, at), first);
+        tool.state().reset();
+        EXPECT_LE(first.force.z, tool.touch(smooth, at).force.z);
+        least = std::min(least, first.force.z), most = std::max(most, first.force.z);
+    }
+    EXPECT_GT(most - least, 0.02);
+    EXPECT_EQ(tool.touch(rough, Vec3d{0, 0, 0.0301}), Wrench{});
+}
+
+}  // namespace
+}  // namespace sqmap::haptic::test

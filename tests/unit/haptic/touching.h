@@ -1,0 +1,93 @@
+// A tool of one zone and a solid of metres, for tests of steps.
+#pragma once
+
+#include "sqmap/haptic/step.h"
+#include "support/bodies.h"
+
+#include <optional>
+#include <vector>
+
+namespace sqmap::haptic::test {
+
+using sqmap::test::mapped;
+using sqmap::test::rotation_about;
+using sqmap::test::shifted;
+
+/// A box of 10 x 10 x 6 cm about the origin, its top flat: z = 3 cm for |x|, |y| < 4 cm.
+inline const sqmap::test::Solid& box()
+{
+    static const sqmap::test::Solid solid(mesh::rounded_box({0.05, 0.05, 0.03}, 0.01, 3));
+    return solid;
+}
+/// A plate 2 mm thick, 10 x 10 cm, its top at z = 1 mm.
+inline const sqmap::test::Solid& plate()
+{
+    static const sqmap::test::Solid solid([] {
+        mesh::Mesh m = sqmap::test::cube();
+        for (Vec3d& v : m.vertices) v = {0.05 * v.x, 0.05 * v.y, 0.001 * v.z};
+        return m;
+    }());
+    return solid;
+}
+/// A hand of 20 cm.
+inline const sqmap::test::Solid& hand()
+{
+    static const sqmap::test::Solid solid(mapped(sqmap::test::small_hand(), 0.2, {}));
+    return solid;
+}
+
+inline Solid frictionless(const sqmap::test::Solid& solid, const Pose& pose = {})
+{
+    Solid s;
+    s.model = &solid.view;
+    s.pose = pose;
+    s.material.friction = Friction::None;
+    return s;
+}
+
+/// One zone.
+class Tool {
+public:
+    Tool(const std::vector<Vec3d>& points, const ZoneOptions& options, std::vector<float> weights = {})
+        : probe_(points),
+          weights_(std::move(weights)),
+          zone_{.probe = &probe_, .weights = weights_, .options = options},
+          state_(std::span(&zone_, 1))
+    {
+    }
+    Tool(const Tool&) = delete;
+    Tool& operator=(const Tool&) = delete;
+
+    static Tool point(ZoneOptions options)
+    {
+        options.averaging = Averaging::Stencil;
+        return Tool(stencil_points(options.smoothing), options);
+    }
+
+    Wrench touch(std::span<const Solid> solids, const Pose& pose)
+    {
+        Wrench w;
+        StepInput in = input;
+        in.solids = solids;
+        in.poses = std::span(&pose, 1);
+        result = step(state_, in, std::span(&w, 1), on_solids);
+        return w;
+    }
+    Wrench touch(const Solid& solid, const Pose& pose) { return touch(std::span(&solid, 1), pose); }
+    Wrench touch(const Solid& solid, Vec3d at) { return touch(solid, shifted(at)); }
+
+    [[nodiscard]] const ZoneReport& report() const { return state_.report(0); }
+    State& state() { return state_; }
+
+    StepInput input{};  ///< dt, degraded, twists
+    StepResult result{};
+    std::vector<Wrench> on_solids;
+
+private:
+    query::Probe probe_;
+    std::vector<float> weights_;
+    Zone zone_;
+    State state_;
+};
+
+}  // namespace sqmap::haptic::test
