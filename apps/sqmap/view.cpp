@@ -62,6 +62,31 @@ std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::ViewerOp
     return out;
 }
 
+/// Waits for Ctrl-C; whatever ends the server ends both workers and this before the server is gone.
+class Ending {
+public:
+    Ending(viewer::Viewer& content, viewer::Server& server, const sigset_t& signals)
+        : content_(content), waiter_([&server, signals] {
+              int signal = 0;
+              ::sigwait(&signals, &signal);
+              server.stop();
+          })
+    {
+    }
+    ~Ending()
+    {
+        content_.finish();
+        ::pthread_kill(waiter_.native_handle(), SIGUSR1);  // where no signal ended it
+        waiter_.join();
+    }
+    Ending(const Ending&) = delete;
+    Ending& operator=(const Ending&) = delete;
+
+private:
+    viewer::Viewer& content_;
+    std::thread waiter_;
+};
+
 int view(const Arguments& arguments)
 {
     std::vector<std::shared_ptr<viewer::Object>> objects;
@@ -88,15 +113,8 @@ int view(const Arguments& arguments)
         if (!viewer::has_page()) std::printf("  this program was built without the page: run ./dev view\n");
         std::printf("  for this machine alone; Ctrl-C ends it\n");
         std::fflush(stdout);
-        std::thread waiter([&] {
-            int signal = 0;
-            ::sigwait(&signals, &signal);
-            server.stop();
-        });
+        const Ending ending(content, server, signals);
         server.run();
-        content.finish();
-        ::pthread_kill(waiter.native_handle(), SIGUSR1);  // where the server ended by itself
-        waiter.join();
     } catch (const std::system_error& e) {
         std::fprintf(stderr, "cannot listen on %s\n  cure: another --port, or none for any that is free\n", e.what());
         return 2;

@@ -82,10 +82,15 @@ constexpr const char* k_no_page =
 
 }  // namespace
 
-Viewer::Viewer(std::vector<std::shared_ptr<Object>> objects, const ViewerOptions& options) : options_(options)
+Viewer::Viewer(std::vector<std::shared_ptr<Object>> objects, const ViewerOptions& options)
+    : options_(options), pictures_(teller()), bakes_(teller())
 {
     for (auto& object : objects) add(std::move(object));
-    worker_ = std::thread([this] { toil(); });
+}
+
+void Viewer::attach(Server& server)
+{
+    server_ = &server;
     list_devices();
 }
 
@@ -94,14 +99,20 @@ Viewer::~Viewer() { finish(); }
 void Viewer::finish()
 {
     touch_.reset();
-    quit_ = true;
-    wake_.notify_all();
-    if (worker_.joinable()) worker_.join();
+    pictures_.finish();
+    bakes_.finish();
 }
 
-// ---- The worker
+std::function<void(const std::string&)> Viewer::teller()
+{
+    return [this](const std::string& why) {
+        server_->post([this, why] { tell_all(text_of({{"say", "trouble"}, {"text", why}})); });
+    };
+}
 
-void Viewer::work(std::function<void()> job)
+// ---- Workers
+
+void Worker::work(std::function<void()> job)
 {
     const std::lock_guard lock(mutex_);
     jobs_.push_back(std::move(job));
@@ -109,7 +120,17 @@ void Viewer::work(std::function<void()> job)
     wake_.notify_one();
 }
 
-void Viewer::toil()
+void Worker::finish()
+{
+    {
+        const std::lock_guard lock(mutex_);
+        quit_ = true;
+    }
+    wake_.notify_all();
+    if (thread_.joinable()) thread_.join();
+}
+
+void Worker::toil()
 {
     for (;;) {
         std::function<void()> job;
@@ -124,9 +145,7 @@ void Viewer::toil()
             job();
         } catch (const Cancelled&) {
         } catch (const std::exception& e) {
-            const std::string why = e.what();
-            if (server_ != nullptr && !quit_)
-                server_->post([this, why] { tell_all(text_of({{"say", "trouble"}, {"text", why}})); });
+            if (!quit_) trouble_(e.what());
         }
         --waiting_;
     }
@@ -165,10 +184,12 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
     const ObjectPtr object = entries_[*index].object;
     const std::shared_ptr<const Parts> parts = entries_[*index].parts();
     const std::string_view what = pieces[3];
-    if (waiting_ >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
-    const auto bytes = [&](auto make) { work([answer, make] { answer({.type = "application/octet-stream", .body = make()}); }); };
+    if (pictures_.waiting() >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
+    const auto bytes = [&](auto make) {
+        pictures_.work([answer, make] { answer({.type = "application/octet-stream", .body = make()}); });
+    };
     const auto file = [&](const char* type, const char* extension, auto make) {
-        work([answer, make, type, name = harmless(object->name) + extension] {
+        pictures_.work([answer, make, type, name = harmless(object->name) + extension] {
             answer({.type = type, .body = make(), .file_name = name});
         });
     };
@@ -195,7 +216,7 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
 
 void Viewer::upload(HttpRequest request, Answer& answer)
 {
-    if (entries_.size() >= options_.most_objects || waiting_ >= k_most_jobs)
+    if (entries_.size() >= options_.most_objects || bakes_.waiting() >= k_most_jobs)
         return answer(json_reply({{"accepted", false},
                                   {"verdict", "REFUSED"},
                                   {"code", "E_LIMIT"},
@@ -204,7 +225,7 @@ void Viewer::upload(HttpRequest request, Answer& answer)
                                   {"cure", "remove an object, or wait"}},
                                  503));
     const std::string name = harmless(query_value(request.target, "name"));
-    work([this, answer, name, body = std::move(request.body)] {
+    bakes_.work([this, answer, name, body = std::move(request.body)] {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (name.ends_with(".sqmap")) {
             try {
@@ -234,7 +255,7 @@ void Viewer::upload(HttpRequest request, Answer& answer)
         if (!judged->accepted) return;
         bake::BakeOptions options = options_.bake;
         options.progress = [this, name](const char* stage, double done) {
-            if (quit_) throw Cancelled{};
+            if (bakes_.quits()) throw Cancelled{};
             server_->post([this, name, text = std::string(stage), done] { tell_progress(name, text, done); });
         };
         try {
@@ -329,9 +350,9 @@ void Viewer::edit(const Message& m)
             break;
     }
     if (m.part >= count || (m.say == Say::Merge && m.other >= count) || entry.object->mesh.triangles.empty() ||
-        waiting_ >= k_most_jobs)
+        pictures_.waiting() >= k_most_jobs)
         return;
-    work([this, m, object = entry.object, before = entry.parts()] {
+    pictures_.work([this, m, object = entry.object, before = entry.parts()] {
         std::shared_ptr<const Parts> after;
         if (m.say == Say::Refit) {
             after = std::make_shared<const Parts>(fitted(*object, before->partition, nullptr));
@@ -368,11 +389,11 @@ void Viewer::change(std::uint32_t index, std::shared_ptr<const Parts> parts)
 void Viewer::bake_edited(std::uint32_t index)
 {
     Entry& entry = entries_[index];
-    if (entry.at == 0 || waiting_ >= k_most_jobs) return;
-    work([this, object = entry.object, parts = entry.parts()] {
+    if (entry.at == 0 || bakes_.waiting() >= k_most_jobs) return;
+    bakes_.work([this, object = entry.object, parts = entry.parts()] {
         bake::BakeOptions options = options_.bake;
         options.progress = [this, name = object->name](const char* stage, double done) {
-            if (quit_) throw Cancelled{};
+            if (bakes_.quits()) throw Cancelled{};
             server_->post([this, name, text = std::string(stage), done] { tell_progress(name, text, done); });
         };
         try {
@@ -486,7 +507,7 @@ void Viewer::on_frame()
 
 void Viewer::list_devices()
 {
-    work([this] {
+    bakes_.work([this] {
         const std::vector<device::DeviceListing> list = device::list_devices();
         ordered_json json = ordered_json::array();
         std::vector<std::string> specs;
@@ -504,7 +525,6 @@ void Viewer::list_devices()
                             {"rate", d.capabilities.rate},
                             {"limit", d.capabilities.max_force}});
         }
-        if (server_ == nullptr || quit_) return;
         server_->post([this, text = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace), specs] {
             devices_ = text;
             device_specs_ = specs;

@@ -27,6 +27,31 @@ struct ViewerOptions {
     io::ReadLimits limits{.max_bytes = 64u << 20, .max_faces = 500'000};  ///< of an uploaded mesh
 };
 
+/// A thread that does one job after the other.
+class Worker {
+public:
+    /// trouble: told of a job that threw.
+    explicit Worker(std::function<void(const std::string&)> trouble) : trouble_(std::move(trouble)), thread_([this] { toil(); })
+    {
+    }
+    ~Worker() { finish(); }
+    void work(std::function<void()> job);
+    void finish();  ///< after the job at hand; the others are forgotten
+    [[nodiscard]] int waiting() const noexcept { return waiting_; }
+    [[nodiscard]] bool quits() const noexcept { return quit_; }
+
+private:
+    void toil();
+
+    std::function<void(const std::string&)> trouble_;
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    std::deque<std::function<void()>> jobs_;
+    std::atomic<bool> quit_{false};
+    std::atomic<int> waiting_{0};
+    std::thread thread_;
+};
+
 /// All members but the constructor are called on the server's thread.
 class Viewer final : public Application {
 public:
@@ -34,7 +59,7 @@ public:
     ~Viewer() override;
 
     /// Before run(): the server must outlive every answer.
-    void attach(Server& server) { server_ = &server; }
+    void attach(Server& server);
     /// Ends the worker; nothing is posted to the server after it.
     void finish();
 
@@ -62,8 +87,7 @@ private:
     void add(std::shared_ptr<Object> object);
     void replace(const ObjectPtr& before, std::shared_ptr<Object> after);
 
-    void work(std::function<void()> job);
-    void toil();
+    [[nodiscard]] std::function<void(const std::string&)> teller();
     void tell_all(const std::string& text);
     void tell_scene();
     void tell_progress(const std::string& name, const std::string& stage, double done);
@@ -90,13 +114,8 @@ private:
     std::vector<std::string> device_specs_;
     std::uint32_t device_ = 0;
 
-    // The worker: one job after the other, so that a laptop's other core is left to the servo.
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    std::deque<std::function<void()>> jobs_;
-    std::atomic<bool> quit_{false};
-    std::atomic<int> waiting_{0};
-    std::thread worker_;
+    // Baking takes seconds: what the page draws does not wait for it. No more threads: the rest is left to the servo.
+    Worker pictures_, bakes_;
 };
 
 }  // namespace sqmap::viewer
