@@ -7,7 +7,7 @@ import sys
 import demo
 import measure
 
-SCENE = ("elephant", "camel", "bull", "triceratops", "cow", "hand")
+SCENE = ("elephant", "bull", "triceratops", "camel", "cow", "hand")  # three in front, three behind
 
 
 def scene():

@@ -218,15 +218,18 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const 
 
 void place_beside(Object& object, std::span<const ObjectPtr> others)
 {
-    double edge = 0;
-    bool first = true;
-    for (const ObjectPtr& other : others) {
-        edge = std::max(first ? -1e300 : edge, other->place.x + other->half.x);
-        first = false;
-    }
-    object.place = first ? Vec3d{} : Vec3d{edge + 0.03 + object.half.x, 0, 0};
-    // On one ground: the first object's lowest point.
-    if (!first) object.place.y = others.front()->place.y - others.front()->half.y + object.half.y;
+    constexpr std::size_t k_a_row = 3;
+    object.place = {};
+    if (others.empty()) return;
+    const std::size_t row = others.size() / k_a_row;
+    // On one ground, the lowest point of the first object; the second row stands behind the first.
+    const double size = object.metres.header.r_max * object.metres.header.unit;
+    object.place.y = others.front()->place.y - others.front()->half.y + object.half.y;
+    object.place.z = -1.1 * size * static_cast<double>(row);
+    double edge = others.front()->place.x - others.front()->half.x - 0.03;
+    for (const ObjectPtr& other : others)
+        if (std::abs(other->place.z - object.place.z) < 0.5 * size) edge = std::max(edge, other->place.x + other->half.x);
+    object.place.x = edge + 0.03 + object.half.x;
 }
 
 Parts fitted(const Object& object, decompose::Partition partition, const Parts* keep)

@@ -75,7 +75,7 @@ struct Judgement {
 /// The same object with other parts, baked. @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options);
 
-/// Moves to the right of what is there already.
+/// Moves to the right of what is there already; rows of three, one behind the other.
 void place_beside(Object& object, std::span<const ObjectPtr> others);
 
 /// Superquadrics and names of a partition. keep: whose superquadrics are taken over where a part has the same triangles.

@@ -172,6 +172,7 @@ function setMode(next: Mode): void {
   if (mode !== 'recognise') hand.only = game.running ? hand.only : -1;
   world.hidden = mode === 'recognise' && game.running;
   canvas.classList.toggle('touching', hand.enabled);
+  factsBox.hidden = mode === 'recognise';
   if (mode === 'look') { world.showTool(null); forceRead.textContent = ''; }
   void world.paint();
 }
@@ -217,7 +218,7 @@ function tellSettings(): void {
 }
 
 const REASONS: [number, string][] = [
-  [1, 'not a number'], [2, 'no fresh position'], [4, 'easing in: lift once if it stays'], [8, 'at the force limit'], [16, 'rising gently'],
+  [1, 'not a number'], [2, 'no fresh position'], [4, 'easing in'], [8, 'at the force limit'], [16, 'rising gently'],
   [32, 'too fast'], [64, 'damped to stay stable'], [128, 'resting the motors'], [256, 'at the last limit'], [512, 'off'],
 ];
 
@@ -237,6 +238,7 @@ function onFrame(frame: Frame): void {
   voice.touch(mode === 'recognise' && !game.running ? '' : name);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
+    frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
     frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
   forceRead.textContent = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
   if (frame.faults & 16) showResume('Stopped: there is no force.');
@@ -254,12 +256,11 @@ function showFacts(): void {
     return h('li', {}, title,
       h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} triangles`),
       h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
-        `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, error below ${digits(f.measured.depthP99, 2)} % of its size${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
+        `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
-  const hidden = mode === 'recognise' && game.running;
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, facts.length === 1 ? 'Model' : `Models (${facts.length})`),
     facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.')));
-  factsBox.hidden = hidden;
+  factsBox.hidden = mode === 'recognise';  // it is about feeling there
 }
 
 function select(object: number, part: number): void {

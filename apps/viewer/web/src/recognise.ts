@@ -67,10 +67,11 @@ export class Recognise {
     const names = this.facts.map((f, k) => h('label', { class: 'choice' }, h('input', { type: 'radio', name: 'guess', value: String(k) }), h('span', {}, f.name)));
     const form = h('form', { onsubmit: (e: Event) => { e.preventDefault(); this.guess(form); } },
       h('fieldset', {}, h('legend', {}, `Round ${i + 1} of ${this.order.length}: which object is it?`), ...names),
-      h('button', { class: 'primary', type: 'submit' }, 'Guess'));
+      h('div', { class: 'row' }, h('button', { class: 'primary', type: 'submit' }, 'Guess'),
+        h('button', { type: 'button', onclick: () => { this.running = false; this.target = -1; this.onRound(-1); this.idle(); } }, 'Leave the game')));
     this.body.replaceChildren(
       h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops.'),
-      form, h('button', { onclick: () => { this.running = false; this.target = -1; this.onRound(-1); this.idle(); } }, 'Leave the game'));
+      form);
     this.onRound(this.target);
     announce(`Round ${i + 1} of ${this.order.length}. An object is hidden in the stage. Arrow keys move over it, Enter touches and lifts.`);
   }
