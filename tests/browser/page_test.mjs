@@ -37,12 +37,14 @@ async function open(options = {}) {
 const tests = [];
 const test = (name, body) => tests.push([name, body]);
 const until = async (page, what, arg) => page.waitForFunction(what, arg, { timeout: 30000, polling: 50 });
-/// Where a world point is on the screen.
-const onScreen = (page, point) => page.evaluate((p) => {
-  const s = window.sqmap, b = document.querySelector('#stage').getBoundingClientRect();
-  const q = s.world.project(s.world.controls.target.clone().set(...p));
-  return [b.left + ((q.x + 1) / 2) * b.width, b.top + ((1 - q.y) / 2) * b.height];
-}, point);
+/// Once the stage has the size that its mode gives it.
+const settled = async (page) => {
+  await until(page, () => {
+    const c = document.querySelector('#stage'), b = c.parentElement.getBoundingClientRect();
+    return Math.abs(c.width / Math.min(devicePixelRatio, 2) - b.width) < 2 && Math.abs(c.height / Math.min(devicePixelRatio, 2) - b.height) < 2;
+  });
+  await page.waitForTimeout(100);
+};
 /// A place of the screen where an object's surface faces the eye.
 const onSurface = (page, object) => page.evaluate((i) => {
   const s = window.sqmap, f = s.facts()[i], b = document.querySelector('#stage').getBoundingClientRect();
@@ -96,7 +98,7 @@ test('fields are coloured with a legend', async () => {
 
 test('a drag is felt: force, arrow and trace agree', async () => {
   await page.click('#tab-touch');
-  await page.waitForTimeout(300);  // the stage has a new size
+  await settled(page);
   const [x, y] = await onSurface(page, 0);
   await page.mouse.move(x, y);
   await page.mouse.down();
@@ -153,6 +155,7 @@ test('a lost connection ends the force and is found again', async () => {
 
 test('parts are split, taken back, joined and baked', async () => {
   await page.click('#tab-look');
+  await settled(page);
   const [x, y] = await onSurface(page, 1);
   await page.mouse.click(x, y);
   const count = () => page.evaluate(() => window.sqmap.facts()[1].parts.length);

@@ -209,8 +209,9 @@ document.addEventListener('keydown', (e) => {
 });
 window.addEventListener('blur', () => hand.letGo());
 
-let settingsDue = 0;
+let settingsDue = 0, settingsChanged = -1e9;
 function tellSettings(): void {
+  settingsChanged = performance.now();
   hand.radius = settings.smoothing > 0 ? settings.smoothing : settings.toolRadius;
   world.toolRadius(hand.radius);
   clearTimeout(settingsDue);
@@ -457,11 +458,12 @@ const link = new Link({
   },
   status(s) {
     status = s;
-    settings = { ...s.settings };
+    // What is just being set here is newer than what the program says.
+    if (performance.now() - settingsChanged > 400) settings = { ...s.settings };
     hand.radius = settings.smoothing > 0 ? settings.smoothing : settings.toolRadius;
     world.toolRadius(hand.radius);
     sliders.forEach((x) => x.set());
-    (touchPanel.querySelector('#layer') as HTMLSelectElement).value = s.settings.layer;
+    (touchPanel.querySelector('#layer') as HTMLSelectElement).value = settings.layer;
     if (deviceSelect.childElementCount !== s.devices.length && s.devices.length)
       deviceSelect.replaceChildren(...s.devices.map((d, i) => h('option', { value: String(i), disabled: !d.here }, d.here ? d.name : `${d.name} (not here)`)));
     deviceSelect.value = String(s.device);
