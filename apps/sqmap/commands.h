@@ -18,5 +18,6 @@ void add_replay(CLI::App& app, int& exit_code);
 void add_rtcheck(CLI::App& app, int& exit_code);
 void add_shapes(CLI::App& app, int& exit_code);
 void add_touch(CLI::App& app, int& exit_code);
+void add_view(CLI::App& app, int& exit_code);
 
 }  // namespace sqmap::app

@@ -23,6 +23,7 @@ int main(int argc, char** argv)
 #ifdef SQMAP_WITH_SIM
     sqmap::app::add_dress(app, exit_code);
 #endif
+    sqmap::app::add_view(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <ctime>
 #include <numeric>
+#include <string>
 #include <tuple>
 
 namespace sqmap::bake {
@@ -338,6 +339,20 @@ model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, 
     return shortfall(quick, options) > 1 ? measure(data, solid, 20000) : quick;
 }
 
+void check_partition(const decompose::Partition& partition, const mesh::Mesh& mesh)
+{
+    if (partition.part_count < 1 || partition.part_count > 1000) throw mesh::InvalidInput("a partition has 1 to 1000 parts");
+    if (partition.part_of_triangle.size() != mesh.triangles.size())
+        throw mesh::InvalidInput("the partition is of another mesh: it has " + std::to_string(partition.part_of_triangle.size()) +
+                                 " triangles, the mesh " + std::to_string(mesh.triangles.size()));
+    std::vector<std::uint8_t> used(partition.part_count);
+    for (const std::uint32_t part : partition.part_of_triangle) {
+        if (part >= partition.part_count) throw mesh::InvalidInput("the partition has a label beyond its parts");
+        used[part] = 1;
+    }
+    if (std::find(used.begin(), used.end(), 0) != used.end()) throw mesh::InvalidInput("the partition has an empty part");
+}
+
 }  // namespace
 
 mesh::Mesh model_space(const mesh::Mesh& mesh)
@@ -359,6 +374,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
     if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
+    if (options.partition != nullptr) check_partition(*options.partition, input);
     BakeResult result;
     double last = cpu_seconds();
     const auto lap = [&](const char* stage) {
@@ -380,12 +396,12 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     progress("decompose", 0);
     decompose::DecomposeOptions cuts = options.decompose;
     cuts.maximum_parts = std::min(cuts.maximum_parts, options.max_parts);
-    decompose::Partition partition = decompose::decompose(mesh, cuts);
+    decompose::Partition partition = options.partition != nullptr ? *options.partition : decompose::decompose(mesh, cuts);
     lap("decompose");
 
     progress("fit", 0);
     std::vector<PartWork> parts = fit_parts(context, partition, options);
-    refine_parts(context, partition, parts, options);
+    if (options.partition == nullptr) refine_parts(context, partition, parts, options);
     lap("fit");
 
     progress("map", 0);

@@ -2,6 +2,7 @@
 // Normal: the stored grid, longitude omega across, latitude eta up.
 #include "pictures.h"
 #include "sqmap/query/query.h"
+#include "unrolled.h"
 
 #include <algorithm>
 #include <array>
@@ -17,89 +18,10 @@ namespace {
 
 const Rgb k_ink = srgb(0x30343a);
 
-// Values of a pixel that are not distances.
-constexpr float k_no_hit = -1, k_cap = -2, k_paper = -3;
-
-/// A face of the cube as the cross shows it, seen from outside: direction = out + u right + v up, u and v in [-1, 1].
-struct Face {
-    Vec3f out, right, up;
-    int column, row;  // place in the cross
-};
-
-// Four faces around z, and the two that z leaves through above and below the second.
-constexpr std::array<Face, 6> k_cross{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0, 1},
-                                       {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}, 1, 1},
-                                       {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, 2, 1},
-                                       {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}, 3, 1},
-                                       {{0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, 1, 0},
-                                       {{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}, 1, 2}}};
-constexpr int k_columns = 4, k_rows = 3;
-
-/// How far along q (largest coordinate 1) the part's chart answers: where its convex domain ends.
-float domain_end(const model::Part& part, Vec3f q)
-{
-    const float v[9] = {q.x, q.y, q.z, q.x + q.y, q.x - q.y, q.x + q.z, q.x - q.z, q.y + q.z, q.y - q.z};
-    float end = std::numeric_limits<float>::infinity();
-    for (int i = 0; i < 9; ++i)
-        if (v[i] != 0) end = std::min(end, (v[i] > 0 ? part.chart_hi[i] : part.chart_lo[i]) / v[i]);
-    return end;
-}
-
-/// Distance from the superquadric down to the outermost surface on the ray from the chart's centre, model units.
-float distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q)
-{
-    const model::Part& part = model.parts[index];
-    const shape::Superquadricf sq = model::superquadric_of(part);
-    const Vec3f centre = model::vec3(part.chart_centre);
-    const Vec3f step = part.a[0] * q.x * model::vec3(part.rotation) + part.a[1] * q.y * model::vec3(part.rotation + 3) +
-                       part.a[2] * q.z * model::vec3(part.rotation + 6);
-    const float end = domain_end(part, q);
-    if (!(end > 0) || !std::isfinite(end)) return k_no_hit;
-    // The crossing nearest to the domain's end is the outermost one; a little less, for rounding.
-    const float from = 0.9999f * end;
-    float to_surface = 0;
-    if (!query::distance_along_projection(model, index, centre + from * step, query::Layer::Three, to_surface)) return k_no_hit;
-    // Where the superquadric ends on the ray: bent ones may be left and met again, the last exit counts.
-    float inside = 0, outside = 3;
-    for (float r = outside; r > 0; r -= 0.125f)
-        if (shape::implicit(sq, centre + r * step) <= 1) {
-            inside = r;
-            break;
-        } else {
-            outside = r;
-        }
-    for (int i = 0; i < 16; ++i) {
-        const float middle = 0.5f * (inside + outside);
-        (shape::implicit(sq, centre + middle * step) <= 1 ? inside : outside) = middle;
-    }
-    return std::max(0.0f, (inside - from) * norm(step) - to_surface);
-}
-
-/// One part's map as an image.
-struct Unrolled {
-    int width = 0, height = 0;
-    std::vector<float> distance;  ///< below the superquadric, model units, or one of k_no_hit, k_cap, k_paper
-};
-
-Unrolled unrolled_central(const model::ModelView& model, std::uint32_t part, int side)
-{
-    Unrolled out{k_columns * side, k_rows * side, {}};
-    out.distance.assign(static_cast<std::size_t>(out.width * out.height), k_paper);
-    for (const Face& face : k_cross)
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) {
-                const float u = (2 * static_cast<float>(x) + 1) / static_cast<float>(side) - 1;
-                const float v = 1 - (2 * static_cast<float>(y) + 1) / static_cast<float>(side);
-                out.distance[static_cast<std::size_t>((face.row * side + y) * out.width + face.column * side + x)] =
-                    distance_below(model, part, face.out + u * face.right + v * face.up);
-            }
-    return out;
-}
-
 Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int side)
 {
     const model::NormalMapView map = model::normal_map_of(model, part);
-    Unrolled out{2 * side, side, {}};
+    Unrolled out{.width = 2 * side, .height = side, .distance = {}};
     for (int y = 0; y < out.height; ++y)
         for (int x = 0; x < out.width; ++x) {
             const auto row =
@@ -171,7 +93,7 @@ Image map_picture(const Subject& subject, int width, int height)
     const int dot = std::max(1, text_dot(image) / 2), gap = 6 * dot;
     const int legend = (6 + 11) * dot + draw_legend(image, height, dot, entries);
     // A cross leaves room for words in its corner; a grid has them above.
-    const int wide = central ? k_columns : 2, high = central ? k_rows : 1, words_above = central ? 0 : 12 * dot;
+    const int wide = central ? k_cross_columns : 2, high = central ? k_cross_rows : 1, words_above = central ? 0 : 12 * dot;
     int columns = 1, side = 0;
     for (int c = 1; c <= count; ++c) {  // the arrangement with the largest maps
         const int fits =

@@ -23,9 +23,12 @@ struct BakeOptions {
     /// A_S of section 4.2, 0 to 5, normal projection: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps with few
     /// samples take less: the base grid keeps 5 rows at least.
     int subdivisions = 1;
-    bool exact = true;           ///< store the exact layer
-    unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
+    bool exact = true;     ///< store the exact layer
+    unsigned threads = 0;  ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
+    /// Parts that are taken as they are, edited by hand: neither cut, split nor joined. Of the mesh's own triangles, labels below
+    /// part_count, none empty; outlives the call. Null: found as section 3 says.
+    const decompose::Partition* partition = nullptr;
     fit::FitOptions fit{};
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
     std::function<void(const char* stage, double done)> progress{};
@@ -55,7 +58,8 @@ struct BakeResult {
 };
 
 /// mesh: validated, in mesh units. solid: it bounds a volume.
-/// @throw mesh::InvalidInput for options out of range; or where a part exceeds the format's limits.
+/// @throw mesh::InvalidInput for options out of range, or a partition that is none of this mesh; or where a part exceeds the
+/// format's limits.
 [[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
 
 /// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about.

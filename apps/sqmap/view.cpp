@@ -1,0 +1,156 @@
+// sqmap view: models and meshes in the browser, to be looked at and touched.
+#include "commands.h"
+#include "load_mesh.h"
+
+#ifdef SQMAP_HAVE_VIEWER
+#include "object.h"
+#include "page.h"
+#include "server.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/shapes.h"
+#include "viewer.h"
+#endif
+
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace sqmap::app {
+
+#ifdef SQMAP_HAVE_VIEWER
+namespace {
+
+struct Arguments {
+    std::vector<std::string> files;
+    std::uint16_t port = 0;
+    viewer::ViewerOptions viewer{};
+};
+
+std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer::ViewerOptions& options)
+{
+    if (file.ends_with(".sqmap")) {
+        const io::MappedModel model(file);
+        return viewer::object_from_model({model.bytes().begin(), model.bytes().end()}, file, options.size);
+    }
+    const viewer::Judgement judged = viewer::judge(std::filesystem::path(file));
+    if (!judged.accepted)
+        throw mesh::InvalidInput(file + ": REFUSED " + judged.code + " at " + judged.element + ": " + judged.message +
+                                 "\n  cure: " + judged.cure);
+    std::printf("%s: %s, baking %zu triangles\n", file.c_str(), judged.verdict.c_str(), judged.mesh.triangles.size());
+    std::fflush(stdout);
+    return viewer::object_from_mesh(judged, std::filesystem::path(file).filename().string(), options.size, options.bake);
+}
+
+/// Shapes to begin with, where no file is given.
+std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::ViewerOptions& options)
+{
+    std::vector<std::shared_ptr<viewer::Object>> out;
+    const auto add = [&](const char* name, mesh::Mesh mesh) {
+        viewer::Judgement shape;
+        shape.verdict = "ACCEPT";
+        shape.mesh = std::move(mesh);
+        shape.solid = true;
+        out.push_back(viewer::object_from_mesh(shape, name, options.size, options.bake));
+    };
+    add("dumbbell", mesh::dumbbell());
+    add("torus", mesh::torus());
+    return out;
+}
+
+/// Waits for Ctrl-C; whatever ends the server ends both workers and this before the server is gone.
+class Ending {
+public:
+    Ending(viewer::Viewer& content, viewer::Server& server, const sigset_t& signals)
+        : content_(content), waiter_([&server, signals] {
+              int signal = 0;
+              ::sigwait(&signals, &signal);
+              server.stop();
+          })
+    {
+    }
+    ~Ending()
+    {
+        content_.finish();
+        ::pthread_kill(waiter_.native_handle(), SIGUSR1);  // where no signal ended it
+        waiter_.join();
+    }
+    Ending(const Ending&) = delete;
+    Ending& operator=(const Ending&) = delete;
+
+private:
+    viewer::Viewer& content_;
+    std::thread waiter_;
+};
+
+int view(const Arguments& arguments)
+{
+    std::vector<std::shared_ptr<viewer::Object>> objects;
+    try {
+        for (const std::string& file : arguments.files) objects.push_back(open_file(file, arguments.viewer));
+    } catch (const std::runtime_error& e) {  // model files, meshes
+        std::fprintf(stderr, "%s\n", e.what());
+        return 2;
+    }
+    if (objects.empty()) objects = first_shapes(arguments.viewer);
+
+    // Taken by this thread alone, before any other is made: the rest inherit the mask.
+    sigset_t signals;
+    ::sigemptyset(&signals);
+    ::sigaddset(&signals, SIGINT);
+    ::sigaddset(&signals, SIGTERM);
+    ::sigaddset(&signals, SIGUSR1);
+    ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    viewer::Viewer content(std::move(objects), arguments.viewer);
+    try {
+        viewer::Server server(content, {.port = arguments.port, .token = viewer::random_token()});
+        content.attach(server);
+        std::printf("open  %s\n", server.url().c_str());
+        if (!viewer::has_page()) std::printf("  this program was built without the page: run ./dev view\n");
+        std::printf("  for this machine alone; Ctrl-C ends it\n");
+        std::fflush(stdout);
+        const Ending ending(content, server, signals);
+        server.run();
+    } catch (const std::system_error& e) {
+        std::fprintf(stderr, "cannot listen on %s\n  cure: another --port, or none for any that is free\n", e.what());
+        return 2;
+    }
+    return 0;
+}
+
+}  // namespace
+#endif
+
+void add_view(CLI::App& app, int& exit_code)
+{
+    CLI::App* command = app.add_subcommand("view", "Look at models and meshes in the browser, and touch them");
+#ifdef SQMAP_HAVE_VIEWER
+    const auto arguments = std::make_shared<Arguments>();
+    command
+        ->add_option("files", arguments->files,
+                     "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
+        ->check(CLI::ExistingFile);
+    command->add_option("--port", arguments->port, "Port on this machine; 0: any that is free")->capture_default_str();
+    command->add_option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
+        ->check(CLI::Range(0.01, 10.0))
+        ->capture_default_str();
+    command->footer(
+        "Serves this machine alone, and only the address that it prints. Exit code: 0, 2 a file was refused or the port is "
+        "taken, 64 "
+        "wrong usage, 70 internal error.");
+    command->callback([arguments, &exit_code] { exit_code = view(*arguments); });
+#else
+    const auto files = std::make_shared<std::vector<std::string>>();
+    command->add_option("files", *files, "Models and meshes");
+    command->callback([files, &exit_code] {
+        std::fprintf(stderr, "this program was built without Boost.Beast, which serves the page\n  cure: ./dev view\n");
+        exit_code = 2;
+    });
+#endif
+}
+
+}  // namespace sqmap::app

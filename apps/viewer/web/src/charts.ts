@@ -1,0 +1,84 @@
+// What was felt in the last seconds, a value a tick.
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import { h } from './dom';
+import type { Frame } from './net';
+
+const SECONDS = 6, RATE = 1000, N = SECONDS * RATE;
+
+interface Series { title: string; scale: number; least: number; pick: number; plot: uPlot | null; values: Float64Array; box: HTMLElement; now: HTMLElement; unit: string; }
+
+export class Charts {
+  readonly element: HTMLElement;
+  private series: Series[];
+  private x = Float64Array.from({ length: N }, (_, i) => (i - N) / RATE);
+  private dirty = false;
+  private recorded: number[][] | null = null;
+  private tick = 0;
+
+  constructor() {
+    const make = (title: string, unit: string, pick: number, scale: number, least: number): Series => {
+      const now = h('span', { class: 'chart-now' }, '0');
+      const box = h('div', { class: 'chart-box' });
+      return { title, unit, pick, scale, least, plot: null, values: new Float64Array(N), box, now };
+    };
+    this.series = [
+      make('Force', 'N', 0, 1, 2), make('Depth', 'mm', 2, 1000, 2), make('Torque', 'mN m', 1, 1000, 2), make('CPU a tick', 'µs', 3, 1, 100),
+    ];
+    this.element = h('section', { class: 'charts', 'aria-label': 'Strip charts of the last six seconds' },
+      ...this.series.map((s) => h('figure', { class: 'chart' }, h('figcaption', {}, h('span', {}, s.title), s.now, h('span', { class: 'unit' }, s.unit)), s.box)));
+    new ResizeObserver(() => this.layout()).observe(this.element);
+    setInterval(() => { if (this.dirty && this.element.offsetParent) this.draw(); }, 50);
+  }
+
+  theme(): void { for (const s of this.series) { s.plot?.destroy(); s.plot = null; } this.layout(); }
+
+  private layout(): void {
+    if (!this.element.offsetParent) return;
+    const style = getComputedStyle(document.documentElement);
+    const ink = style.getPropertyValue('--soft').trim(), line = style.getPropertyValue('--accent').trim(), grid = style.getPropertyValue('--line').trim();
+    for (const s of this.series) {
+      const size = { width: Math.max(s.box.clientWidth, 60), height: Math.max(s.box.clientHeight, 40) };
+      if (s.plot) { s.plot.setSize(size); continue; }
+      s.plot = new uPlot({
+        ...size, cursor: { show: false }, legend: { show: false }, padding: [9, 14, 0, 0],
+        scales: { x: { time: false, range: [-SECONDS, 0] }, y: { range: (_u, _min, max) => [0, Math.max(s.least, 1.15 * (max || 0))] } },
+        axes: [
+          { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { show: false }, size: 20, font: '11px system-ui', values: (_u, v) => v.map((x) => (x === 0 ? 'now' : `${x} s`)) },
+          { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { show: false }, size: 34, font: '11px system-ui' },
+        ],
+        series: [{}, { stroke: line, width: 1.5, points: { show: false } }],
+      }, [this.x, s.values] as unknown as uPlot.AlignedData, s.box);
+    }
+  }
+
+  private draw(): void {
+    this.dirty = false;
+    for (const s of this.series) s.plot?.setData([this.x, s.values] as unknown as uPlot.AlignedData);
+  }
+
+  add(frame: Frame): void {
+    const n = frame.ticks.length / 4;
+    if (n === 0) return;
+    for (const s of this.series) {
+      s.values.copyWithin(0, n);
+      for (let i = 0; i < n; ++i) s.values[N - n + i] = s.scale * frame.ticks[4 * i + s.pick];
+      s.now.textContent = s.values[N - 1].toFixed(s.pick === 3 ? 0 : 2);
+    }
+    if (this.recorded)
+      for (let i = 0; i < n; ++i) this.recorded.push([this.tick++, ...frame.ticks.subarray(4 * i, 4 * i + 4), ...frame.tool, ...frame.force]);
+    this.dirty = true;
+  }
+
+  clear(): void { for (const s of this.series) { s.values.fill(0); s.now.textContent = '0'; } this.dirty = true; }
+  latest(series: number): number { return this.series[series].values[N - 1]; }
+
+  record(): void { this.recorded = []; this.tick = 0; }
+  get recording(): boolean { return this.recorded !== null; }
+  /// A row a tick; tool and force in world coordinates are those of the frame that the tick came with.
+  recordedCsv(): string {
+    const rows = this.recorded ?? [];
+    this.recorded = null;
+    return 'tick,force_N,torque_Nm,depth_m,cpu_us,tool_x,tool_y,tool_z,force_x,force_y,force_z\n' + rows.map((r) => r.map((x) => Number(x.toPrecision(7))).join(',')).join('\n') + '\n';
+  }
+}

@@ -1,0 +1,60 @@
+// Colours of parts and fields; light enough for dark lines, dark enough for white ones.
+
+const HUES = [0x4e79a7, 0xf28e2b, 0x59a14f, 0xe15759, 0x76b7b2, 0xb07aa1, 0xedc948, 0x9c755f, 0xff9da7, 0x8fc7ea, 0xa8a83c, 0xc9b2e0];
+
+export type Rgb = [number, number, number];
+
+const channels = (hex: number): Rgb => [(hex >> 16) / 255, ((hex >> 8) & 255) / 255, (hex & 255) / 255];
+export const css = (c: Rgb): string => `rgb(${c.map((x) => Math.round(255 * x)).join(' ')})`;
+
+export function partColour(part: number): Rgb {
+  const base = channels(HUES[part % HUES.length]);
+  const round = Math.floor(part / HUES.length) % 3;
+  return round === 0 ? base : (base.map((x) => (round === 1 ? 0.5 * x + 0.5 : 0.55 * x)) as Rgb);
+}
+
+function ramp(stops: number[], t: number): Rgb {
+  const x = Math.min(Math.max(t, 0), 1) * (stops.length - 1);
+  const i = Math.min(Math.floor(x), stops.length - 2);
+  const a = channels(stops[i]), b = channels(stops[i + 1]);
+  return a.map((v, k) => v + (x - i) * (b[k] - v)) as Rgb;
+}
+
+/// Cream over orange to dark red: where nothing is wrong the surface stays plain.
+export const errorColour = (t: number): Rgb => ramp([0xf3ead7, 0xf6c27a, 0xe9722f, 0xb01f24, 0x5e0a1e], t);
+/// Viridis.
+export const sequentialColour = (t: number): Rgb => ramp([0x440154, 0x3b528b, 0x21918c, 0x5ec962, 0xfde725], t);
+export const divergingColour = (t: number): Rgb => ramp([0x2166ac, 0x92c5de, 0xf7f7f7, 0xf4a582, 0xb2182b], (t + 1) / 2);
+export const MISSED: Rgb = [0.14, 0.34, 0.84];
+export const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
+
+export interface Scale { title: string; ticks: [number, string][]; colour: (t: number) => Rgb; colours: Rgb[]; }
+
+const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.abs(x) < 0.01) ? x.toExponential(1) : Number(x.toPrecision(2)).toString());
+
+/// Colours a field as the legend says.
+export function colourField(kind: string, values: Float32Array): Scale {
+  if (kind === 'error') {
+    const at = (v: number) => Math.log(Math.max(v, 0.01) / 0.01) / Math.log(100);
+    return {
+      title: 'Depth error of layer 3, % of R_max', colour: errorColour,
+      ticks: [[0, '< 0.01'], [0.5, '0.1'], [1, '> 1']],
+      colours: Array.from(values, (v) => (v === -1 ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v)))),
+    };
+  }
+  const sorted = Float32Array.from(values).sort();
+  const low = sorted[0], high = sorted[sorted.length - 1];
+  if (kind === 'protrusion')
+    return {
+      title: 'Protrusion, over its mean (eq. 4)', colour: sequentialColour, ticks: [[0, shown(low)], [1, shown(high)]],
+      colours: Array.from(values, (v) => sequentialColour((v - low) / Math.max(high - low, 1e-9))),
+    };
+  const sizes = Float32Array.from(values, Math.abs).sort();
+  const end = Math.max(sizes[Math.floor(0.95 * (sizes.length - 1))], 1e-9);
+  const spread = (v: number) => Math.sign(v) * Math.sqrt(Math.min(Math.abs(v) / end, 1));
+  return {
+    title: 'Gaussian curvature × R_max² (eq. 6)', colour: (t) => divergingColour(2 * t - 1),
+    ticks: [[0, `< −${shown(end)}`], [0.5, '0'], [1, `> ${shown(end)}`]],
+    colours: Array.from(values, (v) => divergingColour(spread(v))),
+  };
+}

@@ -1,0 +1,138 @@
+// Pointer and keys to where the hand wants the tool. The page only says where; the program moves the tool there and feels.
+import * as THREE from 'three';
+import type { Hit, World } from './world';
+
+const LIFT = 0.018;  // m above the surface when let go
+
+export class Hand {
+  radius = 0.006;
+  press = 0.004;    ///< m below the surface that the hand wants to be
+  only = -1;        ///< one object alone, or all
+  enabled = false;  ///< touch mode
+  private held = false;
+  private lastPoint = new THREE.Vector3();
+  private lastNormal = new THREE.Vector3(0, 0, 1);
+  private at = new THREE.Vector2();
+  private target = new THREE.Vector3();
+  onAim: (target: THREE.Vector3, held: boolean, hit: Hit | null) => void = () => {};
+  onKeyTouch: (text: string) => void = () => {};
+
+  constructor(private world: World, private canvas: HTMLCanvasElement) {
+    canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
+    canvas.addEventListener('pointermove', (e) => { if (this.held && this.drags) { this.place(e); this.aim(); } });
+    const up = (e: PointerEvent) => { if (this.drags && e.type !== 'pointerleave') this.letGo(); };
+    canvas.addEventListener('pointerup', up);
+    canvas.addEventListener('pointercancel', up);
+    canvas.addEventListener('wheel', (e) => {
+      if (!this.held) return;
+      e.preventDefault();
+      e.stopImmediatePropagation();
+      this.deeper(e.deltaY < 0 ? 0.0005 : -0.0005);
+    }, { capture: true, passive: false });
+    canvas.addEventListener('keydown', (e) => this.key(e));
+    canvas.addEventListener('blur', () => { if (this.held && !this.drags) this.letGo(); });
+  }
+
+  private drags = false;
+  get holding(): boolean { return this.held; }
+
+  private place(e: PointerEvent): void {
+    const box = this.canvas.getBoundingClientRect();
+    this.at.set((2 * (e.clientX - box.left)) / box.width - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
+  }
+
+  private down(e: PointerEvent): void {
+    if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
+    this.place(e);
+    // Beside the objects the same drag turns the view, as it does when looking.
+    if (!this.world.cast(this.at.x, this.at.y, this.only) && !this.world.hidden) return;
+    e.stopImmediatePropagation();
+    this.canvas.focus();
+    this.canvas.setPointerCapture(e.pointerId);
+    this.drags = true;
+    this.begin();
+  }
+
+  /// Off the surface first, so that the force can come in gently; then down onto it.
+  private begin(): void {
+    this.held = true;
+    const hit = this.world.cast(this.at.x, this.at.y, this.only);
+    if (hit) {
+      this.lastPoint.copy(hit.point);
+      this.lastNormal.copy(hit.normal);
+      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius + LIFT);
+    } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
+    this.onAim(this.target, true, hit);
+    setTimeout(() => { if (this.held) this.aim(); }, 60);
+  }
+
+  private aim(): void {
+    const hit = this.world.cast(this.at.x, this.at.y, this.only);
+    if (hit) {
+      this.lastPoint.copy(hit.point);
+      this.lastNormal.copy(hit.normal);
+      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius - this.press);
+    } else {
+      this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
+    }
+    this.onAim(this.target, this.held, hit);
+  }
+
+  deeper(by: number): void {
+    this.press = Math.min(Math.max(this.press + by, -0.005), 0.015);
+    if (this.held) this.aim();
+  }
+
+  /// The program needs to hear of it again after a lost connection.
+  again(): void { if (this.held) this.begin(); }
+
+  letGo(): void {
+    if (!this.held) return;
+    this.held = this.drags = false;
+    this.target.copy(this.lastPoint).addScaledVector(this.lastNormal, this.radius + LIFT);
+    this.onAim(this.target, false, null);
+  }
+
+  /// From the keyboard, in the middle of the view or where the tool was.
+  hold(): void {
+    this.drags = false;
+    this.held = true;
+    if (!this.world.cast(this.at.x, this.at.y, this.only)) {
+      const middle = this.world.project(this.world.controls.target);
+      this.at.copy(middle);
+      this.lastPoint.copy(this.world.controls.target);
+    }
+    this.begin();
+  }
+
+  private key(e: KeyboardEvent): void {
+    if (!this.enabled) return;
+    const step = e.shiftKey ? 0.006 : 0.024;
+    const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
+    const move = moves[e.key];
+    if (move) {
+      e.preventDefault();
+      e.stopPropagation();
+      if (!this.held) { this.hold(); return; }
+      this.at.set(Math.min(Math.max(this.at.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.at.y + move[1], -1), 1));
+      this.aim();
+    } else if (e.key === 'Enter') {
+      e.preventDefault();
+      if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); } else { this.hold(); this.onKeyTouch('Touching'); }
+    } else if (e.key === 'PageDown' || e.key === 'PageUp') {
+      e.preventDefault();
+      this.deeper(e.key === 'PageDown' ? 0.0005 : -0.0005);
+      this.onKeyTouch(`Press ${(1000 * this.press).toFixed(1)} millimetres`);
+    } else if (e.key === 'q' || e.key === 'e') {
+      // Walk round the object.
+      const offset = this.world.camera.position.clone().sub(this.world.controls.target);
+      offset.applyAxisAngle(new THREE.Vector3(0, 1, 0), (e.key === 'q' ? 1 : -1) * (Math.PI / 12));
+      this.world.camera.position.copy(this.world.controls.target).add(offset);
+      this.world.camera.lookAt(this.world.controls.target);
+      this.world.camera.updateMatrixWorld();
+      this.world.redraw();
+      this.onKeyTouch(e.key === 'q' ? 'Turned 15 degrees left' : 'Turned 15 degrees right');
+      if (this.held) this.aim();
+    }
+  }
+}

@@ -1,0 +1,502 @@
+import './style.css';
+import * as THREE from 'three';
+import { Charts } from './charts';
+import { css, partColour, type Scale } from './colours';
+import { announce, bytes, digits, fill, h, save } from './dom';
+import { Hand } from './hand';
+import { MapView } from './map';
+import { address, Link, upload, type Frame, type ObjectFacts, type Settings, type Status } from './net';
+import { Recognise } from './recognise';
+import { Rumble, Sound, Voice } from './senses';
+import { World, type Hit } from './world';
+
+type Mode = 'look' | 'touch' | 'recognise';
+
+// ---- What there is
+
+let mode: Mode = 'look';
+let facts: ObjectFacts[] = [];
+let status: Status | null = null;
+let selected: { object: number; part: number } | null = null;
+let lastFrame: Frame | null = null;
+let frames = 0;
+let first = true;
+
+const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. In touch mode: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops.' });
+const hint = h('p', { class: 'hint', id: 'hint' });
+const legend = h('div', { class: 'legend', hidden: true });
+const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
+const stage = h('div', { class: 'stage' }, canvas, hint, legend, forceRead);
+const world = new World(canvas);
+const hand = new Hand(world, canvas);
+const charts = new Charts();
+const map = new MapView();
+const game = new Recognise();
+const sound = new Sound(), rumble = new Rumble(), voice = new Voice();
+
+// ---- Header
+
+const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
+const tabs: Record<Mode, HTMLButtonElement> = { look: tab('look', 'Look'), touch: tab('touch', 'Touch'), recognise: tab('recognise', 'Recognise') };
+function tab(which: Mode, text: string): HTMLButtonElement {
+  return h('button', { role: 'tab', id: `tab-${which}`, 'aria-controls': 'panel', onclick: () => setMode(which) }, text);
+}
+const tabList = h('div', { class: 'tabs', role: 'tablist', 'aria-label': 'What to do', onkeydown: (e: Event) => {
+  const order: Mode[] = ['look', 'touch', 'recognise'], key = (e as KeyboardEvent).key;
+  const by = key === 'ArrowRight' ? 1 : key === 'ArrowLeft' ? -1 : 0;
+  if (!by) return;
+  const next = order[(order.indexOf(mode) + by + 3) % 3];
+  setMode(next);
+  tabs[next].focus();
+} }, ...Object.values(tabs));
+const stopButton = h('button', { class: 'stop', id: 'stop', onclick: () => stop() }, h('span', {}, 'STOP'), h('kbd', {}, 'Space'));
+const dark = matchMedia('(prefers-color-scheme: dark)');
+const themeButton = h('button', { class: 'quiet', id: 'theme', title: 'Light or dark', 'aria-label': 'Light or dark', onclick: () => {
+  const now = document.documentElement.dataset.theme ?? (dark.matches ? 'dark' : 'light');
+  document.documentElement.dataset.theme = now === 'dark' ? 'light' : 'dark';
+  theme();
+} }, '◐');
+dark.addEventListener('change', theme);
+function theme(): void { world.theme(); charts.theme(); }
+
+// ---- Panel
+
+const panel = h('aside', { class: 'panel', id: 'panel', role: 'tabpanel' });
+const notice = h('div', { class: 'notice', id: 'notice', hidden: true });
+const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
+const progressBar = h('progress', { max: 1, value: 0, 'aria-label': 'Baking' });
+const progressText = h('span', {});
+const progressBox = h('div', { class: 'progress', id: 'progress', hidden: true }, progressText, progressBar);
+const factsBox = h('div', { class: 'facts', id: 'facts' });
+const partBox = h('div', { id: 'part' });
+const numbers = h('dl', { class: 'numbers', id: 'numbers' });
+
+function card(title: string, ...children: (Node | string | false)[]): HTMLElement { return h('section', { class: 'card' }, h('h2', {}, title), ...children); }
+function choice<T extends string>(label: string, values: [T, string][], value: T, change: (v: T) => void, id: string): HTMLElement {
+  const select = h('select', { id, onchange: (e: Event) => change((e.target as HTMLSelectElement).value as T) }, ...values.map(([v, text]) => h('option', { value: v }, text)));
+  select.value = value;
+  return h('label', { class: 'field' }, h('span', {}, label), select);
+}
+function check(label: string, on: boolean, change: (on: boolean) => void, id: string): HTMLElement {
+  return h('label', { class: 'check' }, h('input', { type: 'checkbox', checked: on, id, onchange: (e: Event) => change((e.target as HTMLInputElement).checked) }), h('span', {}, label));
+}
+
+const fileInput = h('input', { type: 'file', id: 'file', class: 'sr-only', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap', onchange: () => { const f = fileInput.files?.[0]; if (f) void drop(f); fileInput.value = ''; } });
+
+const lookPanel = h('div', {},
+  card('Show',
+    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature']], 'parts', (v) => { world.colourBy = v; void world.paint(); }, 'colour'),
+    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.surfaceAs = v as 'solid'; void world.paint(); }, 'surface'),
+    check('Superquadrics', false, (on) => { world.withSuperquadrics = on; void world.paint(); }, 'superquadrics')),
+  card('Place and part', numbers, partBox),
+  card('Map of the part', map.element));
+
+let settings: Settings = { layer: '3', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2 };
+const sliders: { set(): void }[] = [];
+function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
+  const id = `s-${label.toLowerCase().replace(/[^a-z]+/g, '-')}`;
+  const read = h('output', { for: id }), input = h('input', { type: 'range', id, min: String(range[0]), max: String(range[1]), step: String(range[2]) });
+  const show = () => { read.textContent = `${digits(Number(input.value), 4)} ${unit}`; input.setAttribute('aria-valuetext', read.textContent); };
+  input.addEventListener('input', () => { show(); if (live) { set(Number(input.value)); tellSettings(); } });
+  input.addEventListener('change', () => { if (!live) { set(Number(input.value)); tellSettings(); } });
+  sliders.push({ set: () => { if (document.activeElement !== input) { input.value = String(get()); } show(); } });
+  return h('label', { class: 'field slider' }, h('span', {}, label), input, read);
+}
+const layerChoice = choice('Layer', [['2', '2: base map'], ['3', '3: refined map'], ['exact', 'Exact triangles']], '3', (v) => { settings.layer = v; tellSettings(); }, 'layer');
+const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
+const deviceFacts = h('p', { class: 'note', id: 'device-facts' });
+const counters = h('p', { class: 'note', id: 'counters' });
+const pressRead = slider('Press', 'mm', [-2, 12, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
+const recordButton = h('button', { id: 'record', onclick: () => {
+  if (charts.recording) { save('touch.csv', charts.recordedCsv(), 'text/csv'); recordButton.textContent = 'Record'; return; }
+  charts.record();
+  recordButton.textContent = 'Stop and save';
+} }, 'Record');
+
+const touchPanel = h('div', {},
+  card('Feel', pressRead,
+    slider('Stiffness', 'N/m', [50, 1500, 10], () => settings.stiffness, (x) => { settings.stiffness = x; }),
+    slider('Friction', '', [0, 1, 0.05], () => settings.friction, (x) => { settings.friction = x; }),
+    slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * settings.texture, (x) => { settings.texture = x / 1000; }, false),
+    slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * settings.smoothing, (x) => { settings.smoothing = x / 1000; }, false),
+    slider('Damping', 'N s/m', [0, 2, 0.1], () => settings.damping, (x) => { settings.damping = x; }),
+    layerChoice,
+    h('details', {}, h('summary', {}, 'Tool and limits'),
+      slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * settings.toolRadius, (x) => { settings.toolRadius = x / 1000; }, false),
+      slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * settings.zone, (x) => { settings.zone = x / 1000; }, false),
+      slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
+      h('p', { class: 'note' }, 'Smoothing above 0 makes the tool a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool.'))),
+  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts, counters, recordButton),
+  card('Other senses', senses()));
+
+function senses(): HTMLElement {
+  return h('div', {},
+    check('Force as sound', false, (on) => { if (on) sound.start(); else sound.stop(); }, 'sound'),
+    check('Say the touched part', false, (on) => { voice.on = on; voice.forget(); }, 'voice'),
+    check('Rumble of a game pad', true, (on) => { rumble.on = on; }, 'rumble'));
+}
+
+const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game; switch them in Touch.')));
+
+const sharePanel = card('Files', h('div', { class: 'row wrap' },
+  h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open a mesh …'), fileInput,
+  h('button', { id: 'picture', onclick: async () => { const b = await world.picture(); if (b) save('sqmap.png', b, 'image/png'); } }, 'Picture'),
+  h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link')),
+  h('div', { class: 'row wrap', id: 'exports' }));
+
+panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), sharePanel);
+
+const main = h('main', {}, stage, panel, charts.element);
+document.getElementById('app')!.append(
+  h('header', {}, h('h1', {}, 'sqmap'), tabList, connection, themeButton, stopButton), main,
+  h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop the mesh: it is checked, then baked')));
+
+// ---- Modes
+
+const hints: Record<Mode, string> = {
+  look: 'Drag to turn it. Click it for numbers. Drop a mesh here to bake it.',
+  touch: 'Press on an object and drag: you are touching it. The arrow is the force.',
+  recognise: 'Press Begin, then feel for the hidden object with sound on.',
+};
+
+function setMode(next: Mode): void {
+  hand.letGo();
+  mode = next;
+  for (const [m, b] of Object.entries(tabs)) { b.setAttribute('aria-selected', String(m === mode)); b.tabIndex = m === mode ? 0 : -1; }
+  document.getElementById('mode-panel')!.replaceChildren(mode === 'look' ? lookPanel : mode === 'touch' ? touchPanel : gamePanel);
+  panel.setAttribute('aria-labelledby', `tab-${mode}`);
+  main.dataset.mode = mode;
+  hint.textContent = hints[mode];
+  hint.hidden = false;
+  hand.enabled = mode !== 'look';
+  if (mode !== 'recognise') hand.only = game.running ? hand.only : -1;
+  world.hidden = mode === 'recognise' && game.running;
+  canvas.classList.toggle('touching', hand.enabled);
+  factsBox.hidden = mode === 'recognise';
+  if (mode === 'look') { world.showTool(null); forceRead.textContent = ''; }
+  void world.paint();
+}
+
+// ---- Touch
+
+// The newest aim, at most once a frame of the stream; to grasp and to let go is told at once.
+let aim: object | null = null, wasHeld = false;
+setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
+hand.onAim = (target, held, hit) => {
+  aim = { say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held };
+  if (held !== wasHeld) { link.say(aim); aim = null; }
+  wasHeld = held;
+  if (held) hint.hidden = true;
+  if (mode !== 'recognise' && hit) map.show(hit.point);
+};
+hand.onKeyTouch = (text) => { announce(text); if (mode === 'touch') sliders.forEach((s) => s.set()); };
+
+function stop(): void {
+  link.say({ say: 'stop' });
+  hand.letGo();
+  sound.quiet();
+  announce('Stopped. No force.', true);
+}
+function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); canvas.focus(); }
+
+document.addEventListener('keydown', (e) => {
+  if (e.code !== 'Space' || mode === 'look') return;
+  const at = document.activeElement;
+  // With a tool in hand the space bar is STOP wherever the focus is; else buttons and fields keep it.
+  if (!hand.holding && at && at !== document.body && at !== canvas) return;
+  e.preventDefault();
+  stop();
+});
+window.addEventListener('blur', () => hand.letGo());
+
+let settingsDue = 0, settingsChanged = -1e9;
+function tellSettings(): void {
+  settingsChanged = performance.now();
+  hand.radius = settings.smoothing > 0 ? settings.smoothing : settings.toolRadius;
+  world.toolRadius(hand.radius);
+  clearTimeout(settingsDue);
+  settingsDue = window.setTimeout(() => link.say({ say: 'settings', ...settings }), 40);
+}
+
+const REASONS: [number, string][] = [
+  [1, 'not a number'], [2, 'no fresh position'], [4, 'easing in'], [8, 'at the force limit'], [16, 'rising gently'],
+  [32, 'too fast'], [64, 'damped to stay stable'], [128, 'resting the motors'], [256, 'at the last limit'], [512, 'off'],
+];
+
+function onFrame(frame: Frame): void {
+  ++frames;
+  lastFrame = frame;
+  charts.add(frame);
+  if (mode === 'look') return;
+  world.showTool(frame);
+  const force = Math.hypot(...frame.force);
+  const side = world.project(new THREE.Vector3(...(frame.tool as [number, number, number]))).x;
+  sound.play(frame, side);
+  rumble.play(force, settings.forceLimit);
+  game.feel(frame);
+  const part = frame.object >= 0 ? facts[frame.object]?.parts[frame.part] : undefined;
+  const name = frame.contacts > 0 ? part?.name ?? 'surface' : '';
+  voice.touch(mode === 'recognise' && !game.running ? '' : name);
+  const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
+  const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
+    frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
+  forceRead.textContent = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
+  if (frame.faults & 16) showResume('Stopped: there is no force.');
+}
+voice.onSay = (text) => { if (text && mode !== 'look') announce(text); };
+
+// ---- Facts, parts, numbers
+
+function showFacts(): void {
+  const rows = facts.map((f, i) => {
+    const certified = f.parts.filter((p) => p.certified).length;
+    const current = selected?.object === i;
+    const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
+    const warn = f.measured.missed + f.measured.false > 0;
+    return h('li', {}, title,
+      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} triangles`),
+      h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
+        `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
+  });
+  factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, facts.length === 1 ? 'Model' : `Models (${facts.length})`),
+    facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.')));
+  factsBox.hidden = mode === 'recognise';  // it is about feeling there
+}
+
+function select(object: number, part: number): void {
+  selected = object < 0 ? null : { object, part };
+  world.select(object, part);
+  showPart();
+  showFacts();
+  showExports();
+}
+
+function showPart(): void {
+  const s = selected, f = s ? facts[s.object] : undefined;
+  if (!s || !f) { partBox.replaceChildren(); map.clear('Select a part: click the object.'); if (!numbers.childElementCount) setNumbers([]); return; }
+  const say = (name: string, more: object = {}) => link.say({ say: name, object: s.object, ...more });
+  const edits = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Edit the parts' });
+  const p = f.parts[s.part];
+  if (p) {
+    const other = h('select', { id: 'other', 'aria-label': 'Part to merge with' }, ...f.parts.map((q, i) => i === s.part ? null : h('option', { value: String(i) }, q.name)));
+    edits.append(h('button', { id: 'split', onclick: () => { wait('Cutting …'); say('split', { part: s.part }); } }, 'Split'));
+    if (f.parts.length > 1) edits.append(h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge with'), other);
+    edits.append(h('button', { id: 'refit', onclick: () => { wait('Fitting …'); say('refit', { part: s.part }); } }, 'Refit'));
+  }
+  edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
+  if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
+  edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
+  const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', onchange: (e: Event) => { p.name = (e.target as HTMLInputElement).value; remember(f); showPart(); } });
+  const list = h('details', {}, h('summary', {}, `All ${f.parts.length} parts`), h('ol', { class: 'parts', start: 0 }, ...f.parts.map((q, i) =>
+    h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(partColour(i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));
+  fill(partBox,
+    name && h('label', { class: 'field' }, h('span', {}, 'Part'), name),
+    p && h('p', { class: 'note' }, `${p.triangles.toLocaleString('en')} triangles, ${digits(p.area, 2)} % of the surface; half axes ${p.a.map((x) => digits(1000 * x)).join(' × ')} mm, exponents ${p.eps.map((x) => digits(x, 2)).join(', ')}${p.taper.some((t) => t) ? ', tapered' : ''}${p.bend ? ', bent' : ''}; ${p.certified ? `proven to hold its surface (F ≤ ${digits(p.largestF ?? 0, 4)})` : 'not proven to hold its surface'}`),
+    edits, list);
+  if (!p) map.clear('Select a part: click the object.');
+  else if (f.edited) map.clear('Edited parts have a map once they are baked.');
+  else if (!f.central) map.clear('This model holds the paper’s own maps: sqmap render --what map draws them.');
+  else map.load(s.object, s.part, p.name).catch((e) => trouble(String(e)));
+}
+
+function setNumbers(rows: [string, string][]): void {
+  numbers.replaceChildren(...(rows.length ? rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]) : [h('dt', {}, 'Click the object'), h('dd', {}, 'for its numbers')]));
+}
+
+async function click(hit: Hit | null): Promise<void> {
+  if (!hit) { select(-1, -1); world.mark(null); setNumbers([]); return; }
+  world.mark(hit.point);
+  const f = facts[hit.object];
+  select(hit.object, hit.part);
+  const mm = (v: THREE.Vector3) => v.toArray().map((x) => (1000 * x).toFixed(1)).join(', ');
+  const error = world.fieldAt(hit.object, 'error', hit.triangle);
+  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Triangle', String(hit.triangle)], ['Point', `${mm(hit.point)} mm`],
+    ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]];
+  if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of R_max`]);
+  for (const kind of ['protrusion', 'curvature']) { const v = world.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
+  setNumbers(rows);
+  announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
+}
+
+let pressed: { x: number; y: number } | null = null;
+const ndc = (e: PointerEvent): [number, number] => { const b = canvas.getBoundingClientRect(); return [(2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height]; };
+canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; });
+canvas.addEventListener('pointerup', (e) => {
+  if (mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) void click(world.cast(...ndc(e)));
+  pressed = null;
+});
+canvas.addEventListener('pointermove', (e) => {
+  if (mode !== 'look' || pressed || !selected || facts[selected.object]?.edited) return;
+  const hit = world.cast(...ndc(e));
+  if (hit && hit.object === selected.object && hit.part === selected.part) { map.show(hit.point); world.mark(hit.point); }
+});
+map.onPoint = (p) => world.mark(p);
+
+// ---- Files
+
+function showExports(): void {
+  const i = selected?.object ?? 0, f = facts[i];
+  document.getElementById('exports')!.replaceChildren(...(f ? [
+    h('span', { class: 'note' }, `Save ${f.name} as`),
+    ...(['glb', 'json', 'sqmap'] as const).map((kind) => h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model'))] : []));
+}
+
+async function drop(file: File): Promise<void> {
+  dialog.hidden = false;
+  dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
+  try {
+    const v = await upload(file, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
+    const good = v.accepted;
+    dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
+    fill(dialog, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
+      v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
+      v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
+      h('button', { onclick: () => { dialog.hidden = true; } }, 'Close'));
+    announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
+    if (!good) dialog.focus();
+  } catch (e) { dialog.hidden = true; trouble(`${file.name}: ${e instanceof Error ? e.message : e}`); }
+}
+const zone = document.getElementById('dropzone')!;
+addEventListener('dragover', (e) => { e.preventDefault(); zone.hidden = false; });
+addEventListener('dragleave', (e) => { if (!e.relatedTarget) zone.hidden = true; });
+addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; const f = e.dataTransfer?.files[0]; if (f) void drop(f); });
+
+function copyLink(): void {
+  const view = { m: mode, c: world.pose(), k: world.colourBy, s: world.surfaceAs, q: world.withSuperquadrics, p: selected };
+  location.hash = `view=${encodeURIComponent(JSON.stringify(view))}`;
+  const done = () => announce('The link is in the address bar and the clipboard. It holds as long as the program runs.');
+  navigator.clipboard?.writeText(location.href).then(done, done);
+  wait('Link copied: it restores this view as long as the program runs.');
+}
+function restoreLink(): void {
+  const text = new URLSearchParams(location.hash.slice(1)).get('view');
+  if (!text) return;
+  try {
+    const v = JSON.parse(text);
+    const set = (id: string, value: unknown) => { const e = lookPanel.querySelector<HTMLSelectElement & HTMLInputElement>(`#${id}`)!; if (typeof value === 'boolean') e.checked = value; else e.value = String(value); e.dispatchEvent(new Event('change')); };
+    set('colour', v.k); set('surface', v.s); set('superquadrics', Boolean(v.q));
+    world.setPose(v.c);
+    if (v.m === 'look' || v.m === 'touch' || v.m === 'recognise') setMode(v.m);
+    if (v.p && facts[v.p.object]) select(v.p.object, v.p.part);
+  } catch { /* a link that somebody has changed: the view stays as it is */ }
+}
+
+// ---- Notices
+
+let noticeDue = 0;
+function wait(text: string): void {
+  notice.hidden = false;
+  notice.className = 'notice';
+  notice.textContent = text;
+  clearTimeout(noticeDue);
+  noticeDue = window.setTimeout(() => { notice.hidden = true; }, 5000);
+}
+function trouble(text: string): void { wait(text); notice.className = 'notice bad'; announce(text, true); }
+function showResume(text: string): void {
+  if (stage.querySelector('#resume')) return;
+  stage.append(h('div', { class: 'stopped', role: 'alertdialog', 'aria-label': text }, h('p', {}, text), h('button', { id: 'resume', class: 'primary', onclick: () => resume() }, 'Resume')));
+}
+function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
+world.onTrouble = trouble;
+world.onScale = (scale: Scale | null) => {
+  legend.hidden = !scale;
+  if (!scale) return;
+  const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
+  legend.replaceChildren(h('span', {}, scale.title), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
+    world.colourBy === 'error' ? h('span', { class: 'note' }, 'Blue: missed. Grey: too thin to say.') : '');
+};
+
+// ---- Names that people gave, kept for this browser
+
+const names = (f: ObjectFacts): string => `names-${f.hash}`;
+function remember(f: ObjectFacts): void { try { localStorage.setItem(names(f), JSON.stringify(f.parts.map((p) => p.name))); } catch { /* private mode */ } }
+function recall(f: ObjectFacts): void {
+  if (f.edited) return;
+  try {
+    const kept = JSON.parse(localStorage.getItem(names(f)) ?? 'null');
+    if (Array.isArray(kept) && kept.length === f.parts.length) f.parts.forEach((p, i) => { if (typeof kept[i] === 'string') p.name = kept[i].slice(0, 60); });
+  } catch { /* not ours */ }
+}
+
+// ---- The game
+
+game.onRound = (object) => {
+  const playing = object >= 0;
+  hand.letGo();
+  hand.only = object;
+  world.hidden = playing && mode === 'recognise';
+  world.showTool(null);
+  world.frame(playing ? object : -1);
+  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; (touchPanel.querySelector('#sound') as HTMLInputElement).checked = true; (touchPanel.querySelector('#voice') as HTMLInputElement).checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
+  else sound.quiet();
+  showFacts();
+  void world.paint();
+};
+game.onSound = (good) => { sound.tap(good ? 880 : 180); if (good) setTimeout(() => sound.tap(1320), 130); };
+
+// ---- The program
+
+const link = new Link({
+  scene(objects) {
+    const count = facts.length;
+    facts = objects;
+    facts.forEach(recall);
+    notice.hidden = true;
+    if (selected && !facts[selected.object]) selected = null;
+    if (selected && selected.part >= facts[selected.object].parts.length) selected.part = -1;
+    showFacts();
+    showPart();
+    showExports();
+    game.scene(facts);
+    void world.setScene(facts).then(() => {
+      if (first || facts.length !== count) world.frame();
+      if (first) restoreLink();
+      first = false;
+      document.body.dataset.ready = String(frames);
+    }).catch((e) => trouble(String(e)));
+  },
+  status(s) {
+    status = s;
+    // What is just being set here is newer than what the program says.
+    if (performance.now() - settingsChanged > 400) settings = { ...s.settings };
+    hand.radius = settings.smoothing > 0 ? settings.smoothing : settings.toolRadius;
+    world.toolRadius(hand.radius);
+    sliders.forEach((x) => x.set());
+    (touchPanel.querySelector('#layer') as HTMLSelectElement).value = settings.layer;
+    if (deviceSelect.childElementCount !== s.devices.length && s.devices.length)
+      deviceSelect.replaceChildren(...s.devices.map((d, i) => h('option', { value: String(i), disabled: !d.here }, d.here ? d.name : `${d.name} (not here)`)));
+    deviceSelect.value = String(s.device);
+    const d = s.devices[s.device];
+    deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
+    const c = s.counters;
+    counters.textContent = c ? `${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
+    if (s.stopped) showResume('Stopped: there is no force.');
+    else hideResume();
+    stopButton.setAttribute('aria-pressed', String(s.stopped));
+  },
+  frame: onFrame,
+  progress(p) {
+    progressBox.hidden = p.stage === 'done' || p.stage === 'failed';
+    const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85] };
+    const [text, at] = stages[p.stage] ?? [p.stage, 1];
+    progressText.textContent = `Baking ${p.name}: ${text}`;
+    progressBar.value = p.done >= 1 ? 1 : at;
+    if (p.stage === 'done') announce(`${p.name} is baked.`);
+  },
+  trouble,
+  connected(yes) {
+    connection.textContent = yes ? 'connected' : 'connection lost: no force; trying again …';
+    connection.className = yes ? 'pill good' : 'pill bad';
+    if (!yes) { sound.quiet(); world.showTool(null); announce('The connection is lost. There is no force.', true); }
+    else { wasHeld = false; hand.again(); }
+  },
+});
+
+setMode('look');
+setNumbers([]);
+showExports();
+theme();
+
+// For the browser tests.
+Object.assign(window, { sqmap: { world, hand, charts, game, link, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });

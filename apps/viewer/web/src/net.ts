@@ -1,0 +1,115 @@
+// The connection to the program: JSON both ways, and a binary stream of what is felt.
+
+export interface Part {
+  name: string; triangles: number; area: number; certified: boolean; largestF: number | null;
+  a: number[]; eps: number[]; taper: number[]; bend: number;
+}
+export interface ObjectFacts {
+  name: string; hash: string; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
+  bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
+  place: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[];
+  id: number; revision: number; canUndo: boolean; canRedo: boolean;
+}
+export interface Settings {
+  layer: string; stiffness: number; damping: number; friction: number; texture: number; smoothing: number;
+  toolRadius: number; zone: number; forceLimit: number;
+}
+export interface DeviceRow { name: string; here: boolean; state: string; rate: number; limit: number; }
+export interface Status {
+  touching: boolean; stopped: boolean; device: number; devices: DeviceRow[]; settings: Settings;
+  counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
+}
+export interface Frame {
+  tool: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
+  depth: number; contacts: number; object: number; part: number; acted: number; faults: number;
+  late: number; degraded: boolean; engaged: boolean; connected: boolean; ticks: Float32Array;
+}
+export interface Progress { name: string; stage: string; done: number; }
+
+export interface Handlers {
+  scene(objects: ObjectFacts[]): void;
+  status(status: Status): void;
+  frame(frame: Frame): void;
+  progress(progress: Progress): void;
+  trouble(text: string): void;
+  connected(yes: boolean): void;
+}
+
+const token = new URLSearchParams(location.search).get('token') ?? '';
+export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
+
+const HEAD = 28;
+
+export function readFrame(data: Float32Array): Frame {
+  const v = (i: number) => [data[i], data[i + 1], data[i + 2]];
+  return {
+    tool: v(2), force: v(5), torque: v(8), point: v(11), normal: v(14),
+    depth: data[17], contacts: data[18], object: data[19], part: data[20], acted: data[21], faults: data[22], late: data[23],
+    degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, ticks: data.subarray(HEAD, HEAD + 4 * data[27]),
+  };
+}
+
+export class Link {
+  private socket: WebSocket | null = null;
+  private wait = 250;
+  constructor(private handlers: Handlers) { this.open(); }
+
+  private open(): void {
+    const socket = new WebSocket(`ws://${location.host}${address('/ws')}`);
+    this.socket = socket;
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => { this.wait = 250; this.handlers.connected(true); };
+    socket.onmessage = (event) => {
+      if (event.data instanceof ArrayBuffer) { this.handlers.frame(readFrame(new Float32Array(event.data))); return; }
+      const message = JSON.parse(event.data as string);
+      if (message.say === 'scene') this.handlers.scene(message.objects);
+      else if (message.say === 'status') this.handlers.status(message);
+      else if (message.say === 'progress') this.handlers.progress(message);
+      else if (message.say === 'trouble') this.handlers.trouble(message.text);
+    };
+    socket.onclose = () => {
+      if (this.socket !== socket) return;
+      this.handlers.connected(false);
+      setTimeout(() => this.open(), this.wait);
+      this.wait = Math.min(2 * this.wait, 4000);
+    };
+  }
+
+  say(message: object): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  /// For tests: as though the cable were pulled.
+  drop(): void { this.socket?.close(); }
+}
+
+export async function fetchBytes(path: string): Promise<ArrayBuffer> {
+  const reply = await fetch(address(path));
+  if (!reply.ok) throw new Error(`${path}: ${(await reply.text()).trim()}`);
+  return reply.arrayBuffer();
+}
+
+export interface Verdict {
+  accepted: boolean; verdict: string; code?: string; element?: string; message?: string; cure?: string; notes?: string[]; triangles?: number;
+}
+
+/// Sends a file; sent: share of it that is on its way, 0 to 1.
+export function upload(file: File, sent: (share: number) => void): Promise<Verdict> {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}`));
+    request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
+    request.onload = () => {
+      if (request.status === 413) {
+        resolve({ accepted: false, verdict: 'REFUSED', code: 'E_LIMIT', element: 'file', message: request.responseText.trim(),
+          cure: 'decimate the mesh, or bake it with the command line: sqmap bake' });
+        return;
+      }
+      try { resolve(JSON.parse(request.responseText)); } catch { reject(new Error(request.responseText || `status ${request.status}`)); }
+    };
+    request.onerror = () => reject(new Error('the program does not answer'));
+    request.send(file);
+  });
+}

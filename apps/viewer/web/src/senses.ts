@@ -1,0 +1,122 @@
+// Force for other senses: sound, rumble, speech.
+import type { Frame } from './net';
+
+/// Pitch tells how hard, loudness too; a rustle tells how fast the tool slides; a tap marks every new contact.
+export class Sound {
+  private context: AudioContext | null = null;
+  private tone!: OscillatorNode;
+  private toneGain!: GainNode;
+  private noiseGain!: GainNode;
+  private pan!: StereoPannerNode;
+  private touching = false;
+  private before: number[] | null = null;
+  on = false;
+
+  /// Browsers start sound only from a key or a click.
+  start(): void {
+    this.on = true;
+    if (this.context) { void this.context.resume(); return; }
+    const c = new AudioContext();
+    this.context = c;
+    this.pan = c.createStereoPanner();
+    this.pan.connect(c.destination);
+    this.tone = c.createOscillator();
+    this.tone.type = 'triangle';
+    this.toneGain = c.createGain();
+    this.toneGain.gain.value = 0;
+    this.tone.connect(this.toneGain).connect(this.pan);
+    this.tone.start();
+    const buffer = c.createBuffer(1, c.sampleRate, c.sampleRate), samples = buffer.getChannelData(0);
+    for (let i = 0; i < samples.length; ++i) samples[i] = 2 * Math.random() - 1;
+    const noise = c.createBufferSource();
+    noise.buffer = buffer;
+    noise.loop = true;
+    const band = c.createBiquadFilter();
+    band.type = 'bandpass';
+    band.frequency.value = 1400;
+    this.noiseGain = c.createGain();
+    this.noiseGain.gain.value = 0;
+    noise.connect(band).connect(this.noiseGain).connect(this.pan);
+    noise.start();
+  }
+
+  stop(): void { this.on = false; this.quiet(); }
+
+  quiet(): void {
+    if (!this.context) return;
+    const t = this.context.currentTime;
+    this.toneGain.gain.setTargetAtTime(0, t, 0.02);
+    this.noiseGain.gain.setTargetAtTime(0, t, 0.02);
+    this.touching = false;
+    this.before = null;
+  }
+
+  /// side: -1 left to 1 right, where the tool is on the screen.
+  play(frame: Frame, side: number): void {
+    if (!this.on || !this.context) return;
+    const t = this.context.currentTime, force = Math.hypot(...frame.force);
+    const touching = frame.contacts > 0;
+    this.pan.pan.setTargetAtTime(Math.max(-1, Math.min(1, side)), t, 0.03);
+    this.tone.frequency.setTargetAtTime(170 * Math.pow(2, Math.min(force, 2.5) * 1.1), t, 0.015);
+    this.toneGain.gain.setTargetAtTime(touching ? 0.03 + 0.09 * Math.min(force, 2) : 0, t, 0.02);
+    let speed = 0;
+    if (this.before) speed = Math.hypot(...frame.tool.map((x, i) => x - this.before![i])) * 60;
+    this.before = frame.tool;
+    this.noiseGain.gain.setTargetAtTime(touching ? Math.min(speed * 2, 0.25) : 0, t, 0.02);
+    if (touching && !this.touching) this.tap(520);
+    this.touching = touching;
+  }
+
+  tap(pitch: number): void {
+    if (!this.on || !this.context) return;
+    const c = this.context, o = c.createOscillator(), g = c.createGain();
+    o.frequency.value = pitch;
+    g.gain.setValueAtTime(0.18, c.currentTime);
+    g.gain.exponentialRampToValueAtTime(0.001, c.currentTime + 0.08);
+    o.connect(g).connect(this.pan);
+    o.start();
+    o.stop(c.currentTime + 0.09);
+  }
+}
+
+/// The force's size on every game pad that can rumble. Returns whether there is one.
+export class Rumble {
+  private last = 0;
+  on = true;
+  available(): boolean { return Array.from(navigator.getGamepads?.() ?? []).some((p) => p && p.vibrationActuator); }
+  play(force: number, limit: number): void {
+    const now = performance.now();
+    if (!this.on || force < 0.05 || now - this.last < 80) return;
+    this.last = now;
+    for (const pad of navigator.getGamepads?.() ?? [])
+      void pad?.vibrationActuator?.playEffect('dual-rumble', {
+        duration: 110, strongMagnitude: Math.min(force / limit, 1), weakMagnitude: Math.min(0.6 * force / limit, 1),
+      }).catch(() => {});
+  }
+}
+
+/// Says a name once it has been touched for a moment; the newest wins.
+export class Voice {
+  private pending = 0;
+  private said = '';
+  on = false;
+  onSay: (text: string) => void = () => {};
+
+  touch(name: string): void {
+    if (name === this.said) return;
+    clearTimeout(this.pending);
+    this.said = name;
+    if (!name) return;
+    this.pending = window.setTimeout(() => this.say(name), 250);
+  }
+
+  say(text: string): void {
+    this.onSay(text);
+    if (!this.on || !('speechSynthesis' in window)) return;
+    speechSynthesis.cancel();
+    const words = new SpeechSynthesisUtterance(text);
+    words.rate = 1.15;
+    speechSynthesis.speak(words);
+  }
+  forget(): void { clearTimeout(this.pending); this.said = ''; }
+}

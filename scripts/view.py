@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""Opens files, or the demo scene of five animals and a hand, in the browser: what ./dev view runs once the program is built."""
+import os
+import pathlib
+import sys
+
+import demo
+import measure
+
+SCENE = ("elephant", "bull", "triceratops", "camel", "cow", "hand")  # three in front, three behind
+
+
+def scene():
+    """Models of the demo scene, baked once; none where nothing could be fetched."""
+    for folder in (demo.CACHE, demo.MESHES):
+        folder.mkdir(parents=True, exist_ok=True)
+    demo.fetch_animals()
+    demo.fetch_hand()
+    models = []
+    for name in SCENE:
+        mesh = next((p for p in (demo.MESHES / f"{name}.off", demo.MESHES / f"{name}.obj") if p.exists()), None)
+        if mesh is None:
+            continue
+        model = demo.DEMO / f"{name}.sqmap"
+        if not model.exists() or model.stat().st_mtime < measure.PROGRAM.stat().st_mtime:
+            demo.say(f"{name}: bake")
+            measure.run("bake", mesh, "-o", model)
+        models.append(str(model))
+    return models
+
+
+def main():
+    words = sys.argv[1:]
+    if not any(pathlib.Path(word).is_file() for word in words):
+        words = scene() + words
+    sys.stdout.flush()
+    os.execv(measure.PROGRAM, [str(measure.PROGRAM), "view", *words])
+
+
+if __name__ == "__main__":
+    main()

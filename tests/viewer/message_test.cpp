@@ -1,0 +1,103 @@
+#include "messages.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace sqmap::viewer {
+namespace {
+
+const std::string k_settings =
+    R"({"say":"settings","layer":"exact","stiffness":700,"damping":0.5,"friction":0.2,"texture":0.0001,"smoothing":0.001,)"
+    R"("toolRadius":0.01,"zone":0,"forceLimit":1.5})";
+
+std::string replaced(std::string text, const std::string& what, const std::string& with)
+{
+    return text.replace(text.find(what), what.size(), with);
+}
+
+TEST(Message, ReadsATouch)
+{
+    const auto m = read_message(R"({"say":"touch","p":[0.1,-0.2,3],"held":true})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::Touch);
+    EXPECT_EQ(m->target, (Vec3d{0.1, -0.2, 3}));
+    EXPECT_TRUE(m->held);
+}
+
+TEST(Message, ReadsSettings)
+{
+    const auto m = read_message(k_settings);
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->settings, (Settings{.layer = query::Layer::Exact,
+                                     .stiffness = 700,
+                                     .damping = 0.5,
+                                     .friction = 0.2,
+                                     .texture = 0.0001,
+                                     .smoothing = 0.001,
+                                     .tool_radius = 0.01,
+                                     .zone = 0,
+                                     .force_limit = 1.5}));
+}
+
+TEST(Message, ReadsEdits)
+{
+    const auto m = read_message(R"({"say":"merge","object":1,"part":2,"other":7})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::Merge);
+    EXPECT_EQ(m->object, 1u);
+    EXPECT_EQ(m->part, 2u);
+    EXPECT_EQ(m->other, 7u);
+    EXPECT_TRUE(read_message(R"({"say":"stop"})"));
+    EXPECT_TRUE(read_message(R"({"say":"undo","object":0})"));
+}
+
+TEST(Message, RefusesWhatIsOutOfRange)
+{
+    for (const char* const wrong : {"-1", "2001", "1e999", "\"700\"", "null", "[700]", "NaN"})
+        EXPECT_FALSE(read_message(replaced(k_settings, "700", wrong))) << wrong;
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"forceLimit\":1.5", "\"forceLimit\":0")));
+    EXPECT_FALSE(read_message(replaced(k_settings, "exact", "1")));
+    EXPECT_FALSE(read_message(R"({"say":"touch","p":[0,0,101],"held":true})"));
+    EXPECT_FALSE(read_message(R"({"say":"touch","p":[0,0],"held":true})"));
+    EXPECT_FALSE(read_message(R"({"say":"touch","p":[0,0,0],"held":1})"));
+    EXPECT_FALSE(read_message(R"({"say":"split","object":-1,"part":0})"));
+    EXPECT_FALSE(read_message(R"({"say":"split","object":0,"part":65536})"));
+    EXPECT_FALSE(read_message(R"({"say":"split","object":0.5,"part":0})"));
+    EXPECT_FALSE(read_message(R"({"say":"merge","object":0,"part":3,"other":3})"));
+}
+
+TEST(Message, RefusesWhatItDoesNotKnow)
+{
+    for (const char* const text :
+         {"", "{", "[]", "null", "3", "\"touch\"", "{}", R"({"say":3})", R"({"say":"open","path":"/etc/passwd"})",
+          R"({"say":"stop","more":1})", R"({"say":"undo"})", R"({"say":"stop"}{"say":"stop"})", "{\"say\":\"st\xff\xfeop\"}",
+          R"({"say":"device","device":"trace:/etc/passwd"})"})
+        EXPECT_FALSE(read_message(text)) << text;
+    EXPECT_FALSE(read_message(std::string_view("{\"say\":\"stop\"}\0", 15)));
+}
+
+TEST(Message, RefusesDeepNestingWithoutDescending)
+{
+    const std::string deep = R"({"say":"stop","x":)" + std::string(30000, '[') + std::string(30000, ']') + "}";
+    EXPECT_FALSE(read_message(deep));
+    EXPECT_FALSE(read_message(std::string(60000, '[')));
+}
+
+TEST(Message, SurvivesEveryTruncationAndEveryWrongByte)
+{
+    for (std::size_t n = 0; n < k_settings.size(); ++n) EXPECT_FALSE(read_message(k_settings.substr(0, n)));
+    for (std::size_t i = 0; i < k_settings.size(); ++i)
+        for (const char c : {'\0', '"', '{', '[', '\\', '\x80', '-', 'e'}) {
+            std::string text = k_settings;
+            text[i] = c;
+            if (const auto m = read_message(text)) {
+                EXPECT_LE(m->settings.stiffness, 2000);
+                EXPECT_GE(m->settings.force_limit, 0.1);
+                EXPECT_LE(m->settings.force_limit, 3.3);
+            }
+        }
+}
+
+}  // namespace
+}  // namespace sqmap::viewer

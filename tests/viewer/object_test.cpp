@@ -1,0 +1,219 @@
+#include "object.h"
+
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/query/query.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <set>
+
+namespace sqmap::viewer {
+namespace {
+
+constexpr double k_size = 0.2;
+
+const std::shared_ptr<Object>& dumbbell()
+{
+    static const std::shared_ptr<Object> object = [] {
+        Judgement j;
+        j.accepted = j.solid = true;
+        j.verdict = "ACCEPT";
+        j.mesh = mesh::dumbbell({.segments = 24});
+        return object_from_mesh(j, "dumbbell.obj", k_size, {});
+    }();
+    return object;
+}
+
+template <class T>
+T at(const std::string& bytes, std::size_t offset)
+{
+    T value;
+    std::memcpy(&value, bytes.data() + offset, sizeof value);
+    return value;
+}
+
+TEST(Object, IsAsLargeAsAskedAndCentred)
+{
+    const Object& o = *dumbbell();
+    Vec3d lo{1e9, 1e9, 1e9}, hi = -1.0 * lo;
+    for (const Vec3d& v : o.mesh.vertices)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], static_cast<double>(o.world(v)[k]));
+            hi[k] = std::max(hi[k], static_cast<double>(o.world(v)[k]));
+        }
+    // A dumbbell's largest extent is its length.
+    EXPECT_NEAR(hi.z - lo.z, k_size, 1e-6);
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(hi[k] + lo[k], 0, 1e-6);
+        EXPECT_NEAR(hi[k] - lo[k], 2 * o.half[k], 1e-6);
+    }
+}
+
+TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
+{
+    // A point of the drawn surface, pushed in by a millimetre, is a millimetre deep for the query in metres.
+    const Object& o = *dumbbell();
+    int asked = 0;
+    for (std::uint32_t t = 0; t < o.mesh.triangles.size(); t += 7) {
+        const auto& [i, j, k] = o.mesh.triangles[t];
+        const Vec3d a = cast<double>(o.world(o.mesh.vertices[i])), b = cast<double>(o.world(o.mesh.vertices[j])),
+                    c = cast<double>(o.world(o.mesh.vertices[k]));
+        const Vec3d in_world = (1.0 / 3) * (a + b + c) - 1e-3 * normalized(cross(b - a, c - a));
+        const Vec3d in_metres = in_world - o.pose().translation;
+        const query::Contact contact =
+            query::query_point(o.metres, model::to_model_space(o.metres.header, in_metres), query::Layer::Exact);
+        ASSERT_TRUE(contact.contact);
+        EXPECT_NEAR(static_cast<double>(contact.depth) * o.metres.header.unit, 1e-3, 5e-5);
+        ++asked;
+    }
+    EXPECT_GT(asked, 100);
+}
+
+TEST(Object, PlacesNextToWhatIsThere)
+{
+    const auto first = object_from_model({dumbbell()->blob.begin(), dumbbell()->blob.end()}, "a.sqmap", k_size);
+    place_beside(*first, {});
+    const auto second = object_from_model({dumbbell()->blob.begin(), dumbbell()->blob.end()}, "b.sqmap", 2 * k_size);
+    const ObjectPtr others[] = {first};
+    place_beside(*second, others);
+    EXPECT_GT(second->place.x - second->half.x, first->place.x + first->half.x);
+    EXPECT_NEAR(second->place.y - second->half.y, first->place.y - first->half.y, 1e-12);
+}
+
+TEST(Object, SaysEveryPartsNameOnce)
+{
+    const auto& names = dumbbell()->parts.names;
+    EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
+    EXPECT_EQ(names.size(), dumbbell()->view.parts.size());
+}
+
+TEST(Object, MeshBytesHoldEveryTriangleAndItsPart)
+{
+    const Object& o = *dumbbell();
+    const std::string bytes = mesh_bytes(o, o.parts);
+    const std::size_t nv = o.mesh.vertices.size(), nt = o.mesh.triangles.size();
+    ASSERT_EQ(bytes.size(), 16 + 12 * nv + 16 * nt);
+    EXPECT_EQ(bytes.substr(0, 4), "SQM1");
+    EXPECT_EQ(at<std::uint32_t>(bytes, 4), nv);
+    EXPECT_EQ(at<std::uint32_t>(bytes, 8), nt);
+    for (std::size_t t = 0; t < nt; ++t) {
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_EQ(at<std::uint32_t>(bytes, 16 + 12 * nv + 12 * t + 4 * k), o.mesh.triangles[t][k]);
+        EXPECT_LT(at<std::uint32_t>(bytes, 16 + 12 * nv + 12 * nt + 4 * t), o.view.parts.size());
+    }
+}
+
+TEST(Object, MapPixelsLieOnTheSurface)
+{
+    const Object& o = *dumbbell();
+    const std::string bytes = map_bytes(o, 0, 16);
+    ASSERT_EQ(bytes.size(), 12 + 16 * 64 * 48u);
+    int hits = 0;
+    for (std::size_t i = 0; i < 64 * 48; ++i) {
+        if (!(at<float>(bytes, 12 + 16 * i) >= 0)) continue;
+        Vec3d p;
+        for (int k = 0; k < 3; ++k)
+            p[k] = static_cast<double>(at<float>(bytes, 12 + 16 * i + 4 + 4 * static_cast<std::size_t>(k)));
+        double least = 1e9;
+        for (const mesh::Triangle& t : o.mesh.triangles) {
+            Vec3d middle{};
+            for (const std::uint32_t v : t) middle += (1.0 / 3) * cast<double>(o.world(o.mesh.vertices[v]));
+            least = std::min(least, norm(middle - p));
+        }
+        EXPECT_LT(least, 0.012);  // of 24 segments about a ball of 36 mm
+        ++hits;
+    }
+    EXPECT_GT(hits, 300);
+}
+
+TEST(Object, ErrorFieldIsSmallAndComplete)
+{
+    const Object& o = *dumbbell();
+    const std::string bytes = field_bytes(o, Field::Error);
+    ASSERT_EQ(bytes.size(), 8 + 4 * o.mesh.triangles.size());
+    for (std::size_t t = 0; t < o.mesh.triangles.size(); ++t) {
+        EXPECT_NE(at<float>(bytes, 8 + 4 * t), -1) << "missed";
+        EXPECT_LT(at<float>(bytes, 8 + 4 * t), 1);
+    }
+}
+
+TEST(Object, GlbIsWhatItsHeaderSays)
+{
+    const Object& o = *dumbbell();
+    const std::string glb = glb_bytes(o, o.parts);
+    EXPECT_EQ(glb.substr(0, 4), "glTF");
+    EXPECT_EQ(at<std::uint32_t>(glb, 4), 2u);
+    EXPECT_EQ(at<std::uint32_t>(glb, 8), glb.size());
+    const auto length = at<std::uint32_t>(glb, 12);
+    const auto root = nlohmann::json::parse(glb.substr(20, length));
+    EXPECT_EQ(at<std::uint32_t>(glb, 20 + length), root["buffers"][0]["byteLength"].get<std::uint32_t>() +
+                                                       (4 - root["buffers"][0]["byteLength"].get<std::uint32_t>() % 4) % 4);
+    // Read back by the project's own reader: every triangle of the object and of its superquadrics.
+    const io::ReadResult read = io::read_mesh_bytes(std::as_bytes(std::span(glb)), io::MeshFormat::Glb);
+    ASSERT_FALSE(read.error) << read.error->message;
+    EXPECT_EQ(read.soup.polygon_offsets.size() - 1, o.mesh.triangles.size() + o.view.parts.size() * 12 * 12 * 12);
+    EXPECT_EQ(root["nodes"].size(), 2 + 2 * o.view.parts.size());
+}
+
+TEST(Object, EditedPartsAreBakedAsGiven)
+{
+    const Object& o = *dumbbell();
+    const decompose::Cutter cutter(o.mesh);
+    const decompose::Split split = cutter.split(o.parts.partition, 0);
+    ASSERT_TRUE(split.found);
+    const Parts parts = fitted(o, split.partition, &o.parts);
+    EXPECT_EQ(parts.superquadrics.size(), parts.partition.part_count);
+    const auto after = rebaked(o, parts, {});
+    EXPECT_EQ(after->parts.partition.part_of_triangle, split.partition.part_of_triangle);
+    EXPECT_EQ(after->view.parts.size(), split.partition.part_count);
+    EXPECT_EQ(after->metres_per_unit, o.metres_per_unit);
+    for (const double f : after->parts.largest_f) EXPECT_LE(f, 1);
+    EXPECT_LT(after->view.measured.depth_p99, 0.5);
+}
+
+TEST(Object, APartitionOfAnotherMeshIsRefused)
+{
+    const Object& o = *dumbbell();
+    Parts parts = o.parts;
+    parts.partition.part_of_triangle.pop_back();
+    EXPECT_THROW((void)rebaked(o, parts, {}), mesh::InvalidInput);
+    parts = o.parts;
+    ++parts.partition.part_count;  // an empty part
+    EXPECT_THROW((void)rebaked(o, parts, {}), mesh::InvalidInput);
+    parts = o.parts;
+    parts.partition.part_of_triangle[0] = parts.partition.part_count;
+    EXPECT_THROW((void)rebaked(o, parts, {}), mesh::InvalidInput);
+}
+
+TEST(Object, AMergeUndoesASplit)
+{
+    const Object& o = *dumbbell();
+    const decompose::Cutter cutter(o.mesh);
+    const decompose::Split split = cutter.split(o.parts.partition, 0);
+    ASSERT_TRUE(split.found);
+    ASSERT_EQ(split.partition.part_count, o.parts.partition.part_count + 1);
+    const decompose::Partition merged = cutter.merge(split.partition, 0, o.parts.partition.part_count);
+    EXPECT_EQ(merged.part_of_triangle, o.parts.partition.part_of_triangle);
+}
+
+TEST(Judge, SaysWhyAFileIsRefused)
+{
+    const std::string open = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    const Judgement j = judge(std::as_bytes(std::span(open)), "open.OFF", {});
+    EXPECT_FALSE(j.accepted);
+    EXPECT_EQ(j.verdict, "REFUSED");
+    EXPECT_FALSE(j.code.empty());
+    EXPECT_FALSE(j.message.empty());
+    EXPECT_FALSE(j.cure.empty());
+    EXPECT_EQ(judge(std::as_bytes(std::span(open)), "open.exe", {}).code, "E_FORMAT");
+    const std::string huge = "OFF\n100000000 100000000 0\n0 0 0\n";
+    EXPECT_EQ(judge(std::as_bytes(std::span(huge)), "huge.off", {}).code, "E_TRUNCATED");
+    EXPECT_THROW((void)object_from_model({std::byte{1}, std::byte{2}}, "x.sqmap", k_size), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace sqmap::viewer
