@@ -201,6 +201,20 @@ test('a good mesh is baked, with progress, and stands beside the others', async 
   assert.ok(f.parts.length > 0 && f.parts.every((p) => p.certified));
 });
 
+test('a small hole is filled when asked', async () => {
+  const lines = fs.readFileSync(path.join(folder, 'box.obj'), 'utf8').trim().split('\n');
+  await drop('holed.obj', lines.slice(0, -1).join('\n') + '\n');  // a face short
+  await page.waitForSelector('#verdict.bad #holes');
+  await page.click('#holes');
+  await page.waitForSelector('#verdict.good');
+  assert.match(await page.textContent('#verdict'), /REPAIRED.*filled_holes/s);
+  await until(page, () => window.sqmap.facts().length === 4);
+  const last = await page.$$('#facts .object');
+  await last[3].click();
+  await page.click('#remove');
+  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.ready());
+});
+
 test('models are saved as GLB, JSON and .sqmap', async () => {
   for (const [kind, check] of [['glb', (b) => b.subarray(0, 4).toString() === 'glTF'], ['json', (b) => JSON.parse(b).parts.length > 0], ['sqmap', (b) => b.length > 1000]]) {
     const [download] = await Promise.all([page.waitForEvent('download'), page.click(`#save-${kind}`)]);

@@ -26,7 +26,7 @@ shape::Superquadricd widened(const shape::Superquadricf& f)
     return out;
 }
 
-Judgement judge_read(const io::ReadResult& read)
+Judgement judge_read(const io::ReadResult& read, mesh::Repair repair)
 {
     Judgement out;
     out.verdict = "REFUSED";
@@ -38,7 +38,7 @@ Judgement judge_read(const io::ReadResult& read)
         return out;
     }
     const io::PolygonSoup& soup = read.soup;
-    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices});
+    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, {.repair = repair});
     for (const mesh::RepairNote& r : gate.repairs)
         out.notes.push_back("repaired: " + r.kind + " (" + std::to_string(r.count) + ")");
     for (const mesh::Warning& w : gate.warnings) out.notes.push_back(w.code + ": " + w.message);
@@ -158,7 +158,7 @@ Vec3f Object::world(Vec3d p) const
     return cast<float>(metres_per_unit * (in_mesh - centre) + place);
 }
 
-Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits)
+Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits, mesh::Repair repair)
 {
     const std::map<std::string, io::MeshFormat> formats{{".off", io::MeshFormat::Off},   {".obj", io::MeshFormat::Obj},
                                                         {".stl", io::MeshFormat::Stl},   {".ply", io::MeshFormat::Ply},
@@ -176,10 +176,10 @@ Judgement judge(std::span<const std::byte> bytes, const std::string& name, const
         out.cure = "save the mesh in one of these formats";
         return out;
     }
-    return judge_read(io::read_mesh_bytes(bytes, format->second, limits));
+    return judge_read(io::read_mesh_bytes(bytes, format->second, limits), repair);
 }
 
-Judgement judge(const std::filesystem::path& path) { return judge_read(io::read_mesh_file(path)); }
+Judgement judge(const std::filesystem::path& path) { return judge_read(io::read_mesh_file(path), mesh::Repair::Safe); }
 
 std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size)
 {

@@ -5,6 +5,7 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/io/read.h"
+#include "sqmap/mesh/gate.h"
 #include "sqmap/model/model.h"
 #include "sqmap/shape/superquadric.h"
 
@@ -63,7 +64,8 @@ struct Judgement {
 };
 
 /// Reads and judges uploaded bytes; the name tells the format. Never throws for what the bytes say.
-[[nodiscard]] Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits);
+[[nodiscard]] Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits,
+                              mesh::Repair repair = mesh::Repair::Safe);
 [[nodiscard]] Judgement judge(const std::filesystem::path& path);
 
 /// size: m, that R_max becomes.

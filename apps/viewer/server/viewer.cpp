@@ -225,7 +225,8 @@ void Viewer::upload(HttpRequest request, Answer& answer)
                                   {"cure", "remove an object, or wait"}},
                                  503));
     const std::string name = harmless(query_value(request.target, "name"));
-    bakes_.work([this, answer, name, body = std::move(request.body)] {
+    const mesh::Repair repair = query_value(request.target, "repair") == "holes" ? mesh::Repair::Holes : mesh::Repair::Safe;
+    bakes_.work([this, answer, name, repair, body = std::move(request.body)] {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (name.ends_with(".sqmap")) {
             try {
@@ -243,7 +244,7 @@ void Viewer::upload(HttpRequest request, Answer& answer)
             }
             return;
         }
-        auto judged = std::make_shared<Judgement>(judge(bytes, name, options_.limits));
+        auto judged = std::make_shared<Judgement>(judge(bytes, name, options_.limits, repair));
         answer(json_reply({{"accepted", judged->accepted},
                            {"verdict", judged->verdict},
                            {"code", judged->code},

@@ -342,16 +342,17 @@ function showExports(): void {
     ...(['glb', 'json', 'sqmap'] as const).map((kind) => h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model'))] : []));
 }
 
-async function drop(file: File): Promise<void> {
+async function drop(file: File, holes = false): Promise<void> {
   dialog.hidden = false;
   dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
   try {
-    const v = await upload(file, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
+    const v = await upload(file, holes, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
     const good = v.accepted;
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
     fill(dialog, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
+      v.code === 'E_OPEN' && !holes && h('button', { class: 'primary', id: 'holes', onclick: () => void drop(file, true) }, 'Try again with small holes filled'), ' ',
       h('button', { onclick: () => { dialog.hidden = true; } }, 'Close'));
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();

@@ -96,10 +96,10 @@ export interface Verdict {
 }
 
 /// Sends a file; sent: share of it that is on its way, 0 to 1.
-export function upload(file: File, sent: (share: number) => void): Promise<Verdict> {
+export function upload(file: File, holes: boolean, sent: (share: number) => void): Promise<Verdict> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
-    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}`));
+    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${holes ? '&repair=holes' : ''}`));
     request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
     request.onload = () => {
       if (request.status === 413) {
