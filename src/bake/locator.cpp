@@ -28,6 +28,9 @@ constexpr double k_least_cells = 20;
 constexpr double k_budget = 480e3;
 constexpr double k_budget_triangles = 10e3;
 constexpr double k_least_share = 0.12;
+// Of the locator's bytes, what places take before those that are not flat are divided; and what a division takes, about.
+constexpr double k_undivided_share = 0.65;
+constexpr double k_division_bytes = 250;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
@@ -150,15 +153,28 @@ public:
         pack();
     }
 
-    /// After run: the places of one cell that are not flat, in eighths.
-    void divide(unsigned threads)
+    /// After run: the places of one cell that are not flat, in eighths; at most so many, those with the longest chains first.
+    void divide(std::size_t most, unsigned threads)
     {
         const auto* n = data_.locator.bricks;
+        std::vector<std::pair<std::size_t, std::size_t>> candidates;  // seeds, and which place
+        for (std::size_t i = 0; i < bricks_.size(); ++i) {
+            if (bricks_[i].kind != Brick::Kind::Stored) continue;
+            for (std::size_t k = 0; k < k_places; ++k) {
+                const Place& place = bricks_[i].places[k];
+                if (place.kind != PlaceKind::Free && (place.seeds.front().extent & model::k_flat) == 0)
+                    candidates.emplace_back(place.seeds.size(), i * k_places + k);
+            }
+        }
+        std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+        candidates.resize(std::min(most, candidates.size()));
+        std::vector<std::uint8_t> chosen(bricks_.size() * k_places, 0);
+        for (const auto& [seeds, which] : candidates) chosen[which] = 1;
         parallel_for(bricks_.size(), threads, [&](std::size_t i) {
             if (bricks_[i].kind != Brick::Kind::Stored) return;
             for (int k = 0; k < k_places; ++k) {
                 Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
-                if (place.kind == PlaceKind::Free || (place.seeds.front().extent & model::k_flat) != 0) continue;
+                if (chosen[i * k_places + static_cast<std::size_t>(k)] == 0) continue;
                 const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
                 for (int e = 0; e < 8; ++e)
                     place.eighths.push_back(
@@ -581,12 +597,13 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
     for (;;) {
         LocatorBaker baker(solid, part_of_triangle, target_error, cells, data);
         baker.run(threads);
-        if (bytes_of() <= budget || cells <= k_least_cells) {
-            baker.divide(threads);
+        const double undivided = k_undivided_share * budget;
+        if (bytes_of() <= undivided || cells <= k_least_cells) {
+            baker.divide(static_cast<std::size_t>(std::max(0.0, budget - bytes_of()) / k_division_bytes), threads);
             return;
         }
         // Bytes grow with the square of the cells, as the surface does.
-        cells = std::max(k_least_cells, std::floor(0.97 * cells * std::sqrt(budget / bytes_of())));
+        cells = std::max(k_least_cells, std::floor(0.97 * cells * std::sqrt(undivided / bytes_of())));
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -322,6 +323,51 @@ void set_rises(Rise& rise, model::ModelData& data, std::uint32_t place, Vec3d ce
 
 }  // namespace
 
+namespace {
+
+// Bytes of a model of ten thousand triangles or fewer.
+constexpr double k_model_bytes = 960e3;
+constexpr double k_model_triangles = 10e3;
+
+/// What is left for the lists.
+double near_budget(const model::ModelData& data)
+{
+    const model::ModelView v = data.view();
+    const std::size_t others = v.parts.size_bytes() + v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() +
+                               v.cells.size_bytes() + v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() +
+                               v.pool.size_bytes() + v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() +
+                               v.locals.size_bytes() + v.vertices.size_bytes() + v.triangles16.size_bytes() +
+                               v.triangles32.size_bytes() + v.triangle_part.size_bytes() + v.piece_triangle.size_bytes() +
+                               v.pieces.size_bytes() + v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
+                               v.seeds.size_bytes() + 4 * v.bricks.size();
+    const double all = k_model_bytes * std::max(1.0, static_cast<double>(v.triangle_part.size()) / k_model_triangles);
+    return all - static_cast<double>(others);
+}
+
+/// Where the lists take more, the longest go: their bricks are asked point by point.
+void keep_within(double budget, std::vector<std::vector<std::uint16_t>>& bricks)
+{
+    double bytes = 0;
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < bricks.size(); ++i) {
+        bytes += 2.0 * static_cast<double>(bricks[i].size());
+        if (!bricks[i].empty()) order.push_back(i);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return bricks[a].size() > bricks[b].size(); });
+    for (std::size_t k = 0; k < order.size() && bytes > budget; ++k) {
+        std::vector<std::uint16_t>& brick = bricks[order[k]];
+        int places = 0;
+        for (std::size_t i = 0; i < model::k_near_starts; ++i) places += std::popcount(brick[i]);
+        const std::size_t left = model::k_near_starts + static_cast<std::size_t>(places) + 1;
+        bytes -= 2.0 * static_cast<double>(brick.size() - left);
+        brick.resize(left);
+        std::fill(brick.begin() + model::k_near_starts, brick.end(), std::uint16_t{0});
+    }
+}
+
+}  // namespace
+
 void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data)
 {
     data.near_bricks.clear();
@@ -374,6 +420,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         out.insert(out.end(), starts.begin(), starts.end());
         out.insert(out.end(), refs.begin(), refs.end());
     });
+    keep_within(near_budget(data), packed);
     for (const auto& brick : packed) {
         data.near_bricks.push_back(brick.empty() ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
         data.near.insert(data.near.end(), brick.begin(), brick.end());
