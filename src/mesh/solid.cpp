@@ -58,12 +58,22 @@ void Solid::find_buried_shells()
     const bool several =
         std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const Triangle& t) { return root(t[0]) != first; });
     if (!several || !is_closed(mesh_)) return;
-    std::vector<Boundary> of_shell(parent.size(), Boundary::Partly);  // not yet known
+    // A shell's largest triangle is asked: a sliver's normal and middle say little.
+    std::vector<std::uint32_t> largest(parent.size(), 0);
+    std::vector<double> area(parent.size(), -1);
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
-        Boundary& shell = of_shell[root(mesh_.triangles[i][0])];
-        if (shell == Boundary::Partly) shell = is_boundary(triangle_centroid(mesh_, i), i) ? Boundary::Whole : Boundary::Buried;
-        boundary_[i] = shell;
+        const std::uint32_t shell = root(mesh_.triangles[i][0]);
+        const double own = triangle_area(mesh_, i);
+        if (own > area[shell]) {
+            area[shell] = own;
+            largest[shell] = i;
+        }
     }
+    std::vector<Boundary> of_shell(parent.size(), Boundary::Whole);
+    for (std::uint32_t shell = 0; shell < parent.size(); ++shell)
+        if (area[shell] >= 0 && !is_boundary(triangle_centroid(mesh_, largest[shell]), largest[shell]))
+            of_shell[shell] = Boundary::Buried;
+    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) boundary_[i] = of_shell[root(mesh_.triangles[i][0])];
 }
 
 void Solid::find_pieces(std::span<const std::uint8_t> crossed)
