@@ -40,8 +40,7 @@ ordered_json report_json(const bake::BakeResult& baked)
                                 {"tolerance", p.certificate.tolerance},
                                 {"fallback", p.fallback},
                                 {"base", p.base},
-                                {"map_bytes", p.map_bytes},
-                                {"exact_bytes", p.exact_bytes}});
+                                {"map_bytes", p.map_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
     out["measured"] = measured_json(baked.model.measured);

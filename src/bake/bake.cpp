@@ -126,8 +126,6 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.split_count = static_cast<std::uint32_t>(m.splits.size() / model::k_split_size);
     p.special_count = static_cast<std::uint32_t>(m.specials.size());
     p.pool_count = static_cast<std::uint32_t>(m.pool.size());
-    p.ref_count = static_cast<std::uint32_t>(m.refs.size());
-    p.local_count = static_cast<std::uint32_t>(m.locals.size());
     p.first_sample = append(data.samples, m.samples);
     append(data.offsets, m.offsets);
     append(data.smoothing, m.smoothing);
@@ -136,10 +134,6 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.first_split = append(data.splits, m.splits) / model::k_split_size;
     p.first_special = append(data.specials, m.specials);
     p.first_pool = append(data.pool, m.pool);
-    p.first_row = append(data.rows, m.rows);
-    p.first_start = append(data.starts, m.starts);
-    p.first_ref = append(data.refs, m.refs);
-    p.first_local = append(data.locals, m.locals);
     return p;
 }
 
@@ -266,7 +260,7 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
     if (is_normal) bake_normal_maps(mesh, parts, central, context.r_max, options, data);
     parallel_for(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
-        // Beside normal maps the central map carries the exact layer.
+        // Beside normal maps the central map knows the nearest surface where they have none, and leads the locator.
         if (is_normal && !options.exact)
             part.map = {};
         else {
@@ -406,7 +400,6 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
 
     progress("map", 0);
     CentralOptions central = central_options(std::max(options.target_error, k_first_target));
-    central.exact = options.exact;
     result.model = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
     lap("map");
     // The target is met by measuring: finer cells where the first guess falls short.
@@ -440,7 +433,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
 
     for (const PartWork& part : parts)
         result.report.parts.push_back({part.fit.certificate, part.fit.volume, part.solid_volume, part.area, part.q2_share,
-                                       part.fit.fallback, part.map.base, part.map.map_bytes(), part.map.exact_bytes()});
+                                       part.fit.fallback, part.map.base, part.map.map_bytes()});
     result.report.partition = std::move(partition);
     return result;
 }

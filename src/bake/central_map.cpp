@@ -68,9 +68,8 @@ public:
             if (base < options_.least_base) continue;
             out_ = blank;
             out_.base = base_ = base;
-            local_index_.clear();
             if (!bake_faces(best_bytes + best_bytes / 4)) break;
-            if (const std::size_t bytes = out_.map_bytes() + out_.exact_bytes(); bytes <= best_bytes) {
+            if (const std::size_t bytes = out_.map_bytes(); bytes <= best_bytes) {
                 best_bytes = bytes;
                 best = std::move(out_);
             }
@@ -725,42 +724,6 @@ private:
         return true;
     }
 
-    /// An exact list, split in four while it is long.
-    void bake_list(double s0, double t0, double size, int depth, const std::vector<Polygon>& polys)
-    {
-        if (polys.size() <= options_.split_list || depth >= model::k_max_split_depth) {
-            for (const Polygon& p : polys) out_.refs.push_back(local_of(p.triangle));
-            return;
-        }
-        const std::size_t head = out_.refs.size();
-        out_.refs.insert(out_.refs.end(), 6, model::k_split_list);
-        out_.refs[head + 1] = 0;
-        const double half = 0.5 * size;
-        for (int q = 0; q < 4; ++q) {
-            const double s = s0 + half * (q & 1), t = t0 + half * (q >> 1);
-            std::vector<Polygon> inside;
-            for (const Polygon& p : polys) {
-                Polygon c = p;
-                clip_to_cell(c, s - k_border, s + half + k_border, t - k_border, t + half + k_border);
-                if (c.count > 0) inside.push_back(c);
-            }
-            bake_list(s, t, half, depth + 1, inside);
-            out_.refs[head + 2 + static_cast<std::size_t>(q)] = static_cast<std::uint16_t>(out_.refs.size() - head - 6);
-        }
-    }
-
-    std::uint16_t local_of(std::uint32_t triangle)
-    {
-        if (local_index_.empty()) local_index_.assign(context_.mesh.triangles.size(), 0xffffffffu);
-        if (local_index_[triangle] == 0xffffffffu) {
-            if (out_.locals.size() >= model::k_split_list)
-                throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
-            local_index_[triangle] = static_cast<std::uint32_t>(out_.locals.size());
-            out_.locals.push_back(triangle);
-        }
-        return static_cast<std::uint16_t>(local_index_[triangle]);
-    }
-
     /// False: given up, since it takes more than so many bytes.
     bool bake_faces(std::size_t most_bytes)
     {
@@ -789,7 +752,6 @@ private:
                 }
             std::vector<model::Block> pyramid(static_cast<std::size_t>(blocks * blocks), model::Block{0xffff, 0});
             for (int row = 0; row < n; ++row) {
-                if (options_.exact) out_.rows.push_back(static_cast<std::uint32_t>(out_.refs.size()));
                 for (int column = 0; column < n; ++column) {
                     const auto& polys = bins[static_cast<std::size_t>(row * n + column)];
                     --cells_left_;
@@ -805,17 +767,12 @@ private:
                             block.hi = std::max(block.hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
                         }
                     }
-                    if (options_.exact) {
-                        push_start();
-                        bake_list(-1 + size * column, -1 + size * row, size, 0, polys);
-                    }
                 }
-                if (options_.exact) push_start();
-                if (out_.map_bytes() + out_.exact_bytes() > most_bytes) return false;
+                if (out_.map_bytes() > most_bytes) return false;
             }
             out_.blocks.insert(out_.blocks.end(), pyramid.begin(), pyramid.end());
         }
-        return out_.map_bytes() + out_.exact_bytes() <= most_bytes;
+        return out_.map_bytes() <= most_bytes;
     }
 
     /// w of a base sample, or 0 where its ray meets no surface.
@@ -917,13 +874,6 @@ private:
                                                              : std::int8_t{0});
     }
 
-    void push_start()
-    {
-        const std::size_t offset = out_.refs.size() - out_.rows.back();
-        if (offset > 0xffff) throw mesh::InvalidInput("a row of a part's exact layer holds more than 65535 entries");
-        out_.starts.push_back(static_cast<std::uint16_t>(offset));
-    }
-
     static void bin(const Polygon& p, double size, int n, std::vector<std::vector<Polygon>>& bins)
     {
         double lo_t = 2, hi_t = -2;
@@ -960,7 +910,6 @@ private:
     std::vector<Vec3d> x_;
     std::vector<Polygon> polygons_[model::k_faces];
     std::vector<Vec3d> scratch_;
-    std::vector<std::uint32_t> local_index_;
     std::size_t cells_left_ = 0;  ///< base cells not baked yet
 };
 

@@ -1,4 +1,4 @@
-// Baking the central map and the exact layer of one part. See query/central_map.h for what the stored numbers mean.
+// Baking the central map of one part. See query/central_map.h for what the stored numbers mean.
 #pragma once
 
 #include "chart_frame.h"
@@ -19,10 +19,8 @@ struct CentralOptions {
     double division = 0.001;           ///< a cell with a silhouette is divided where its rays gain this share of R_max on average
     int max_depth = model::k_max_split_depth;
     std::uint32_t least_base = 0;   ///< the base grid is at least this fine
-    std::uint32_t split_list = 14;  ///< exact lists longer than this are split
     double offset_constant = 1.5;   ///< a_N of eq. 12
     int smoothing_radius = 1;       ///< of the binomial kernel that smooths the map, in base samples
-    bool exact = true;
 };
 
 /// One part's arrays, offsets relative to the part.
@@ -41,9 +39,6 @@ struct CentralMapData {
     std::vector<std::uint16_t> splits;
     std::vector<std::uint32_t> specials;
     std::vector<std::uint16_t> pool;
-    std::vector<std::uint32_t> rows;
-    std::vector<std::uint16_t> starts, refs;
-    std::vector<std::uint32_t> locals;
     double quantisation = 0;        ///< largest radius error of 16-bit storage, model units
     std::uint32_t rough_cells = 0;  ///< leaves that stayed above their tolerance
 
@@ -53,7 +48,6 @@ struct CentralMapData {
         return (2 + k_beside) * samples.size() + 2 * (cells.size() + splits.size() + pool.size()) +
                4 * (blocks.size() + specials.size());
     }
-    std::size_t exact_bytes() const { return 2 * (starts.size() + refs.size()) + 4 * (rows.size() + locals.size()); }
 };
 
 /// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the

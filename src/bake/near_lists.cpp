@@ -335,8 +335,7 @@ double near_budget(const model::ModelData& data)
     const model::ModelView v = data.view();
     const std::size_t others = v.parts.size_bytes() + v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() +
                                v.cells.size_bytes() + v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() +
-                               v.pool.size_bytes() + v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() +
-                               v.locals.size_bytes() + v.vertices.size_bytes() + v.triangles16.size_bytes() +
+                               v.pool.size_bytes() + v.vertices.size_bytes() + v.triangles16.size_bytes() +
                                v.triangles32.size_bytes() + v.triangle_part.size_bytes() + v.piece_triangle.size_bytes() +
                                v.pieces.size_bytes() + v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
                                v.seeds.size_bytes() + 4 * v.bricks.size();
@@ -344,25 +343,66 @@ double near_budget(const model::ModelData& data)
     return all - static_cast<double>(others);
 }
 
-/// Where the lists take more, the longest go: their bricks are asked point by point.
-void keep_within(double budget, std::vector<std::vector<std::uint16_t>>& bricks)
+/// A brick's record before it is packed: see model::NearRecord.
+struct Record {
+    std::uint64_t occupied = 0;
+    std::vector<std::uint32_t> starts{0}, triangles, refs;
+
+    void add(const std::vector<std::uint32_t>& near)
+    {
+        // Where a brick's lists are too long, the rest of its places tries all triangles.
+        if (refs.size() + near.size() <= 0xffff)
+            for (const std::uint32_t t : near) {
+                const auto at = std::find(triangles.begin(), triangles.end(), t);
+                refs.push_back(static_cast<std::uint32_t>(at - triangles.begin()));
+                if (at == triangles.end()) triangles.push_back(t);
+            }
+        starts.push_back(static_cast<std::uint32_t>(refs.size()));
+    }
+    bool narrow() const { return triangles.size() <= 256; }
+    std::size_t values(bool wide) const
+    {
+        return model::k_near_head + starts.size() + triangles.size() * (wide ? 2 : 1) +
+               (narrow() ? (refs.size() + 1) / 2 : refs.size());
+    }
+    void drop_lists()
+    {
+        triangles.clear();
+        refs.clear();
+        std::fill(starts.begin(), starts.end(), 0u);
+    }
+    void pack(bool wide, std::vector<std::uint16_t>& out) const
+    {
+        for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
+        out.push_back(static_cast<std::uint16_t>(triangles.size()));
+        for (const std::uint32_t s : starts) out.push_back(static_cast<std::uint16_t>(s));
+        for (const std::uint32_t t : triangles) {
+            out.push_back(static_cast<std::uint16_t>(t));
+            if (wide) out.push_back(static_cast<std::uint16_t>(t >> 16));
+        }
+        for (std::size_t i = 0; i < refs.size(); i += narrow() ? 2 : 1)
+            out.push_back(static_cast<std::uint16_t>(refs[i] | (narrow() && i + 1 < refs.size() ? refs[i + 1] << 8 : 0)));
+    }
+};
+
+/// Where the lists take more bytes, the longest go: their bricks try all triangles.
+void keep_within(double budget, bool wide, std::vector<Record>& records)
 {
+    const auto bytes_of = [&](const Record& r) { return 2.0 * static_cast<double>(r.values(wide)); };
     double bytes = 0;
     std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < bricks.size(); ++i) {
-        bytes += 2.0 * static_cast<double>(bricks[i].size());
-        if (!bricks[i].empty()) order.push_back(i);
+    for (std::size_t i = 0; i < records.size(); ++i) {
+        if (records[i].occupied == 0) continue;
+        bytes += bytes_of(records[i]);
+        order.push_back(i);
     }
     std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return bricks[a].size() > bricks[b].size(); });
+                     [&](std::size_t a, std::size_t b) { return bytes_of(records[a]) > bytes_of(records[b]); });
     for (std::size_t k = 0; k < order.size() && bytes > budget; ++k) {
-        std::vector<std::uint16_t>& brick = bricks[order[k]];
-        int places = 0;
-        for (std::size_t i = 0; i < model::k_near_starts; ++i) places += std::popcount(brick[i]);
-        const std::size_t left = model::k_near_starts + static_cast<std::size_t>(places) + 1;
-        bytes -= 2.0 * static_cast<double>(brick.size() - left);
-        brick.resize(left);
-        std::fill(brick.begin() + model::k_near_starts, brick.end(), std::uint16_t{0});
+        Record& record = records[order[k]];
+        bytes -= bytes_of(record);
+        record.drop_lists();
+        bytes += bytes_of(record);
     }
 }
 
@@ -375,7 +415,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
     if (data.bricks.empty() || data.triangle_part.empty()) return;
     const model::Locator& l = data.locator;
     const bool wide = data.triangle_part.size() > 0x10000;
-    std::vector<std::vector<std::uint16_t>> packed(data.bricks.size());
+    std::vector<Record> records(data.bricks.size());
     parallel_for(data.bricks.size(), threads, [&](std::size_t b) {
         const std::uint32_t brick = data.bricks[b];
         if ((brick & model::k_free_brick) != 0) return;
@@ -390,9 +430,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         const bool deep = (brick & model::k_deep_brick) != 0;
         // What is asked there may lie beside it by rounding.
         const double slack = 1.0005;
-        std::vector<std::uint16_t>& out = packed[b];
-        std::vector<std::uint16_t> refs, starts{0};
-        std::uint64_t occupied = 0;
+        Record& record = records[b];
         std::vector<Vec3d> centres;
         std::vector<std::uint32_t> places;
         const double half = deep ? 0.5 * n * cell : 0.5 * cell;
@@ -400,7 +438,7 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
             const std::uint32_t place = data.places[(brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k)];
             if (model::place_kind(place) == PlaceKind::Free) continue;
-            occupied |= std::uint64_t{1} << k;
+            record.occupied |= std::uint64_t{1} << k;
             places.push_back(place);
             centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
         }
@@ -408,22 +446,14 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         for (std::size_t i = 0; i < places.size(); ++i) {
             const std::vector<std::uint32_t>& near = near_triangles(i, centres[i], slack * half);
             set_rises(rise, data, places[i], centres[i], slack * half, near);
-            // Where a brick's lists are too long, the rest of its places is asked point by point.
-            if (refs.size() + near.size() * (wide ? 2 : 1) <= 0xffff)
-                for (const std::uint32_t t : near) {
-                    refs.push_back(static_cast<std::uint16_t>(t));
-                    if (wide) refs.push_back(static_cast<std::uint16_t>(t >> 16));
-                }
-            starts.push_back(static_cast<std::uint16_t>(refs.size()));
+            record.add(near);
         }
-        for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
-        out.insert(out.end(), starts.begin(), starts.end());
-        out.insert(out.end(), refs.begin(), refs.end());
     });
-    keep_within(near_budget(data), packed);
-    for (const auto& brick : packed) {
-        data.near_bricks.push_back(brick.empty() ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
-        data.near.insert(data.near.end(), brick.begin(), brick.end());
+    keep_within(near_budget(data), wide, records);
+    for (std::size_t b = 0; b < records.size(); ++b) {
+        const bool free = (data.bricks[b] & model::k_free_brick) != 0;
+        data.near_bricks.push_back(free ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
+        if (!free) records[b].pack(wide, data.near);
     }
 }
 

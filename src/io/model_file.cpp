@@ -33,10 +33,6 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto splits = builder.CreateVector(data.splits);
     const auto specials = builder.CreateVector(data.specials);
     const auto pool = builder.CreateVector(data.pool);
-    const auto rows = builder.CreateVector(data.rows);
-    const auto starts = builder.CreateVector(data.starts);
-    const auto refs = builder.CreateVector(data.refs);
-    const auto locals = builder.CreateVector(data.locals);
     const auto vertices = builder.CreateVector(data.vertices);
     const auto triangles16 = builder.CreateVector(data.triangles16);
     const auto triangles32 = builder.CreateVector(data.triangles32);
@@ -79,9 +75,9 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto options = builder.CreateString(data.options);
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
-                                 smoothing, cells, blocks, splits, specials, pool, rows, starts, refs, locals, vertices,
-                                 triangles16, triangles32, triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks,
-                                 places, part_lists, seeds, near_bricks, near, measured, made_by, source, options));
+                                 smoothing, cells, blocks, splits, specials, pool, vertices, triangles16, triangles32,
+                                 triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists, seeds,
+                                 near_bricks, near, measured, made_by, source, options));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -98,8 +94,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
             v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
     s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes();
-    s.exact = v.rows.size_bytes() + v.starts.size_bytes() + v.refs.size_bytes() + v.locals.size_bytes() +
-              v.near_bricks.size_bytes() + v.near.size_bytes();
+    s.exact = v.near_bricks.size_bytes() + v.near.size_bytes();
     s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes() +
              v.piece_triangle.size_bytes() + v.pieces.size_bytes();
     return s;

@@ -32,7 +32,7 @@ bool is_closed(const Mesh& mesh)
 }  // namespace
 
 Solid::Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed)
-    : mesh_(mesh), bvh_(mesh), boundary_(mesh.triangles.size(), Boundary::Whole), step_(1e-7 * largest_vertex_distance(mesh))
+    : mesh_(mesh), bvh_(mesh), boundary_(mesh.triangles.size(), Boundary::Whole), step_(1e-10 * largest_vertex_distance(mesh))
 {
     self_intersecting_ = std::any_of(crossed.begin(), crossed.end(), [](std::uint8_t c) { return c != 0; });
     if (self_intersecting_)

@@ -64,25 +64,6 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
     return within(offset, 4 + 3 * (sheets + ((pool[offset] >> 5) & 7u)), part.pool_count);
 }
 
-/// Checks an exact list refs[first, last): references in range, splits nested at most k_max_split_depth deep.
-bool valid_list(const Part& part, std::span<const std::uint16_t> refs, std::uint64_t first, std::uint64_t last, int depth)
-{
-    if (first > last || last > refs.size()) return false;
-    if (first == last) return true;
-    if (refs[first] != k_split_list) {
-        for (std::uint64_t i = first; i < last; ++i)
-            if (refs[i] >= part.local_count) return false;
-        return true;
-    }
-    if (depth >= k_max_split_depth || last - first < 6) return false;
-    const std::uint64_t base = first + 6;
-    for (int q = 0; q < 4; ++q)
-        if (base + refs[first + 2 + q] > last ||
-            !valid_list(part, refs, base + refs[first + 1 + q], base + refs[first + 2 + q], depth + 1))
-            return false;
-    return true;
-}
-
 ParseStatus check_part(const Part& part, const ModelView& view)
 {
     const float* floats = part.a;
@@ -126,23 +107,6 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         return ParseStatus::BadStructure;
     for (std::uint32_t i = 0; i < part.cell_count; ++i)
         if (!valid_cell(part, view, view.cells[part.first_cell + i], 0)) return ParseStatus::BadStructure;
-    if (!has_exact(view)) return ParseStatus::Ok;
-
-    if (!within(part.first_row, k_faces * n, view.rows.size()) ||
-        !within(part.first_start, k_faces * n * (n + 1), view.starts.size()) ||
-        !within(part.first_ref, part.ref_count, view.refs.size()) ||
-        !within(part.first_local, part.local_count, view.locals.size()))
-        return ParseStatus::BadStructure;
-    for (std::uint32_t i = 0; i < part.local_count; ++i)
-        if (view.locals[part.first_local + i] >= view.triangle_part.size()) return ParseStatus::BadStructure;
-    const std::span<const std::uint16_t> refs = view.refs.subspan(part.first_ref, part.ref_count);
-    for (std::uint32_t row = 0; row < k_faces * n; ++row) {
-        const std::uint64_t base = view.rows[part.first_row + row];
-        const std::uint16_t* start = view.starts.data() + part.first_start + row * (n + 1);
-        for (std::uint32_t c = 0; c < n; ++c)
-            if (start[c] > start[c + 1] || !valid_list(part, refs, base + start[c], base + start[c + 1], 0))
-                return ParseStatus::BadStructure;
-    }
     return ParseStatus::Ok;
 }
 
@@ -239,30 +203,36 @@ ParseStatus check_near(const ModelView& v)
     if (v.bricks.empty() || !has_exact(v))
         return v.near_bricks.empty() && v.near.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
     if (v.near_bricks.size() != v.bricks.size()) return ParseStatus::BadStructure;
+    const bool wide = near_is_wide(v);
     for (std::size_t i = 0; i < v.bricks.size(); ++i) {
         const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];
         if ((brick & k_free_brick) != 0) {
             if (first != k_no_near) return ParseStatus::BadStructure;
             continue;
         }
-        if (!within(first, k_near_starts, v.near.size())) return ParseStatus::BadStructure;
+        if (!within(first, k_near_head, v.near.size())) return ParseStatus::BadStructure;
+        const NearRecord record = near_record(v.near.data() + first, wide);
         const bool deep = (brick & k_deep_brick) != 0;
-        std::uint64_t occupied = 0, found = 0;
-        for (std::uint32_t k = 0; k < k_near_starts; ++k) found |= std::uint64_t{v.near[first + k]} << 16 * k;
+        std::uint64_t occupied = 0;
         for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
             if (place_kind(v.places[(brick & ~k_deep_brick) + k]) != PlaceKind::Free) occupied |= std::uint64_t{1} << k;
-        if (found != occupied) return ParseStatus::BadStructure;
+        if (record.occupied != occupied) return ParseStatus::BadStructure;
         const auto lists = static_cast<std::uint32_t>(std::popcount(occupied));
-        if (!within(first, k_near_starts + lists + 1, v.near.size())) return ParseStatus::BadStructure;
-        const std::uint16_t* start = v.near.data() + first + k_near_starts;
-        const std::uint32_t step = near_is_wide(v) ? 2 : 1;
+        const std::uint64_t refs =
+            std::uint64_t{first} + k_near_head + lists + 1 + std::uint64_t{record.triangles} * (wide ? 2 : 1);
+        if (refs > v.near.size() || record.starts[0] != 0) return ParseStatus::BadStructure;
         for (std::uint32_t k = 0; k < lists; ++k)
-            if (start[k] > start[k + 1] || start[k] % step != 0) return ParseStatus::BadStructure;
-        if (start[0] != 0 || start[lists] % step != 0 || !within(first + k_near_starts + lists + 1, start[lists], v.near.size()))
-            return ParseStatus::BadStructure;
-        const NearList all{start + lists + 1, start[lists] / step, step == 2};
-        for (std::uint32_t k = 0; k < all.count; ++k)
-            if (all[k] >= v.triangle_part.size()) return ParseStatus::BadStructure;
+            if (record.starts[k] > record.starts[k + 1]) return ParseStatus::BadStructure;
+        const std::uint32_t count = record.starts[lists];
+        const bool narrow = record.triangles <= 256;
+        if (refs > 0xffffffffu || !within(static_cast<std::uint32_t>(refs), narrow ? (count + 1) / 2 : count, v.near.size())) return ParseStatus::BadStructure;
+        for (std::uint32_t k = 0; k < record.triangles; ++k)
+            if ((wide ? record.table[2 * k] | std::uint32_t{record.table[2 * k + 1]} << 16 : record.table[k]) >=
+                v.triangle_part.size())
+                return ParseStatus::BadStructure;
+        for (std::uint32_t k = 0; k < count; ++k)
+            if ((narrow ? (record.refs[k >> 1] >> (8 * (k & 1u))) & 0xffu : record.refs[k]) >= record.triangles)
+                return ParseStatus::BadStructure;
     }
     return ParseStatus::Ok;
 }
@@ -364,10 +334,6 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.splits);
     hash_bytes(hash, view.specials);
     hash_bytes(hash, view.pool);
-    hash_bytes(hash, view.rows);
-    hash_bytes(hash, view.starts);
-    hash_bytes(hash, view.refs);
-    hash_bytes(hash, view.locals);
     hash_bytes(hash, view.vertices);
     hash_bytes(hash, view.triangles16);
     hash_bytes(hash, view.triangles32);
@@ -425,10 +391,6 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.splits = span_of<std::uint16_t>(model->splits());
     v.specials = span_of<std::uint32_t>(model->specials());
     v.pool = span_of<std::uint16_t>(model->pool());
-    v.rows = span_of<std::uint32_t>(model->rows());
-    v.starts = span_of<std::uint16_t>(model->starts());
-    v.refs = span_of<std::uint16_t>(model->refs());
-    v.locals = span_of<std::uint32_t>(model->locals());
     v.vertices = span_of<float>(model->vertices());
     v.triangles16 = span_of<std::uint16_t>(model->triangles16());
     v.triangles32 = span_of<std::uint32_t>(model->triangles32());

@@ -2,8 +2,6 @@
 #include "central_query.h"
 
 #include "central_map.h"
-#include "exact_layer.h"
-#include "sqmap/math/triangle.h"
 
 #include <cmath>
 
@@ -240,117 +238,29 @@ PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::uint32_t 
     return best;
 }
 
-/// Exact side of p by the lists of one part that covers it.
-ExactLayer::Side exact_side(const ModelView& model, const Part& part, Vec3d p)
-{
-    const CentralMap map(model, part);
-    const ExactLayer exact(model, part);
-    const ChartPoint q = to_chart(map.to_chart_frame(cast<float>(p)));
-    return exact.side(exact.list_at(q.face, q.s, q.t), cast<double>(model::vec3(part.chart_centre)), p, part.centre_winding);
-}
-
-/// As exact_side, with rays that meet an edge or corner decided a hair beside it: 2e-6 of the part's size, well under
-/// the 1e-5 of R_max within which no verdict is promised.
-ExactLayer::Side resolved_side(const ModelView& model, const Part& part, Vec3f p)
-{
-    ExactLayer::Side side = exact_side(model, part, cast<double>(p));
-    const double hair = 2e-6 * static_cast<double>(part.sphere[3]);
-    static constexpr Vec3d k_offsets[] = {{0.61, -0.37, 0.70},  {-0.45, 0.83, 0.33}, {-0.29, -0.68, 0.67}, {0.87, 0.46, -0.18},
-                                          {-0.71, 0.12, -0.69}, {0.14, 0.59, -0.79}, {0.38, -0.91, -0.16}, {-0.93, -0.31, 0.21}};
-    for (const Vec3d& offset : k_offsets) {
-        if (side != ExactLayer::Side::Degenerate) break;
-        side = exact_side(model, part, cast<double>(p) + hair * offset);
-    }
-    return side;
-}
-
-void offer_triangle(const ModelView& model, std::uint32_t triangle, Vec3f p, Nearest& best)
-{
-    const std::uint16_t owner = model.triangle_part[triangle];
-    if ((owner & model::k_buried) != 0) return;
-    const auto corner = [&](std::uint32_t k) {
-        return model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k)));
-    };
-    const Vec3f a = corner(0), across = cross(corner(1) - a, corner(2) - a);
-    // No point of it is nearer than its plane.
-    const float height = dot(across, p - a);
-    if (height * height > 1.0001f * best.distance_sq * norm_sq(across)) return;
-    const auto offer = [&](Vec3f u, Vec3f v, Vec3f w) {
-        // In double: float loses the digits of a sliver.
-        const Vec3f point =
-            cast<float>(closest_point_on_triangle(cast<double>(p), cast<double>(u), cast<double>(v), cast<double>(w)));
-        const float distance_sq = norm_sq(point - p);
-        if (distance_sq < best.distance_sq)
-            best = {distance_sq, point, normalized(across), static_cast<std::int32_t>(owner & model::k_part_mask)};
-    };
-    if ((owner & model::k_crossed) == 0) {
-        offer(a, corner(1), corner(2));
-        return;
-    }
-    const auto [first, last] = std::equal_range(model.piece_triangle.begin(), model.piece_triangle.end(), triangle);
-    for (auto it = first; it != last; ++it) {
-        const float* c = model.pieces.data() + 9 * (it - model.piece_triangle.begin());
-        offer(model::vec3(c), model::vec3(c + 3), model::vec3(c + 6));
-    }
-}
-
-void nearest_on_triangles(const ModelView& model, std::size_t index, Vec3f p, Nearest& best)
-{
-    const Part& part = model.parts[index];
-    const CentralMap map(model, part);
-    const ExactLayer exact(model, part);
-    const Vec3f x = map.to_chart_frame(p);
-    if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
-    const auto offer_cell = [&](int face, int column, int row) {
-        bool near = false;
-        map.each_leaf(face, column, row, [&](const Leaf& leaf) { near = near || leaf_is_near(leaf, face, part.a, x, best); });
-        if (near)
-            exact.each_triangle(exact.base_list(face, column, row), [&](std::uint32_t t) { offer_triangle(model, t, p, best); });
-    };
-    descend(map, x, best, offer_cell);
-    each_near_cell(map, part, x, best, offer_cell);
-}
-
 }  // namespace
 
 PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     PointVerdict verdict;
-    const bool has_exact = model::has_exact(model);
-    if (layer == Layer::Exact && !has_exact) verdict.status |= k_no_exact;
     const PartVerdict answer = ask_all(model, point, layer, gate, verdict.part);
     if (!answer.covers) return verdict;  // the superquadrics cover the solid: certified at bake
     verdict.inside = answer.verdict.inside;
     verdict.certain = answer.verdict.certain;
-    if (layer != Layer::Exact || !has_exact || verdict.certain) return verdict;
-    const ExactLayer::Side side = resolved_side(model, model.parts[static_cast<std::size_t>(verdict.part)], point);
-    if (side == ExactLayer::Side::Degenerate) {
-        verdict.status |= k_unresolved;
-    } else {
-        verdict.inside = side == ExactLayer::Side::Inside;
-        verdict.certain = true;
-    }
     return verdict;
 }
 
 Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     const PointVerdict verdict = verdict_central(model, point, layer, gate);
-    const bool has_exact = model::has_exact(model);
     const std::int32_t asked = verdict.part;
     Contact contact;
     contact.point = point;
-    contact.status = verdict.status;
     contact.certain = verdict.certain;
     if (!verdict.inside) return contact;
 
     Nearest best;
-    const auto search = [&](std::int32_t i) {
-        if (layer == Layer::Exact && has_exact)
-            nearest_on_triangles(model, static_cast<std::size_t>(i), point, best);
-        else
-            nearest_on_map(model, i, point, layer != Layer::Two, best);
-    };
+    const auto search = [&](std::int32_t i) { nearest_on_map(model, i, point, layer != Layer::Two, best); };
     search(asked);
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
         if (static_cast<std::int32_t>(i) == asked) continue;

@@ -1,11 +1,11 @@
-// The layered query on the central map, down to the exact layer.
+// The layered query on the central map.
 #pragma once
 
 #include "sqmap/query/query.h"
 
 namespace sqmap::query {
 
-/// Layers Two, Three, Exact and Auto for a finite point; gate: k_L of Auto. @pre the model's parts have central maps.
+/// Layers Two, Three and Auto for a finite point; gate: k_L of Auto. @pre the model's parts have central maps.
 [[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer,
                                     std::uint32_t gate = k_layer3_gate) noexcept;
 
@@ -13,7 +13,6 @@ namespace sqmap::query {
 struct PointVerdict {
     bool inside = false, certain = true;
     std::int32_t part = -1;  ///< that decided; -1: no chart holds the point, so it is free
-    std::uint8_t status = k_ok;
 };
 [[nodiscard]] PointVerdict verdict_central(const model::ModelView& model, Vec3f point, Layer layer,
                                            std::uint32_t gate = k_layer3_gate) noexcept;

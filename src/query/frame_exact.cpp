@@ -3,7 +3,7 @@
 // nearest of its list is the nearest of all, and the side of it is the verdict.
 #include "frame_kernels.h"
 
-#include "central_query.h"
+#include "exact_layer.h"
 
 #include <bit>
 
@@ -126,7 +126,7 @@ private:
         const model::NearList list = model::near_list(model_, (key & ~k_inside) >> 6, key & 63u);
         const bool known_inside = (key & k_inside) != 0;
         if (list.count == 0 || has_crossed(list)) {
-            for (; first < end; ++first) answer_singly(order_[first]);
+            for (; first < end; ++first) answer_singly(order_[first], key);
             return;
         }
         if (list.count <= TriangleBlock::k_most) prepare(list, 0, list.count);
@@ -256,10 +256,9 @@ private:
         hn::Store(hn::VecFromMask(di, hn::RebindMask(di, open)), di, is_open);
         each_lane(candidates, [&](std::size_t i) {
             const auto slot = static_cast<std::size_t>(slots[i]);
-            PointVerdict verdict{.inside = true, .certain = true};
             if (is_open[i] != 0) {
-                verdict = verdict_central(model_, {x_[slot], y_[slot], z_[slot]}, Layer::Exact);
-                if (!verdict.inside) return;
+                answer_singly(slot, key_[slot]);
+                return;
             }
             const std::uint32_t triangle = list[static_cast<std::uint32_t>(entry[i])];
             const Vec3f normal = v[6][i] > touching_ ? Vec3f{v[3][i], v[4][i], v[5][i]} : normal_of(triangle);
@@ -268,8 +267,8 @@ private:
                  v[6][i],
                  point_[slot],
                  static_cast<std::int16_t>(model_.triangle_part[triangle] & model::k_part_mask),
-                 verdict.certain,
-                 verdict.status});
+                 true,
+                 k_ok});
         });
     }
 
@@ -283,9 +282,10 @@ private:
         return normalized(cross(corner(1) - a, corner(2) - a));
     }
 
-    void answer_singly(std::size_t slot)
+    void answer_singly(std::size_t slot, std::uint32_t key)
     {
-        const Contact c = query_point(model_, {x_[slot], y_[slot], z_[slot]}, Layer::Exact);
+        const Contact c =
+            query_exact_in(model_, {x_[slot], y_[slot], z_[slot]}, (key & ~k_inside) >> 6, key & 63u, (key & k_inside) != 0);
         if (c.contact) put({c.point, c.normal, c.depth, point_[slot], static_cast<std::int16_t>(c.part), c.certain, c.status});
     }
 

@@ -2,6 +2,7 @@
 #include "sqmap/query/query.h"
 
 #include "central_query.h"
+#include "exact_layer.h"
 #include "normal_query.h"
 
 #include <algorithm>
@@ -74,14 +75,14 @@ Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
         const Contact c = layer_one(model, point);
         return c.contact ? c : contact;
     }
-    const bool has_central = model.parts.front().base != 0;
-    const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
-    if (is_normal && !(layer == Layer::Exact && has_central && model::has_exact(model))) {
+    const bool exact = layer == Layer::Exact && model::has_exact(model);
+    if (!exact && model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal)) {
         Contact answer = query_normal(model, point, options);
         if (layer == Layer::Exact) answer.status |= k_no_exact;
         return answer;
     }
-    Contact answer = query_central(model, point, layer, options.layer3_gate);
+    Contact answer = exact ? query_exact(model, point) : query_central(model, point, layer, options.layer3_gate);
+    if (layer == Layer::Exact && !exact) answer.status |= k_no_exact;
     if (options.smoothing && layer != Layer::Exact) apply_smoothing(model, point, answer);
     if (options.offset || margin > 0.f) apply_offset(model, point, layer, {.stored = options.offset, .least = margin}, answer);
     return answer;

@@ -25,8 +25,14 @@ public:
     static constexpr std::size_t k_most = 64;
 
     /// Lanes of corners into columns from at on.
-    HWY_INLINE void put(std::size_t at, const V3& a, const V3& b, const V3& c)
+    HWY_INLINE void put(std::size_t at, const V3& p, const V3& q, const V3& r)
     {
+        // Turned so that ab is the shortest side: between two long ones a sliver's digits cancel.
+        const V3 pq = minus(q, p), qr = minus(r, q), rp = minus(p, r);
+        const F pq_sq = dot(pq, pq), qr_sq = dot(qr, qr), rp_sq = dot(rp, rp);
+        const M from_q = hn::And(hn::Lt(qr_sq, pq_sq), hn::Le(qr_sq, rp_sq)), from_r = hn::AndNot(from_q, hn::Lt(rp_sq, pq_sq));
+        const V3 a = blend(from_q, q, blend(from_r, r, p)), b = blend(from_q, r, blend(from_r, p, q)),
+                 c = blend(from_q, p, blend(from_r, q, r));
         const F one = set(1.f), tiny = set(1e-30f);
         const V3 ab = minus(b, a), ac = minus(c, a), bc = minus(c, b), n = cross(ab, ac);
         const F bb = dot(ab, ab), cc = dot(ac, ac), bc_sq = dot(bc, bc), b_dot_c = dot(ab, ac), n_sq = dot(n, n);

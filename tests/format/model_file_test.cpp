@@ -147,10 +147,6 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     EXPECT_TRUE(same_array(v.splits, data.splits));
     EXPECT_TRUE(same_array(v.specials, data.specials));
     EXPECT_TRUE(same_array(v.pool, data.pool));
-    EXPECT_TRUE(same_array(v.rows, data.rows));
-    EXPECT_TRUE(same_array(v.starts, data.starts));
-    EXPECT_TRUE(same_array(v.refs, data.refs));
-    EXPECT_TRUE(same_array(v.locals, data.locals));
     EXPECT_TRUE(same_array(v.vertices, data.vertices));
     EXPECT_TRUE(same_array(v.triangles16, data.triangles16));
     EXPECT_TRUE(same_array(v.triangles32, data.triangles32));
@@ -296,7 +292,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
     for (int i = 0; i < 1500; ++i) {
         ModelData data = torus_model();
         const std::uint32_t times = 1 + random.below(3);
-        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(17)) {
+        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(14)) {
                 case 0:
                     damage(data.samples);
                     break;
@@ -314,40 +310,31 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                     damage(data.pool);
                     break;
                 case 5:
-                    damage(data.rows);
-                    break;
-                case 6:
-                    damage(data.starts);
-                    break;
-                case 7:
-                    damage(data.refs);
-                    break;
-                case 8:
-                    damage(data.locals);
-                    break;
-                case 9:
                     damage(data.vertices);
                     break;
-                case 10:
+                case 6:
                     damage(data.triangles16);
                     break;
-                case 11:
+                case 7:
                     damage(data.bricks);
                     break;
-                case 12:
+                case 8:
                     damage(data.places);
                     break;
-                case 13:
+                case 9:
                     damage(data.part_lists);
                     break;
-                case 14:
+                case 10:
                     damage(data.locator_seeds);
                     break;
-                case 15: {
+                case 11: {
                     std::span<model::Locator> locator(&data.locator, 1);
                     damage(locator);
                     break;
                 }
+                case 12:
+                    damage(data.near);
+                    break;
                 default:
                     damage(data.parts);
                     break;
@@ -377,14 +364,6 @@ constexpr float k_inf = std::numeric_limits<float>::infinity();
 std::uint16_t cell_of(model::CellKind kind, std::uint32_t payload)
 {
     return static_cast<std::uint16_t>((static_cast<std::uint32_t>(kind) << 14) | payload);
-}
-
-/// First entry of refs that opens a split list of part 0, or of the first part that has one.
-std::size_t split_list(const ModelData& m)
-{
-    const auto it = std::find(m.refs.begin(), m.refs.end(), model::k_split_list);
-    if (it == m.refs.end()) throw std::logic_error("the model has no split list");
-    return static_cast<std::size_t>(it - m.refs.begin());
 }
 
 /// A cell of part 0 that is split; with its children.
@@ -526,46 +505,6 @@ const Lie k_lies[] = {
          m.pool[p.first_pool + last] = 15;
          m.cells[p.first_cell] = cell_of(model::CellKind::Layered, 0);
      }},
-    {"rows_beyond_end", [](ModelData& m) { m.parts.back().first_row += 1; }},
-    {"rows_missing", [](ModelData& m) { m.rows.clear(); }},
-    {"starts_beyond_end", [](ModelData& m) { m.parts.back().first_start += 1; }},
-    {"refs_beyond_end", [](ModelData& m) { m.parts.back().first_ref += 1; }},
-    {"ref_count_short", [](ModelData& m) { m.parts[0].ref_count = 1; }},
-    {"refs_missing", [](ModelData& m) { m.refs.clear(); }},
-    {"locals_beyond_end", [](ModelData& m) { m.parts.back().first_local += 1; }},
-    {"locals_missing", [](ModelData& m) { m.locals.clear(); }},
-    {"row_points_behind_refs", [](ModelData& m) { m.rows[0] = 0xffffff00u; }},
-    {"starts_go_back",
-     [](ModelData& m) {
-         for (std::size_t i = 0; i + 1 < m.starts.size(); ++i)
-             if (m.starts[i + 1] > m.starts[i]) {
-                 std::swap(m.starts[i], m.starts[i + 1]);
-                 return;
-             }
-     }},
-    {"ref_not_a_local",
-     [](ModelData& m) {
-         m.refs[m.parts[0].first_ref + m.parts[0].ref_count - 1] = static_cast<std::uint16_t>(m.parts[0].local_count);
-     }},
-    {"local_not_a_triangle", [](ModelData& m) { m.locals[0] = static_cast<std::uint32_t>(m.triangle_part.size()); }},
-    {"split_list_offset_behind_list", [](ModelData& m) { m.refs[split_list(m) + 5] = 0xfff0; }},
-    {"split_list_offsets_go_back", [](ModelData& m) { std::swap(m.refs[split_list(m) + 1], m.refs[split_list(m) + 5]); }},
-    {"split_list_of_itself",
-     [](ModelData& m) {
-         // A list whose every quadrant is a split again, deeper than any reader follows.
-         model::Part& p = m.parts[0];
-         const std::uint16_t entry[6] = {model::k_split_list, 0, 0, 0, 0, 0};
-         std::vector<std::uint16_t> nest;
-         for (int depth = 0; depth < 8; ++depth) {
-             nest.insert(nest.end(), entry, entry + 6);
-             for (std::size_t i = 2; i < 6; ++i) nest[nest.size() - 6 + i] = static_cast<std::uint16_t>((7 - depth) * 6);
-         }
-         for (std::uint32_t row = 0; row < model::k_faces * p.base; ++row) m.rows[p.first_row + row] = 0;
-         std::fill_n(m.starts.begin() + p.first_start, model::k_faces * p.base * (p.base + 1), std::uint16_t{0});
-         m.starts[p.first_start + 1] = static_cast<std::uint16_t>(nest.size());
-         for (std::uint32_t c = 2; c <= p.base; ++c) m.starts[p.first_start + c] = static_cast<std::uint16_t>(nest.size());
-         std::copy(nest.begin(), nest.end(), m.refs.begin() + p.first_ref);
-     }},
     {"vertex_nan", [](ModelData& m) { m.vertices[7] = k_nan; }},
     {"vertex_inf", [](ModelData& m) { m.vertices.back() = k_inf; }},
     {"vertices_not_by_three", [](ModelData& m) { m.vertices.push_back(0); }},
@@ -638,12 +577,18 @@ const Lie k_lies[] = {
     {"near_brick_of_no_record", [](ModelData& m) { stored_near(m) = model::k_no_near; }},
     {"near_brick_beyond_end", [](ModelData& m) { stored_near(m) = static_cast<std::uint32_t>(m.near.size() - 2); }},
     {"near_record_of_other_places", [](ModelData& m) { m.near[stored_near(m)] ^= 1; }},
-    {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::k_near_starts + 1] = 0xffff; }},
+    {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::k_near_head + 1] = 0xffff; }},
     {"near_list_beyond_end",
      [](ModelData& m) {
-         for (std::size_t i = stored_near(m) + model::k_near_starts; i < m.near.size(); ++i) m.near[i] = 0xffff;
+         for (std::size_t i = stored_near(m) + model::k_near_head; i < m.near.size(); ++i) m.near[i] = 0xffff;
      }},
-    {"near_triangle_that_is_none", [](ModelData& m) { m.near.back() = 0xffff; }},
+    {"near_triangles_beyond_end", [](ModelData& m) { m.near[stored_near(m) + 4] = 0xffff; }},
+    {"near_triangle_of_no_table", [](ModelData& m) { m.near.back() = 0xffff; }},
+    {"near_triangle_that_is_none",
+     [](ModelData& m) {
+         const model::NearRecord r = model::near_record(m.near.data() + stored_near(m), false);
+         m.near[static_cast<std::size_t>(r.table - m.near.data())] = 0xffff;
+     }},
     {"places_missing", [](ModelData& m) { m.places.clear(); }},
     {"places_missing_one", [](ModelData& m) { m.places.pop_back(); }},
     {"place_list_beyond_end",

@@ -90,6 +90,26 @@ inline double depth_in_crossing_bars(Vec3d p)
     return std::min({0.5 - std::abs(p.z), to_side(0.5, 2, x, 0.5 - y), to_side(0.5, 2, y, 0.5 - x), to_side(0, 0.5, y, 2 - x),
                      to_side(0, 0.5, x, 2 - y)});
 }
+/// A pencil of triangles six hundred times as long as wide.
+inline mesh::Mesh needles()
+{
+    constexpr std::uint32_t n = 200;
+    mesh::Mesh m;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const double angle = 2 * 3.14159265358979 * i / n;
+        for (const double z : {0., 10.}) m.vertices.push_back({0.5 * std::cos(angle), 0.5 * std::sin(angle), z});
+    }
+    m.vertices.push_back({0, 0, 0});
+    m.vertices.push_back({0, 0, 10});
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const std::uint32_t a = 2 * i, b = 2 * ((i + 1) % n);
+        m.triangles.push_back({a, b, b + 1});
+        m.triangles.push_back({a, b + 1, a + 1});
+        m.triangles.push_back({2 * n, b, a});
+        m.triangles.push_back({2 * n + 1, a + 1, b + 1});
+    }
+    return mesh::canonicalized(m);
+}
 /// A ball within a ball, both turned outward: the inner one adds nothing.
 inline mesh::Mesh nested_balls() { return together(mesh::sphere(1, 3), mesh::sphere(0.5, 2)); }
 

@@ -42,7 +42,7 @@ struct PartReport {
     double q2_share = 0;  ///< of the part's area: not the first surface its projection meets
     bool fallback = false;
     std::uint32_t base = 0;
-    std::size_t map_bytes = 0, exact_bytes = 0;
+    std::size_t map_bytes = 0;
 };
 
 struct BakeReport {

@@ -13,7 +13,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 3;
+inline constexpr std::uint32_t k_format_version = 4;
 inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
 inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
@@ -54,9 +54,6 @@ struct Part {
     std::uint32_t first_split, split_count;  ///< records of k_split_size values
     std::uint32_t first_special, special_count;
     std::uint32_t first_pool, pool_count;
-    std::uint32_t first_row, first_start;  ///< exact layer: k_faces * base rows, k_faces * base * (base + 1) starts
-    std::uint32_t first_ref, ref_count;
-    std::uint32_t first_local, local_count;
 };
 
 enum PartFlag : std::uint32_t {
@@ -126,9 +123,6 @@ struct Block {
     std::uint16_t lo, hi;
 };
 
-/// First entry of an exact list that is split in four quadrants (s low t low, s high t low, ...): five offsets follow,
-/// counted from the entry after them, then the four lists, each of which may be split again.
-inline constexpr std::uint16_t k_split_list = 0xffff;
 inline constexpr std::uint16_t k_no_surface = 0xffff;  ///< a base sample whose ray meets no surface
 
 /// High bits of triangle_part.
@@ -216,9 +210,6 @@ constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant)
 
 /// Where a brick has no record in near.
 inline constexpr std::uint32_t k_no_near = 0xffffffffu;
-/// A record of near: a bit for each place that has a list (64 bits, lowest first; one place if the brick is deep), where each
-/// of the lists begins and the last one ends, counted in values from the first list on, the lists.
-inline constexpr std::uint32_t k_near_starts = 4;
 
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
@@ -255,14 +246,10 @@ struct ModelView {
     std::span<const std::uint32_t> specials;  ///< offsets into a part's pool
     std::span<const std::uint16_t> pool;
     // Exact layer; empty when the model was baked without it.
-    std::span<const std::uint32_t> rows;           ///< a part: a row of base cells -> first entry in the part's refs
-    std::span<const std::uint16_t> starts;         ///< a part: (base + 1) a row: a cell's list is refs[row + start .. row + next)
-    std::span<const std::uint16_t> refs;           ///< part-local triangles; a list may be split, see k_split_list
-    std::span<const std::uint32_t> locals;         ///< part-local triangle -> triangle of the model
-    std::span<const float> vertices;               ///< #vertices by 3, model space
-    std::span<const std::uint16_t> triangles16;    ///< #triangles by 3, where the model has at most 65536 vertices
-    std::span<const std::uint32_t> triangles32;    ///< #triangles by 3, where it has more
-    std::span<const std::uint16_t> triangle_part;  ///< #triangles: the part each belongs to, and SurfaceFlag bits
+    std::span<const float> vertices;                ///< #vertices by 3, model space
+    std::span<const std::uint16_t> triangles16;     ///< #triangles by 3, where the model has at most 65536 vertices
+    std::span<const std::uint32_t> triangles32;     ///< #triangles by 3, where it has more
+    std::span<const std::uint16_t> triangle_part;   ///< #triangles: the part each belongs to, and SurfaceFlag bits
     std::span<const std::uint32_t> piece_triangle;  ///< #pieces, ascending: the crossed triangle of which each is visible
     std::span<const float> pieces;                  ///< nine a piece: its corners, turned as the triangle is
     NormalArrays normal;
@@ -272,7 +259,7 @@ struct ModelView {
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const Seed> seeds;
     std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: a brick's record in near, or k_no_near
-    std::span<const std::uint16_t> near;         ///< see near_list
+    std::span<const std::uint16_t> near;         ///< see NearRecord
     Measured measured{};                         ///< by bake
     std::string_view made_by, source, options;   ///< provenance
 };
@@ -286,28 +273,45 @@ struct ModelView {
     return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
 }
 /// Triangles by which an exact answer is found in a place of a brick: one of them is the nearest, for any point of it, and no
-/// buried one is among them. Empty where there are too many to list.
+/// buried one is among them. Empty where there are too many to list: all are tried.
 struct NearList {
-    const std::uint16_t* first;  ///< of two values a triangle, the low one first, if wide
-    std::uint32_t count;         ///< triangles
-    bool wide;
+    const std::uint16_t* table;  ///< of the brick's triangles: two values each, the low one first, if wide
+    const std::uint16_t* refs;   ///< indices into it: two in a value, the low one first, if narrow
+    std::uint32_t first, count;  ///< of refs
+    bool wide, narrow;
     [[nodiscard]] constexpr std::uint32_t operator[](std::uint32_t i) const
     {
-        return wide ? first[2 * i] | std::uint32_t{first[2 * i + 1]} << 16 : first[i];
+        const std::uint32_t at = first + i;
+        const std::uint32_t t = narrow ? (refs[at >> 1] >> (8 * (at & 1u))) & 0xffu : refs[at];
+        return wide ? table[2 * t] | std::uint32_t{table[2 * t + 1]} << 16 : table[t];
     }
 };
 constexpr bool near_is_wide(const ModelView& view) { return view.triangle_part.size() > 0x10000; }
+/// A brick's record in ModelView::near: which of its places are not Free, one bit each; how many triangles it has; where each
+/// such place's refs start, and where the last ones end; the triangles; the refs, bytes where there are 256 triangles or fewer.
+struct NearRecord {
+    std::uint64_t occupied;
+    std::uint32_t triangles;
+    const std::uint16_t* starts;
+    const std::uint16_t* table;
+    const std::uint16_t* refs;
+};
+inline constexpr std::uint32_t k_near_head = 5;  ///< values before the starts
+constexpr NearRecord near_record(const std::uint16_t* values, bool wide)
+{
+    NearRecord r{0, values[4], values + k_near_head, nullptr, nullptr};
+    for (std::uint32_t k = 0; k < 4; ++k) r.occupied |= std::uint64_t{values[k]} << 16 * k;
+    r.table = r.starts + std::popcount(r.occupied) + 1;
+    r.refs = r.table + r.triangles * (wide ? 2u : 1u);
+    return r;
+}
 /// place: from 0 to 63 in its brick, 0 of a deep one. @pre the place is not Free
 [[nodiscard]] constexpr NearList near_list(const ModelView& view, std::size_t brick, std::uint32_t place)
 {
-    const std::uint16_t* record = view.near.data() + view.near_bricks[brick];
-    std::uint64_t occupied = 0;
-    for (std::uint32_t k = 0; k < k_near_starts; ++k) occupied |= std::uint64_t{record[k]} << 16 * k;
-    const auto rank = static_cast<std::uint32_t>(std::popcount(occupied & ((std::uint64_t{1} << place) - 1)));
-    const std::uint16_t* start = record + k_near_starts + rank;
-    const std::uint16_t* lists = record + k_near_starts + std::popcount(occupied) + 1;
     const bool wide = near_is_wide(view);
-    return {lists + start[0], static_cast<std::uint32_t>(start[1] - start[0]) >> (wide ? 1 : 0), wide};
+    const NearRecord r = near_record(view.near.data() + view.near_bricks[brick], wide);
+    const std::uint16_t* start = r.starts + std::popcount(r.occupied & ((std::uint64_t{1} << place) - 1));
+    return {r.table, r.refs, start[0], static_cast<std::uint32_t>(start[1] - start[0]), wide, r.triangles <= 256};
 }
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;

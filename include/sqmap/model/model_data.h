@@ -18,9 +18,6 @@ struct ModelData {
     std::vector<std::uint16_t> splits;
     std::vector<std::uint32_t> specials;
     std::vector<std::uint16_t> pool;
-    std::vector<std::uint32_t> rows;
-    std::vector<std::uint16_t> starts, refs;
-    std::vector<std::uint32_t> locals;
     std::vector<float> vertices;
     std::vector<std::uint16_t> triangles16;
     std::vector<std::uint32_t> triangles32;
@@ -57,10 +54,6 @@ struct ModelData {
                 splits,
                 specials,
                 pool,
-                rows,
-                starts,
-                refs,
-                locals,
                 vertices,
                 triangles16,
                 triangles32,

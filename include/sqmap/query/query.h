@@ -27,8 +27,7 @@ enum Status : std::uint8_t {
     k_ok = 0,
     k_not_finite = 1,  ///< the query point is NaN or infinite: reported free
     k_no_exact = 2,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
-    k_no_surface = 8,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
-    k_unresolved = 4,  ///< the exact test met a degenerate ray eight times: answered by the map
+    k_no_surface = 4,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
 };
 
 /// Answer for one point, model space.

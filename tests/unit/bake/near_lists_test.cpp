@@ -118,7 +118,9 @@ TEST(NearLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
                 const float gap = query::flat_gap(v.locator, chain, cast<float>(p - place.centre)).gap;
                 const bool is_inside = m.solid().inside(p);
                 (is_inside ? inside : outside) += 1;
-                if (is_inside) ASSERT_GE(gap + rise, 0) << name << " at " << p.x << ' ' << p.y << ' ' << p.z;
+                if (is_inside) {
+                    ASSERT_GE(gap + rise, 0) << name << " at " << p.x << ' ' << p.y << ' ' << p.z;
+                }
                 dropped += !is_inside && gap + rise < 0 ? 1u : 0u;
             }
         }

@@ -179,6 +179,26 @@ void check_against_oracle(Layer layer, const Limits& limits)
 
 TEST(Frame, ExactVerdictsAreTheWindingNumbersAndDepthsTheDistances) { check_against_oracle(Layer::Exact, {1e-5, 0.94, 1e-4}); }
 
+TEST(Frame, ExactDepthsHoldOnNeedles)
+{
+    const test::Parsed m(test::needles());
+    test::Random random(8);
+    std::vector<Vec3d> points(6000);
+    for (Vec3d& p : points) p = random.in_box({-0.52, -0.52, -0.1}, {0.52, 0.52, 10.1});
+    const auto contact_of = by_point(ask(m.view(), Probe(points), {}, {.layer = Layer::Exact}), points.size());
+    std::size_t contacts = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec3d p = m.to_model(points[i]);
+        const double distance = m.solid().closest_boundary(p).distance;
+        if (distance < 1e-5 * m.r_max()) continue;
+        ASSERT_EQ(contact_of[i] != nullptr, m.solid().inside(p));
+        if (contact_of[i] == nullptr) continue;
+        ++contacts;
+        ASSERT_NEAR(contact_of[i]->depth, distance, 2e-6 * m.r_max());
+    }
+    EXPECT_GT(contacts, 3000u);
+}
+
 TEST(Frame, LayerThreeIsRightBeyondHalfAPercentAndItsDepthIsNear) { check_against_oracle(Layer::Three, {0.005, 0.95, 0.003}); }
 
 TEST(Frame, LayerThreeVerdictsOfPointsBesideARealSurfaceAreRightBeyondHalfAPercent)

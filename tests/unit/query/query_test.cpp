@@ -293,6 +293,33 @@ TEST(Query, ExactDepthsAreThoseOfTheVisibleSurfaceWhereTrianglesCutEachOther)
     EXPECT_GT(contacts, 700);
 }
 
+TEST(Query, ExactVerdictsHoldAtTheCreasesOfShellsThatCross)
+{
+    // Copies a little apart, so that shells cross all over and at small angles, and creases cut slivers from triangles.
+    const mesh::Mesh ball = mesh::ellipsoid({1, 0.7, 0.6}, 3);
+    const mesh::Mesh shells = test::together(test::mapped(ball, 1, {0.031, 0.017, -0.023}),
+                                             test::together(ball, test::mapped(ball, 1.02, {0.4, 0, 0.1})));
+    const test::Parsed m(shells);
+    const double r_max = m.view().header.r_max;
+    test::Random random(7);
+    int inside = 0, at_creases = 0, wrong = 0;
+    for (int i = 0; i < 60000; ++i) {
+        const mesh::Triangle& t = m.mesh().triangles[random.below(m.mesh().triangles.size())];
+        const Vec3d near = m.mesh().vertices[t[0]] + 0.03 * r_max * random.between(0, 1) * random.direction();
+        const Vec3f p = cast<float>(near);
+        const Vec3d q = cast<double>(p);
+        const mesh::ClosestPoint closest = m.solid().closest_boundary(q);
+        if (closest.distance <= 1e-5 * r_max) continue;
+        const bool truth = m.solid().bvh().winding_number(q) > 0;
+        wrong += query_point(m.view(), p, Layer::Exact).contact != truth ? 1 : 0;
+        inside += truth ? 1 : 0;
+        at_creases += truth && m.solid().boundary()[closest.triangle] == mesh::Boundary::Partly ? 1 : 0;
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(inside, 10000);
+    EXPECT_GT(at_creases, 1000);
+}
+
 TEST(Query, AShellWithinTheSolidIsNoSurface)
 {
     const test::Parsed m(test::nested_balls());

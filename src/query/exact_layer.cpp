@@ -1,0 +1,233 @@
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, beyond its layers: depth to the mesh's
+// own triangles. A place of the locator lists every triangle that can be nearest to a point of it. The ball about a point up to
+// the nearest one holds no boundary, so what the point sees there is the side that it is on.
+#include "exact_layer.h"
+
+#include "central_query.h"
+#include "sqmap/math/triangle.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+using model::ModelView;
+
+/// A place's list, or all of the model's triangles.
+struct Candidates {
+    const ModelView& model;
+    model::NearList list;  ///< empty: all
+
+    std::uint32_t count() const { return list.count > 0 ? list.count : static_cast<std::uint32_t>(model.triangle_part.size()); }
+    std::uint32_t operator[](std::uint32_t i) const { return list.count > 0 ? list[i] : i; }
+};
+
+struct Piece {
+    Vec3d a, b, c;
+};
+
+Piece piece_at(const float* corners)
+{
+    const auto corner = [&](int k) { return cast<double>(model::vec3(corners + 3 * k)); };
+    return {corner(0), corner(1), corner(2)};
+}
+
+Piece triangle_at(const ModelView& model, std::uint32_t triangle)
+{
+    const auto corner = [&](std::uint32_t k) {
+        return cast<double>(
+            model::vec3(model.vertices.data() + 3 * static_cast<std::size_t>(model::triangle_vertex(model, triangle, k))));
+    };
+    return {corner(0), corner(1), corner(2)};
+}
+
+/// visit(piece, across) for what of a triangle is boundary; across: its normal, not unit.
+template <class Visit>
+void each_visible(const ModelView& model, std::uint32_t triangle, Visit&& visit)
+{
+    const std::uint16_t flags = model.triangle_part[triangle];
+    if ((flags & model::k_buried) != 0) return;
+    const Piece whole = triangle_at(model, triangle);
+    const Vec3d across = cross(whole.b - whole.a, whole.c - whole.a);
+    if ((flags & model::k_crossed) == 0) {
+        visit(whole, across);
+        return;
+    }
+    const auto [first, last] = std::equal_range(model.piece_triangle.begin(), model.piece_triangle.end(), triangle);
+    for (auto it = first; it != last; ++it)
+        visit(piece_at(model.pieces.data() + 9 * (it - model.piece_triangle.begin())), across);
+}
+
+struct Nearest {
+    double distance_sq = INFINITY;
+    Vec3d point{}, across{};
+    std::uint32_t triangle = 0;
+};
+
+Nearest nearest_of(const Candidates& candidates, Vec3d p)
+{
+    Nearest best;
+    for (std::uint32_t i = 0; i < candidates.count(); ++i) {
+        const std::uint32_t t = candidates[i];
+        each_visible(candidates.model, t, [&](const Piece& piece, Vec3d across) {
+            // No point of it is nearer than its plane.
+            const double height = dot(across, p - piece.a);
+            if (height * height > best.distance_sq * norm_sq(across)) return;
+            const Vec3d q = closest_point_on_triangle(p, piece.a, piece.b, piece.c);
+            const double distance_sq = norm_sq(q - p);
+            if (distance_sq < best.distance_sq) best = {distance_sq, q, across, t};
+        });
+    }
+    return best;
+}
+
+/// Where on the way from p to q a triangle is met, from 0 to 1; above 1: nowhere. On its border counts.
+double meeting(Vec3d p, Vec3d q, const Piece& t)
+{
+    constexpr double k_border = 1e-9;
+    const Vec3d e1 = t.b - t.a, e2 = t.c - t.a, d = q - p, h = cross(d, e2);
+    const double det = dot(e1, h);
+    if (det == 0) return 2;
+    const Vec3d s = p - t.a, k = cross(s, e1);
+    const double u = dot(s, h) / det, v = dot(d, k) / det, along = dot(e2, k) / det;
+    return u >= -k_border && v >= -k_border && u + v <= 1 + k_border && along >= 0 ? along : 2;
+}
+
+/// Whether p is below what it sees where the boundary is nearest. Where two triangles meet, the sum of their normals tells.
+/// Elsewhere p looks a hair beside the nearest point, on to the triangle there that faces it most, and what is met first counts.
+bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
+{
+    const double size = static_cast<double>(candidates.model.header.sphere[3]);
+    const double hair = 1e-6 * size, distance = std::sqrt(nearest.distance_sq);
+    if (!(distance > 1e-12 * size)) return true;
+    const Vec3d to_nearest = nearest.point - p;
+    constexpr double k_face_on = 1 - 1e-9;
+    if (std::abs(dot(nearest.across, to_nearest)) > k_face_on * norm(nearest.across) * distance)
+        return dot(nearest.across, to_nearest) > 0;
+
+    Vec3d aim = nearest.point, across = nearest.across, sum{};
+    double most = -1;
+    std::uint32_t triangles = 0, last = 0;  // as near, and the last of them
+    const double reach_sq = (distance + hair) * (distance + hair);
+    for (std::uint32_t i = 0; i < candidates.count(); ++i)
+        each_visible(candidates.model, candidates[i], [&](const Piece& piece, Vec3d normal) {
+            const double height = dot(normal, p - piece.a);
+            if (height * height > reach_sq * norm_sq(normal)) return;
+            const Vec3d q = closest_point_on_triangle(p, piece.a, piece.b, piece.c);
+            if (!(norm_sq(q - p) <= reach_sq)) return;
+            const Vec3d unit = normalized(normal);
+            if (triangles == 0 || candidates[i] != last) {
+                ++triangles;
+                last = candidates[i];
+                sum += unit;
+            }
+            const double facing = std::abs(dot(unit, q - p)) / norm(q - p);
+            if (!(facing > most)) return;
+            most = facing;
+            const Vec3d inwards = (piece.a + piece.b + piece.c) / 3.0 - q;
+            aim = q + std::min(0.1, hair / std::max(norm(inwards), hair)) * inwards;
+            across = normal;
+        });
+    if (triangles == 2) return dot(sum, to_nearest) > 0;
+    double first = 1 - 1e-12;
+    for (std::uint32_t i = 0; i < candidates.count(); ++i)
+        each_visible(candidates.model, candidates[i], [&](const Piece& piece, Vec3d normal) {
+            const double along = meeting(p, aim, piece);
+            if (!(along < first)) return;
+            first = along;
+            across = normal;
+        });
+    return dot(across, aim - p) > 0;
+}
+
+Contact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
+{
+    Contact contact;
+    contact.contact = true;
+    contact.certain = true;
+    contact.part = static_cast<std::int32_t>(model.triangle_part[nearest.triangle] & model::k_part_mask);
+    contact.depth = static_cast<float>(std::sqrt(nearest.distance_sq));
+    contact.point = cast<float>(nearest.point);
+    // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
+    const Vec3d way = contact.depth > 1e-4f * model.header.sphere[3] ? nearest.point - cast<double>(point) : nearest.across;
+    contact.normal = cast<float>(normalized(way));
+    return contact;
+}
+
+Contact free_at(Vec3f point)
+{
+    Contact contact;
+    contact.point = point;
+    contact.certain = true;
+    return contact;
+}
+
+/// Which place holds a point: as Places::locate of the frames has it.
+struct Place {
+    bool free = true, inside = false;
+    std::size_t brick = 0;
+    std::uint32_t within = 0;
+};
+Place place_of(const ModelView& model, Vec3f p)
+{
+    const model::Locator& l = model.locator;
+    const float inverse_cell = 1.f / l.cell;
+    std::uint32_t at[3];
+    float in_cells[3];
+    for (int k = 0; k < 3; ++k) {
+        in_cells[k] = (p[k] - l.origin[k]) * inverse_cell;
+        if (!(in_cells[k] >= 0.f && in_cells[k] < static_cast<float>(model::k_brick * l.bricks[k]))) return {};
+        at[k] = static_cast<std::uint32_t>(in_cells[k]);
+    }
+    Place found;
+    found.brick = (static_cast<std::size_t>(at[2] / model::k_brick) * l.bricks[1] + at[1] / model::k_brick) * l.bricks[0] +
+                  at[0] / model::k_brick;
+    const std::uint32_t brick = model.bricks[found.brick];
+    if ((brick & model::k_free_brick) != 0) return {};
+    const bool deep = (brick & model::k_deep_brick) != 0;
+    constexpr auto n = static_cast<std::uint32_t>(model::k_brick);
+    found.within = deep ? 0 : (at[2] % n * n + at[1] % n) * n + at[0] % n;
+    std::uint32_t place = model.places[(brick & ~model::k_deep_brick) + found.within];
+    float half = 0.5f;
+    for (int d = 0; d < model::k_most_divisions && !deep && model::is_divided(place); ++d, half *= 0.5f) {
+        std::uint32_t eighth = 0;
+        for (int k = 0; k < 3; ++k) {
+            in_cells[k] -= static_cast<float>(static_cast<std::uint32_t>(in_cells[k] / half) / 2) * 2 * half;
+            if (in_cells[k] >= half) eighth |= 1u << k;
+        }
+        place = model.places[model::place_seed(place) + eighth];
+    }
+    found.free = !deep && model::place_kind(place) == model::PlaceKind::Free;
+    found.inside = model::place_kind(place) == model::PlaceKind::Inside;
+    return found;
+}
+
+Contact answer(const Candidates& candidates, Vec3f point, bool inside)
+{
+    const Vec3d p = cast<double>(point);
+    const Nearest nearest = nearest_of(candidates, p);
+    if (!(nearest.distance_sq < INFINITY)) return free_at(point);
+    return inside || is_below(candidates, p, nearest) ? contact_at(candidates.model, point, nearest) : free_at(point);
+}
+
+}  // namespace
+
+Contact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t place, bool inside) noexcept
+{
+    return answer({model, model::near_list(model, brick, place)}, point, inside);
+}
+
+Contact query_exact(const ModelView& model, Vec3f point) noexcept
+{
+    if (!model::has_locator(model)) {
+        // Behind a surface that bounds nothing, what no part holds is free.
+        if (model.header.solid == 0 && verdict_central(model, point, Layer::Three).part < 0) return free_at(point);
+        return answer({model, {}}, point, false);
+    }
+    const Place place = place_of(model, point);
+    return place.free ? free_at(point) : query_exact_in(model, point, place.brick, place.within, place.inside);
+}
+
+}  // namespace sqmap::query
