@@ -185,7 +185,8 @@ TEST(Frame, ExactDepthsHoldOnNeedles)
     test::Random random(8);
     std::vector<Vec3d> points(6000);
     for (Vec3d& p : points) p = random.in_box({-0.52, -0.52, -0.1}, {0.52, 0.52, 10.1});
-    const auto contact_of = by_point(ask(m.view(), Probe(points), {}, {.layer = Layer::Exact}), points.size());
+    const Answer answer = ask(m.view(), Probe(points), {}, {.layer = Layer::Exact});
+    const auto contact_of = by_point(answer, points.size());
     std::size_t contacts = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec3d p = m.to_model(points[i]);
