@@ -66,7 +66,7 @@ void add_load_options(CLI::App& command, LoadOptions& options)
         ->type_name("none|safe|holes")
         ->default_str("safe");
     command.add_flag("--surface", options.accept_surface, "Take an open mesh as a surface without inside");
-    command.add_option("--thickness", options.thickness, "Make open and flat meshes plates this thick, in units of the result")
+    command.add_option("--thickness", options.thickness, "Make open meshes and flat ones, also closed, plates this thick, in units of the result")
         ->check(CLI::PositiveNumber);
     // The result is in metres, so that "--unit mm" divides by a thousand.
     command

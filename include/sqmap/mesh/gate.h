@@ -28,8 +28,8 @@ struct PolygonView {
 
 struct GateOptions {
     Repair repair = Repair::Safe;
-    bool accept_surface = false;         ///< an open mesh is taken as a surface without inside (solid is false then)
-    double thickness = 0;                ///< > 0: open and flat meshes become plates this thick, in units of the result
+    bool accept_surface = false;  ///< an open mesh is taken as a surface without inside (solid is false then)
+    double thickness = 0;  ///< > 0: open meshes and flat ones, also closed, become plates this thick, in units of the result
     std::optional<double> unit{};        ///< metres per unit of the file: the result is in metres; absent: as in the file
     std::uint32_t max_hole_edges = 100;  ///< largest hole that Repair::Holes fills
     double max_hole_size = 0.05;         ///< its largest diagonal, of the mesh's own
