@@ -86,6 +86,8 @@ void add_info(CLI::App& app, int& exit_code)
                 char hash[20];
                 std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
                 out["content_hash"] = hash;
+                std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.mesh_hash));
+                out["mesh_hash"] = m.mesh_hash == 0 ? ordered_json(nullptr) : ordered_json(hash);
                 out["made_by"] = m.made_by;
                 out["source"] = m.source;
                 out["projection"] = central ? "central" : "normal";

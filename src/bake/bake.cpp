@@ -434,6 +434,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     for (const PartWork& part : parts) area += part.area;
     measured.q2_share /= area;
     result.model.measured = measured;
+    result.model.mesh_hash = mesh::content_hash(input);
     result.report.target_met = measured.depth_p99 <= options.target_error;
     progress("measure", 1);
     lap("measure");

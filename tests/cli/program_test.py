@@ -196,6 +196,27 @@ class Program(unittest.TestCase):
         run("shapes", "torus", "-o", "torus.obj")
         self.assertEqual(run("eval", "sphere.sqmap", "torus.obj").returncode, 2)
 
+    def test_eval_refuses_another_mesh_of_the_same_size(self):
+        with open("sphere.obj") as text:
+            lines = text.read().split("\n")
+        corner = next(i for i, line in enumerate(lines) if line.startswith("v "))
+        x, y, z = map(float, lines[corner].split()[1:])
+        lines[corner] = f"v {x * 1.001!r} {y * 1.001!r} {z * 1.001!r}"
+        with open("dented.obj", "w") as out:
+            out.write("\n".join(lines))
+        self.assertEqual(run("check", "dented.obj").returncode, 0)
+        result = run("eval", "sphere.sqmap", "dented.obj", "--points", "100")
+        self.assertEqual(result.returncode, 2)
+        for name in ("sphere.sqmap", "dented.obj", "sphere.obj"):
+            self.assertIn(name, result.stderr)
+        # The same faces in another order are the same mesh.
+        faces = [line for line in lines if line.startswith("f ")]
+        with open("sphere.obj") as text:
+            rest = [line for line in text.read().split("\n") if not line.startswith("f ")]
+        with open("turned.obj", "w") as out:
+            out.write("\n".join(rest + faces[::-1]) + "\n")
+        self.assertEqual(run("eval", "sphere.sqmap", "turned.obj", "--points", "100").returncode, 0)
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=1)
