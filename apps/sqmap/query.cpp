@@ -4,6 +4,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <fstream>
@@ -42,21 +43,33 @@ std::vector<Vec3d> read_points(const std::string& path)
 {
     std::ifstream in(path);
     if (!in) throw BadPoints("cannot open " + path);
+    const auto fail = [&](std::size_t number, const std::string& message) {
+        throw BadPoints(path + ":" + std::to_string(number) + ": " + message);
+    };
     std::string line;
-    std::size_t number = 1;
-    if (!std::getline(in, line)) throw BadPoints(path + " is empty: its first line must be the header x,y,z");
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
-    if (line != "x,y,z") throw BadPoints(path + ":1: the header must be x,y,z, found '" + line.substr(0, 40) + "'");
+    std::size_t number = 0, blank = 0;  // blank: the first of the blank lines just read
+    bool has_header = false;
     std::vector<Vec3d> points;
     while (std::getline(in, line)) {
-        ++number;
-        if (line.empty() && in.peek() == std::ifstream::traits_type::eof()) break;
+        if (++number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // spreadsheets mark UTF-8
+        while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) line.pop_back();
+        if (line.empty()) {
+            if (blank == 0) blank = number;
+            continue;
+        }
+        if (!has_header) {
+            if (line != "x,y,z") fail(number, "the header must be x,y,z, found '" + line.substr(0, 40) + "'");
+            has_header = true;
+            blank = 0;
+            continue;
+        }
+        // Answers stand in the order of the rows: a blank line among them may be a point that was lost.
+        if (blank != 0) fail(blank, "expected three numbers x,y,z, found a blank line");
         double v[3];
-        if (!parse_row(line, v))
-            throw BadPoints(path + ":" + std::to_string(number) + ": expected three numbers x,y,z, found '" + line.substr(0, 60) +
-                            "'");
+        if (!parse_row(line, v)) fail(number, "expected three numbers x,y,z, found '" + line.substr(0, 60) + "'");
         points.push_back({v[0], v[1], v[2]});
     }
+    if (!has_header) throw BadPoints(path + " is empty: its first line must be the header x,y,z");
     return points;
 }
 

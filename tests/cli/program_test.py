@@ -123,6 +123,14 @@ class Program(unittest.TestCase):
         self.assertEqual(run("query", "sphere.sqmap", "crlf.csv", "-o", "answers.csv").returncode, 0)
         self.assertEqual([row[0] for row in self.answers()[1:]], ["1", "0"])
 
+    def test_a_byte_order_mark_and_blank_lines_around_are_passed_over(self):
+        for text in ("\ufeffx,y,z\n0,0,0\n9,9,9\n", "\n \nx,y,z\n0,0,0\n9,9,9\n", "\ufeff\r\nx,y,z\r\n0,0,0\r\n9,9,9\r\n\r\n\n"):
+            with open("marked.csv", "w", newline="", encoding="utf-8") as out:
+                out.write(text)
+            result = run("query", "sphere.sqmap", "marked.csv", "-o", "answers.csv")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual([row[0] for row in self.answers()[1:]], ["1", "0"])
+
     def test_what_is_no_model_is_refused(self):
         with open("sphere.sqmap", "rb") as good:
             data = good.read()
