@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -73,6 +74,13 @@ std::vector<Vec3d> read_points(const std::string& path)
     return points;
 }
 
+/// Digits that show a coordinate as finely as nine digits show the object's size: more of them far from the origin.
+int digits_of(double coordinate, double size)
+{
+    const double beyond = std::floor(std::log10(std::abs(coordinate))) - std::floor(std::log10(size));
+    return 9 + static_cast<int>(std::clamp(beyond, 0.0, 8.0));  // 17 tell any two doubles apart; of 0 beyond is -inf
+}
+
 }  // namespace
 
 void add_query(CLI::App& app, int& exit_code)
@@ -101,7 +109,8 @@ void add_query(CLI::App& app, int& exit_code)
                       "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     command->add_flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
     command->footer(
-        "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward.\n"
+        "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward; 9 digits, more of a "
+        "point far from the origin.\n"
         "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         exit_code = 2;
@@ -117,6 +126,7 @@ void add_query(CLI::App& app, int& exit_code)
             if (layer == query::Layer::Exact && !model::has_exact(m))
                 throw BadPoints(options->model + " was baked without the exact layer: bake it without --no-exact");
             const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+            const double size = m.header.r_max * m.header.unit;
             std::string text;
             char row[256];
             const auto print = [&](const char* format, auto... values) {
@@ -130,9 +140,9 @@ void add_query(CLI::App& app, int& exit_code)
                     {.layer = layer, .layer3_gate = options->gate, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,
-                          static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x,
-                          s.y, s.z);
+                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, static_cast<double>(c.depth) * m.header.unit,
+                          static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z),
+                          digits_of(s.x, size), s.x, digits_of(s.y, size), s.y, digits_of(s.z, size), s.z);
                 } else {
                     text += "0,-1,,,,,,,";
                 }

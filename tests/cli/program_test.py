@@ -90,6 +90,27 @@ class Program(unittest.TestCase):
         self.assertLessEqual(max(digits), 9)
         self.assertGreaterEqual(max(digits), 8)
 
+    def test_far_from_the_origin_points_keep_nine_digits_of_the_size(self):
+        away = (1e8, -2e8, 3e8)
+        for name, move in (("near.obj", (0, 0, 0)), ("far.obj", away)):
+            with open(name, "w") as out:
+                for corner in range(8):
+                    out.write("v %r %r %r\n" % tuple(float(m + (corner >> k & 1)) for k, m in enumerate(move)))
+                for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
+                    out.write(f"f {a + 1} {b + 1} {c + 1} {d + 1}\n")
+            result = run("bake", name, "-o", name + ".sqmap")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        point = (0.375, 0.5, 0.9375)  # exact at either place
+        self.assertEqual(self.query([point], "--layer", "exact", model="near.obj.sqmap").returncode, 0)
+        near = [float(v) for v in self.answers()[1]]
+        self.assertEqual(self.query([tuple(p + m for p, m in zip(point, away))], "--layer", "exact", model="far.obj.sqmap").returncode, 0)
+        far = [float(v) for v in self.answers()[1]]
+        self.assertAlmostEqual(near[2], 0.0625, delta=1e-6)
+        for a, b in zip(near[:6], far[:6]):
+            self.assertAlmostEqual(a, b, delta=1e-6)
+        for a, b, m in zip(near[6:], far[6:], away):
+            self.assertAlmostEqual(a, b - m, delta=2e-7)
+
     def test_certain_is_a_last_column(self):
         rows = [(0.0, 0.0, 0.0), (0.9, 0.0, 0.1), (5.0, 5.0, 5.0)]
         self.assertEqual(self.query(rows, "--layer", "exact", "--certain").returncode, 0)
