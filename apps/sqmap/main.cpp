@@ -1,10 +1,13 @@
 #include "commands.h"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
 int main(int argc, char** argv)
 {
+    // A file that may grow no further is a failed write, which removes what was written, not a reason to die halfway.
+    std::signal(SIGXFSZ, SIG_IGN);
     CLI::App app{"sqmap: certified contact between complex shapes"};
     app.set_version_flag("--version", "sqmap " SQMAP_VERSION);
     app.require_subcommand(1);

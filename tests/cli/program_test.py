@@ -8,6 +8,7 @@ import json
 import math
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -180,6 +181,14 @@ class Program(unittest.TestCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("no/such/folder", result.stderr)
         self.assertEqual(self.query([(0, 0, 0)], "-o", "no/such/a.csv").returncode in (2, 64), True)
+
+    def test_a_file_size_limit_leaves_nothing_behind(self):
+        before = set(os.listdir())
+        limited = subprocess.run([PROGRAM, "bake", "sphere.obj", "-o", "limited.sqmap"], capture_output=True, text=True, timeout=120,
+                                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)))
+        self.assertEqual(limited.returncode, 2, limited.stderr)
+        self.assertIn("limited.sqmap", limited.stderr)
+        self.assertEqual(set(os.listdir()), before)
 
     def test_info_json(self):
         result = run("info", "sphere.sqmap", "--json")
