@@ -130,6 +130,10 @@ void add_bake(CLI::App& app, int& exit_code)
         bake::BakeResult baked;
         try {
             baked = bake::bake(loaded.mesh, loaded.solid, options->bake);
+        } catch (const mesh::RefusedMesh& e) {
+            std::fprintf(stderr, "%s: REFUSED %s\n  cure: %s\n", options->mesh.c_str(), e.what(), e.diagnosis().cure.c_str());
+            exit_code = 2;
+            return;
         } catch (const mesh::Error& e) {
             std::fprintf(stderr, "%s: %s\n", options->mesh.c_str(), e.what());
             exit_code = 2;

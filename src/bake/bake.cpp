@@ -397,6 +397,11 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     decompose::DecomposeOptions cuts = options.decompose;
     cuts.maximum_parts = std::min(cuts.maximum_parts, options.max_parts);
     decompose::Partition partition = options.partition != nullptr ? *options.partition : decompose::decompose(mesh, cuts);
+    if (partition.part_count > model::k_part_mask)
+        throw mesh::RefusedMesh(
+            {"E_LIMIT", "mesh",
+             std::to_string(partition.part_count) + " parts; a model holds " + std::to_string(model::k_part_mask),
+             "leave out loose pieces"});
     lap("decompose");
 
     progress("fit", 0);

@@ -37,6 +37,12 @@ std::uint16_t code_of_deviation(double e, double w_step)
     return 0xffff;
 }
 
+[[noreturn]] void too_large(const char* what)
+{
+    throw mesh::RefusedMesh(
+        {"E_LIMIT", "part", what, "reduce the mesh, allow more parts with --max-parts, or a larger --target-error"});
+}
+
 class Baker {
 public:
     Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain,
@@ -472,7 +478,7 @@ private:
         std::uint16_t payload = 0;
         if (!add_special(offset, payload)) {
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
-            throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
+            too_large("its central map needs more than 16384 refined cells");
         }
         const std::uint32_t second =
             division.valid ? model::k_divided | static_cast<std::uint32_t>(division.second.count) << 5 : 0u;
@@ -753,8 +759,7 @@ private:
     {
         if (local_index_.empty()) local_index_.assign(context_.mesh.triangles.size(), 0xffffffffu);
         if (local_index_[triangle] == 0xffffffffu) {
-            if (out_.locals.size() >= model::k_split_list)
-                throw mesh::InvalidInput("a part's chart meets more than 65534 triangles");
+            if (out_.locals.size() >= model::k_split_list) too_large("its chart meets more than 65534 triangles");
             local_index_[triangle] = static_cast<std::uint32_t>(out_.locals.size());
             out_.locals.push_back(triangle);
         }
@@ -920,7 +925,7 @@ private:
     void push_start()
     {
         const std::size_t offset = out_.refs.size() - out_.rows.back();
-        if (offset > 0xffff) throw mesh::InvalidInput("a row of a part's exact layer holds more than 65535 entries");
+        if (offset > 0xffff) too_large("a row of its exact layer holds more than 65535 entries");
         out_.starts.push_back(static_cast<std::uint16_t>(offset));
     }
 

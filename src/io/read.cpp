@@ -147,13 +147,8 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
         result.error = ReadError{"E_FORMAT", "file", "there is no file that can be read at this path", "check the path"};
         return result;
     }
-    if (size > limits.max_bytes) {
-        result.error =
-            ReadError{"E_LIMIT", "file", std::to_string(size) + " bytes, the limit is " + std::to_string(limits.max_bytes),
-                      "reduce the mesh, or raise the limit"};
-        return result;
-    }
     try {
+        check_byte_limit("file", size, limits);
         std::vector<std::byte> bytes(size);
         std::ifstream stream(path, std::ios::binary);
         stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
@@ -162,10 +157,12 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
             return result;
         }
         return read_bytes(bytes, result.format, path.has_parent_path() ? path.parent_path() : ".", limits);
+    } catch (ReadFailure& failure) {
+        result.error = std::move(failure.error);
     } catch (const std::bad_alloc&) {
         result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh"};
-        return result;
     }
+    return result;
 }
 
 }  // namespace sqmap::io

@@ -53,6 +53,7 @@ public:
             check_numbers();
             make_triangles();
             clean();
+            check_components();
             make_shells();
             finish();
             out_.verdict = out_.repairs.empty() ? Verdict::Accept : Verdict::Repaired;
@@ -325,6 +326,20 @@ private:
         if (left.empty() || !is_closed(left)) left = kept(keep);
         duplicate_count_ += faces.size() - left.size();
         surface_.faces = std::move(left);
+    }
+
+    /// Judged once equal vertices are one: before that, every facet of an STL file is a piece of its own.
+    void check_components()
+    {
+        UnionFind pieces(surface_.faces.size());
+        for_each_edge(edge_uses(surface_.faces), [&](std::span<const EdgeUse> edge) {
+            for (const EdgeUse& u : edge) pieces.unite(edge[0].half / 3, u.half / 3);
+        });
+        std::uint64_t count = 0;
+        for (std::uint32_t f = 0; f < surface_.faces.size(); ++f) count += pieces.find(f) == f;
+        if (count > options_.max_components)
+            refuse("E_LIMIT", "mesh", number(count) + " components; the limit is " + number(options_.max_components),
+                   "leave out loose pieces, weld faces that do not share vertices, or raise the limit with --max-components");
     }
 
     // --- shells -------------------------------------------------------------------------------------------------------
