@@ -22,7 +22,7 @@ namespace {
 std::vector<test::Shape> shapes_and_shared()
 {
     std::vector<test::Shape> out = test::small_shapes();
-    if (auto mesh = test::shared_mesh("camel_4512.obj")) out.push_back({"camel", *mesh});
+    if (auto mesh = test::shared_mesh_too("camel_4512.obj")) out.push_back({"camel", *mesh});
     return out;
 }
 
