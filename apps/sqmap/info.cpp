@@ -73,7 +73,7 @@ void add_info(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("info", "Say what is in a model: parts, certificates, bytes, measured error");
     command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
     command->add_flag("--json", options->json, "Answer as JSON");
-    command->footer("Exit code: 0, 2 not a valid model, 64 wrong usage, 70 internal error.");
+    command->footer("Exit code: 0 printed, 2 not a valid model, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         try {
             const io::MappedModel file(options->model);

@@ -52,6 +52,18 @@ class Program(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         self.assertRegex(result.stdout, r"^sqmap \d+\.\d+\.\d+")
 
+    def test_help_is_in_words_of_the_user(self):
+        overview = run("--help").stdout
+        commands = re.findall(r"^  ([a-z]+)  ", overview.split("Subcommands:")[1], re.M)
+        self.assertIn("bake", commands)
+        for command in commands:
+            result = run(command, "--help")
+            self.assertEqual(result.returncode, 0, command)
+            self.assertTrue(result.stdout.split("\n")[1].startswith(f"Usage: sqmap {command}"), result.stdout)
+            self.assertIn("Exit code: 0 ", result.stdout, command)
+            for term in ("->", "value in", "UINT", "FLOAT", "POSITIVE", "REQUIRED REQUIRED", "{"):
+                self.assertNotIn(term, result.stdout, command)
+
     def test_wrong_usage_is_64(self):
         for arguments in ([], ["fly"], ["bake"], ["bake", "sphere.obj"], ["bake", "absent.obj", "-o", "a.sqmap"],
                           ["bake", "sphere.obj", "-o", "a.sqmap", "--max-parts", "0"],
