@@ -152,11 +152,18 @@ def falls_short(rows):
         yield f"- {title}: " + ("met by all" if not failing else f"**not met** by {', '.join(failing)}")
 
 
-def commit():
-    return subprocess.run(["git", "-C", ROOT, "log", "-1", "--format=%h"], capture_output=True, text=True).stdout.strip() or "unknown"
+def commit(root=ROOT):
+    """The commit checked out, "-dirty" where tracked files differ from it. Pages that runs write do not count."""
+    def git(*arguments):
+        return subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True).stdout.strip()
+    name = git("log", "-1", "--format=%h")
+    if not name:
+        return "unknown"
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":(exclude)docs", ":(exclude)*.md")
+    return name + "-dirty" if changed else name
 
 
-def renew_readme(rows):
+def renew_readme(rows, made_from):
     """Puts the short table between the marks in README.md."""
     readme = ROOT / "README.md"
     before, _, rest = readme.read_text().partition("<!-- figures -->")
@@ -166,7 +173,7 @@ def renew_readme(rows):
     columns = [c for c in COLUMNS if c[0] in README_COLUMNS]
     columns.sort(key=lambda c: README_COLUMNS.index(c[0]))
     unmet = [line for line in falls_short(rows) if "**not met**" in line]
-    text = ["", f"Measured by `./dev table` on {datetime.date.today().isoformat()}, from commit {commit()}, at default options: 20,000 points a mesh, "
+    text = ["", f"Measured by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}, at default options: 20,000 points a mesh, "
             "three quarters of them within 4 % of the surface. Eq. 35 and depth in percent of R_max, the largest distance between two vertices; "
             "wrong verdicts of layer 3 are those farther than 0.5 % from the surface, of the exact layer 0.001 %; bake is CPU seconds on one "
             "core, the model's measurement of itself included.", "", *shape_of(columns, rows), "",
@@ -174,9 +181,9 @@ def renew_readme(rows):
     readme.write_text(before + "<!-- figures -->" + "\n".join(text) + "\n<!-- end of figures -->" + after)
 
 
-def document(groups, skipped, failed):
+def document(groups, skipped, failed, made_from):
     lines = ["# Measurements", "",
-             f"Made by `./dev table` on {datetime.date.today().isoformat()}, from commit {commit()}. Default options "
+             f"Made by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}. Default options "
              "throughout.", ""]
     for title, rows in groups:
         lines += [f"## {title}", "", *shape_of(COLUMNS, rows), ""]
@@ -197,6 +204,7 @@ def main():
     parser.add_argument("--title", action="append", default=[], help="heading of a folder's table, in order")
     parser.add_argument("--most", type=int, default=200000, help="leave out meshes with more triangles")
     options = parser.parse_args()
+    made_from = commit()  # of the program that is measured, whatever happens to the sources meanwhile
     groups, skipped, failed = [], [], []
     for i, folder in enumerate(options.folders):
         rows = []
@@ -220,9 +228,9 @@ def main():
             groups.append((options.title[i] if i < len(options.title) else f"Meshes of `{folder.name}`", rows))
     if not groups:
         sys.exit("no closed mesh to measure; './dev demo' fetches some")
-    options.output.write_text(document(groups, skipped, failed))
+    options.output.write_text(document(groups, skipped, failed, made_from))
     if options.output == parser.get_default("output"):
-        renew_readme(groups[0][1])
+        renew_readme(groups[0][1], made_from)
     print(options.output)
 
 

@@ -8,6 +8,8 @@ add_test(NAME house.layers_check_finds_bad_includes
 # The reproduction's charts, page and shapes, without a run.
 add_test(NAME house.reproduction
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/bench/reproduce_test.py)
+add_test(NAME house.measurements_say_where_they_come_from
+  COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/bench/measure_test.py)
 
 # The README quotes the first example as it is compiled.
 add_test(NAME house.readme_quotes_the_example

@@ -76,7 +76,7 @@ void add_bake(CLI::App& app, int& exit_code)
                      "A_S of the normal projection: layer 3 halves the spacing of layer 2 this often")
         ->check(CLI::Range(0, 5))
         ->capture_default_str();
-    command->add_option("--max-parts", options->bake.max_parts, "Most parts that refinement may make")
+    command->add_option("--max-parts", options->bake.max_parts, "Most parts that cuts may make; a mesh of more pieces has more")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     command->add_flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
@@ -93,22 +93,33 @@ void add_bake(CLI::App& app, int& exit_code)
         ->capture_default_str();
     add_load_options(*command, options->load);
     decompose::DecomposeOptions& d = options->bake.decompose;
-    const char* const k_decomposition = "Decomposition (section 3; lengths of sqrt(area), areas of the area)";
+    const char* const k_decomposition =
+        "Decomposition (section 3 of the paper; lengths in roots of the surface area, areas as shares of it)";
     command->add_flag("--exact-geodesics", options->exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost")
         ->group(k_decomposition);
     command->add_option("--salient-window", d.salient_window, "Geodesic window of a salient feature (eq. 5)")
         ->group(k_decomposition)
         ->capture_default_str();
-    command->add_option("--boundary-strength", d.boundary_strength, "Growth of a locale that counts as a cut")
+    command
+        ->add_option("--boundary-strength", d.boundary_strength,
+                     "Growth of a locale's radius over distance that makes a cut; a tube on a plane has 0.5 to 1")
         ->group(k_decomposition)
         ->capture_default_str();
-    command->add_option("--hyperbolic-share", d.hyperbolic_share, "k_h")->group(k_decomposition)->capture_default_str();
-    command->add_option("--hyperbolic-curvature", d.hyperbolic_curvature, "t_h, times the area")
+    command
+        ->add_option("--hyperbolic-share", d.hyperbolic_share,
+                     "k_h: least share of a locale that must be hyperbolic for a cut by curvature")
         ->group(k_decomposition)
         ->capture_default_str();
-    command->add_option("--minimum-part", d.minimum_part_area, "Least part")->group(k_decomposition)->capture_default_str();
-    command->add_flag("--no-taper", options->no_taper, "Do not try tapering")->group("Superquadrics (section 2)");
-    command->add_flag("--no-bend", options->no_bend, "Do not try bending")->group("Superquadrics (section 2)");
+    command
+        ->add_option("--hyperbolic-curvature", d.hyperbolic_curvature,
+                     "t_h: curvature times area between such cuts; 3 is a tube that turns by 86 degrees")
+        ->group(k_decomposition)
+        ->capture_default_str();
+    command->add_option("--minimum-part", d.minimum_part_area, "Least area of a part")
+        ->group(k_decomposition)
+        ->capture_default_str();
+    command->add_flag("--no-taper", options->no_taper, "Do not try tapering")->group("Superquadrics (section 2 of the paper)");
+    command->add_flag("--no-bend", options->no_bend, "Do not try bending")->group("Superquadrics (section 2 of the paper)");
     command->footer(
         "Exit code: 0 written (it says so where the target error was not reached), 2 mesh refused or model not written, 64 wrong "
         "usage, 70 internal error.");
@@ -129,6 +140,10 @@ void add_bake(CLI::App& app, int& exit_code)
         bake::BakeResult baked;
         try {
             baked = bake::bake(loaded.mesh, loaded.solid, options->bake);
+        } catch (const mesh::RefusedMesh& e) {
+            std::fprintf(stderr, "%s: REFUSED %s\n  cure: %s\n", options->mesh.c_str(), e.what(), e.diagnosis().cure.c_str());
+            exit_code = 2;
+            return;
         } catch (const mesh::Error& e) {
             std::fprintf(stderr, "%s: %s\n", options->mesh.c_str(), e.what());
             exit_code = 2;

@@ -60,7 +60,7 @@ void add_devices(CLI::App& app, int& exit_code)
     const auto json = std::make_shared<bool>(false);
     CLI::App* command = app.add_subcommand("devices", "List the devices to touch with: what is here, its rate and its limits");
     command->add_flag("--json", *json, "Answer as JSON");
-    command->footer("Pass the first column to sqmap touch --device. Exit code: 0, 64 wrong usage, 70 internal error.");
+    command->footer("Pass the first column to sqmap touch --device. Exit code: 0 listed, 64 wrong usage, 70 internal error.");
     command->callback([json, &exit_code] {
         std::vector<device::DeviceListing> list = paths_over_models();
         for (device::DeviceListing& entry : device::list_devices()) list.push_back(std::move(entry));

@@ -8,9 +8,23 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
 
 namespace sqmap::app {
 namespace {
+
+bool is_mesh_of(const model::ModelView& m, const mesh::Mesh& mesh)
+{
+    return m.header.triangle_count == mesh.triangles.size() && m.header.vertex_count == mesh.vertices.size() &&
+           (m.mesh_hash == 0 || m.mesh_hash == mesh::content_hash(mesh));
+}
+
+std::string hash_text(std::uint64_t hash)
+{
+    char text[32] = "";
+    if (hash != 0) std::snprintf(text, sizeof text, " (hash %016llx)", static_cast<unsigned long long>(hash));
+    return text;
+}
 
 void print_distribution(const char* name, const bake::Distribution& d, const char* unit)
 {
@@ -70,9 +84,14 @@ void add_eval(CLI::App& app, int& exit_code)
         try {
             const io::MappedModel file(options->model);
             const model::ModelView& m = file.view();
-            if (m.header.triangle_count != loaded.mesh.triangles.size() || m.header.vertex_count != loaded.mesh.vertices.size()) {
-                std::fprintf(stderr, "%s was baked from another mesh: it has %u triangles, %s has %zu\n", options->model.c_str(),
-                             m.header.triangle_count, options->mesh.c_str(), loaded.mesh.triangles.size());
+            if (!is_mesh_of(m, loaded.mesh)) {
+                std::fprintf(
+                    stderr,
+                    "%s was not baked from %s: it was made of %s, %u vertices and %u triangles%s; this mesh has %zu and %zu%s\n"
+                    "  give the mesh it was baked from, with the same --repair, --surface, --thickness and --unit\n",
+                    options->model.c_str(), options->mesh.c_str(), std::string(m.source).c_str(), m.header.vertex_count,
+                    m.header.triangle_count, hash_text(m.mesh_hash).c_str(), loaded.mesh.vertices.size(),
+                    loaded.mesh.triangles.size(), hash_text(mesh::content_hash(loaded.mesh)).c_str());
                 return;
             }
             const mesh::Mesh mesh = bake::model_space(loaded.mesh);

@@ -73,7 +73,7 @@ void add_info(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("info", "Say what is in a model: parts, certificates, bytes, measured error");
     command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
     command->add_flag("--json", options->json, "Answer as JSON");
-    command->footer("Exit code: 0, 2 not a valid model, 64 wrong usage, 70 internal error.");
+    command->footer("Exit code: 0 printed, 2 not a valid model, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         try {
             const io::MappedModel file(options->model);
@@ -86,6 +86,8 @@ void add_info(CLI::App& app, int& exit_code)
                 char hash[20];
                 std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
                 out["content_hash"] = hash;
+                std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.mesh_hash));
+                out["mesh_hash"] = m.mesh_hash == 0 ? ordered_json(nullptr) : ordered_json(hash);
                 out["made_by"] = m.made_by;
                 out["source"] = m.source;
                 out["projection"] = central ? "central" : "normal";

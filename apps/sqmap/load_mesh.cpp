@@ -20,7 +20,8 @@ LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& optio
         mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, {.repair = options.repair,
                                                                            .accept_surface = options.accept_surface,
                                                                            .thickness = options.thickness,
-                                                                           .unit = options.unit});
+                                                                           .unit = options.unit,
+                                                                           .max_components = options.max_components});
     out.verdict = gate.verdict;
     out.diagnosis = std::move(gate.diagnosis);
     out.repairs = std::move(gate.repairs);
@@ -66,7 +67,9 @@ void add_load_options(CLI::App& command, LoadOptions& options)
         ->type_name("none|safe|holes")
         ->default_str("safe");
     command.add_flag("--surface", options.accept_surface, "Take an open mesh as a surface without inside");
-    command.add_option("--thickness", options.thickness, "Make open and flat meshes plates this thick, in units of the result")
+    command
+        .add_option("--thickness", options.thickness,
+                    "Make open meshes and flat ones, also closed, plates this thick, in units of the result")
         ->check(CLI::PositiveNumber);
     // The result is in metres, so that "--unit mm" divides by a thousand.
     command
@@ -84,6 +87,21 @@ void add_load_options(CLI::App& command, LoadOptions& options)
             },
             "The file's unit of length: um, mm, cm, dm, m, km, in, ft or metres per unit; the result is in metres")
         ->type_name("UNIT");
+    const char* const k_limits = "Limits (beyond them: E_LIMIT)";
+    command.add_option("--max-bytes", options.limits.max_bytes, "Largest file; also as 500MB or 4GB, of 1024 each")
+        ->transform(CLI::AsSizeValue(false))
+        ->check(CLI::PositiveNumber)
+        ->type_name("SIZE")
+        ->default_str("2GB")
+        ->group(k_limits);
+    command.add_option("--max-faces", options.limits.max_faces, "Most faces in the file")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str()
+        ->group(k_limits);
+    command.add_option("--max-components", options.max_components, "Most connected pieces of the surface")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str()
+        ->group(k_limits);
 }
 
 }  // namespace sqmap::app

@@ -19,6 +19,7 @@ struct LoadOptions {
     double thickness = 0;
     std::optional<double> unit{};  ///< metres per unit of the file
     io::ReadLimits limits{};
+    std::uint64_t max_components = mesh::GateOptions{}.max_components;
 };
 
 struct LoadedMesh {
@@ -44,7 +45,7 @@ struct LoadedMesh {
 /// One line each for verdict, repairs and warnings, as `sqmap check` prints them.
 [[nodiscard]] std::string report(const LoadedMesh& loaded);
 
-/// Adds --repair, --surface, --thickness and --unit to a subcommand; options must outlive the parser.
+/// Adds --repair, --surface, --thickness, --unit and the limits to a subcommand; options must outlive the parser.
 void add_load_options(CLI::App& command, LoadOptions& options);
 
 }  // namespace sqmap::app

@@ -4,7 +4,9 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -42,22 +44,41 @@ std::vector<Vec3d> read_points(const std::string& path)
 {
     std::ifstream in(path);
     if (!in) throw BadPoints("cannot open " + path);
+    const auto fail = [&](std::size_t number, const std::string& message) {
+        throw BadPoints(path + ":" + std::to_string(number) + ": " + message);
+    };
     std::string line;
-    std::size_t number = 1;
-    if (!std::getline(in, line)) throw BadPoints(path + " is empty: its first line must be the header x,y,z");
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
-    if (line != "x,y,z") throw BadPoints(path + ":1: the header must be x,y,z, found '" + line.substr(0, 40) + "'");
+    std::size_t number = 0, blank = 0;  // blank: the first of the blank lines just read
+    bool has_header = false;
     std::vector<Vec3d> points;
     while (std::getline(in, line)) {
-        ++number;
-        if (line.empty() && in.peek() == std::ifstream::traits_type::eof()) break;
+        if (++number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // spreadsheets mark UTF-8
+        while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) line.pop_back();
+        if (line.empty()) {
+            if (blank == 0) blank = number;
+            continue;
+        }
+        if (!has_header) {
+            if (line != "x,y,z") fail(number, "the header must be x,y,z, found '" + line.substr(0, 40) + "'");
+            has_header = true;
+            blank = 0;
+            continue;
+        }
+        // Answers stand in the order of the rows: a blank line among them may be a point that was lost.
+        if (blank != 0) fail(blank, "expected three numbers x,y,z, found a blank line");
         double v[3];
-        if (!parse_row(line, v))
-            throw BadPoints(path + ":" + std::to_string(number) + ": expected three numbers x,y,z, found '" + line.substr(0, 60) +
-                            "'");
+        if (!parse_row(line, v)) fail(number, "expected three numbers x,y,z, found '" + line.substr(0, 60) + "'");
         points.push_back({v[0], v[1], v[2]});
     }
+    if (!has_header) throw BadPoints(path + " is empty: its first line must be the header x,y,z");
     return points;
+}
+
+/// Digits that show a coordinate as finely as nine digits show the object's size: more of them far from the origin.
+int digits_of(double coordinate, double size)
+{
+    const double beyond = std::floor(std::log10(std::abs(coordinate))) - std::floor(std::log10(size));
+    return 9 + static_cast<int>(std::clamp(beyond, 0.0, 8.0));  // 17 tell any two doubles apart; of 0 beyond is -inf
 }
 
 }  // namespace
@@ -88,7 +109,8 @@ void add_query(CLI::App& app, int& exit_code)
                       "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     command->add_flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
     command->footer(
-        "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward.\n"
+        "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward; 9 digits, more of a "
+        "point far from the origin.\n"
         "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
     command->callback([options, &exit_code] {
         exit_code = 2;
@@ -104,6 +126,7 @@ void add_query(CLI::App& app, int& exit_code)
             if (layer == query::Layer::Exact && !model::has_exact(m))
                 throw BadPoints(options->model + " was baked without the exact layer: bake it without --no-exact");
             const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+            const double size = m.header.r_max * m.header.unit;
             std::string text;
             char row[256];
             const auto print = [&](const char* format, auto... values) {
@@ -117,9 +140,9 @@ void add_query(CLI::App& app, int& exit_code)
                     {.layer = layer, .layer3_gate = options->gate, .offset = options->offset, .smoothing = options->smoothing});
                 if (c.contact) {
                     const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", c.part, static_cast<double>(c.depth) * m.header.unit,
-                          static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z), s.x,
-                          s.y, s.z);
+                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, static_cast<double>(c.depth) * m.header.unit,
+                          static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z),
+                          digits_of(s.x, size), s.x, digits_of(s.y, size), s.y, digits_of(s.z, size), s.z);
                 } else {
                     text += "0,-1,,,,,,,";
                 }

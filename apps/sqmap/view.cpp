@@ -139,7 +139,7 @@ void add_view(CLI::App& app, int& exit_code)
         ->check(CLI::Range(0.01, 10.0))
         ->capture_default_str();
     command->footer(
-        "Serves this machine alone, and only the address that it prints. Exit code: 0, 2 a file was refused or the port is "
+        "Serves this machine alone, and only the address that it prints. Exit code: 0 ended, 2 a file was refused or the port is "
         "taken, 64 "
         "wrong usage, 70 internal error.");
     command->callback([arguments, &exit_code] { exit_code = view(*arguments); });

@@ -391,6 +391,11 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     decompose::DecomposeOptions cuts = options.decompose;
     cuts.maximum_parts = std::min(cuts.maximum_parts, options.max_parts);
     decompose::Partition partition = options.partition != nullptr ? *options.partition : decompose::decompose(mesh, cuts);
+    if (partition.part_count > model::k_part_mask)
+        throw mesh::RefusedMesh(
+            {"E_LIMIT", "mesh",
+             std::to_string(partition.part_count) + " parts; a model holds " + std::to_string(model::k_part_mask),
+             "leave out loose pieces"});
     lap("decompose");
 
     progress("fit", 0);
@@ -427,6 +432,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     for (const PartWork& part : parts) area += part.area;
     measured.q2_share /= area;
     result.model.measured = measured;
+    result.model.mesh_hash = mesh::content_hash(input);
     result.report.target_met = measured.depth_p99 <= options.target_error;
     progress("measure", 1);
     lap("measure");

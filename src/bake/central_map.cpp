@@ -37,6 +37,12 @@ std::uint16_t code_of_deviation(double e, double w_step)
     return 0xffff;
 }
 
+[[noreturn]] void too_large(const char* what)
+{
+    throw mesh::RefusedMesh(
+        {"E_LIMIT", "part", what, "reduce the mesh, allow more parts with --max-parts, or a larger --target-error"});
+}
+
 class Baker {
 public:
     Baker(const SurfaceContext& context, const shape::Superquadricd& sq, Vec3f centre, const ChartDomain& domain,
@@ -471,7 +477,7 @@ private:
         std::uint16_t payload = 0;
         if (!add_special(offset, payload)) {
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
-            throw mesh::InvalidInput("a part's central map needs more than 16384 refined cells");
+            too_large("its central map needs more than 16384 refined cells");
         }
         const std::uint32_t second =
             division.valid ? model::k_divided | static_cast<std::uint32_t>(division.second.count) << 5 : 0u;

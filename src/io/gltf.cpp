@@ -136,7 +136,7 @@ std::vector<std::byte> read_beside(const std::filesystem::path& folder, const st
         fail_truncated(where, "its file '" + TextCursor::printable(name) + "' is not there");
     const std::uintmax_t size = std::filesystem::file_size(path, status);
     if (status) fail_truncated(where, "its file cannot be read");
-    if (size > limits.max_bytes) fail_limit(where, "its file has " + std::to_string(size) + " bytes");
+    check_byte_limit(where, size, limits);
     std::vector<std::byte> bytes(size);
     std::ifstream stream(path, std::ios::binary);
     stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
@@ -485,7 +485,9 @@ private:
         check_face_limit(soup_.polygon_offsets.size() - 1 + triangles, limits_);
         const std::uint64_t cost =
             positions.count * sizeof(Vec3d) + triangles * (3 * sizeof(std::int64_t) + sizeof(std::uint32_t));
-        if (cost > budget_) fail_limit(where, "repeated instances unfold to far more than the file's size");
+        if (cost > budget_)
+            fail_limit(where, "repeated instances unfold to far more than the file's size",
+                       "apply the instances you need in a modelling program");
         budget_ -= cost;
 
         const auto base = static_cast<std::int64_t>(soup_.positions.size());
@@ -594,7 +596,7 @@ SkinResult read_skinned_file(const std::filesystem::path& path, const ReadLimits
         std::error_code status;
         const std::uintmax_t size = std::filesystem::is_regular_file(path, status) ? std::filesystem::file_size(path, status) : 0;
         if (status || size == 0) fail_truncated("file", "it cannot be read, or is empty");
-        if (size > limits.max_bytes) fail_limit("file", std::to_string(size) + " bytes");
+        check_byte_limit("file", size, limits);
         std::vector<std::byte> bytes(size);
         std::ifstream in(path, std::ios::binary);
         in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

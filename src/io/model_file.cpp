@@ -77,7 +77,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
                                  smoothing, cells, blocks, splits, specials, pool, vertices, triangles16, triangles32,
                                  triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists, seeds,
-                                 near_bricks, near, measured, made_by, source, options));
+                                 near_bricks, near, measured, made_by, source, options, data.mesh_hash));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }

@@ -26,22 +26,31 @@ struct ReadFailure {
     throw ReadFailure{
         {"E_TRUNCATED", std::move(element), std::move(message), "copy or export the file again: part of it is missing"}};
 }
-[[noreturn]] inline void fail_limit(std::string element, std::string message)
+[[noreturn]] inline void fail_limit(std::string element, std::string message, std::string cure)
 {
-    throw ReadFailure{{"E_LIMIT", std::move(element), std::move(message), "reduce the mesh, or raise the limit"}};
+    throw ReadFailure{{"E_LIMIT", std::move(element), std::move(message), std::move(cure)}};
+}
+
+inline void check_byte_limit(std::string element, std::uint64_t bytes, const ReadLimits& limits)
+{
+    if (bytes > limits.max_bytes)
+        fail_limit(std::move(element), std::to_string(bytes) + " bytes; the limit is " + std::to_string(limits.max_bytes),
+                   "reduce the mesh, or raise the limit with --max-bytes");
 }
 
 inline void check_face_limit(std::uint64_t faces, const ReadLimits& limits)
 {
     if (faces > limits.max_faces)
-        fail_limit("face " + std::to_string(limits.max_faces + 1), "more than " + std::to_string(limits.max_faces) + " faces");
+        fail_limit("face " + std::to_string(limits.max_faces + 1), "more than " + std::to_string(limits.max_faces) + " faces",
+                   "reduce the mesh, or raise the limit with --max-faces");
 }
 
 /// Closes the polygon whose corners were pushed last.
 inline void end_polygon(PolygonSoup& soup, const ReadLimits& limits)
 {
     if (soup.indices.size() > std::numeric_limits<std::uint32_t>::max())
-        fail_limit("face " + std::to_string(soup.polygon_offsets.size()), "more corners than 32 bits can count");
+        fail_limit("face " + std::to_string(soup.polygon_offsets.size()), "more corners than 32 bits can count",
+                   "reduce the mesh");
     soup.polygon_offsets.push_back(static_cast<std::uint32_t>(soup.indices.size()));
     check_face_limit(soup.polygon_offsets.size() - 1, limits);
 }

@@ -55,7 +55,7 @@ Scalar scalar_type(TextCursor& cursor, std::string_view name)
 /// Leaves the cursor at the start of the line after end_header.
 Header read_header(TextCursor& cursor)
 {
-    if (cursor.token_in_line() != "ply") fail_format("line 1", "a PLY file starts with the line 'ply'");
+    if (cursor.token() != "ply") fail_format("line 1", "a PLY file starts with the line 'ply'");
     Header header;
     bool has_encoding = false;
     while (cursor.next_line()) {

@@ -40,22 +40,32 @@ std::optional<MeshFormat> format_of_content(std::span<const std::byte> bytes)
     return std::nullopt;
 }
 
+bool is_binary_stl_size(std::span<const std::byte> bytes)
+{
+    std::uint32_t count = 0;
+    if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, sizeof count);
+    return bytes.size() == 84 + std::uint64_t{50} * count;
+}
+
 /// Weaker signs, for a file whose name says nothing.
 std::optional<MeshFormat> guessed_format(std::span<const std::byte> bytes)
 {
     if (const auto format = format_of_content(bytes)) return format;
     const std::string_view text = text_of(bytes);
     if (text.starts_with("solid")) return MeshFormat::Stl;
-    if (bytes.size() >= 84) {
-        std::uint32_t count = 0;
-        std::memcpy(&count, bytes.data() + 80, 4);
-        if (bytes.size() == 84 + std::uint64_t{50} * count) return MeshFormat::Stl;
-    }
+    if (is_binary_stl_size(bytes)) return MeshFormat::Stl;
     const std::string_view start = text.substr(0, 4096);
     const std::size_t first = start.find_first_not_of(" \t\r\n");
     if (first != std::string_view::npos && start[first] == '{') return MeshFormat::Gltf;
     if (start.starts_with("v ") || start.find("\nv ") != std::string_view::npos) return MeshFormat::Obj;
     return std::nullopt;
+}
+
+/// Without the byte-order mark that some editors put before text in UTF-8. A binary STL file may begin with any bytes.
+std::span<const std::byte> after_byte_order_mark(std::span<const std::byte> bytes)
+{
+    if (!text_of(bytes).starts_with("\xEF\xBB\xBF") || is_binary_stl_size(bytes)) return bytes;
+    return bytes.subspan(3);
 }
 
 ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat> format, const std::filesystem::path& folder,
@@ -65,8 +75,8 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
     result.format = format;
     try {
         if (bytes.empty()) fail_format("byte 0", "the file is empty");
-        if (bytes.size() > limits.max_bytes)
-            fail_limit("file", std::to_string(bytes.size()) + " bytes, the limit is " + std::to_string(limits.max_bytes));
+        check_byte_limit("file", bytes.size(), limits);
+        bytes = after_byte_order_mark(bytes);
         const auto content = format_of_content(bytes);
         if (!format) result.format = format = guessed_format(bytes);
         if (!format) fail_format("byte 0", "neither name nor content is that of OFF, OBJ, STL, PLY, glTF or GLB");
@@ -137,13 +147,8 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
         result.error = ReadError{"E_FORMAT", "file", "there is no file that can be read at this path", "check the path"};
         return result;
     }
-    if (size > limits.max_bytes) {
-        result.error =
-            ReadError{"E_LIMIT", "file", std::to_string(size) + " bytes, the limit is " + std::to_string(limits.max_bytes),
-                      "reduce the mesh, or raise the limit"};
-        return result;
-    }
     try {
+        check_byte_limit("file", size, limits);
         std::vector<std::byte> bytes(size);
         std::ifstream stream(path, std::ios::binary);
         stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
@@ -152,10 +157,12 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
             return result;
         }
         return read_bytes(bytes, result.format, path.has_parent_path() ? path.parent_path() : ".", limits);
+    } catch (ReadFailure& failure) {
+        result.error = std::move(failure.error);
     } catch (const std::bad_alloc&) {
         result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh"};
-        return result;
     }
+    return result;
 }
 
 }  // namespace sqmap::io

@@ -11,6 +11,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <cmath>
+#include <cstdio>
 
 namespace sqmap::mesh {
 namespace {
@@ -19,6 +20,7 @@ constexpr double k_sliver_height = 1e-9;     // of the box's diagonal: lower tri
 constexpr double k_thin_height = 1e-6;       // of the diagonal: extra faces this low are what rounding left of such
 constexpr double k_weld_distance = 1e-7;     // of the diagonal: positions closer may be one vertex
 constexpr double k_flat_thickness = 1e-5;    // of the area's root: thinner is a sheet, a fit has nothing to hold on to
+constexpr double k_plane_rounding = 1e-12;   // of the diagonal: what rounding makes of a plane
 constexpr double k_range_ratio = 1e15;       // double has 16 digits
 constexpr double k_range_size = 1e100;       // cubes of larger or (inverted) smaller sizes leave double's range
 constexpr double k_unit_hint = 50;           // a thing of 50 m is rare, one of 50 mm is not
@@ -51,6 +53,7 @@ public:
             check_numbers();
             make_triangles();
             clean();
+            check_components();
             make_shells();
             finish();
             out_.verdict = out_.repairs.empty() ? Verdict::Accept : Verdict::Repaired;
@@ -325,6 +328,20 @@ private:
         surface_.faces = std::move(left);
     }
 
+    /// Judged once equal vertices are one: before that, every facet of an STL file is a piece of its own.
+    void check_components()
+    {
+        UnionFind pieces(surface_.faces.size());
+        for_each_edge(edge_uses(surface_.faces), [&](std::span<const EdgeUse> edge) {
+            for (const EdgeUse& u : edge) pieces.unite(edge[0].half / 3, u.half / 3);
+        });
+        std::uint64_t count = 0;
+        for (std::uint32_t f = 0; f < surface_.faces.size(); ++f) count += pieces.find(f) == f;
+        if (count > options_.max_components)
+            refuse("E_LIMIT", "mesh", number(count) + " components; the limit is " + number(options_.max_components),
+                   "leave out loose pieces, weld faces that do not share vertices, or raise the limit with --max-components");
+    }
+
     // --- shells -------------------------------------------------------------------------------------------------------
 
     std::string edge_name(const EdgeUse& e) const
@@ -392,25 +409,25 @@ private:
 
     Pairing thickened(Pairing pairing)
     {
+        component_ = components(surface_.faces.size(), pairing.mate);
+        const Flatness flatness = flatness_of();
+        if (!(flatness.area > 0)) return pairing;
         if (!first_boundary_) {
-            warn("W_THICKNESS", 0, "the mesh is closed: --thickness was not used");
-            return pairing;
+            if (!flatness.is_flat(true)) {
+                warn("W_THICKNESS", 0, "the mesh is closed and not flat: --thickness was not used");
+                return pairing;
+            }
+            // Two sides closer together than a fit can tell apart: one of them is the sheet.
+            if (!keep_one_side(surface_, pairing.mate, component_))
+                refuse("E_FLAT", "mesh", flatness.message + ", and it has no two sides of which one could be made a plate",
+                       "model both sides further apart, or give one of them as an open mesh");
+            pairing = paired(surface_, orient(surface_));
         }
-        if (!(area_of(surface_) > 0)) return pairing;
         split_fans(surface_, pairing.mate);
         note("thickened", surface_.faces.size());
         thicken(surface_, options_.thickness / options_.unit.value_or(1.0));
         count_edges();
         return paired(surface_, orient(surface_));
-    }
-
-    static double area_of(const Surface& surface)
-    {
-        double twice = 0;
-        for (const Face& f : surface.faces)
-            twice +=
-                norm(cross(surface.points[f.v[1]] - surface.points[f.v[0]], surface.points[f.v[2]] - surface.points[f.v[0]]));
-        return twice / 2;
     }
 
     /// Faces without area that have a neighbour at each side: the corner that lies on the opposite edge is joined to the
@@ -479,42 +496,91 @@ private:
         return out;
     }
 
-    void check_flat()
+    struct Flatness {
+        double area = 0;              ///< of all faces, diagonals squared
+        bool is_plane = false;        ///< all faces lie in one plane, as far as a fit can tell
+        bool encloses_volume = true;  ///< if closed: some shell is thicker than a sheet
+        std::string message;          ///< what is flat about it
+        [[nodiscard]] bool is_flat(bool closed) const { return is_plane || (closed && !encloses_volume); }
+    };
+
+    /// A length in units of the diagonal as a user reads it, in units of the result.
+    [[nodiscard]] std::string length(double in_diagonals) const
     {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.2g", in_diagonals * diagonal_ * options_.unit.value_or(1.0));
+        return text;
+    }
+
+    /// @pre component_ is that of surface_
+    [[nodiscard]] Flatness flatness_of() const
+    {
+        Flatness out;
         const std::vector<Vec3d> points = local_points();
         Vec3d mean{};
-        double area = 0;
         // By component: shells may be turned either way, and small solids far apart are not a sheet.
         std::vector<double> six_volumes_of(surface_.faces.size(), 0), area_of_component(surface_.faces.size(), 0);
         for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
             const Face& f = surface_.faces[i];
             const Vec3d a = points[f.v[0]], b = points[f.v[1]], c = points[f.v[2]];
             const double w = 0.5 * norm(cross(b - a, c - a));
-            area += w;
+            out.area += w;
             mean += w / 3.0 * (a + b + c);
             six_volumes_of[component_[i]] += six_volumes(points, f.v);
             area_of_component[component_[i]] += w;
         }
+        if (!(out.area > 0)) return out;
         // A plate of thickness t has a volume of t times half its area.
-        bool is_thick = false;
-        for (std::size_t i = 0; i < six_volumes_of.size(); ++i)
-            is_thick = is_thick || std::abs(six_volumes_of[i]) / 3 > k_flat_thickness * std::pow(area_of_component[i], 1.5);
-        const char* cure = "give it a volume with --thickness, or model both sides";
-        if (!(area > 0)) refuse("E_FLAT", "mesh", "no face with an area is left", cure);
-        mean = mean / area;
+        out.encloses_volume = false;
+        double thickness = 0;
+        for (std::size_t i = 0; i < six_volumes_of.size(); ++i) {
+            const double twice_volume = std::abs(six_volumes_of[i]) / 3, area = area_of_component[i];
+            out.encloses_volume = out.encloses_volume || twice_volume > k_flat_thickness * std::pow(area, 1.5);
+            if (area > 0) thickness = std::max(thickness, twice_volume / area);
+        }
+        out.message = "the shells are sheets folded onto themselves, " + length(thickness) + " thick on average";
+
+        mean = mean / out.area;
         Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
         for (const Face& f : surface_.faces) {
             const Vec3d corner[3] = {points[f.v[0]] - mean, points[f.v[1]] - mean, points[f.v[2]] - mean};
-            const double w = 0.5 * norm(cross(corner[1] - corner[0], corner[2] - corner[0])) / (3 * area);
+            const double w = 0.5 * norm(cross(corner[1] - corner[0], corner[2] - corner[0])) / (3 * out.area);
             for (const Vec3d& p : corner) {
                 const Eigen::Vector3d x(p.x, p.y, p.z);
                 moments += w * x * x.transpose();
             }
         }
-        const double spread = std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues()[0]));
-        if (spread < k_flat_thickness * std::sqrt(area)) refuse("E_FLAT", "mesh", "all faces lie in one plane", cure);
-        if (out_.facts.boundary_edge_count == 0 && !is_thick)
-            refuse("E_FLAT", "mesh", "the mesh encloses no volume: it is a sheet folded onto itself", cure);
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(moments);
+        out.is_plane = std::sqrt(std::max(0.0, axes.eigenvalues()[0])) < k_flat_thickness * std::sqrt(out.area);
+        if (!out.is_plane) return out;
+        const Eigen::Vector3d n = axes.eigenvectors().col(0);
+        double lo = 0, hi = 0;
+        for (const Face& f : surface_.faces)
+            for (const std::uint32_t v : f.v) {
+                const Vec3d p = points[v] - mean;
+                const double height = n.x() * p.x + n.y() * p.y + n.z() * p.z;
+                lo = std::min(lo, height);
+                hi = std::max(hi, height);
+            }
+        out.message = hi - lo < k_plane_rounding
+                          ? "all faces lie in one plane"
+                          : "the mesh is only " + length(hi - lo) + " thick and " + length(1) + " across: a sheet";
+        return out;
+    }
+
+    void check_flat()
+    {
+        const Flatness flatness = flatness_of();
+        if (!(flatness.area > 0))
+            refuse("E_FLAT", "mesh", "no face with an area is left: all vertices lie on lines",
+                   "give a mesh whose faces have areas");
+        const bool closed = out_.facts.boundary_edge_count == 0;
+        if (!flatness.is_flat(closed)) return;
+        // A plate passes with twice the least thickness times the root of both sides' area; three times leaves no doubt.
+        const double both_sides = closed ? flatness.area : 2 * flatness.area;
+        refuse("E_FLAT", "mesh", flatness.message,
+               "make it a plate with --thickness T, T at least " + length(3 * k_flat_thickness * std::sqrt(both_sides)) +
+                   ", or model both sides further apart");
     }
 
     // --- the result ---------------------------------------------------------------------------------------------------

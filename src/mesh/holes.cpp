@@ -128,6 +128,53 @@ std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits)
     return filled;
 }
 
+bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, const std::vector<std::uint32_t>& component)
+{
+    constexpr double k_fold = 0.5;                             // cosine: a fold turns by more than 60 degrees
+    constexpr double k_wall = 4;                               // faces lower than this many thicknesses join two sides
+    constexpr double k_least_share = 0.4, k_most_share = 0.6;  // of a component's area
+    const std::size_t count = surface.faces.size();
+    std::vector<Vec3d> normal(count);
+    std::vector<double> area(count), height(count), component_area(count, 0.0), component_volume(count, 0.0);
+    for (std::size_t i = 0; i < count; ++i) {
+        // From a corner of the component's own: volumes of thin things far from the origin would cancel.
+        const Vec3d origin = surface.points[surface.faces[component[i]].v[0]];
+        const Triangle& v = surface.faces[i].v;
+        const Vec3d a = surface.points[v[0]] - origin, b = surface.points[v[1]] - origin, c = surface.points[v[2]] - origin;
+        const Vec3d twice = cross(b - a, c - a);
+        area[i] = 0.5 * norm(twice);
+        normal[i] = normalized(twice);
+        height[i] = 2 * area[i] / std::max({norm(b - a), norm(c - b), norm(a - c)});
+        component_area[component[i]] += area[i];
+        component_volume[component[i]] += dot(a, cross(b, c)) / 6;
+    }
+    const auto is_wall = [&](std::uint32_t f) {
+        const double thickness = 2 * std::abs(component_volume[component[f]]) / component_area[component[f]];
+        return height[f] < k_wall * thickness;
+    };
+    UnionFind sides(count);
+    for (std::uint32_t half = 0; half < mate.size(); ++half) {
+        const std::uint32_t f = half / 3, g = mate[half] / 3;
+        if (!is_wall(f) && !is_wall(g) && dot(normal[f], normal[g]) > k_fold) sides.unite(f, g);
+    }
+    std::vector<double> side_area(count, 0.0);
+    for (std::uint32_t f = 0; f < count; ++f) side_area[sides.find(f)] += area[f];
+    std::vector<std::uint32_t> kept(count, k_none);  // per component
+    for (std::uint32_t f = 0; f < count; ++f) {
+        std::uint32_t& best = kept[component[f]];
+        if (best == k_none || side_area[sides.find(f)] > side_area[best]) best = sides.find(f);
+    }
+    for (std::uint32_t f = 0; f < count; ++f) {
+        const double share = side_area[kept[component[f]]] / component_area[component[f]];
+        if (!(share >= k_least_share && share <= k_most_share)) return false;
+    }
+    std::vector<Face> faces;
+    for (std::uint32_t f = 0; f < count; ++f)
+        if (sides.find(f) == kept[component[f]]) faces.push_back(surface.faces[f]);
+    surface.faces = std::move(faces);
+    return true;
+}
+
 void thicken(Surface& surface, double thickness)
 {
     const std::size_t count = surface.points.size();

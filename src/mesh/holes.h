@@ -1,4 +1,4 @@
-// Closing small holes.
+// Closing small holes, and making solids of sheets.
 #pragma once
 
 #include "surface.h"
@@ -13,6 +13,11 @@ struct HoleLimits {
 /// Fills boundary loops within the limits with triangles of least area that use no edge that is already there; returns
 /// how many. @pre faces agree in orientation.
 std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits);
+
+/// Of each closed sheet keeps one side: the largest stretch of its faces without a fold, the walls between its sides left
+/// out. False, and nothing done, where that is not about half of every component.
+/// @pre mate, component: of a closed surface whose components are thin (see Pairing, components)
+bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, const std::vector<std::uint32_t>& component);
 
 /// Replaces a surface by a plate: both sides offset by half the thickness along the vertex normals, the rim closed.
 /// @pre faces agree in orientation, every vertex has one fan, every edge at most two faces.

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <tuple>
@@ -31,6 +32,22 @@ Mesh canonicalized(const Mesh& mesh)
     }
     std::sort(out.triangles.begin(), out.triangles.end());
     return out;
+}
+
+std::uint64_t content_hash(const Mesh& mesh)
+{
+    std::uint64_t hash = 0xcbf29ce484222325ull;
+    const auto add = [&](std::uint64_t word) {
+        hash = (hash ^ word) * 0x100000001b3ull;
+        hash ^= hash >> 29;
+    };
+    add(mesh.vertices.size());
+    for (const Vec3d& p : mesh.vertices)
+        for (int k = 0; k < 3; ++k) add(std::bit_cast<std::uint64_t>(p[k]));
+    add(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t) add(v);
+    return hash == 0 ? 1 : hash;
 }
 
 Normalization normalization_of(const Mesh& mesh)

@@ -317,34 +317,36 @@ double field(const CapsuleSolid& solid, Vec3d p)
 CapsuleSolid hand_capsules()
 {
     CapsuleSolid hand;
-    hand.blend = 0.011;
-    // Fingers curl a little towards the palm (-z) and spread in the xy plane; y points from wrist to finger tips.
+    hand.blend = 0.014;
+    // A relaxed hand: fingers bend towards the palm (-z), most at the middle joint, and spread in the xy plane; y points from
+    // wrist to finger tips. A phalanx is thicker at its joints than between them.
     struct Finger {
-        Vec3d root;     // where the metacarpal starts, at the wrist
-        Vec3d knuckle;  // base of the finger
-        double spread;  // angle from +y towards +x, radians
-        double curl;    // bend at each joint towards -z, radians
+        Vec3d root;                 // where the metacarpal starts, at the wrist
+        Vec3d knuckle;              // base of the finger
+        double spread;              // angle from +y towards +x, radians
+        std::vector<double> bends;  // towards -z at the start of each phalanx, radians
         std::vector<double> lengths;
         double radius;  // at the knuckle; each joint is a little thinner
     };
     const std::vector<Finger> fingers{
-        {{-0.055, 0.06, 0.000}, {-0.142, 0.436, 0.004}, -0.24, 0.16, {0.195, 0.125, 0.090}, 0.046},  // index
-        {{-0.020, 0.06, 0.004}, {-0.042, 0.465, 0.014}, -0.04, 0.14, {0.215, 0.140, 0.095}, 0.048},  // middle
-        {{0.020, 0.06, 0.004}, {0.058, 0.445, 0.010}, 0.14, 0.17, {0.200, 0.130, 0.092}, 0.045},     // ring
-        {{0.055, 0.06, 0.000}, {0.150, 0.396, -0.006}, 0.36, 0.20, {0.155, 0.095, 0.078}, 0.039},    // little
-        {{-0.055, 0.08, -0.012}, {-0.190, 0.205, -0.045}, -0.72, 0.20, {0.150, 0.115}, 0.050},       // thumb
+        {{-0.055, 0.06, 0.000}, {-0.142, 0.436, 0.004}, -0.31, {0.20, 0.80, 0.45}, {0.195, 0.125, 0.090}, 0.046},  // index
+        {{-0.020, 0.06, 0.004}, {-0.042, 0.465, 0.014}, -0.05, {0.24, 0.85, 0.50}, {0.215, 0.140, 0.095}, 0.048},  // middle
+        {{0.020, 0.06, 0.004}, {0.058, 0.445, 0.010}, 0.18, {0.27, 0.88, 0.50}, {0.200, 0.130, 0.092}, 0.045},     // ring
+        {{0.055, 0.06, 0.000}, {0.150, 0.396, -0.006}, 0.47, {0.30, 0.90, 0.50}, {0.155, 0.095, 0.078}, 0.040},    // little
+        {{-0.055, 0.08, -0.012}, {-0.190, 0.205, -0.045}, -0.94, {0.20, 0.60}, {0.150, 0.115}, 0.050},             // thumb
     };
     for (const Finger& f : fingers) {
         hand.capsules.push_back({f.root, f.knuckle, 1.20 * f.radius, 1.12 * f.radius});
         Vec3d joint = f.knuckle;
         double radius = f.radius, pitch = 0;
-        for (const double length : f.lengths) {
-            pitch += f.curl;
+        for (std::size_t i = 0; i < f.lengths.size(); ++i) {
+            pitch += f.bends[i];
             const Vec3d along{std::sin(f.spread) * std::cos(pitch), std::cos(f.spread) * std::cos(pitch), -std::sin(pitch)};
-            const Vec3d end = joint + length * along;
-            hand.capsules.push_back({joint, end, radius, 0.88 * radius});
+            const Vec3d middle = joint + 0.5 * f.lengths[i] * along, end = joint + f.lengths[i] * along;
+            hand.capsules.push_back({joint, middle, radius, 0.88 * radius});
+            hand.capsules.push_back({middle, end, 0.88 * radius, 0.94 * radius});
             joint = end;
-            radius *= 0.90;
+            radius *= 0.95;
         }
     }
     hand.capsules.push_back({{0.02, 0.12, -0.012}, {0.105, 0.34, -0.012}, 0.066, 0.052});    // heel of the little finger

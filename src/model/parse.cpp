@@ -366,6 +366,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, std::span<const double>(figures));
     for (const std::string_view text : {view.made_by, view.source, view.options})
         hash_bytes(hash, std::span<const char>(text.data(), text.size()));
+    // Models without it keep the hash that they were written with.
+    if (view.mesh_hash != 0) hash_bytes(hash, std::span<const std::uint64_t>(&view.mesh_hash, 1));
     return hash;
 }
 
@@ -426,6 +428,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.made_by = text(model->made_by());
     v.source = text(model->source());
     v.options = text(model->options());
+    v.mesh_hash = model->mesh_hash();
 
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})

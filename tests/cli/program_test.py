@@ -8,6 +8,7 @@ import json
 import math
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -51,6 +52,18 @@ class Program(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         self.assertRegex(result.stdout, r"^sqmap \d+\.\d+\.\d+")
 
+    def test_help_is_in_words_of_the_user(self):
+        overview = run("--help").stdout
+        commands = re.findall(r"^  ([a-z]+)  ", overview.split("Subcommands:")[1], re.M)
+        self.assertIn("bake", commands)
+        for command in commands:
+            result = run(command, "--help")
+            self.assertEqual(result.returncode, 0, command)
+            self.assertTrue(result.stdout.split("\n")[1].startswith(f"Usage: sqmap {command}"), result.stdout)
+            self.assertIn("Exit code: 0 ", result.stdout, command)
+            for term in ("->", "value in", "UINT", "FLOAT", "POSITIVE", "REQUIRED REQUIRED", "{"):
+                self.assertNotIn(term, result.stdout, command)
+
     def test_wrong_usage_is_64(self):
         for arguments in ([], ["fly"], ["bake"], ["bake", "sphere.obj"], ["bake", "absent.obj", "-o", "a.sqmap"],
                           ["bake", "sphere.obj", "-o", "a.sqmap", "--max-parts", "0"],
@@ -90,6 +103,27 @@ class Program(unittest.TestCase):
         self.assertLessEqual(max(digits), 9)
         self.assertGreaterEqual(max(digits), 8)
 
+    def test_far_from_the_origin_points_keep_nine_digits_of_the_size(self):
+        away = (1e8, -2e8, 3e8)
+        for name, move in (("near.obj", (0, 0, 0)), ("far.obj", away)):
+            with open(name, "w") as out:
+                for corner in range(8):
+                    out.write("v %r %r %r\n" % tuple(float(m + (corner >> k & 1)) for k, m in enumerate(move)))
+                for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
+                    out.write(f"f {a + 1} {b + 1} {c + 1} {d + 1}\n")
+            result = run("bake", name, "-o", name + ".sqmap")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        point = (0.375, 0.5, 0.9375)  # exact at either place
+        self.assertEqual(self.query([point], "--layer", "exact", model="near.obj.sqmap").returncode, 0)
+        near = [float(v) for v in self.answers()[1]]
+        self.assertEqual(self.query([tuple(p + m for p, m in zip(point, away))], "--layer", "exact", model="far.obj.sqmap").returncode, 0)
+        far = [float(v) for v in self.answers()[1]]
+        self.assertAlmostEqual(near[2], 0.0625, delta=1e-6)
+        for a, b in zip(near[:6], far[:6]):
+            self.assertAlmostEqual(a, b, delta=1e-6)
+        for a, b, m in zip(near[6:], far[6:], away):
+            self.assertAlmostEqual(a, b - m, delta=2e-7)
+
     def test_certain_is_a_last_column(self):
         rows = [(0.0, 0.0, 0.0), (0.9, 0.0, 0.1), (5.0, 5.0, 5.0)]
         self.assertEqual(self.query(rows, "--layer", "exact", "--certain").returncode, 0)
@@ -123,6 +157,14 @@ class Program(unittest.TestCase):
         self.assertEqual(run("query", "sphere.sqmap", "crlf.csv", "-o", "answers.csv").returncode, 0)
         self.assertEqual([row[0] for row in self.answers()[1:]], ["1", "0"])
 
+    def test_a_byte_order_mark_and_blank_lines_around_are_passed_over(self):
+        for text in ("\ufeffx,y,z\n0,0,0\n9,9,9\n", "\n \nx,y,z\n0,0,0\n9,9,9\n", "\ufeff\r\nx,y,z\r\n0,0,0\r\n9,9,9\r\n\r\n\n"):
+            with open("marked.csv", "w", newline="", encoding="utf-8") as out:
+                out.write(text)
+            result = run("query", "sphere.sqmap", "marked.csv", "-o", "answers.csv")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual([row[0] for row in self.answers()[1:]], ["1", "0"])
+
     def test_what_is_no_model_is_refused(self):
         with open("sphere.sqmap", "rb") as good:
             data = good.read()
@@ -151,6 +193,14 @@ class Program(unittest.TestCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("no/such/folder", result.stderr)
         self.assertEqual(self.query([(0, 0, 0)], "-o", "no/such/a.csv").returncode in (2, 64), True)
+
+    def test_a_file_size_limit_leaves_nothing_behind(self):
+        before = set(os.listdir())
+        limited = subprocess.run([PROGRAM, "bake", "sphere.obj", "-o", "limited.sqmap"], capture_output=True, text=True, timeout=120,
+                                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)))
+        self.assertEqual(limited.returncode, 2, limited.stderr)
+        self.assertIn("limited.sqmap", limited.stderr)
+        self.assertEqual(set(os.listdir()), before)
 
     def test_info_json(self):
         result = run("info", "sphere.sqmap", "--json")
@@ -195,6 +245,27 @@ class Program(unittest.TestCase):
         self.assertIsInstance(exact, dict)
         run("shapes", "torus", "-o", "torus.obj")
         self.assertEqual(run("eval", "sphere.sqmap", "torus.obj").returncode, 2)
+
+    def test_eval_refuses_another_mesh_of_the_same_size(self):
+        with open("sphere.obj") as text:
+            lines = text.read().split("\n")
+        corner = next(i for i, line in enumerate(lines) if line.startswith("v "))
+        x, y, z = map(float, lines[corner].split()[1:])
+        lines[corner] = f"v {x * 1.001!r} {y * 1.001!r} {z * 1.001!r}"
+        with open("dented.obj", "w") as out:
+            out.write("\n".join(lines))
+        self.assertEqual(run("check", "dented.obj").returncode, 0)
+        result = run("eval", "sphere.sqmap", "dented.obj", "--points", "100")
+        self.assertEqual(result.returncode, 2)
+        for name in ("sphere.sqmap", "dented.obj", "sphere.obj"):
+            self.assertIn(name, result.stderr)
+        # The same faces in another order are the same mesh.
+        faces = [line for line in lines if line.startswith("f ")]
+        with open("sphere.obj") as text:
+            rest = [line for line in text.read().split("\n") if not line.startswith("f ")]
+        with open("turned.obj", "w") as out:
+            out.write("\n".join(rest + faces[::-1]) + "\n")
+        self.assertEqual(run("eval", "sphere.sqmap", "turned.obj", "--points", "100").returncode, 0)
 
 
 if __name__ == "__main__":

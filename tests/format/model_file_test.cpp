@@ -756,6 +756,9 @@ TEST(ModelHash, CoversFiguresAndProvenance)
     other = torus_model();
     other.source += ' ';
     EXPECT_NE(model::content_hash(other.view()), hash);
+    other = torus_model();
+    other.mesh_hash ^= 1;
+    EXPECT_NE(model::content_hash(other.view()), hash);
     // A letter moved from one text to the next is a difference too.
     other = torus_model();
     other.made_by += other.source.front();
@@ -773,6 +776,8 @@ TEST_F(ModelFolder, AWrittenModelIsMappedBackWholeAndAlone)
     EXPECT_EQ(first.view().made_by, "test");
     EXPECT_EQ(first.view().source, "torus.obj");
     EXPECT_EQ(first.view().options, "none");
+    EXPECT_NE(first.view().mesh_hash, 0u);
+    EXPECT_EQ(first.view().mesh_hash, torus_model().mesh_hash);
     EXPECT_EQ(first.view().measured.points, torus_model().measured.points);
     EXPECT_EQ(first.view().measured.depth_p99, torus_model().measured.depth_p99);
     EXPECT_EQ(first.view().measured.eq35_mean, torus_model().measured.eq35_mean);
@@ -781,6 +786,18 @@ TEST_F(ModelFolder, AWrittenModelIsMappedBackWholeAndAlone)
     interrogate(moved.view(), 2);
     EXPECT_EQ(moved.size(), fs::file_size(path));
     EXPECT_EQ(moved.bytes().size(), moved.size());
+}
+
+TEST_F(ModelFolder, AModelFromBeforeTheMeshHashIsRead)
+{
+    // A default is not stored: these are the bytes of a writer that does not know the field.
+    model::ModelData old = torus_model();
+    old.mesh_hash = 0;
+    const fs::path path = folder_ / "old.sqmap";
+    write_model(old, path);
+    const MappedModel mapped(path);
+    EXPECT_EQ(mapped.view().mesh_hash, 0u);
+    interrogate(mapped.view(), 3);
 }
 
 TEST_F(ModelFolder, WritingReplacesAnOldFileWhole)

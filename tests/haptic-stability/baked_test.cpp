@@ -61,7 +61,7 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
         mesh = name == "torus" ? small_torus() : small_box();
     else
         mesh = shared_mesh(name + ".obj");
-    if (!mesh) GTEST_SKIP() << name << " is not in " << SQMAP_SHARED_DIR;
+    if (!mesh) GTEST_SKIP() << name << " is not in " << test::shared_folder();
     const Parsed parsed(*mesh);
     const model::ModelView model =
         haptic::in_metres(parsed.view(), k_size / (parsed.view().header.r_max * parsed.view().header.unit));

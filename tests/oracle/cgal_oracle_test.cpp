@@ -110,7 +110,7 @@ class SharedMesh : public testing::TestWithParam<const char*> {};
 TEST_P(SharedMesh, ExactLayer)
 {
     const auto mesh = test::shared_mesh(std::string(GetParam()) + ".obj");
-    if (!mesh) GTEST_SKIP() << "no " << GetParam() << ".obj in " << SQMAP_SHARED_DIR << "/meshes";
+    if (!mesh) GTEST_SKIP() << "no " << GetParam() << ".obj in " << test::shared_folder();
     compare(GetParam(), *mesh);
 }
 

@@ -1,6 +1,7 @@
 // The expected verdict of every damaged mesh of the shared folder, written down from the policy table before the gate
 // was. What each file holds is described in the folder's README; a file this table does not know fails the test.
 #include "sqmap/load_mesh.h"
+#include "support/shared_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -70,7 +71,7 @@ constexpr Expectation k_expectations[] = {
     {"truncated.obj", "REFUSED", "E_TRUNCATED", "", ""},
 };
 
-const fs::path k_meshes = fs::path(SQMAP_SHARED_DIR) / "meshes";
+const fs::path k_meshes = test::shared_folder() / "meshes";
 
 std::vector<std::string> obj_files(const fs::path& folder)
 {

@@ -37,8 +37,8 @@ protected:
     void SetUp() override
     {
         // One folder for each test of each run: they may run at the same time.
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("sqmap_check_" + std::to_string(::getpid()) + "_" + testing::UnitTest::GetInstance()->current_test_info()->name());
+        folder_ = std::filesystem::temp_directory_path() / ("sqmap_check_" + std::to_string(::getpid()) + "_" +
+                                                            testing::UnitTest::GetInstance()->current_test_info()->name());
         std::filesystem::create_directories(folder_);
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -96,6 +96,52 @@ TEST_F(CheckCommand, RefusesWithCodeElementAndCure)
     const Answer text = run("check " + open);
     EXPECT_EQ(text.exit_code, 2);
     EXPECT_NE(text.text.find("E_OPEN"), std::string::npos);
+}
+
+TEST_F(CheckCommand, LimitsAreRaisedAndLoweredByFlags)
+{
+    const std::string good = file("good.obj", k_good);
+    for (const std::string limit : {"--max-bytes 20", "--max-faces 3", "--max-components 1"}) {
+        // Two pieces for the last of them.
+        const std::string mesh = limit.find("components") == std::string::npos
+                                     ? good
+                                     : file("two.obj", k_good +
+                                                           "v 200 0 0\nv 300 0 0\nv 200 100 0\nv 200 0 100\n"
+                                                           "f 5 7 6\nf 5 6 8\nf 6 7 8\nf 5 8 7\n");
+        EXPECT_EQ(json(mesh, 0)["verdict"], "ACCEPT");
+        const nlohmann::json answer = json(mesh + " " + limit, 2);
+        EXPECT_EQ(answer["code"], "E_LIMIT") << limit;
+        const std::string flag = limit.substr(0, limit.find(' '));
+        EXPECT_NE(answer["cure"].get<std::string>().find(flag), std::string::npos) << "the cure names the flag " << flag;
+        EXPECT_EQ(json(mesh + " " + flag + " 4000", 0)["verdict"], "ACCEPT");
+        // bake takes the same flags, and leaves no model behind.
+        const std::string model = (folder_ / "model.sqmap").string();
+        EXPECT_EQ(run("bake " + mesh + " -o " + model + " " + limit).exit_code, 2) << limit;
+        EXPECT_FALSE(std::filesystem::exists(model));
+    }
+    EXPECT_EQ(json(good + " --max-bytes 1KB", 0)["verdict"], "ACCEPT");
+    EXPECT_EQ(run("check " + good + " --max-faces 0").exit_code, 64);
+    EXPECT_EQ(run("check " + good + " --max-bytes much").exit_code, 64);
+}
+
+TEST_F(CheckCommand, AThousandPiecesAreTheMostByDefault)
+{
+    const auto pieces = [&](int count) {
+        std::string text;
+        for (int i = 0; i < count; ++i) {
+            const int x = 2 * (i % 32), y = 2 * (i / 32), v = 4 * i;
+            const auto at = [&](int a, int b, int c) {
+                text += "v " + std::to_string(x + a) + " " + std::to_string(y + b) + " " + std::to_string(c) + "\n";
+            };
+            at(0, 0, 0), at(1, 0, 0), at(0, 1, 0), at(0, 0, 1);
+            for (const auto& f : {std::array{1, 3, 2}, {1, 2, 4}, {2, 3, 4}, {1, 4, 3}})
+                text += "f " + std::to_string(v + f[0]) + " " + std::to_string(v + f[1]) + " " + std::to_string(v + f[2]) + "\n";
+        }
+        return file("pieces.obj", text);
+    };
+    EXPECT_EQ(json(pieces(1000), 0)["facts"]["components"], 1000);
+    EXPECT_EQ(json(pieces(1001), 2)["code"], "E_LIMIT");
+    EXPECT_EQ(json(pieces(1001) + " --max-components 1001", 0)["facts"]["components"], 1001);
 }
 
 TEST_F(CheckCommand, WrongUsageIs64)

@@ -6,6 +6,9 @@
 #include "sqmap/math/random.h"
 #include "sqmap/mesh/gate.h"
 #include "sqmap/mesh/shapes.h"
+#include "support/shared_folder.h"
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>
@@ -123,13 +126,26 @@ inline std::vector<Shape> small_shapes()
 /// A mesh of the shared folder, as the gate lets it through; nothing where the file is absent.
 inline std::optional<mesh::Mesh> shared_mesh(const std::string& name)
 {
-    const std::filesystem::path path = std::filesystem::path(SQMAP_SHARED_DIR) / "meshes" / name;
+    const std::filesystem::path path = shared_folder() / "meshes" / name;
     if (!std::filesystem::exists(path)) return std::nullopt;
     const io::ReadResult read = io::read_mesh_file(path);
     if (read.error) return std::nullopt;
     const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
     if (gate.verdict == mesh::Verdict::Refused) return std::nullopt;
     return gate.mesh;
+}
+
+inline void skip_without(const std::string& name)
+{
+    GTEST_SKIP() << "done but for " << name << ": it is not in " << shared_folder();
+}
+
+/// For tests that ask it beside shapes of our own: where it is absent they do the rest, and count as skipped.
+inline std::optional<mesh::Mesh> shared_mesh_too(const std::string& name)
+{
+    std::optional<mesh::Mesh> mesh = shared_mesh(name);
+    if (!mesh) skip_without(name);
+    return mesh;
 }
 
 /// One bake and what it is about: the mesh in model space, as the runtime sees it.

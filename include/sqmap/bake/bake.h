@@ -17,9 +17,9 @@ struct BakeOptions {
     model::Projection projection = model::Projection::Central;
     double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
-    double max_looseness = 1.4;  ///< a part is split while its superquadric has more than this times its solid's volume
+    double max_looseness = 1.3;  ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;   ///< or while more than this share of its area is hidden from its projection
-    double split_gain = 0.1;     ///< a split stays if it saves this share of the part's cost
+    double split_gain = 0.05;    ///< a split stays if it saves this share of the part's cost
     /// A_S of section 4.2, 0 to 5, normal projection: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps with few
     /// samples take less: the base grid keeps 5 rows at least.
     int subdivisions = 1;

@@ -28,11 +28,12 @@ struct PolygonView {
 
 struct GateOptions {
     Repair repair = Repair::Safe;
-    bool accept_surface = false;         ///< an open mesh is taken as a surface without inside (solid is false then)
-    double thickness = 0;                ///< > 0: open and flat meshes become plates this thick, in units of the result
-    std::optional<double> unit{};        ///< metres per unit of the file: the result is in metres; absent: as in the file
-    std::uint32_t max_hole_edges = 100;  ///< largest hole that Repair::Holes fills
-    double max_hole_size = 0.05;         ///< its largest diagonal, of the mesh's own
+    bool accept_surface = false;  ///< an open mesh is taken as a surface without inside (solid is false then)
+    double thickness = 0;  ///< > 0: open meshes and flat ones, also closed, become plates this thick, in units of the result
+    std::optional<double> unit{};         ///< metres per unit of the file: the result is in metres; absent: as in the file
+    std::uint32_t max_hole_edges = 100;   ///< largest hole that Repair::Holes fills
+    double max_hole_size = 0.05;          ///< its largest diagonal, of the mesh's own
+    std::uint64_t max_components = 1000;  ///< connected pieces of the surface: each becomes a part at least
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
@@ -77,10 +78,10 @@ struct GateResult {
 };
 
 /// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:
-/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, then repairs, then E_NONMANIFOLD, E_ORIENT, E_FLAT, E_OPEN. Repair::None
-/// refuses with the one of the last that names what would have been repaired, E_REPAIR where none does.
-/// Polygons are split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed;
-/// faces are oriented alike by propagation, shells outward by volume; vertices where shells touch are split. Shells that
+/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, E_LIMIT (components, corners of a polygon), then repairs, then E_NONMANIFOLD,
+/// E_ORIENT, E_FLAT, E_OPEN. Repair::None refuses with the one of the last that names what would have been repaired, E_REPAIR
+/// where none does. Polygons are split into triangles; equal positions are made one vertex unless the mesh is closed as it is
+/// indexed; faces are oriented alike by propagation, shells outward by volume; vertices where shells touch are split. Shells that
 /// intersect are accepted: the solid is where the winding number is positive.
 /// Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the intersecting pairs.
 [[nodiscard]] GateResult admit(const PolygonView& polygons, const GateOptions& options = {});

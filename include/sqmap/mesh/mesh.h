@@ -33,6 +33,9 @@ struct Normalization {
 [[nodiscard]] Normalization normalization_of(const Mesh& mesh);
 [[nodiscard]] Mesh normalized(const Mesh& mesh, const Normalization& n);
 
+/// 64-bit hash (FNV-1a over words) of vertices and triangles, to tell meshes apart: never 0, and not against malice.
+[[nodiscard]] std::uint64_t content_hash(const Mesh& mesh);
+
 [[nodiscard]] double triangle_area(const Mesh& mesh, std::uint32_t triangle);
 [[nodiscard]] Vec3d triangle_centroid(const Mesh& mesh, std::uint32_t triangle);
 

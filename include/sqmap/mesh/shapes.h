@@ -61,7 +61,8 @@ struct CapsuleSolid {
 /// -blend log(sum exp(-d_i / blend)).
 [[nodiscard]] double field(const CapsuleSolid& solid, Vec3d p);
 
-/// A right hand: palm, four fingers of three phalanges, a thumb of two, and a wrist; about 1 unit from wrist to tip.
+/// A relaxed right hand: palm, four fingers of three phalanges bent at their joints, a thumb of two, and a wrist; about 0.9
+/// units from wrist to tip.
 [[nodiscard]] CapsuleSolid hand_capsules();
 
 /// Surface field = 0 by marching tetrahedra on a grid of the given spacing; vertices are then spread evenly along the

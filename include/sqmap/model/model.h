@@ -262,6 +262,7 @@ struct ModelView {
     std::span<const std::uint16_t> near;         ///< see NearRecord
     Measured measured{};                         ///< by bake
     std::string_view made_by, source, options;   ///< provenance
+    std::uint64_t mesh_hash = 0;                 ///< mesh::content_hash of the mesh that was baked; 0: not known
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }

@@ -41,6 +41,7 @@ struct ModelData {
 
     Measured measured;
     std::string made_by, source, options;
+    std::uint64_t mesh_hash = 0;
 
     [[nodiscard]] ModelView view() const
     {
@@ -72,7 +73,8 @@ struct ModelData {
                 measured,
                 made_by,
                 source,
-                options};
+                options,
+                mesh_hash};
     }
 };
 

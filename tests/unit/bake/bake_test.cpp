@@ -3,6 +3,7 @@
 #include "query/central_map.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/query/query.h"
 #include "support/baked_shapes.h"
@@ -21,7 +22,7 @@ namespace {
 std::vector<test::Shape> shapes_and_shared()
 {
     std::vector<test::Shape> out = test::small_shapes();
-    if (auto mesh = test::shared_mesh("camel_4512.obj")) out.push_back({"camel", *mesh});
+    if (auto mesh = test::shared_mesh_too("camel_4512.obj")) out.push_back({"camel", *mesh});
     return out;
 }
 
@@ -292,6 +293,16 @@ TEST(Bake, TurningTheMeshGivesTheSamePartsOn99PercentOfTheArea)
         }
         EXPECT_GT(same, 0.99 * all);
     }
+}
+
+// A relaxed hand: a palm, and fingers that bend at their joints are cut there.
+TEST(Bake, AHandHasItsFingersAndPhalanges)
+{
+    const mesh::Mesh hand = mesh::polygonized(mesh::hand_capsules(), 0.0312);  // as sqmap shapes writes it
+    EXPECT_EQ(mesh::find_self_intersections(hand).pair_count, 0u);
+    const BakeResult baked = bake(hand, true, {.exact = false});
+    EXPECT_GE(baked.report.parts.size(), 10u);
+    EXPECT_LE(baked.report.parts.size(), 22u);
 }
 
 TEST(Bake, OptionsOutOfRangeAreRefused)

@@ -81,7 +81,7 @@ void each_model(const std::function<void(const std::string&, const test::Parsed&
     check("torus", test::Parsed(test::small_torus()), 1);
     check("dumbbell", test::Parsed(mesh::dumbbell({.segments = 24})), 1);
     check("hand", test::Parsed(test::small_hand()), 3);
-    if (const auto horse = test::shared_mesh("horse_5946.obj")) check("horse", test::Parsed(*horse), 5);
+    if (const auto horse = test::shared_mesh_too("horse_5946.obj")) check("horse", test::Parsed(*horse), 5);
 }
 
 TEST(Locator, HoldsTheWholeObject)

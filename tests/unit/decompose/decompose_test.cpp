@@ -2,6 +2,7 @@
 
 #include "sqmap/mesh/adjacency.h"
 #include "sqmap/mesh/shapes.h"
+#include "support/shared_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -331,7 +332,7 @@ class SharedMesh : public testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMesh, HasTheSamePartsHoweverItIsTurned)
 {
-    const auto path = std::filesystem::path(SQMAP_SHARED_DIR) / "meshes" / GetParam();
+    const auto path = test::shared_folder() / "meshes" / GetParam();
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
     const mesh::Mesh m = read_obj(path);
     const auto a = labels_in_order_of(m);

@@ -220,6 +220,24 @@ TEST(Read, LimitsAreKept)
     }
 }
 
+TEST(Read, ByteOrderMarksAndBlankLinesAtTheStartArePassedOver)
+{
+    for (const Sample& s : samples()) {
+        const bool is_binary = s.bytes.find('\0') != std::string::npos && s.bytes.rfind("ply", 0) != 0;
+        if (is_binary) continue;
+        for (const std::string start : {"\xEF\xBB\xBF", "\n \r\n\n", "\xEF\xBB\xBF\n"}) {
+            const ReadResult result = read(start + s.bytes, s.format);
+            ASSERT_FALSE(result.error) << format_name(s.format) << ": " << result.error->message;
+            EXPECT_EQ(result.soup.positions.size(), read(s.bytes, s.format).soup.positions.size());
+            EXPECT_EQ(result.soup.indices.size(), 12u);
+        }
+    }
+    // The 80 bytes of a binary STL file's header are anybody's.
+    std::string stl = stl_binary();
+    stl.replace(0, 3, "\xEF\xBB\xBF");
+    EXPECT_EQ(read(stl, MeshFormat::Stl).soup.indices.size(), 12u);
+}
+
 TEST(Read, NotAMeshIsAFormatError)
 {
     for (const MeshFormat format :

@@ -409,6 +409,63 @@ TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
     EXPECT_TRUE(warned(judge(cube(), {.thickness = 0.1}), "W_THICKNESS"));
 }
 
+TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
+{
+    const auto refused = [](const Polygons& p) { return judge(p).diagnosis; };
+    const Polygons thin = box({0, 0, 0}, {1, 1, 1e-6});
+    EXPECT_EQ(refused(thin).code, "E_FLAT");
+    EXPECT_NE(refused(thin).message.find("1e-06 thick"), std::string::npos) << refused(thin).message;
+    EXPECT_NE(refused(thin).cure.find("--thickness"), std::string::npos);
+
+    // Far from the origin and tilted, too: a turn by 3-4-5 in the plane of y and z.
+    Polygons tilted = thin;
+    for (Vec3d& v : tilted.positions) v = {v.x + 1000, 0.6 * v.y - 0.8 * v.z - 1000, 0.8 * v.y + 0.6 * v.z};
+    for (const Polygons& p : {thin, tilted}) {
+        const GateResult plate = judge(p, {.thickness = 0.05});
+        EXPECT_EQ(plate.verdict, Verdict::Repaired) << plate.diagnosis.message;
+        EXPECT_TRUE(plate.solid);
+        EXPECT_EQ(repaired(plate, "thickened"), 2u);
+        EXPECT_NEAR(plate.facts.volume, 0.05, 1e-6);
+        EXPECT_EQ(plate.facts.self_intersecting_pairs, 0u);
+    }
+    // The least thickness that the cure names is enough, a tenth of it is not.
+    const std::string cure = refused(thin).cure;
+    const double least = std::stod(cure.substr(cure.find("at least ") + 9));
+    EXPECT_EQ(judge(thin, {.thickness = least}).verdict, Verdict::Repaired);
+    EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), "E_FLAT");
+
+    // A lens, and a sheet that is bent: the upper half of a thin shell's walls.
+    Polygons lens = sphere(20, 40);
+    for (Vec3d& v : lens.positions) v.z *= 1e-7;
+    EXPECT_EQ(code(lens), "E_FLAT");
+    const GateResult disc = judge(lens, {.thickness = 0.1});
+    EXPECT_EQ(disc.verdict, Verdict::Repaired) << disc.diagnosis.message;
+    EXPECT_NEAR(disc.facts.volume, 0.1 * 20 * std::sin(std::numbers::pi / 20), 1e-6);
+    Polygons bent;  // half a tube's wall, 1e-7 thick: every quad of it is closed by those beside it
+    constexpr int k_steps = 16;
+    for (const double r : {1.0, 1 - 1e-7})
+        for (int i = 0; i <= k_steps; ++i)
+            for (const double z : {0.0, 1.0}) {
+                const double t = std::numbers::pi * i / k_steps;
+                bent.positions.push_back({r * std::cos(t), r * std::sin(t), z});
+            }
+    constexpr int k_in = 2 * (k_steps + 1), k_last = 2 * k_steps;
+    for (int i = 0; i < k_last; i += 2) {
+        bent.add({i, i + 2, i + 3, i + 1});
+        bent.add({k_in + i, k_in + i + 1, k_in + i + 3, k_in + i + 2});
+        bent.add({i, k_in + i, k_in + i + 2, i + 2});
+        bent.add({i + 1, i + 3, k_in + i + 3, k_in + i + 1});
+    }
+    bent.add({0, 1, k_in + 1, k_in});
+    bent.add({k_last, k_in + k_last, k_in + k_last + 1, k_last + 1});
+    EXPECT_EQ(code(bent), "E_FLAT");
+    EXPECT_NE(refused(bent).message.find("sheets folded"), std::string::npos) << refused(bent).message;
+    const GateResult wall = judge(bent, {.thickness = 0.1});
+    EXPECT_EQ(wall.verdict, Verdict::Repaired) << wall.diagnosis.message;
+    // Between polygons of radius 1.05 and 0.95, but for the ends, which are cut square.
+    EXPECT_NEAR(wall.facts.volume, 0.1 * k_steps * std::sin(std::numbers::pi / k_steps), 2e-4);
+}
+
 TEST(Gate, SmallSolidsFarApartAndLongRodsAreNotFlat)
 {
     Polygons p = cube();

@@ -95,7 +95,7 @@ struct Target {
 std::vector<Target> targets()
 {
     std::vector<Target> out = {{"torus", test::small_torus()}, {"dumbbell", mesh::dumbbell({.segments = 24})}};
-    if (auto horse = test::shared_mesh("horse_5946.obj")) {
+    if (auto horse = test::shared_mesh_too("horse_5946.obj")) {
         // As large as the others.
         const double size = mesh::surface_area(*horse);
         out.push_back({"horse", test::mapped(*horse, std::sqrt(10 / size), {})});
@@ -205,7 +205,7 @@ TEST(Frame, LayerThreeIsRightBeyondHalfAPercentAndItsDepthIsNear) { check_agains
 TEST(Frame, LayerThreeVerdictsOfPointsBesideARealSurfaceAreRightBeyondHalfAPercent)
 {
     const auto bull = test::shared_mesh("bull_7154.obj");
-    if (!bull) GTEST_SKIP() << "no bull_7154.obj in " << SQMAP_SHARED_DIR << "/meshes";
+    if (!bull) GTEST_SKIP() << "no bull_7154.obj in " << test::shared_folder();
     const test::Parsed m(*bull);
     test::Random random(5);
     std::vector<Vec3d> points;
