@@ -78,6 +78,7 @@ void expect_same(const Answer& a, const Answer& b, const std::string& what)
 }
 
 /// Which points are in contact: one entry a point.
+std::vector<const FrameContact*> by_point(const Answer&& answer, std::size_t points) = delete;  // it points into the answer
 std::vector<const FrameContact*> by_point(const Answer& answer, std::size_t points)
 {
     std::vector<const FrameContact*> out(points, nullptr);
@@ -213,7 +214,8 @@ TEST(Frame, LayerThreeVerdictsOfPointsBesideARealSurfaceAreRightBeyondHalfAPerce
         for (int i = 0; i < 4; ++i)
             points.push_back(v + random.between(0, 0.04) * m.r_max() * m.view().header.unit * random.direction());
     const Probe probe(points);
-    const auto contact_of = by_point(ask(m.view(), probe, {.rotation = test::rotation_about({1, 0, 0}, 0)}), points.size());
+    const Answer answer = ask(m.view(), probe, {.rotation = test::rotation_about({1, 0, 0}, 0)});
+    const auto contact_of = by_point(answer, points.size());
     int wrong = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec3d p = m.to_model(points[i]);
@@ -249,7 +251,8 @@ TEST(Frame, AnswersAsPointQueriesDo)
         std::size_t differ = 0, all = 0;
         std::vector<double> apart;
         for (const Pose& pose : touching_poses(points, test::small_torus().vertices, 4, 5)) {
-            const auto contact_of = by_point(ask(m.view(), probe, pose, {.layer = layer}), points.size());
+            const Answer answer = ask(m.view(), probe, pose, {.layer = layer});
+            const auto contact_of = by_point(answer, points.size());
             for (std::size_t i = 0; i < points.size(); ++i) {
                 const Contact c = query_point(m.view(), cast<float>(m.to_model(posed(pose, points[i]))), layer);
                 ++all;
@@ -470,7 +473,8 @@ TEST(Frame, MeshesFarFromTheirOriginAreAnswered)
     for (Pose pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 31)) {
         // The probe is told about a far place of its own: only the posed points are near the mesh.
         pose.translation = 1000. * pose.translation + shift + pose.rotation * shift;
-        const auto contact_of = by_point(ask(m.view(), probe, pose, {.layer = Layer::Exact}), points.size());
+        const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::Exact});
+        const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d p = m.to_model(posed(pose, points[i]));
             const double distance = m.solid().closest_boundary(p).distance;
@@ -504,7 +508,8 @@ TEST(Frame, ProbesOfAnySizeAnswerEachPointOnce)
         std::vector<Vec3d> points(size);
         for (Vec3d& p : points) p = random.in_box({-1.3, -1.3, -0.3}, {1.3, 1.3, 0.3});
         const Probe probe(points);
-        const auto contact_of = by_point(ask(m.view(), probe, {}, {.layer = Layer::Exact}), size);
+        const Answer answer = ask(m.view(), probe, {}, {.layer = Layer::Exact});
+        const auto contact_of = by_point(answer, size);
         for (std::size_t i = 0; i < size; ++i) {
             const Vec3d p = m.to_model(points[i]);
             if (m.solid().closest_boundary(p).distance < 1e-5 * m.r_max()) continue;
@@ -521,7 +526,8 @@ TEST(Frame, AModelWithoutALocatorIsAnsweredPointByPoint)
     const Probe probe(points);
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(points, test::small_torus().vertices, 4, 41)) {
-        const auto contact_of = by_point(ask(m.view(), probe, pose, {.layer = Layer::Exact}), points.size());
+        const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::Exact});
+        const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d p = m.to_model(posed(pose, points[i]));
             const double distance = m.solid().closest_boundary(p).distance;
