@@ -104,12 +104,11 @@ struct StencilSum {
             second += dd;
             third += dd * s.depth;
             fourth += dd * s.depth * s.depth;
-            felt.deepest = std::max(felt.deepest, s.depth);
             normal += d * s.normal;
             inwards1 += (d / r) * s.place;
             inwards2 += (dd / r) * s.place;
         }
-        felt.exact = std::max(depth, 0.);
+        felt.exact = felt.deepest = std::max(depth, 0.);
         if (!(second > 0)) return felt;
         const StencilDepth flat = depth_of_stencil(r, second);
         if (o.shading == Shading::Consistent) {
