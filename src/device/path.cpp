@@ -78,7 +78,7 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
     std::string line;
     if (!std::getline(in, line) || trimmed(line) != k_header)
         throw DeviceError(name + ":1: the header must be " + std::string(k_header) + ", found '" + line.substr(0, 60) +
-                          "'\n  cure: one pose of the tool a row, rotation row-major, then translation, metres");
+                          "'\n  cure: one pose a row, rotation row-major, then translation");
     std::vector<Pose> poses;
     for (std::size_t number = 2; std::getline(in, line); ++number) {
         if (trimmed(line).empty() && in.peek() == std::ifstream::traits_type::eof()) break;
