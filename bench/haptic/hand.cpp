@@ -44,6 +44,12 @@ std::vector<float> vertex_areas(const mesh::Mesh& mesh)
     return areas;
 }
 
+mesh::Mesh divided(mesh::Mesh mesh, int times)
+{
+    for (int i = 0; i < times; ++i) mesh = split_in_four(mesh);
+    return mesh;
+}
+
 /// The object in metres, and the way.
 struct Scene {
     explicit Scene(const HandPath& hand) : setting(load_setting(hand.files))
@@ -69,7 +75,7 @@ struct Hand {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
         probe.emplace(mesh.vertices);
         zone = {.probe = &*probe, .weights = areas};
-        state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 32768, .most_solids = 1});
+        state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 131072, .most_solids = 1});
     }
     haptic::Wrench touch(const haptic::Solid& solid, const haptic::Pose& pose, haptic::StepResult& result)
     {
@@ -88,13 +94,21 @@ struct Hand {
 TickCost tick_cost(const HandPath& path, int passes)
 {
     Scene scene(path);
-    Hand hand(scene.setting->probe, true);
+    Hand hand(divided(scene.setting->probe, path.divide), true);
     const FrameClock clock;
     haptic::StepResult result;
-    std::vector<double> us;
+    std::vector<double> us, query_us;
+    std::vector<query::FrameContact> found(hand.probe->size());
     TickCost out;
     for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
         hand.state->reset();
+        // In turns with steps, so that both see the same load: the query that a step makes, alone.
+        for (const haptic::Pose& pose : scene.poses) {
+            const FrameClock::Mark mark = FrameClock::start();
+            (void)query::query_frame(scene.view, *hand.probe, pose, {.layer = hand.zone.options.layer}, found);
+            const double t = clock.stop_us(mark);
+            if (pass >= 0) query_us.push_back(t);
+        }
         for (const haptic::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)hand.touch(scene.solid, pose, result);
@@ -106,6 +120,8 @@ TickCost tick_cost(const HandPath& path, int passes)
     }
     out.ticks = static_cast<std::uint32_t>(us.size());
     out.contacts /= static_cast<double>(us.size());
+    out.query_p50 = percentile(query_us, 0.5);
+    out.query_p999 = percentile(query_us, 0.999);
     out.p50 = percentile(us, 0.5);
     out.p99 = percentile(us, 0.99);
     out.p999 = percentile(us, 0.999);
@@ -116,7 +132,8 @@ DensityChange density_change(const HandPath& path, bool weighted)
 {
     Scene scene(path);
     scene.solid.material.friction = haptic::Friction::None;
-    Hand coarse(scene.setting->probe, weighted), dense(split_in_four(scene.setting->probe), weighted);
+    Hand coarse(divided(scene.setting->probe, path.divide), weighted),
+        dense(divided(scene.setting->probe, path.divide + 1), weighted);
     for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
     std::vector<double> force, share, torque;
     DensityChange out;

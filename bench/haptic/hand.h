@@ -11,12 +11,14 @@ namespace sqmap::bench {
 struct HandPath {
     Files files;
     std::filesystem::path path;
+    int divide = 0;  ///< times that every triangle of the hand is split in four before anything else
 };
 
 /// CPU time of a whole step, us: query, force, torque and friction of one zone.
 struct TickCost {
-    double p50 = 0, p99 = 0, p999 = 0;  ///< over all samples
-    double contacts = 0;                ///< a tick, in the mean
+    double p50 = 0, p99 = 0, p999 = 0;     ///< over all samples
+    double query_p50 = 0, query_p999 = 0;  ///< of the query that it makes, alone
+    double contacts = 0;                   ///< a tick, in the mean
     std::uint32_t ticks = 0;
 };
 [[nodiscard]] TickCost tick_cost(const HandPath& path, int passes);
