@@ -541,6 +541,8 @@ TEST(Step, ALateTickIsAnsweredFromThePlanesOfTheLastOne)
         for (const double z : {0.0289, 0.0288, 0.0292, 0.0297, 0.0299}) {
             const Wrench late = tool.touch(frictionless(box()), Vec3d{0.0001, 0, z});
             EXPECT_NE(tool.result.status & k_step_degraded, 0u);
+            EXPECT_NEAR(tool.result.deepest, 0.03 - z, 1e-4);
+            EXPECT_GT(tool.result.contacts, 0u);
             EXPECT_LT(norm(late.force - sure.touch(frictionless(box()), Vec3d{0.0001, 0, z}).force), 0.02) << z;
         }
         EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.0301}), Wrench{});
@@ -549,6 +551,21 @@ TEST(Step, ALateTickIsAnsweredFromThePlanesOfTheLastOne)
         tool.state().reset();
         EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.02}), Wrench{});
     }
+}
+
+TEST(Step, ALateTickInTheSamePlaceFeelsTheSame)
+{
+    for (const Averaging averaging : {Averaging::Stencil, Averaging::Ball})
+        for (const Shading shading : {Shading::Levelled, Shading::Consistent}) {
+            ZoneOptions o = with(averaging);
+            o.shading = shading;
+            Tool tool(stencil_points(o.smoothing), o);
+            const Vec3d on_ridge{0.0002, 0, averaging == Averaging::Ball ? 0.001 : -0.001};
+            const Wrench in_time = tool.touch(frictionless(roof(1)), on_ridge);
+            tool.input.degraded = true;
+            EXPECT_GT(norm(in_time.force), 0.1);
+            EXPECT_LT(norm(tool.touch(frictionless(roof(1)), on_ridge).force - in_time.force), 1e-9);
+        }
 }
 
 TEST(Step, WhatIsNotFiniteGivesNoForceAndHarmsNoOtherZone)
