@@ -195,12 +195,12 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
     row.dt = 1 / capabilities.rate;
     while (!interrupted && path.read(sample)) {
         const double begin = thread_cpu();
-        row.time = sample.time;
         row.sequence = sample.sequence;
+        row.time = static_cast<double>(sample.sequence - 1) / capabilities.rate;
         row.poses = sample.poses;
         setup.step(row);
-        const haptic::SafetyReport report = filter.tick({.time = sample.time,
-                                                         .sample_time = sample.time,
+        const haptic::SafetyReport report = filter.tick({.time = row.time,
+                                                         .sample_time = row.time,
                                                          .sequence = sample.sequence,
                                                          .poses = {row.poses.data(), zones},
                                                          .asked = {row.computed.data(), zones}},
@@ -342,6 +342,8 @@ void touch(const Arguments& arguments)
     const haptic::StiffnessCheck check = haptic::check_stiffness(device::safety_limits(capabilities, arguments.servo.period),
                                                                  options.zone.stiffness, options.zone.damping);
     const bool path = dynamic_cast<device::PathDevice*>(device.get()) != nullptr;
+    device::ServoOptions servo = arguments.servo;
+    servo.safety.softest = softest_spring(setup->options());
     if (!path && !check.safe)
         std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
                     haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "",
@@ -359,8 +361,7 @@ void touch(const Arguments& arguments)
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
     device::TraceWriter* const out = writer ? &*writer : nullptr;
-    const Totals totals = path ? play(*device, *setup, arguments.servo.safety, out)
-                               : feel(*device, *setup, arguments.servo, out, arguments.seconds);
+    const Totals totals = path ? play(*device, *setup, servo.safety, out) : feel(*device, *setup, servo, out, arguments.seconds);
     device.reset();
     std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,

@@ -1,7 +1,6 @@
 #include "touch_setup.h"
 
 #include "load_mesh.h"
-#include "sqmap/mesh/shapes.h"
 
 #include <nlohmann/json.hpp>
 
@@ -18,6 +17,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double k_default_radius = 0.005;
+constexpr std::uint32_t k_sphere_points = 500;  // 0.8 mm apart on a sphere of 5 mm
 
 const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
@@ -26,7 +26,7 @@ const std::map<std::string, haptic::Shading> k_shadings{{"levelled", haptic::Sha
 const std::map<std::string, haptic::Friction> k_frictions{
     {"none", haptic::Friction::None}, {"coulomb", haptic::Friction::Coulomb}, {"paper", haptic::Friction::Paper}};
 const std::map<std::string, query::Layer> k_layers{
-    {"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
+    {"auto", query::Layer::Auto}, {"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
 
 template <class Value>
 std::string name_of(const std::map<std::string, Value>& names, Value value)
@@ -149,12 +149,15 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
     mesh::Mesh tool;
     options_.zone.averaging = haptic::Averaging::Patch;
-    if (double radius = k_default_radius; is_shape(options_.tool, "sphere", radius)) {
-        tool = mesh::sphere(radius, 3);
-    } else if (haptic::Smoothing smoothing; is_shape(options_.tool, "point", smoothing.radius)) {
+    haptic::Smoothing ball{.radius = k_default_radius, .points = k_sphere_points, .tolerance = 0.0003}, point;
+    if (is_shape(options_.tool, "sphere", ball.radius)) {
+        options_.zone.averaging = haptic::Averaging::Ball;
+        options_.zone.smoothing = ball;
+        tool.vertices = haptic::stencil_points(ball);
+    } else if (is_shape(options_.tool, "point", point.radius)) {
         options_.zone.averaging = haptic::Averaging::Stencil;
-        options_.zone.smoothing = smoothing;
-        tool.vertices = haptic::stencil_points(smoothing);
+        options_.zone.smoothing = point;
+        tool.vertices = haptic::stencil_points(point);
         point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
     } else {
         LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
@@ -165,7 +168,9 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
         for (Vec3d& v : tool.vertices) v = scale * (v - centre);
     }
-    if (options_.zone.averaging == haptic::Averaging::Patch) weights_ = vertex_areas(tool);
+    const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
+    if (patch) weights_ = vertex_areas(tool);
+    if (options_.zone.layer == query::Layer::Auto) options_.zone.layer = patch ? query::Layer::Three : query::Layer::Exact;
     const std::uint64_t hash = hash_of(tool.vertices);
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hex(hash) + ", the trace has " +
@@ -183,6 +188,17 @@ void TouchSetup::step(device::TraceRow& row) noexcept
     row.contacts = result.contacts;
     row.depth = result.deepest;
     row.status = result.status;
+}
+
+double softest_spring(const TouchOptions& o)
+{
+    double k = o.zone.stiffness;
+    // A mesh feels its mean depth, which grows more slowly than it is pressed in while the patch still widens.
+    if (o.zone.averaging == haptic::Averaging::Patch) k *= 0.25;
+    if (o.zone.mode == haptic::Mode::Coupled && k > 0)  // one after the other
+        k = k * o.zone.coupling_stiffness / (k + o.zone.coupling_stiffness);
+    if (o.material.friction == haptic::Friction::Coulomb) k = std::min(k, o.zone.tangential_stiffness);
+    return std::clamp(k, 20., 1e6);  // what the filter takes
 }
 
 std::string setup_text(const TouchOptions& o)
@@ -250,7 +266,7 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     choice("--mode", o.zone.mode, k_modes, "How the tool follows the device", "direct|proxy|coupled");
     choice("--shading", o.zone.shading, k_shadings, "Full force across edges, or the gradient of one potential",
            "levelled|consistent");
-    choice("--layer", o.zone.layer, k_layers, "Map to ask", "2|3|exact");
+    choice("--layer", o.zone.layer, k_layers, "Map to ask; auto: exact for a sphere or a point, 3 for a mesh", "auto|2|3|exact");
     choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",
            "none|coulomb|paper");
     number("--mu-static", o.material.mu_static, "Coulomb friction before slipping");
@@ -259,7 +275,7 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     number("--k-f", o.material.k_f, "k_f of eq. 33, 1/m");
     number("--brake", o.zone.brake, "N s/m against the approach before contact; 0: none");
     number("--blend", o.zone.blend_time, "s in which a jump of the foot point fades to 1/e; 0: jumps pass");
-    number("--zone", o.zone_radius, "Impact zone: m about the tool's centre that count; 0: the whole tool");
+    number("--zone", o.zone_radius, "Impact zone of a mesh: m about its centre that count; 0: the whole tool");
 }
 
 }  // namespace sqmap::app

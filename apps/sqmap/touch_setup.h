@@ -31,11 +31,11 @@ struct TouchObject {
 
 struct TouchOptions {
     std::vector<TouchObject> objects;
-    std::string tool = "sphere";  ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
-    double tool_size = 0.1;       ///< m, R_max of a tool that is a mesh
-    std::uint64_t tool_hash = 0;  ///< of its points; 0: any
-    haptic::ZoneOptions zone{};
-    double zone_radius = 0;  ///< m, of the impact sphere; 0: the whole tool
+    std::string tool = "sphere";                            ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
+    double tool_size = 0.1;                                 ///< m, R_max of a tool that is a mesh
+    std::uint64_t tool_hash = 0;                            ///< of its points; 0: any
+    haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
+    double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
 };
 
@@ -71,6 +71,9 @@ private:
     std::unique_ptr<haptic::State> state_;
     std::size_t zones_;
 };
+
+/// The softest spring, N/m, that these forces show to the hand: what SafetyOptions::softest wants to know.
+[[nodiscard]] double softest_spring(const TouchOptions& options);
 
 /// The setup as a trace's field "setup" has it, and back.
 [[nodiscard]] std::string setup_text(const TouchOptions& options);

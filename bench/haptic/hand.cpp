@@ -44,6 +44,27 @@ std::vector<float> vertex_areas(const mesh::Mesh& mesh)
     return areas;
 }
 
+mesh::Mesh divided(mesh::Mesh mesh, int times)
+{
+    for (int i = 0; i < times; ++i) mesh = split_in_four(mesh);
+    return mesh;
+}
+
+/// What stands by: a baked object, 40 cm from the one that the hand moves over and from its neighbours.
+struct Bystander {
+    Bystander(const Files& files, int number) : bytes(io::serialize(bake::bake(load_setting(files)->object, true, {}).model))
+    {
+        model::ModelView parsed;
+        (void)model::parse(bytes, parsed);
+        view = haptic::in_metres(parsed, k_scale);
+        const double angle = 1.2566 * number;
+        pose.translation = {0.4 * std::cos(angle), 0.4 * std::sin(angle), 0};
+    }
+    std::vector<std::byte> bytes;
+    model::ModelView view;
+    haptic::Pose pose{};
+};
+
 /// The object in metres, and the way.
 struct Scene {
     explicit Scene(const HandPath& hand) : setting(load_setting(hand.files))
@@ -64,17 +85,18 @@ struct Scene {
 
 /// The hand as a tool of one zone.
 struct Hand {
-    Hand(mesh::Mesh mesh, bool weighted) : areas(weighted ? vertex_areas(mesh) : std::vector<float>{})
+    Hand(mesh::Mesh mesh, bool weighted, std::size_t most_solids = 1)
+        : areas(weighted ? vertex_areas(mesh) : std::vector<float>{})
     {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
         probe.emplace(mesh.vertices);
         zone = {.probe = &*probe, .weights = areas};
-        state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 32768, .most_solids = 1});
+        state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 131072, .most_solids = most_solids});
     }
-    haptic::Wrench touch(const haptic::Solid& solid, const haptic::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)
     {
         haptic::Wrench w;
-        result = haptic::step(*state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        result = haptic::step(*state, {.solids = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w;
     }
     std::vector<float> areas;
@@ -88,16 +110,39 @@ struct Hand {
 TickCost tick_cost(const HandPath& path, int passes)
 {
     Scene scene(path);
-    Hand hand(scene.setting->probe, true);
+    Hand hand(divided(scene.setting->probe, path.divide), true),
+        in_scene(divided(scene.setting->probe, path.divide), true, 1 + path.by.size());
     const FrameClock clock;
+    std::vector<std::unique_ptr<Bystander>> by;
+    std::vector<haptic::Solid> solids{scene.solid};
+    for (const std::filesystem::path& file : path.by) {
+        by.push_back(std::make_unique<Bystander>(Files{file, path.files.probe}, static_cast<int>(by.size())));
+        solids.push_back({.model = &by.back()->view, .pose = by.back()->pose});
+    }
     haptic::StepResult result;
-    std::vector<double> us;
+    std::vector<double> us, query_us, scene_us;
+    const std::span<const haptic::Solid> alone(solids.data(), 1);
+    std::vector<query::FrameContact> found(hand.probe->size());
     TickCost out;
     for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
         hand.state->reset();
+        in_scene.state->reset();
+        // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
         for (const haptic::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)hand.touch(scene.solid, pose, result);
+            (void)query::query_frame(scene.view, *hand.probe, pose, {.layer = hand.zone.options.layer}, found);
+            const double t = clock.stop_us(mark);
+            if (pass >= 0) query_us.push_back(t);
+        }
+        for (const haptic::Pose& pose : scene.poses) {
+            const FrameClock::Mark mark = FrameClock::start();
+            (void)in_scene.touch(solids, pose, result);
+            const double t = clock.stop_us(mark);
+            if (pass >= 0) scene_us.push_back(t);
+        }
+        for (const haptic::Pose& pose : scene.poses) {
+            const FrameClock::Mark mark = FrameClock::start();
+            (void)hand.touch(alone, pose, result);
             const double t = clock.stop_us(mark);
             if (pass < 0) continue;
             us.push_back(t);
@@ -106,6 +151,10 @@ TickCost tick_cost(const HandPath& path, int passes)
     }
     out.ticks = static_cast<std::uint32_t>(us.size());
     out.contacts /= static_cast<double>(us.size());
+    out.scene_p50 = percentile(scene_us, 0.5);
+    out.scene_p999 = percentile(scene_us, 0.999);
+    out.query_p50 = percentile(query_us, 0.5);
+    out.query_p999 = percentile(query_us, 0.999);
     out.p50 = percentile(us, 0.5);
     out.p99 = percentile(us, 0.99);
     out.p999 = percentile(us, 0.999);
@@ -116,13 +165,15 @@ DensityChange density_change(const HandPath& path, bool weighted)
 {
     Scene scene(path);
     scene.solid.material.friction = haptic::Friction::None;
-    Hand coarse(scene.setting->probe, weighted), dense(split_in_four(scene.setting->probe), weighted);
+    Hand coarse(divided(scene.setting->probe, path.divide), weighted),
+        dense(divided(scene.setting->probe, path.divide + 1), weighted);
     for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
+    const std::span<const haptic::Solid> solid(&scene.solid, 1);
     std::vector<double> force, share, torque;
     DensityChange out;
     for (const haptic::Pose& pose : scene.poses) {
         haptic::StepResult a, b;
-        const haptic::Wrench c = coarse.touch(scene.solid, pose, a), d = dense.touch(scene.solid, pose, b);
+        const haptic::Wrench c = coarse.touch(solid, pose, a), d = dense.touch(solid, pose, b);
         if (a.contacts == 0) continue;
         out.contacts += a.contacts;
         out.dense_contacts += b.contacts;

@@ -5,18 +5,23 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
 namespace sqmap::bench {
 
 struct HandPath {
     Files files;
     std::filesystem::path path;
+    int divide = 0;                           ///< times that every triangle of the hand is split in four before anything else
+    std::vector<std::filesystem::path> by{};  ///< objects that stand by in the scene
 };
 
 /// CPU time of a whole step, us: query, force, torque and friction of one zone.
 struct TickCost {
-    double p50 = 0, p99 = 0, p999 = 0;  ///< over all samples
-    double contacts = 0;                ///< a tick, in the mean
+    double p50 = 0, p99 = 0, p999 = 0;     ///< over all samples
+    double query_p50 = 0, query_p999 = 0;  ///< of the query that it makes, alone
+    double scene_p50 = 0, scene_p999 = 0;  ///< of a step with all that stands by
+    double contacts = 0;                   ///< a tick, in the mean
     std::uint32_t ticks = 0;
 };
 [[nodiscard]] TickCost tick_cost(const HandPath& path, int passes);

@@ -114,7 +114,8 @@ void add_energy(CLI::App& app)
 struct HandCommand {
     std::vector<std::filesystem::path> paths;
     std::filesystem::path meshes;
-    int passes = 10;
+    std::vector<std::string> by;
+    int passes = 10, divide = 0;
 };
 
 /// OBJECT.PROBE.KIND.csv
@@ -123,7 +124,10 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
     const std::string name = path.filename().string();
     const std::size_t a = name.find('.'), b = name.find('.', a + 1);
     if (a == std::string::npos || b == std::string::npos) throw BenchError(name + ": not OBJECT.PROBE.KIND.csv");
-    return {{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")}, path};
+    HandPath out{{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")}, path, c.divide};
+    for (const std::string& by : c.by)
+        if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
+    return out;
 }
 
 void add_hand(CLI::App& app)
@@ -134,14 +138,19 @@ void add_hand(CLI::App& app)
     for (CLI::App* command : {tick, density}) {
         command->add_option("paths", c->paths, "OBJECT.PROBE.KIND.csv")->required()->check(CLI::ExistingFile);
         command->add_option("--meshes", c->meshes, "Folder of the meshes")->required()->check(CLI::ExistingDirectory);
+        command->add_option("--divide", c->divide, "Split every triangle of the hand in four so many times first")
+            ->check(CLI::Range(0, 3))
+            ->capture_default_str();
     }
+    tick->add_option("--by", c->by, "Names of objects that stand by, 40 cm away; the path's own is left out");
     tick->add_option("--passes", c->passes, "Times that every path is run")->capture_default_str();
     tick->callback([c] {
-        std::printf("%-36s %8s %8s %8s %9s %8s\n", "path", "p50 us", "p99 us", "p99.9 us", "contacts", "ticks");
+        std::printf("%-36s %8s %8s %8s | %9s %9s | %9s %9s | %9s %8s\n", "path", "p50 us", "p99 us", "p99.9 us", "query p50",
+                    "p99.9 us", "scene p50", "p99.9 us", "contacts", "ticks");
         for (const std::filesystem::path& path : c->paths) {
             const TickCost t = tick_cost(hand_path(*c, path), c->passes);
-            std::printf("%-36s %8.1f %8.1f %8.1f %9.1f %8u\n", path.stem().string().c_str(), t.p50, t.p99, t.p999, t.contacts,
-                        t.ticks);
+            std::printf("%-36s %8.1f %8.1f %8.1f | %9.1f %9.1f | %9.1f %9.1f | %9.1f %8u\n", path.stem().string().c_str(), t.p50,
+                        t.p99, t.p999, t.query_p50, t.query_p999, t.scene_p50, t.scene_p999, t.contacts, t.ticks);
             std::fflush(stdout);
         }
     });

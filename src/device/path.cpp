@@ -1,5 +1,7 @@
 #include "sqmap/device/path.h"
 
+#include "device/channel.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -24,7 +26,7 @@ bool PathDevice::read(Sample& sample) noexcept
     if (next_ == ticks()) return false;
     const std::size_t zones = capabilities_.zones;
     sample = {};
-    sample.time = static_cast<double>(next_) / capabilities_.rate;
+    sample.time = now();
     std::copy_n(poses_.begin() + static_cast<std::ptrdiff_t>(next_ * zones), zones, sample.poses.begin());
     sample.sequence = ++next_;
     return true;
@@ -76,7 +78,7 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
     std::string line;
     if (!std::getline(in, line) || trimmed(line) != k_header)
         throw DeviceError(name + ":1: the header must be " + std::string(k_header) + ", found '" + line.substr(0, 60) +
-                          "'\n  cure: one pose of the tool a row, rotation row-major, then translation, metres");
+                          "'\n  cure: one pose a row, rotation row-major, then translation");
     std::vector<Pose> poses;
     for (std::size_t number = 2; std::getline(in, line); ++number) {
         if (trimmed(line).empty() && in.peek() == std::ifstream::traits_type::eof()) break;
@@ -209,20 +211,27 @@ struct Travel {
     Vec3d binormal{};  ///< unit, where the way lies in a plane: binormal x way points out
 };
 
-/// Round a circle about an axis: as high as the tool touches along it. Where it meets nothing, as high as before.
+/// Round a circle about an axis: as high as the tool touches along it, and no lower than a slope of 45 degrees lets it fall from
+/// there on either side, so that it hovers over drops. Where it meets nothing, as high as before.
 Travel circle(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
 {
     const Vec3d u = tangent(o.travel, place.normal), v = cross(place.normal, u);
-    Travel travel;
+    const double step = o.speed / o.rate;
+    std::vector<Vec3d> bases(ticks);
+    std::vector<double> heights(ticks);
     double height = 0;
     for (std::size_t k = 0; k < ticks; ++k) {
-        const double angle = o.speed / o.rate * static_cast<double>(k) / o.radius;
-        const Vec3d base = place.point + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
-        if (!feeler.height(base, place.normal, height + feeler.far() / 100, height))
-            (void)feeler.height(base, place.normal, feeler.far(), height);
-        travel.places.push_back(base + height * place.normal);
-        travel.ways_out.push_back(place.normal);
+        const double angle = step * static_cast<double>(k) / o.radius;
+        bases[k] = place.point + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
+        if (!feeler.height(bases[k], place.normal, height + feeler.far() / 100, height))
+            (void)feeler.height(bases[k], place.normal, feeler.far(), height);
+        heights[k] = height;
     }
+    for (std::size_t k = 1; k < ticks; ++k) heights[k] = std::max(heights[k], heights[k - 1] - step);
+    for (std::size_t k = ticks - 1; k > 0; --k) heights[k - 1] = std::max(heights[k - 1], heights[k] - step);
+    Travel travel;
+    for (std::size_t k = 0; k < ticks; ++k) travel.places.push_back(bases[k] + heights[k] * place.normal);
+    travel.ways_out.assign(ticks, place.normal);
     return travel;
 }
 

@@ -91,40 +91,48 @@ struct StencilSum {
 
     [[nodiscard]] Felt felt(const ZoneOptions& o) const
     {
-        const double r = o.smoothing.radius;
-        const double total = static_cast<double>(samples.size());
-        double first = 0, second = 0, deepest = 0;
-        Vec3d normal{}, gradient{};
-        std::uint32_t count = 0;
+        const bool ball = o.averaging == Averaging::Ball;
+        const double r = o.smoothing.radius, total = static_cast<double>(samples.size());
+        double first = 0, second = 0, third = 0, fourth = 0;  // means of powers of the depths
+        Vec3d normal{}, inwards1{}, inwards2{};
+        Felt felt;
         for (const Sample& s : samples) {
             if (!(s.depth > 0)) continue;
-            ++count;
-            first += s.depth / total;
-            second += s.depth * s.depth / total;
-            deepest = std::max(deepest, s.depth);
-            normal += (s.depth / total) * s.normal;
-            gradient -= (s.depth * s.depth / total / r) * s.place;
+            const double d = s.depth / total, dd = d * s.depth;
+            ++felt.contacts;
+            first += d;
+            second += dd;
+            third += dd * s.depth;
+            fourth += dd * s.depth * s.depth;
+            normal += d * s.normal;
+            inwards1 += (d / r) * s.place;
+            inwards2 += (dd / r) * s.place;
         }
-        Felt felt;
-        felt.contacts = count;
-        felt.exact = std::max(depth, 0.);
-        felt.deepest = deepest;
+        felt.exact = felt.deepest = std::max(depth, 0.);
         if (!(second > 0)) return felt;
-        const StencilDepth smooth = depth_of_stencil(r, second);
-        const double offset = o.averaging == Averaging::Ball ? r : 0;
+        const StencilDepth flat = depth_of_stencil(r, second);
         if (o.shading == Shading::Consistent) {
-            felt.depth = std::max(smooth.depth + offset, 0.);
-            felt.force = (2 * felt.depth * smooth.slope) * normal;
+            felt.depth = std::max(flat.depth + (ball ? r : 0), 0.);
+            felt.force = (2 * felt.depth * flat.slope) * normal;
             return felt;
         }
-        // The smoothed depth, as far as it stays near the true one; force begins where the true one does.
         if (!(depth > 0)) return felt;
-        const double excess = smooth.depth + offset - depth, relative = excess / std::min(o.smoothing.tolerance, depth);
+        // The smoothed depth, as far as it stays near the true one; force begins where the true one does. A ball's depths on flat
+        // ground are evenly spread from 0 to its own, or, where all of it is inside, about that of its centre: either of these is
+        // then exact, the other too large. Where walls meet it lies between their depths, never above them all, and so changes no
+        // faster than they do.
+        const double smooth = ball ? std::min(1.25 * fourth / third, first + r) : flat.depth;
+        const double excess = smooth - depth, relative = excess / std::min(o.smoothing.tolerance, depth);
         felt.depth = std::max(depth + excess / std::sqrt(1 + relative * relative), 0.);
-        const Vec3d sum = o.smoothing.kernel == Kernel::Shell ? normal : gradient;
-        const double size = norm(sum);
-        // On flat ground the greater of these shares is 3/4 or more; opposite walls within the sphere cancel.
-        const double coherence = o.smoothing.kernel == Kernel::Shell ? size / first : std::max(size / second, 1.5 * size / first);
+        // A ball weighs a wall by the square of how deep it is in it, a stencil, whose centre is inside, by the cube: the mean of
+        // the normals, or of depth times normal, over what is inside.
+        const bool shell = o.smoothing.kernel == Kernel::Shell;
+        const Vec3d sum = shell ? normal : -1. * (ball ? inwards1 : inwards2);
+        const double size = norm(sum), inside = static_cast<double>(felt.contacts) / total;
+        // On flat ground the greater of these shares is 2/3 or more, however deep; opposite walls within the sphere cancel.
+        const double coherence = shell  ? size / first
+                                 : ball ? std::max(size / first, 2 * size / (r * inside))
+                                        : std::max(size / second, 1.5 * size / (r * first));
         Vec3d direction = size > 0 ? sum / size : Vec3d{};
         if (const double u = (coherence - 0.2) / 0.3; u < 1) {
             // Thinner than the sphere: the nearest surface alone says which way is out.

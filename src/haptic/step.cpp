@@ -219,7 +219,7 @@ struct Stepper {
         Felt felt = sum.felt(zone.options);
         felt.lever = centre;
         felt.torque = cross(centre, felt.force);
-        if (keep != nullptr) keep_single(*keep, solid, at, felt, felt.exact);
+        if (keep != nullptr) keep_single(*keep, solid, at, felt, norm(felt.force));
         const double size = norm(felt.force);
         if (solid.material.texture != nullptr && size > 0) {
             // Once, after the smoothing: it would be worn down by it.
@@ -341,6 +341,8 @@ struct Stepper {
             Felt felt;
             if (in.degraded) {
                 felt = felt_of_planes(z, s, at);
+                report.contacts += felt.contacts;
+                report.deepest = std::max(report.deepest, felt.deepest);
             } else {
                 felt = feel(z, s, at, &t);
             }

@@ -71,6 +71,9 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
     const query::Probe probe(haptic::stencil_points({}));
     haptic::Zone zone{.probe = &probe};
     zone.options.averaging = haptic::Averaging::Stencil;
+    // As sqmap touch asks for a point. Layer 3's depths jump by tenths of a millimetre in thin parts, from one step of the
+    // encoder to the next, and what follows a jump is late: 2 of these runs swing with it at 0.8 of the bound.
+    zone.options.layer = query::Layer::Exact;
     haptic::State state(std::span(&zone, 1), {.most_contacts = 256, .most_solids = 1});
     haptic::Solid solid;
     solid.model = &model;
@@ -131,10 +134,8 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
         "%.3g J; greatest force %.3f N; passivity acted in %llu ticks\n",
         name.c_str(), runs, static_cast<unsigned long long>(pressed), k_share, swinging, runs - at_bound, swing, gained,
         swinging_at_bound, at_bound, created, left, most, static_cast<unsigned long long>(passivity));
-    // Thin parts: the nearest point jumps from side to side and the force with it, though nothing moves far and no energy is
-    // gained.
-    EXPECT_LE(swinging, (runs - at_bound) / 50);
-    EXPECT_LE(swinging_at_bound, at_bound / 20);
+    EXPECT_EQ(swinging, 0);
+    EXPECT_EQ(swinging_at_bound, 0);
     EXPECT_GT(pressed, static_cast<std::uint64_t>(runs) / 2) << "the loops touch at all";
 }
 

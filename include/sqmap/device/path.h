@@ -12,11 +12,11 @@
 
 namespace sqmap::device {
 
-/// Plays poses: each read() is the next one, whatever the clock says, so that runs repeat. After the last one the device is
-/// gone. Wrenches go nowhere.
+/// Plays poses: each read() is the next one, whatever the clock says, so that runs repeat; a sample's time is that of reading it,
+/// as of any device. After the last one the device is gone. Wrenches go nowhere.
 class PathDevice final : public Device {
 public:
-    /// poses: #ticks by #zones, a tick's zones side by side. rate: Hz, of the times that samples carry.
+    /// poses: #ticks by #zones, a tick's zones side by side. rate: Hz at which they were taken, for capabilities().
     /// @throw DeviceError without poses, with zones outside 1 to k_most_zones or not a divisor, or a rate not above zero.
     PathDevice(std::string name, std::vector<Pose> poses, double rate, std::size_t zones = 1);
 
@@ -59,8 +59,8 @@ struct ScriptOptions {
 };
 
 /// Poses of a tool over a model, in the mesh's frame and units: the tool is never turned. Slides and circles are smoothed over 50
-/// ticks, so depth is met on the average. A circle is felt along one direction and jumps where the surface drops away from it;
-/// a slide never jumps. Deterministic. Cost: some 40 queries a tick of a slide or circle.
+/// ticks, so depth is met on the average. A circle is felt along one direction and hovers where the surface drops away from it.
+/// Neither ever jumps. Deterministic. Cost: some 40 queries a tick of a slide or circle.
 /// @throw DeviceError where no surface lies in the direction, or for options out of range.
 [[nodiscard]] std::vector<Pose> scripted_path(const model::ModelView& model, const query::Probe& tool, Script script,
                                               const ScriptOptions& options);

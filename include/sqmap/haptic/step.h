@@ -111,7 +111,7 @@ enum StepStatus : std::uint32_t {
 /// What a zone felt in the last tick, for traces and pictures. World, metres.
 struct ZoneReport {
     double depth = 0;    ///< effective: spring force over stiffness
-    double deepest = 0;  ///< of its contacts
+    double deepest = 0;  ///< of its contacts; of a stencil or ball its own depth, before smoothing
     Vec3d normal{};      ///< unit, the way out; zero where free
     Vec3d point{};       ///< centre of the contacts on the surface
     std::uint32_t contacts = 0;

@@ -1,5 +1,8 @@
 #include "sqmap/device/path.h"
 
+#include "device/channel.h"
+#include "sqmap/device/servo.h"
+
 #include "sqmap/query/query.h"
 #include "support/parsed.h"
 
@@ -43,7 +46,9 @@ TEST(PathDevice, PlaysEveryPoseOnceAndIsThenGone)
         EXPECT_TRUE(path.write(none));
         ASSERT_TRUE(path.read(sample));
         EXPECT_EQ(sample.sequence, tick + 1);
-        EXPECT_DOUBLE_EQ(sample.time, static_cast<double>(tick) / 500);
+        const double time = now();
+        EXPECT_LE(sample.time, time) << "the servo's clock";
+        EXPECT_GT(sample.time, time - 60);
         EXPECT_EQ(sample.poses[0].translation.x, 2.0 * static_cast<double>(tick));
         EXPECT_EQ(sample.poses[1].translation.x, 2.0 * static_cast<double>(tick) + 1);
     }
@@ -51,6 +56,28 @@ TEST(PathDevice, PlaysEveryPoseOnceAndIsThenGone)
     EXPECT_FALSE(path.read(sample));
     EXPECT_EQ(sample.sequence, last.sequence) << "a failed read leaves the sample";
     EXPECT_FALSE(path.write(none));
+}
+
+std::uint32_t push_up(void*, const TickInput& input, std::span<Wrench> wrenches) noexcept
+{
+    // Nothing at first, so that the filter engages.
+    wrenches[0].force.z = input.sample.sequence < 100 ? 0 : 0.5;
+    return 0;
+}
+
+TEST(PathDevice, IsNoStaleDeviceToAServo)
+{
+    PathDevice path("p", std::vector<Pose>(5000), 1000);
+    Servo servo(path, {}, push_up, nullptr);
+    ServoTick tick;
+    const double end = now() + 20;
+    bool felt = false, old = false;
+    while (!felt && !old && now() < end)
+        while (servo.next(tick)) {
+            felt |= norm(tick.sent[0].force) > 0.1;
+            old |= tick.sample.sequence > 4000;
+        }
+    EXPECT_TRUE(felt) << "samples dated from zero would be thousands of seconds old";
 }
 
 TEST(PathDevice, RefusesWhatIsNoPath)
@@ -151,6 +178,23 @@ TEST_F(Scripted, CircleStaysRoundItsPlace)
         // Pressed in by the depth along z, from the sphere.
         EXPECT_NEAR(p.z, std::sqrt(1 - 0.09) - 0.02, 0.01);
     }
+}
+
+TEST_F(Scripted, ACircleHoversOverDropsAndNeverJumps)
+{
+    // About the top of a ring lying flat: over the hole there is nothing, and its flanks are steep.
+    const test::Parsed ring(mesh::torus({.minor_radius = 0.3, .minor_segments = 48}));
+    const query::Probe tool(std::vector<Vec3d>{{}});
+    const ScriptOptions o{.seconds = 8, .speed = 0.6, .depth = 0.02, .gap = 0.02, .radius = 0.45, .direction = {1, 0, 0.25}};
+    const std::vector<Pose> poses = scripted_path(ring.view(), tool, Script::Circle, o);
+    double pressed = 0;
+    for (std::size_t i = 1; i < poses.size(); ++i) {
+        EXPECT_LT(norm(poses[i].translation - poses[i - 1].translation), 1.45 * 0.6 / 1000) << i;
+        const Vec3d p = poses[i].translation;
+        pressed = std::max(pressed, 0.3 - std::hypot(std::hypot(p.x, p.y) - 1, p.z));
+    }
+    EXPECT_GT(pressed, 0.01) << "it does touch";
+    EXPECT_LT(pressed, 0.04) << "and nowhere deeper than asked, but for the smoothing";
 }
 
 TEST_F(Scripted, ALargeToolTouchesWithItsOwnSurface)

@@ -40,6 +40,58 @@ TEST(Step, APointOnFlatGroundFeelsItsSpringAtAnyDepth)
         }
 }
 
+TEST(Step, ABallOnFlatGroundFeelsItsSpringAtAnyDepth)
+{
+    ZoneOptions o = with(Averaging::Ball);
+    o.smoothing = {.radius = 0.004, .points = 500, .tolerance = 0.0005};
+    Tool ball(stencil_points(o.smoothing), o);
+    for (const double depth : {0.0003, 0.001, 0.003, 0.006, 0.009, 0.013}) {  // from 8 mm on, all of it is inside
+        ball.state().reset();
+        const Wrench w = ball.touch(frictionless(box()), Vec3d{0.003, 0.002, 0.034 - depth});
+        EXPECT_NEAR(w.force.z, k * depth, k * 2e-5 + 0.01 * k * depth) << depth;
+        EXPECT_LT(std::hypot(w.force.x, w.force.y), 0.04 * k * depth) << depth;
+    }
+}
+
+TEST(Step, ABallThatCrossesAValleyIsAsDeepAsInItsWallsAndTurnsFromOneToTheOther)
+{
+    ZoneOptions o = with(Averaging::Ball);
+    o.blend_time = 0;
+    o.smoothing = {.radius = 0.005, .points = 500, .tolerance = 0.0003};
+    Tool ball(stencil_points(o.smoothing), o);
+    const double cosine = std::cos(k_roof), sine = std::sin(k_roof);
+    Vec3d before{};
+    for (int i = -40; i <= 40; ++i) {
+        const Vec3d at{1e-4 * i, 0.001, 0.0038 / cosine};
+        const double right = 0.005 - (cosine * at.z - sine * at.x), left = 0.005 - (cosine * at.z + sine * at.x);
+        const Vec3d f = ball.touch(frictionless(roof(-1)), at).force;
+        EXPECT_LT(norm(f), 1.03 * k * std::max(left, right)) << i;
+        EXPECT_GT(norm(f), 0.85 * k * std::max(left, right)) << i;
+        if (i > -40) {
+            EXPECT_LT(angle_between(f, before), 0.05) << i;
+        }
+        before = f;
+    }
+}
+
+TEST(Step, APointDeepUnderARidgeTurnsOverTheWidthOfItsSphere)
+{
+    ZoneOptions o = exact;
+    o.blend_time = 0;
+    Tool tool = Tool::point(o);
+    Vec3d before{};
+    double turned = 0;
+    for (int i = -60; i <= 60; ++i) {
+        const Vec3d f = tool.touch(frictionless(roof(1)), Vec3d{1e-4 * i, 0.001, -0.011}).force;
+        if (i > -60) {
+            EXPECT_LT(angle_between(f, before), 0.04) << i;
+            turned += angle_between(f, before);
+        }
+        before = f;
+    }
+    EXPECT_NEAR(turned, 2 * k_roof, 0.05);
+}
+
 TEST(Step, NothingIsFeltOutside)
 {
     for (const Averaging averaging : {Averaging::Stencil, Averaging::Patch}) {
@@ -489,6 +541,8 @@ TEST(Step, ALateTickIsAnsweredFromThePlanesOfTheLastOne)
         for (const double z : {0.0289, 0.0288, 0.0292, 0.0297, 0.0299}) {
             const Wrench late = tool.touch(frictionless(box()), Vec3d{0.0001, 0, z});
             EXPECT_NE(tool.result.status & k_step_degraded, 0u);
+            EXPECT_NEAR(tool.result.deepest, 0.03 - z, 1e-4);
+            EXPECT_GT(tool.result.contacts, 0u);
             EXPECT_LT(norm(late.force - sure.touch(frictionless(box()), Vec3d{0.0001, 0, z}).force), 0.02) << z;
         }
         EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.0301}), Wrench{});
@@ -497,6 +551,21 @@ TEST(Step, ALateTickIsAnsweredFromThePlanesOfTheLastOne)
         tool.state().reset();
         EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.02}), Wrench{});
     }
+}
+
+TEST(Step, ALateTickInTheSamePlaceFeelsTheSame)
+{
+    for (const Averaging averaging : {Averaging::Stencil, Averaging::Ball})
+        for (const Shading shading : {Shading::Levelled, Shading::Consistent}) {
+            ZoneOptions o = with(averaging);
+            o.shading = shading;
+            Tool tool(stencil_points(o.smoothing), o);
+            const Vec3d on_ridge{0.0002, 0, averaging == Averaging::Ball ? 0.001 : -0.001};
+            const Wrench in_time = tool.touch(frictionless(roof(1)), on_ridge);
+            tool.input.degraded = true;
+            EXPECT_GT(norm(in_time.force), 0.1);
+            EXPECT_LT(norm(tool.touch(frictionless(roof(1)), on_ridge).force - in_time.force), 1e-9);
+        }
 }
 
 TEST(Step, WhatIsNotFiniteGivesNoForceAndHarmsNoOtherZone)

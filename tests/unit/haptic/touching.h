@@ -29,6 +29,29 @@ inline const sqmap::test::Solid& plate()
     }());
     return solid;
 }
+/// A bar along y whose top is two slopes that meet at the origin, each tilted by k_roof: a ridge (1) or a valley (-1).
+inline constexpr double k_roof = 0.35;
+inline const sqmap::test::Solid& roof(int way)
+{
+    const auto bar = [](double slope) {
+        // The outline in x and z, from the top's middle on; a fan about that sees all of it.
+        const double h = 0.04 * std::tan(slope), x[] = {0, -0.04, -0.04, 0.04, 0.04}, z[] = {0, -h, -0.04, -0.04, -h};
+        mesh::Mesh m;
+        for (const double y : {-0.04, 0.04})
+            for (int i = 0; i < 5; ++i) m.vertices.push_back({x[i], y, z[i]});
+        for (std::uint32_t i = 0; i < 5; ++i) {
+            const std::uint32_t j = (i + 1) % 5;
+            m.triangles.push_back({i, j + 5, j});
+            m.triangles.push_back({i, i + 5, j + 5});
+            if (i == 0 || i == 4) continue;
+            m.triangles.push_back({0, i, j});
+            m.triangles.push_back({5, j + 5, i + 5});
+        }
+        return m;
+    };
+    static const sqmap::test::Solid ridge(bar(k_roof)), valley(bar(-k_roof));
+    return way > 0 ? ridge : valley;
+}
 /// A hand of 20 cm.
 inline const sqmap::test::Solid& hand()
 {
