@@ -9,7 +9,7 @@ namespace {
 
 const std::string k_settings =
     R"({"say":"settings","layer":"exact","stiffness":700,"damping":0.5,"friction":0.2,"texture":0.0001,"smoothing":0.001,)"
-    R"("toolRadius":0.01,"zone":0,"forceLimit":1.5})";
+    R"("toolRadius":0.01,"zone":0,"forceLimit":1.5,"tool":3,"toolSize":0.1,"toolTurn":90,"toolTilt":-45})";
 
 std::string replaced(std::string text, const std::string& what, const std::string& with)
 {
@@ -37,7 +37,12 @@ TEST(Message, ReadsSettings)
                                      .smoothing = 0.001,
                                      .tool_radius = 0.01,
                                      .zone = 0,
-                                     .force_limit = 1.5}));
+                                     .force_limit = 1.5,
+                                     .tool = ToolKind::Mesh,
+                                     .tool_object = 3,
+                                     .tool_size = 0.1,
+                                     .tool_turn = 90,
+                                     .tool_tilt = -45}));
 }
 
 TEST(Message, ReadsEdits)

@@ -5,7 +5,6 @@ import type { Hit, World } from './world';
 const LIFT = 0.018;  // m above the surface when let go
 
 export class Hand {
-  radius = 0.006;
   press = 0.004;    ///< m below the surface that the hand wants to be
   only = -1;        ///< one object alone, or all
   enabled = false;  ///< touch mode
@@ -60,7 +59,7 @@ export class Hand {
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius + LIFT);
+      this.target.copy(hit.point).addScaledVector(hit.normal, this.world.toolReach(hit.normal) + LIFT);
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     this.onAim(this.target, true, hit);
     setTimeout(() => { if (this.held) this.aim(); }, 60);
@@ -71,7 +70,7 @@ export class Hand {
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius - this.press);
+      this.target.copy(hit.point).addScaledVector(hit.normal, this.world.toolReach(hit.normal) - this.press);
     } else {
       this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     }
@@ -89,7 +88,7 @@ export class Hand {
   letGo(): void {
     if (!this.held) return;
     this.held = this.drags = false;
-    this.target.copy(this.lastPoint).addScaledVector(this.lastNormal, this.radius + LIFT);
+    this.target.copy(this.lastPoint).addScaledVector(this.lastNormal, this.world.toolReach(this.lastNormal) + LIFT);
     this.onAim(this.target, false, null);
   }
 
