@@ -23,7 +23,7 @@ export interface Status {
   counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
 }
 export interface Frame {
-  tool: number[]; turn: number[];  ///< turn: 3 by 3, row by row force: number[]; torque: number[]; point: number[]; normal: number[];
+  tool: number[]; turn: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
   depth: number; contacts: number; object: number; part: number; acted: number; faults: number;
   late: number; degraded: boolean; engaged: boolean; connected: boolean; ticks: Float32Array;
 }
