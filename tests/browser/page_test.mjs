@@ -59,6 +59,24 @@ const onSurface = (page, object) => page.evaluate((i) => {
 
 let page;
 
+/// Touches an object until there is a force; the button stays down. A machine that was too busy for the servo may end the force:
+/// then it is touched again, as the page says.
+const feel = async (object, least) => {
+  const [x, y] = await onSurface(page, object);
+  await page.mouse.move(x, y);
+  for (let tries = 0; ; ++tries) {
+    await page.mouse.down();
+    const felt = await until(page, ([i, n]) => {
+      const f = window.sqmap.frame();
+      return f && (f.faults ? 'fault' : f.engaged && f.object === i && Math.hypot(...f.force) > n && 'force');
+    }, [object, least]);
+    if ((await felt.jsonValue()) === 'force') return [x, y];
+    assert.ok(tries < 8, 'the servo keeps finding faults');
+    await page.mouse.up();
+    await page.waitForTimeout(300);
+  }
+};
+
 test('an address without its token is refused', async () => {
   const base = url.split('?')[0];
   assert.equal((await fetch(base)).status, 403);
@@ -118,16 +136,18 @@ test('fields are coloured with a legend', async () => {
 test('a drag is felt: force, arrow and trace agree', async () => {
   await page.click('#tab-touch');
   await settled(page);
-  const [x, y] = await onSurface(page, 0);
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await until(page, () => { const f = window.sqmap.frame(); return f && f.engaged && f.contacts > 0 && Math.hypot(...f.force) > 0.2; });
-  await page.mouse.move(x + 3, y + 2, { steps: 3 });
-  await page.waitForTimeout(700);
-  const felt = await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => {
-    const s = window.sqmap, f = s.frame();
-    resolve({ force: f.force, normal: f.normal, depth: f.depth, object: f.object, arrow: s.world.arrowNow(), chart: [s.charts.latest(0), s.charts.latest(1)], words: document.querySelector('#force').textContent });
-  })));
+  let felt = null;
+  for (let tries = 0; !felt && tries < 8; ++tries) {
+    const [x, y] = await feel(0, 0.2);
+    await page.mouse.move(x + 3, y + 2, { steps: 3 });
+    await page.waitForTimeout(700);
+    felt = await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => {
+      const s = window.sqmap, f = s.frame();
+      resolve(f.faults || Math.hypot(...f.force) < 0.1 ? null : { force: f.force, normal: f.normal, depth: f.depth, object: f.object, arrow: s.world.arrowNow(), chart: [s.charts.latest(0), s.charts.latest(1)], words: document.querySelector('#force').textContent });
+    })));
+    if (!felt) await page.mouse.up();
+  }
+  assert.ok(felt, 'a held touch keeps its force');
   const size = Math.hypot(...felt.force), unit = felt.force.map((c) => c / size);
   assert.equal(felt.object, 0);
   assert.ok(felt.arrow.visible && Math.abs(felt.arrow.length - 0.03 * size) < 1e-6);
@@ -158,14 +178,6 @@ test('sliders reach the program', async () => {
   await until(page, () => window.sqmap.status().settings.layer === 'exact');
   assert.match(await page.textContent('#device-facts'), /467 N\/m/);
 });
-
-/// Touches an object until there is a force; the button stays down.
-const feel = async (object, least) => {
-  const [x, y] = await onSurface(page, object);
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await until(page, ([i, n]) => { const f = window.sqmap.frame(); return f && f.engaged && f.object === i && Math.hypot(...f.force) > n; }, [object, least]);
-};
 
 test('what is felt is recorded, replayed as it was, saved and read back', async () => {
   await page.click('#record');

@@ -57,6 +57,47 @@ TEST(Message, ReadsEdits)
     EXPECT_TRUE(read_message(R"({"say":"undo","object":0})"));
 }
 
+TEST(Message, ReadsMovedCutsNamesAndCloth)
+{
+    auto m = read_message(R"({"say":"movecut","object":1,"part":2,"other":7,"distance":0.004})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::MoveCut);
+    EXPECT_EQ(m->distance, 0.004);
+    m = read_message(R"({"say":"refit","object":1,"part":2})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->part, 2u);
+    m = read_message(R"({"say":"name","object":0,"part":3,"name":"left foreleg"})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->name, "left foreleg");
+    EXPECT_TRUE(read_message(R"({"say":"name","object":0,"part":3,"name":""})"));
+    m = read_message(R"({"say":"fit","garment":"skirt","fabric":"silk","walks":true})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->garment, "skirt");
+    EXPECT_TRUE(m->walks);
+    m = read_message(R"({"say":"cloth","do":"grasp","p":[0,1.2,0.1]})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->handling, Handling::Grasp);
+    EXPECT_EQ(m->target, (Vec3d{0, 1.2, 0.1}));
+    m = read_message(R"({"say":"cloth","do":"sew","seam":1})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->handling, Handling::Sew);
+    EXPECT_EQ(m->part, 1u);
+    EXPECT_TRUE(read_message(R"({"say":"cloth","do":"release"})"));
+    EXPECT_TRUE(read_message(R"({"say":"undress"})"));
+    for (const char* const wrong :
+         {R"({"say":"movecut","object":1,"part":2,"other":2,"distance":0.004})",
+          R"({"say":"movecut","object":1,"part":2,"other":3,"distance":-1})",
+          R"({"say":"name","object":0,"part":3,"name":"a\nb"})", R"({"say":"name","object":0,"part":3,"name":7})",
+          R"({"say":"fit","garment":"/etc/passwd","fabric":"silk","walks":true})",
+          R"({"say":"fit","garment":"shirt","fabric":"steel","walks":true})", R"({"say":"cloth","do":"grasp"})",
+          R"({"say":"cloth","do":"burn"})", R"({"say":"cloth","do":"cut","seam":-1})",
+          R"({"say":"cloth","do":"drag","p":[0,0,1000]})"})
+        EXPECT_FALSE(read_message(wrong)) << wrong;
+    EXPECT_FALSE(read_message(R"({"say":"name","object":0,"part":3,"name":")" + std::string(61, 'x') + "\"}"));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"tool\":3", "\"tool\":\"spear\"")));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"toolSize\":0.1", "\"toolSize\":3")));
+}
+
 TEST(Message, RefusesWhatIsOutOfRange)
 {
     for (const char* const wrong : {"-1", "2001", "1e999", "\"700\"", "null", "[700]", "NaN"})

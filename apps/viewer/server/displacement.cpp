@@ -56,9 +56,9 @@ Displacement displacement_of(const Object& object, const Parts& parts, std::uint
         for (int column = 0; column < width; ++column) {
             // A ray within rounding of an edge is asked again beside it, within its texel.
             for (const double nudge : {0.5, 0.43, 0.59}) {
-                const auto at = shape::surface_point(
-                    parts.superquadrics[part],
-                    shape::SurfaceAngles<double>{k_pi / 2 - k_pi * (row + nudge) / height, -k_pi + 2 * k_pi * (column + nudge) / width});
+                const auto at = shape::surface_point(parts.superquadrics[part],
+                                                     shape::SurfaceAngles<double>{k_pi / 2 - k_pi * (row + nudge) / height,
+                                                                                  -k_pi + 2 * k_pi * (column + nudge) / width});
                 if (!bvh.ray_crossings(at.point, -1.0 * at.normal, crossings)) continue;
                 if (!crossings.empty()) {
                     const auto below = static_cast<float>(metres * crossings.front().t);
@@ -122,7 +122,8 @@ Sheet superquadric_sheet(const Object& object, const shape::Superquadricd& super
             if (row > 0)
                 out.corners.insert(out.corners.end(), {index(row, column), index(row + 1, column), index(row, column + 1)});
             if (row + 1 < along)
-                out.corners.insert(out.corners.end(), {index(row, column + 1), index(row + 1, column), index(row + 1, column + 1)});
+                out.corners.insert(out.corners.end(),
+                                   {index(row, column + 1), index(row + 1, column), index(row + 1, column + 1)});
         }
     return out;
 }

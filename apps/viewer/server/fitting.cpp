@@ -21,12 +21,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double k_height = 1.75, k_rate = 240;     // m, steps a second
-constexpr int k_steps_a_frame = 8;                  // 30 frames a second
-constexpr double k_most_behind = 0.1;               // s: what is later is left out, and the cloth moves slowly
-constexpr double k_grip = 0.02, k_pin = 0.02;       // m about a place that is taken or pinned
-constexpr double k_near_body = 0.06;                // m: a pin goes into the body up to there, else into the air
-constexpr int k_niceness = 10;                      // the servo and the page come first
+constexpr double k_height = 1.75, k_rate = 240;  // m, steps a second
+constexpr int k_steps_a_frame = 8;               // 30 frames a second
+constexpr double k_most_behind = 0.1;            // s: what is later is left out, and the cloth moves slowly
+constexpr double k_grip = 0.02, k_pin = 0.02;    // m about a place that is taken or pinned
+constexpr double k_near_body = 0.06;             // m: a pin goes into the body up to there, else into the air
+constexpr int k_niceness = 10;                   // the servo and the page come first
 constexpr std::uint32_t k_vertices = 3000;
 
 /// The closing of a program ends the baking of the figure.
@@ -43,7 +43,8 @@ Costume costume(const std::string& name)
     if (name == "skirt")
         return {sim::skirt({.centre = {0, 1.08, 0}, .waist_radius = 0.155, .length = 0.5, .vertices = k_vertices}), "pelvis"};
     if (name == "poncho")
-        return {sim::sheet({.centre = {0, 1.56, 0}, .width = 1.1, .depth = 1.1, .hole_x = 0.13, .hole_z = 0.13, .vertices = k_vertices}),
+        return {sim::sheet(
+                    {.centre = {0, 1.56, 0}, .width = 1.1, .depth = 1.1, .hole_x = 0.13, .hole_z = 0.13, .vertices = k_vertices}),
                 ""};
     return {sim::shirt({.collar = {0, 1.53, 0},
                         .chest = 0.52,

@@ -210,10 +210,12 @@ std::string glb_bytes(const Object& object, const Parts& parts)
             add_node(parts.names[p], ordered_json::object({{"POSITION", position}}), corners, add_material(p, false), 0);
         }
         const Sheet sheet = superquadric_sheet(object, parts.superquadrics[p], k_glb_along, k_glb_around);
-        const auto position = add_positions(sheet.positions), normal = add_points(sheet.normals), uv = add_floats(sheet.uv, "VEC2", 2);
+        const auto position = add_positions(sheet.positions), normal = add_points(sheet.normals),
+                   uv = add_floats(sheet.uv, "VEC2", 2);
         const auto corners = add_corners(sheet.corners.data(), sheet.corners.size()), material = add_material(p, true);
         const auto node = add_node(parts.names[p] + " superquadric",
-                                   ordered_json::object({{"POSITION", position}, {"NORMAL", normal}, {"TEXCOORD_0", uv}}), corners, material, 1);
+                                   ordered_json::object({{"POSITION", position}, {"NORMAL", normal}, {"TEXCOORD_0", uv}}),
+                                   corners, material, 1);
         root["nodes"][node]["extras"] = {{"superquadric", parameters["parts"][p]}};
         if (own.triangles.empty()) continue;
         const Displacement map = displacement_of(object, parts, p, k_glb_texels, k_glb_texels / 2);

@@ -38,18 +38,18 @@ enum class Say : std::uint8_t {
     Stop,
     Resume,
     Settings,
-    Device,  ///< by its place in the list that the server sent
-    Split,   ///< part of an object, in two
-    Merge,   ///< part and other
+    Device,   ///< by its place in the list that the server sent
+    Split,    ///< part of an object, in two
+    Merge,    ///< part and other
     MoveCut,  ///< between part and other, into other by `distance`
     Refit,    ///< the part's superquadric anew
     Name,     ///< a part; an empty name takes it away
     Undo,
     Redo,
-    Bake,    ///< the edited parts become the object's model
-    Remove,  ///< the object
-    Fit,     ///< what is to be worn: garment, fabric, whether the figure walks
-    Cloth,   ///< what is done to it
+    Bake,     ///< the edited parts become the object's model
+    Remove,   ///< the object
+    Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
+    Cloth,    ///< what is done to it
     Undress,  ///< the figure and its cloth are no longer wanted
 };
 

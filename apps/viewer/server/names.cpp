@@ -57,7 +57,8 @@ std::string shape_and_place(const shape::Superquadricd& s, Vec3d centre, const M
 }
 
 /// The landmark that is nearest along the surface, of each triangle; k_none where none is reached.
-std::vector<std::uint32_t> territories(const mesh::Mesh& mesh, const mesh::DualGraph& dual, const std::vector<std::uint32_t>& seeds)
+std::vector<std::uint32_t> territories(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
+                                       const std::vector<std::uint32_t>& seeds)
 {
     struct Reach {
         double distance;
@@ -74,8 +75,8 @@ std::vector<std::uint32_t> territories(const mesh::Mesh& mesh, const mesh::DualG
         owner[at.triangle] = at.landmark;
         for (const std::uint32_t next : dual.neighbours[at.triangle])
             if (next != mesh::k_no_triangle && owner[next] == k_none)
-                queue.push({at.distance + norm(mesh::triangle_centroid(mesh, next) - mesh::triangle_centroid(mesh, at.triangle)), next,
-                            at.landmark});
+                queue.push({at.distance + norm(mesh::triangle_centroid(mesh, next) - mesh::triangle_centroid(mesh, at.triangle)),
+                            next, at.landmark});
     }
     return owner;
 }
@@ -107,7 +108,8 @@ void tell_apart(std::vector<std::string>& names, const Middles& m, const Words& 
         const std::size_t n = parts.size();
         for (std::size_t i = 0; i < n; ++i) {
             if (n > 3)
-                names[parts[i]] += ", " + std::to_string(i + 1) + " from " + (best->low == std::string("lower") ? "below" : best->low);
+                names[parts[i]] +=
+                    ", " + std::to_string(i + 1) + " from " + (best->low == std::string("lower") ? "below" : best->low);
             else
                 names[parts[i]] += std::string(", ") + (i == 0 ? best->low : i + 1 == n ? best->high : "middle");
         }
@@ -145,7 +147,8 @@ std::optional<Words> read_names(const std::string& text)
     const json in = json::parse(
         text,
         [&](int depth, json::parse_event_t event, json&) {
-            if ((event == json::parse_event_t::object_start || event == json::parse_event_t::array_start) && depth >= 5) deep = true;
+            if ((event == json::parse_event_t::object_start || event == json::parse_event_t::array_start) && depth >= 5)
+                deep = true;
             return !deep;
         },
         false);
@@ -185,7 +188,8 @@ nlohmann::ordered_json names_json(const Words& words)
 }
 
 std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGraph& dual, const decompose::Partition& partition,
-                                    const std::vector<shape::Superquadricd>& superquadrics, const Words& words, const Frame& frame)
+                                    const std::vector<shape::Superquadricd>& superquadrics, const Words& words,
+                                    const Frame& frame)
 {
     const Middles m = middles_of(mesh, partition);
     std::vector<std::string> names;

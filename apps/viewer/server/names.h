@@ -43,9 +43,9 @@ struct Frame {
     double unit = 1;
 };
 
-/// A name for every part, no two alike. A part that holds landmarks is named after them, the others after the nearest landmark where
-/// the words are whole, or else by shape and place: "long part, upper left front", as seen with x to the right, y up, z towards the
-/// eye. mesh, superquadrics: model space.
+/// A name for every part, no two alike. A part that holds landmarks is named after them, the others after the nearest landmark
+/// where the words are whole, or else by shape and place: "long part, upper left front", as seen with x to the right, y up, z
+/// towards the eye. mesh, superquadrics: model space.
 [[nodiscard]] std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
                                                   const decompose::Partition& partition,
                                                   const std::vector<shape::Superquadricd>& superquadrics, const Words& words,

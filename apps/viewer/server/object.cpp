@@ -5,7 +5,6 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/gate.h"
 #include "sqmap/model/parse.h"
-#include "sqmap/shape/bounding_sphere.h"
 
 #include <algorithm>
 #include <array>
@@ -88,10 +87,12 @@ void complete(Object& object, double metres_per_unit, double size, const Words& 
     for (const model::Part& part : view.parts) {
         object.parts.superquadrics.push_back(widened(model::superquadric_of(part)));
         object.parts.largest_f.push_back(part.largest_f);
+        object.parts.spheres.push_back({cast<double>(model::vec3(part.sphere)), static_cast<double>(part.sphere[3])});
     }
     object.dual = mesh::dual_graph(object.mesh);
     object.words = words;
-    object.parts.names = part_names(object.mesh, object.dual, object.parts.partition, object.parts.superquadrics, words, object.frame());
+    object.parts.names =
+        part_names(object.mesh, object.dual, object.parts.partition, object.parts.superquadrics, words, object.frame());
     Box box;
     for (const Vec3d& v : object.mesh.vertices) box.add(v);
     if (object.mesh.vertices.empty())
@@ -242,11 +243,13 @@ Parts fitted(const Object& object, decompose::Partition partition, const Parts* 
         if (const auto same = known.find(part); same != known.end()) {
             out.superquadrics.push_back(keep->superquadrics[same->second]);
             out.largest_f.push_back(keep->largest_f[same->second]);
+            out.spheres.push_back(keep->spheres[same->second]);
             continue;
         }
         const fit::FitReport fit = fit::fit_bounding(object.mesh, part, {});
         out.superquadrics.push_back(fit.superquadric);
         out.largest_f.push_back(fit.certificate.largest_f);
+        out.spheres.push_back(shape::bounding_sphere(fit.superquadric));
     }
     out.partition = std::move(partition);
     out.names = part_names(object.mesh, object.dual, out.partition, out.superquadrics, words, object.frame());
@@ -262,6 +265,7 @@ Parts refitted(const Object& object, const Parts& parts, std::uint32_t part)
     const fit::FitReport fit = fit::fit_bounding(object.mesh, triangles, {});
     out.superquadrics[part] = fit.superquadric;
     out.largest_f[part] = fit.certificate.largest_f;
+    out.spheres[part] = shape::bounding_sphere(fit.superquadric);
     return out;
 }
 
@@ -315,10 +319,9 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
     out["parts"] = ordered_json::array();
     for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
         const shape::Superquadricd& s = parts.superquadrics[p];
-        const auto sphere = shape::bounding_sphere(s);
         out["parts"].push_back(
             {{"name", parts.names[p]},
-             {"sphere", sphere_json(sphere.centre, sphere.radius)},
+             {"sphere", sphere_json(parts.spheres[p].centre, parts.spheres[p].radius)},
              {"neighbours", neighbours[p]},
              {"triangles", count[p]},
              {"area", whole > 0 ? 100 * area[p] / whole : 0},

@@ -8,6 +8,7 @@
 #include "sqmap/io/read.h"
 #include "sqmap/mesh/gate.h"
 #include "sqmap/model/model.h"
+#include "sqmap/shape/bounding_sphere.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <nlohmann/json.hpp>
@@ -27,6 +28,7 @@ struct Parts {
     decompose::Partition partition;                   ///< without boundaries where it comes from a model
     std::vector<shape::Superquadricd> superquadrics;  ///< #parts, model space
     std::vector<double> largest_f;                    ///< #parts, proven; above 1: not certified
+    std::vector<shape::Sphere<double>> spheres;       ///< #parts, about the superquadrics, model space
     std::vector<std::string> names;                   ///< #parts: shape and place, for people who do not see colours
 };
 
@@ -37,15 +39,15 @@ struct Object {
     model::ModelView view{};      ///< of blob
     model::ModelView metres{};    ///< the same, measured in metres
     double metres_per_unit = 1;
-    Vec3d centre{};   ///< of its box, mesh units
-    Vec3d half{};     ///< of its box, m
-    Vec3d place{};    ///< of the centre in the world, m
-    mesh::Mesh mesh;  ///< model space; empty where the model was baked without its triangles
+    Vec3d centre{};          ///< of its box, mesh units
+    Vec3d half{};            ///< of its box, m
+    Vec3d place{};           ///< of the centre in the world, m
+    mesh::Mesh mesh;         ///< model space; empty where the model was baked without its triangles
     mesh::DualGraph dual{};  ///< of mesh
     Parts parts;
     std::filesystem::path names_file;  ///< where its names are kept: beside a model that the program opened; empty: nowhere
     Words words;                       ///< that its parts were named with
-    std::string verdict;  ///< of the mesh it was baked from, with repairs and warnings; empty for a model
+    std::string verdict;               ///< of the mesh it was baked from, with repairs and warnings; empty for a model
     std::vector<std::string> notes;
 
     Object() = default;
@@ -117,8 +119,8 @@ enum class Field : std::uint8_t { Error, Protrusion, Curvature };
 /// "SQF1", #triangles; a float a triangle. Error: of layer 3's depth just below the surface, percent of R_max; below 0: missed
 /// (-1), not known (-2). Protrusion: over its mean. Curvature: Gaussian, times R_max squared.
 [[nodiscard]] std::string field_bytes(const Object& object, Field field);
-/// "SQF1", #triangles; a float a triangle: 1 where other surface hides it from its part's projection (Q2 of section 5), 0 where it
-/// is seen, -2 not known. Of the model's own parts.
+/// "SQF1", #triangles; a float a triangle: 1 where other surface hides it from its part's projection (Q2 of section 5), 0 where
+/// it is seen, -2 not known. Of the model's own parts.
 [[nodiscard]] std::string hidden_bytes(const Object& object);
 /// "SQP1", #samples; positions (3 floats a sample, world), part of each: the base samples of all maps.
 [[nodiscard]] std::string sample_bytes(const Object& object);
@@ -128,8 +130,8 @@ enum class Field : std::uint8_t { Error, Protrusion, Curvature };
 /// world. The six faces of the chart's cube as a cross. @pre part < #parts of the model
 [[nodiscard]] std::string map_bytes(const Object& object, std::uint32_t part, int side);
 /// Binary glTF: a mesh a part and a mesh a superquadric, in metres. A superquadric has its parameters as extras, texture
-/// coordinates, and in its material's extras a displacement texture: grey times `scale` (below 0: inwards) metres along the normal
-/// lead to the part's surface where alpha is not zero.
+/// coordinates, and in its material's extras a displacement texture: grey times `scale` (below 0: inwards) metres along the
+/// normal lead to the part's surface where alpha is not zero.
 [[nodiscard]] std::string glb_bytes(const Object& object, const Parts& parts);
 
 }  // namespace sqmap::viewer

@@ -51,7 +51,8 @@ mesh::Mesh shape_of(const Settings& settings, const Object* object)
 Tool make_tool(const Settings& settings, const Object* object)
 {
     Tool out;
-    if (settings.tool == ToolKind::Ball || (settings.tool == ToolKind::Mesh && (object == nullptr || object->mesh.triangles.empty()))) {
+    if (settings.tool == ToolKind::Ball ||
+        (settings.tool == ToolKind::Mesh && (object == nullptr || object->mesh.triangles.empty()))) {
         out.mesh = mesh::sphere(settings.tool_radius, 3);
     } else {
         out.mesh = shape_of(settings, object);

@@ -17,8 +17,8 @@ struct Tool {
     std::vector<float> weights;  ///< m^2 of surface a vertex
 };
 
-/// object: the mesh, where the settings ask for one; null: the ball instead. Larger meshes are thinned by clustering vertices until
-/// they have at most k_most_tool_points: a tool is felt by its vertices, and details between them are not.
+/// object: the mesh, where the settings ask for one; null: the ball instead. Larger meshes are thinned by clustering vertices
+/// until they have at most k_most_tool_points: a tool is felt by its vertices, and details between them are not.
 [[nodiscard]] Tool make_tool(const Settings& settings, const Object* object);
 
 /// "SQT1", #vertices, #triangles, positions, corners.

@@ -258,16 +258,17 @@ void Viewer::upload(HttpRequest request, Answer& answer)
     if (name.ends_with(".names.json")) {
         // For the object whose name the file has.
         const std::string stem = name.substr(0, name.size() - std::strlen(".names.json"));
-        const auto at = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return harmless(e.object->name) == stem; });
+        const auto at =
+            std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return harmless(e.object->name) == stem; });
         const std::optional<Words> words = read_names(request.body);
         if (!words || at == entries_.end() || at->object->mesh.triangles.empty())
-            return answer(json_reply(
-                {{"accepted", false},
-                 {"verdict", "REFUSED"},
-                 {"code", "E_NAMES"},
-                 {"element", "file"},
-                 {"message", !words ? "this is no file of names" : "no open object with triangles is called " + stem},
-                 {"cure", !words ? "save one from the page to see what it holds" : "open the object first"}}));
+            return answer(
+                json_reply({{"accepted", false},
+                            {"verdict", "REFUSED"},
+                            {"code", "E_NAMES"},
+                            {"element", "file"},
+                            {"message", !words ? "this is no file of names" : "no open object with triangles is called " + stem},
+                            {"cure", !words ? "save one from the page to see what it holds" : "open the object first"}}));
         set_words(*at, *words);
         return answer(json_reply({{"accepted", true}, {"verdict", "NAMES"}, {"notes", ordered_json::array()}}));
     }
@@ -415,8 +416,8 @@ void Viewer::edit(const Message& m)
         if (m.part < count && !entry.object->mesh.triangles.empty()) name_part(entry, m.part, m.name);
         return;
     }
-    if (m.part >= count || ((m.say == Say::Merge || m.say == Say::MoveCut) && m.other >= count) || entry.object->mesh.triangles.empty() ||
-        pictures_.waiting() >= k_most_jobs)
+    if (m.part >= count || ((m.say == Say::Merge || m.say == Say::MoveCut) && m.other >= count) ||
+        entry.object->mesh.triangles.empty() || pictures_.waiting() >= k_most_jobs)
         return;
     pictures_.work([this, m, object = entry.object, before = entry.parts(), words = entry.words] {
         std::shared_ptr<const Parts> after;
@@ -432,14 +433,18 @@ void Viewer::edit(const Message& m)
                     fitted(*object, cutter.merge(before->partition, m.part, m.other), before.get(), words));
             } else {
                 decompose::Split split = cutter.split(before->partition, m.part);
-                if (split.found) after = std::make_shared<const Parts>(fitted(*object, std::move(split.partition), before.get(), words));
+                if (split.found)
+                    after = std::make_shared<const Parts>(fitted(*object, std::move(split.partition), before.get(), words));
             }
         }
         server_->post([this, object, before, after, say = m.say] {
             const auto at = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
             if (at == entries_.end() || at->parts() != before) return;  // the scene has moved on
-            if (after == nullptr) return tell_all(text_of({{"say", "trouble"}, {"text", say == Say::MoveCut ? "These parts do not touch, or too little of the other one would be left."
-                                                                              : "This part has no place for a cut."}}));
+            if (after == nullptr)
+                return tell_all(text_of(
+                    {{"say", "trouble"},
+                     {"text", say == Say::MoveCut ? "These parts do not touch, or too little of the other one would be left."
+                                                  : "This part has no place for a cut."}}));
             change(static_cast<std::uint32_t>(at - entries_.begin()), after);
         });
     });

@@ -27,8 +27,8 @@ std::string hidden_bytes(const Object& object)
             out.put(-2.f);
             continue;
         }
-        // Seen where the first change of verdict on the ray is at the triangle itself: as bake counts it (max_q2_share). A surface
-        // without inside changes it at every crossing.
+        // Seen where the first change of verdict on the ray is at the triangle itself: as bake counts it (max_q2_share). A
+        // surface without inside changes it at every crossing.
         int winding = start[p];
         bool seen = false;
         for (const mesh::Bvh::Crossing& c : crossings) {
@@ -63,7 +63,8 @@ std::string sample_bytes(const Object& object)
                     q[m] = (face & 1) != 0 ? -1.f : 1.f;
                     q[(m + 1) % 3] = -1 + 2 * static_cast<float>(column) / static_cast<float>(n);
                     q[(m + 2) % 3] = -1 + 2 * static_cast<float>(row) / static_cast<float>(n);
-                    const Vec3f way = part.a[0] * q.x * model::vec3(part.rotation) + part.a[1] * q.y * model::vec3(part.rotation + 3) +
+                    const Vec3f way = part.a[0] * q.x * model::vec3(part.rotation) +
+                                      part.a[1] * q.y * model::vec3(part.rotation + 3) +
                                       part.a[2] * q.z * model::vec3(part.rotation + 6);
                     const float w = part.w_min + part.w_step * static_cast<float>(stored);
                     if (!(w > 0)) continue;
@@ -95,9 +96,9 @@ std::string offset_bytes(const Object& object)
         const query::Contact as_is = query::query_point(object.view, p, query::QueryOptions{.layer = query::Layer::Three});
         const query::Contact moved =
             query::query_point(object.view, p, query::QueryOptions{.layer = query::Layer::Three, .offset = true});
-        out.put(as_is.contact && moved.contact
-                    ? static_cast<float>(metres * std::max(0.0, static_cast<double>(moved.depth) - static_cast<double>(as_is.depth)))
-                    : 0.f);
+        out.put(as_is.contact && moved.contact ? static_cast<float>(metres * std::max(0.0, static_cast<double>(moved.depth) -
+                                                                                               static_cast<double>(as_is.depth)))
+                                               : 0.f);
     }
     return out.take();
 }
