@@ -60,7 +60,7 @@ const onSurface = (page, object) => page.evaluate((i) => {
 let page;
 
 /// Touches an object until there is a force; the button stays down. A machine that was too busy for the servo may end the force:
-/// then it is touched again, as the page says.
+/// then it is lifted and touched again, as the page says.
 const feel = async (object, least) => {
   const [x, y] = await onSurface(page, object);
   await page.mouse.move(x, y);
@@ -68,7 +68,7 @@ const feel = async (object, least) => {
     await page.mouse.down();
     const felt = await until(page, ([i, n]) => {
       const f = window.sqmap.frame();
-      return f && (f.faults ? 'fault' : f.engaged && f.object === i && Math.hypot(...f.force) > n && 'force');
+      return f && (f.faults || (f.contacts > 0 && !f.engaged) ? 'lift' : f.engaged && f.object === i && Math.hypot(...f.force) > n && 'force');
     }, [object, least]);
     if ((await felt.jsonValue()) === 'force') return [x, y];
     assert.ok(tries < 8, 'the servo keeps finding faults');

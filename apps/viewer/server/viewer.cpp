@@ -136,6 +136,7 @@ void Worker::finish()
     }
     wake_.notify_all();
     if (thread_.joinable()) thread_.join();
+    jobs_.clear();  // what they hold may have threads of its own that tell the server things
 }
 
 void Worker::toil()
@@ -195,10 +196,12 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
             answer({.type = "application/octet-stream", .body = tool_bytes(make_tool(settings, held.get()))});
         });
     }
+#ifdef SQMAP_VIEWER_HAS_CLOTH
     if (pieces.size() == 2 && pieces[0] == "api" && pieces[1] == "fitting") {
         const auto shapes = fitting_ != nullptr ? fitting_->shapes() : nullptr;
         return answer(shapes != nullptr ? HttpReply{.type = "application/octet-stream", .body = *shapes} : no_such());
     }
+#endif
     if (pieces.size() < 4 || pieces[0] != "api" || pieces[1] != "object") return answer(no_such());
     const auto index = number_of(pieces[2]);
     if (!index || *index >= entries_.size()) return answer(no_such());
@@ -336,7 +339,7 @@ void Viewer::on_close(ConnectionId connection)
     connections_.erase(connection);
     // A page that is gone holds nothing: the force ends with it.
     if (connection == holder_ || connections_.empty()) stop_touch();
-    if (connections_.empty()) fitting_.reset();
+    if (connections_.empty()) undress();
 }
 
 bool Viewer::on_text(ConnectionId connection, std::string_view text)
@@ -545,18 +548,16 @@ void Viewer::set_words(Entry& entry, const Words& words)
 void Viewer::dress(const Message& message)
 {
     if (message.say == Say::Undress) {
-        fitting_.reset();
-        told_fitting_.clear();
+        undress();
+        tell_progress("the figure", "done", 1);
         return tell_all(status_text());
     }
     if (fitting_ == nullptr) {
         if (message.say != Say::Fit) return;
-        fitting_progress_ = 0;
         fitting_ = std::make_shared<Fitting>(
             [this](double done) {
                 server_->post([this, done] {
-                    fitting_progress_ = done;
-                    tell_progress("the figure", "bones", done);
+                    if (fitting_ != nullptr) tell_progress("the figure", "bones", done);
                 });
             },
             teller());
@@ -564,10 +565,19 @@ void Viewer::dress(const Message& message)
     fitting_->tell(message);
 }
 
+/// Elsewhere: its thread may be baking a bone, and STOP must not wait for that.
+void Viewer::undress()
+{
+    if (fitting_ == nullptr) return;
+    pictures_.work([gone = std::move(fitting_)]() mutable { gone.reset(); });
+    fitting_ = nullptr;
+    told_fitting_.clear();
+}
+
 void Viewer::stream_cloth()
 {
     if (fitting_ == nullptr) return;
-    if (const std::string state = text_of(fitting_->status()); state != told_fitting_) {
+    if (const std::string state = text_of(fitting_->status()); state != "null" && state != told_fitting_) {
         told_fitting_ = state;
         tell_progress("the figure", "done", 1);
         tell_all(status_text());
@@ -579,6 +589,7 @@ void Viewer::stream_cloth()
 }
 #else
 void Viewer::dress(const Message& /*message*/) {}
+void Viewer::undress() {}
 void Viewer::stream_cloth() {}
 #endif
 

@@ -90,6 +90,7 @@ private:
     void name_part(Entry& entry, std::uint32_t part, const std::string& name);
     void set_words(Entry& entry, const Words& words);
     void dress(const Message& message);
+    void undress();
     void stream_cloth();
     void add(std::shared_ptr<Object> object);
     void replace(const ObjectPtr& before, std::shared_ptr<Object> after);
@@ -122,7 +123,6 @@ private:
     std::uint32_t device_ = 0;
     std::uint32_t next_id_ = 1, tool_revision_ = 1;
     std::shared_ptr<Fitting> fitting_;  ///< shared, so that a program without cloth need not know how to destroy one
-    double fitting_progress_ = 0;
     std::string told_fitting_;
 
     // Baking takes seconds: what the page draws does not wait for it. No more threads: the rest is left to the servo.

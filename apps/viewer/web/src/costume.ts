@@ -18,7 +18,6 @@ export class Costume {
   private facts = h('dl', { class: 'numbers', id: 'cloth-facts' });
   private bones: THREE.Mesh[] = [];
   private cloth: THREE.Mesh | null = null;
-  private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 1, 0), new THREE.Vector3(), 0.1, 0xd4145a, 0.04, 0.025);
   private number = -1;
   private loading = false;
   private at = new THREE.Vector3();
@@ -44,8 +43,6 @@ export class Costume {
         h('button', { id: 'dress-again', onclick: () => { this.say({ say: 'cloth', do: 'restart' }); announce('Dressed anew.'); } }, 'Start again')),
       this.facts,
       h('p', { class: 'note' }, 'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, Q and E walk round.'));
-    this.arrow.visible = false;
-    world.extra.add(this.arrow);
     world.extra.visible = false;
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
     canvas.addEventListener('pointermove', (e) => { if (this.held && this.active) { this.place(e); this.drag(); } });
@@ -65,6 +62,7 @@ export class Costume {
     if (!this.active) return;
     this.active = false;
     this.release();
+    this.world.showArrow(null);
     this.world.extra.visible = false;
     this.world.groundUnder();
     this.say({ say: 'undress' });
@@ -105,12 +103,7 @@ export class Costume {
     attribute.needsUpdate = true;
     this.cloth.geometry.computeVertexNormals();
     const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
-    this.arrow.visible = f.held && size > 0.05;
-    if (this.arrow.visible) {
-      this.arrow.position.copy(this.at);
-      this.arrow.setDirection(pull.divideScalar(size));
-      this.arrow.setLength(Math.min(0.05 + 0.04 * size, 0.5), 0.04, 0.025);
-    }
+    this.world.showArrow(f.held ? this.at : null, pull, 3);
     this.world.redraw();
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;

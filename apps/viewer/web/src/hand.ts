@@ -59,13 +59,15 @@ export class Hand {
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.world.toolReach(hit.normal) + LIFT);
+      this.target.copy(hit.point).addScaledVector(hit.normal, this.world.toolReach(hit.normal) + LIFT + this.world.toolSpan());
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     this.onAim(this.target, true, hit);
-    setTimeout(() => { if (this.held) this.aim(); }, 60);
+    this.downAt = performance.now() + 60;
+    setTimeout(() => { if (this.held && this.downAt > 0) { this.downAt = 0; this.aim(); } }, 1000);
   }
 
   private aim(): void {
+    if (this.downAt) return;
     const hit = this.world.cast(this.at.x, this.at.y, this.only);
     if (hit) {
       this.lastPoint.copy(hit.point);
@@ -75,6 +77,14 @@ export class Hand {
       this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     }
     this.onAim(this.target, this.held, hit);
+  }
+
+  private downAt = 0;
+  /// Down to the surface as soon as the program has taken hold of the tool.
+  heard(engaged: boolean): void {
+    if (!this.downAt || !engaged || performance.now() < this.downAt) return;
+    this.downAt = 0;
+    if (this.held) this.aim();
   }
 
   deeper(by: number): void {
@@ -88,6 +98,7 @@ export class Hand {
   letGo(): void {
     if (!this.held) return;
     this.held = this.drags = false;
+    this.downAt = 0;
     this.target.copy(this.lastPoint).addScaledVector(this.lastNormal, this.world.toolReach(this.lastNormal) + LIFT);
     this.onAim(this.target, false, null);
   }

@@ -104,10 +104,10 @@ const lookPanel = h('div', {},
     choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.surfaceAs = v as 'solid'; void world.paint(); }, 'surface'),
     h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
       check('Superquadrics', false, (on) => { world.withSuperquadrics = on; void world.paint(); }, 'superquadrics'),
-      check('Bounding spheres', false, (on) => { world.withSpheres = on; void world.paint(); }, 'spheres'),
+      check('Spheres', false, (on) => { world.withSpheres = on; void world.paint(); }, 'spheres'),
       check('Map samples', false, (on) => { world.withSamples = on; void world.paint(); }, 'samples'),
       check('Offset (eq. 12)', false, (on) => { world.withOffset = on; void world.paint(); }, 'offset'),
-      check('Hidden surface (Q2)', false, (on) => { world.withHidden = on; void world.paint(); }, 'hidden'))),
+      check('Hidden (Q2)', false, (on) => { world.withHidden = on; void world.paint(); }, 'hidden'))),
   card('Place and part', numbers, partBox),
   card('Map of the part', map.element));
 
@@ -239,6 +239,7 @@ const hints: Record<Mode, string> = {
 function setMode(next: Mode): void {
   hand.letGo();
   recorder.halt();
+  if (mode !== next) dialog.hidden = true;
   const before = mode;
   mode = next;
   for (const [m, b] of Object.entries(tabs)) { b.setAttribute('aria-selected', String(m === mode)); b.tabIndex = m === mode ? 0 : -1; }
@@ -307,6 +308,7 @@ const REASONS: [number, string][] = [
 function onFrame(frame: Frame): void {
   ++frames;
   lastFrame = frame;
+  hand.heard(frame.engaged);
   recorder.add(frame);
   if (recorder.recording) recordingWords.textContent = `Recording every tick: ${recorder.seconds.toFixed(0)} s`;
   if (!recorder.replaying) show(frame);

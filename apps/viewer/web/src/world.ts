@@ -429,6 +429,14 @@ export class World {
     this.dirty = true;
   }
 
+  /// How far a mesh spreads about its centre, so that it is taken up clear of what lies beside; 0 for the ball.
+  toolSpan(): number {
+    const p = this.toolVertices;
+    let most = 0;
+    if (p) for (let k = 0; k < p.length; k += 3) most = Math.max(most, Math.hypot(p[k], p[k + 1], p[k + 2]));
+    return most;
+  }
+
   /// How far the tool reaches from its centre against a direction, m.
   toolReach(normal: THREE.Vector3): number {
     const p = this.toolVertices;
@@ -446,13 +454,19 @@ export class World {
     this.tool.position.set(frame.tool[0], frame.tool[1], frame.tool[2]);
     const m = frame.turn;
     this.tool.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
-    const force = new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]), size = force.length();
-    if (size < 0.02) return;
-    const length = ARROW * size;
-    this.arrow.visible = true;
-    this.arrow.position.copy(this.tool.position);
-    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.divideScalar(size));
-    this.shaft.scale.y = length;
+    this.showArrow(this.tool.position, new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]));
+  }
+
+  /// An arrow of force from a place; thick: times the usual thickness, for larger scenes. Null: none.
+  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {
+    const size = force.length(), length = ARROW * size;
+    this.arrow.visible = at !== null && size >= 0.02;
+    this.dirty = true;
+    if (!at || !this.arrow.visible) return;
+    this.arrow.position.copy(at);
+    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
+    this.shaft.scale.set(thick, length, thick);
+    this.head.scale.setScalar(thick);
     this.head.position.y = length;
   }
 
