@@ -219,7 +219,7 @@ test('a hand and a mesh of the scene touch as tools', async () => {
     assert.ok(f.force.reduce((sum, c, i) => sum + c * f.normal[i], 0) > 0, 'it pushes out');
   };
   await page.selectOption('#tool', 'hand');
-  await until(page, () => window.sqmap.status().settings.tool === 'hand' && window.sqmap.world.toolReach({ x: 0, y: 1, z: 0 }) > 0.01);
+  await until(page, () => window.sqmap.status().settings.tool === 'hand' && window.sqmap.world.toolSpan() > 0.03);
   await feel(0, 0.1);
   await pushes();
   await page.screenshot({ path: path.join(folder, 'hand.png') });

@@ -39,7 +39,10 @@ mesh::Mesh clustered(const mesh::Mesh& in, double cell)
 
 mesh::Mesh shape_of(const Settings& settings, const Object* object)
 {
-    if (settings.tool == ToolKind::Hand) return mesh::polygonized(mesh::hand_capsules(), 0.03);
+    if (settings.tool == ToolKind::Hand) {
+        static const mesh::Mesh hand = mesh::polygonized(mesh::hand_capsules(), 0.03);  // takes a second
+        return hand;
+    }
     mesh::Mesh out;
     out.triangles = object->mesh.triangles;
     for (const Vec3d& v : object->mesh.vertices) out.vertices.push_back(cast<double>(object->world(v)));

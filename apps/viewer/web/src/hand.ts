@@ -59,11 +59,18 @@ export class Hand {
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.world.toolReach(hit.normal) + LIFT + this.world.toolSpan());
+      // A mesh is taken up towards the eye, where nothing is in the way.
+      const span = this.world.toolSpan(), way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
+      this.over(hit.point, hit.normal, 0).addScaledVector(way, LIFT + span);
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     this.onAim(this.target, true, hit);
     this.downAt = performance.now() + 60;
     setTimeout(() => { if (this.held && this.downAt > 0) { this.downAt = 0; this.aim(); } }, 1000);
+  }
+
+  /// The tool's first place to touch stands that high above a point.
+  private over(point: THREE.Vector3, normal: THREE.Vector3, height: number): THREE.Vector3 {
+    return this.target.copy(point).sub(this.world.toolTip(normal)).addScaledVector(normal, height);
   }
 
   private aim(): void {
@@ -72,7 +79,7 @@ export class Hand {
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.world.toolReach(hit.normal) - this.press);
+      this.over(hit.point, hit.normal, -this.press);
     } else {
       this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     }
@@ -99,7 +106,7 @@ export class Hand {
     if (!this.held) return;
     this.held = this.drags = false;
     this.downAt = 0;
-    this.target.copy(this.lastPoint).addScaledVector(this.lastNormal, this.world.toolReach(this.lastNormal) + LIFT);
+    this.over(this.lastPoint, this.lastNormal, LIFT);
     this.onAim(this.target, false, null);
   }
 

@@ -437,13 +437,16 @@ export class World {
     return most;
   }
 
-  /// How far the tool reaches from its centre against a direction, m.
-  toolReach(normal: THREE.Vector3): number {
+  /// Of the tool about its centre: the place that touches a surface with this normal first.
+  toolTip(normal: THREE.Vector3): THREE.Vector3 {
     const p = this.toolVertices;
-    if (!p) return this.radius;
-    let most = 0;
-    for (let k = 0; k < p.length; k += 3) most = Math.max(most, -(p[k] * normal.x + p[k + 1] * normal.y + p[k + 2] * normal.z));
-    return most;
+    if (!p) return normal.clone().multiplyScalar(-this.radius);
+    let least = Infinity, best = 0;
+    for (let k = 0; k < p.length; k += 3) {
+      const d = p[k] * normal.x + p[k + 1] * normal.y + p[k + 2] * normal.z;
+      if (d < least) { least = d; best = k; }
+    }
+    return new THREE.Vector3(p[best], p[best + 1], p[best + 2]);
   }
 
   showTool(frame: Frame | null): void {
