@@ -223,7 +223,7 @@ const dressPanel = h('div', {}, card('Costume', costume.element));
 panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), sharePanel);
 
 const main = h('main', {}, stage, panel, charts.element);
-document.getElementById('app')!.append(
+document.getElementById('app')!.replaceChildren(
   h('header', {}, h('h1', {}, 'sqmap'), tabList, connection, themeButton, stopButton), main,
   h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop the mesh: it is checked, then baked')));
 
