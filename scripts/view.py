@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Opens files, or the demo scene of five animals and a hand, in the browser: what ./dev view runs once the program is built."""
+import json
 import os
 import pathlib
 import sys
@@ -7,6 +8,7 @@ import sys
 import demo
 import measure
 
+NAMES = pathlib.Path(__file__).resolve().parent / "demo_names.json"  # what their parts are called: places of the meshes
 SCENE = ("elephant", "bull", "triceratops", "camel", "cow", "hand")  # three in front, three behind
 
 
@@ -16,6 +18,7 @@ def scene():
         folder.mkdir(parents=True, exist_ok=True)
     demo.fetch_animals()
     demo.fetch_hand()
+    known = json.loads(NAMES.read_text())
     models = []
     for name in SCENE:
         mesh = next((p for p in (demo.MESHES / f"{name}.off", demo.MESHES / f"{name}.obj") if p.exists()), None)
@@ -25,6 +28,9 @@ def scene():
         if not model.exists() or model.stat().st_mtime < measure.PROGRAM.stat().st_mtime:
             demo.say(f"{name}: bake")
             measure.run("bake", mesh, "-o", model)
+        names = model.with_suffix(".names.json")
+        if name in known and not names.exists():  # what people have named since stays
+            names.write_text(json.dumps(known[name], indent=1) + "\n")
         models.append(str(model))
     return models
 

@@ -35,7 +35,10 @@ std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer:
 {
     if (file.ends_with(".sqmap")) {
         const io::MappedModel model(file);
-        return viewer::object_from_model({model.bytes().begin(), model.bytes().end()}, file, options.size);
+        auto object = viewer::object_from_model({model.bytes().begin(), model.bytes().end()}, file, options.size,
+                                                viewer::words_beside(file));
+        object->names_file = viewer::names_file_of(file);
+        return object;
     }
     const viewer::Judgement judged = viewer::judge(std::filesystem::path(file));
     if (!judged.accepted)

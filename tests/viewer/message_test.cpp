@@ -9,7 +9,7 @@ namespace {
 
 const std::string k_settings =
     R"({"say":"settings","layer":"exact","stiffness":700,"damping":0.5,"friction":0.2,"texture":0.0001,"smoothing":0.001,)"
-    R"("toolRadius":0.01,"zone":0,"forceLimit":1.5})";
+    R"("toolRadius":0.01,"zone":0,"forceLimit":1.5,"tool":3,"toolSize":0.1,"toolTurn":90,"toolTilt":-45})";
 
 std::string replaced(std::string text, const std::string& what, const std::string& with)
 {
@@ -37,7 +37,12 @@ TEST(Message, ReadsSettings)
                                      .smoothing = 0.001,
                                      .tool_radius = 0.01,
                                      .zone = 0,
-                                     .force_limit = 1.5}));
+                                     .force_limit = 1.5,
+                                     .tool = ToolKind::Mesh,
+                                     .tool_object = 3,
+                                     .tool_size = 0.1,
+                                     .tool_turn = 90,
+                                     .tool_tilt = -45}));
 }
 
 TEST(Message, ReadsEdits)
@@ -50,6 +55,47 @@ TEST(Message, ReadsEdits)
     EXPECT_EQ(m->other, 7u);
     EXPECT_TRUE(read_message(R"({"say":"stop"})"));
     EXPECT_TRUE(read_message(R"({"say":"undo","object":0})"));
+}
+
+TEST(Message, ReadsMovedCutsNamesAndCloth)
+{
+    auto m = read_message(R"({"say":"movecut","object":1,"part":2,"other":7,"distance":0.004})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::MoveCut);
+    EXPECT_EQ(m->distance, 0.004);
+    m = read_message(R"({"say":"refit","object":1,"part":2})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->part, 2u);
+    m = read_message(R"({"say":"name","object":0,"part":3,"name":"left foreleg"})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->name, "left foreleg");
+    EXPECT_TRUE(read_message(R"({"say":"name","object":0,"part":3,"name":""})"));
+    m = read_message(R"({"say":"fit","garment":"skirt","fabric":"silk","walks":true})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->garment, "skirt");
+    EXPECT_TRUE(m->walks);
+    m = read_message(R"({"say":"cloth","do":"grasp","p":[0,1.2,0.1]})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->handling, Handling::Grasp);
+    EXPECT_EQ(m->target, (Vec3d{0, 1.2, 0.1}));
+    m = read_message(R"({"say":"cloth","do":"sew","seam":1})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->handling, Handling::Sew);
+    EXPECT_EQ(m->part, 1u);
+    EXPECT_TRUE(read_message(R"({"say":"cloth","do":"release"})"));
+    EXPECT_TRUE(read_message(R"({"say":"undress"})"));
+    for (const char* const wrong :
+         {R"({"say":"movecut","object":1,"part":2,"other":2,"distance":0.004})",
+          R"({"say":"movecut","object":1,"part":2,"other":3,"distance":-1})",
+          R"({"say":"name","object":0,"part":3,"name":"a\nb"})", R"({"say":"name","object":0,"part":3,"name":7})",
+          R"({"say":"fit","garment":"/etc/passwd","fabric":"silk","walks":true})",
+          R"({"say":"fit","garment":"shirt","fabric":"steel","walks":true})", R"({"say":"cloth","do":"grasp"})",
+          R"({"say":"cloth","do":"burn"})", R"({"say":"cloth","do":"cut","seam":-1})",
+          R"({"say":"cloth","do":"drag","p":[0,0,1000]})"})
+        EXPECT_FALSE(read_message(wrong)) << wrong;
+    EXPECT_FALSE(read_message(R"({"say":"name","object":0,"part":3,"name":")" + std::string(61, 'x') + "\"}"));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"tool\":3", "\"tool\":\"spear\"")));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"toolSize\":0.1", "\"toolSize\":3")));
 }
 
 TEST(Message, RefusesWhatIsOutOfRange)

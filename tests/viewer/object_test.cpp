@@ -155,7 +155,7 @@ TEST(Object, GlbIsWhatItsHeaderSays)
     // Read back by the project's own reader: every triangle of the object and of its superquadrics.
     const io::ReadResult read = io::read_mesh_bytes(std::as_bytes(std::span(glb)), io::MeshFormat::Glb);
     ASSERT_FALSE(read.error) << read.error->message;
-    EXPECT_EQ(read.soup.polygon_offsets.size() - 1, o.mesh.triangles.size() + o.view.parts.size() * 12 * 12 * 12);
+    EXPECT_EQ(read.soup.polygon_offsets.size() - 1, o.mesh.triangles.size() + o.view.parts.size() * 2 * 48 * 23);
     EXPECT_EQ(root["nodes"].size(), 2 + 2 * o.view.parts.size());
 }
 
@@ -165,9 +165,9 @@ TEST(Object, EditedPartsAreBakedAsGiven)
     const decompose::Cutter cutter(o.mesh);
     const decompose::Split split = cutter.split(o.parts.partition, 0);
     ASSERT_TRUE(split.found);
-    const Parts parts = fitted(o, split.partition, &o.parts);
+    const Parts parts = fitted(o, split.partition, &o.parts, {});
     EXPECT_EQ(parts.superquadrics.size(), parts.partition.part_count);
-    const auto after = rebaked(o, parts, {});
+    const auto after = rebaked(o, parts, {}, {});
     EXPECT_EQ(after->parts.partition.part_of_triangle, split.partition.part_of_triangle);
     EXPECT_EQ(after->view.parts.size(), split.partition.part_count);
     EXPECT_EQ(after->metres_per_unit, o.metres_per_unit);
@@ -180,13 +180,13 @@ TEST(Object, APartitionOfAnotherMeshIsRefused)
     const Object& o = *dumbbell();
     Parts parts = o.parts;
     parts.partition.part_of_triangle.pop_back();
-    EXPECT_THROW((void)rebaked(o, parts, {}), mesh::InvalidInput);
+    EXPECT_THROW((void)rebaked(o, parts, {}, {}), mesh::InvalidInput);
     parts = o.parts;
     ++parts.partition.part_count;  // an empty part
-    EXPECT_THROW((void)rebaked(o, parts, {}), mesh::InvalidInput);
+    EXPECT_THROW((void)rebaked(o, parts, {}, {}), mesh::InvalidInput);
     parts = o.parts;
     parts.partition.part_of_triangle[0] = parts.partition.part_count;
-    EXPECT_THROW((void)rebaked(o, parts, {}), mesh::InvalidInput);
+    EXPECT_THROW((void)rebaked(o, parts, {}, {}), mesh::InvalidInput);
 }
 
 TEST(Object, AMergeUndoesASplit)

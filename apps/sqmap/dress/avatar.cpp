@@ -51,12 +51,14 @@ Avatar still_avatar(const std::filesystem::path& path)
     return avatar;
 }
 
-Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error)
+Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
+                      const std::function<void(std::size_t done, std::size_t of)>& progress)
 {
     const auto bones = std::make_shared<std::vector<sim::Bone>>(sim::capsule_human(height));
     Avatar avatar;
     avatar.parts.reserve(bones->size());
     for (const sim::Bone& bone : *bones) {
+        if (progress) progress(avatar.parts.size(), bones->size());
         mesh::CapsuleSolid solid;
         solid.blend = 0.15 * spacing;
         for (const sim::BoneCapsule& c : bone.flesh) solid.capsules.push_back({c.a, c.b, c.radius_a, c.radius_b});

@@ -32,6 +32,8 @@ struct Avatar {
 [[nodiscard]] Avatar still_avatar(const std::filesystem::path& model);
 
 /// The capsule human, each bone baked on the spot. spacing: of its meshes, m; target_error: percent of each bone's R_max.
-[[nodiscard]] Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error);
+/// progress: called before each bone, with how many are done of how many; what it throws ends it.
+[[nodiscard]] Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
+                                    const std::function<void(std::size_t done, std::size_t of)>& progress = {});
 
 }  // namespace sqmap::app

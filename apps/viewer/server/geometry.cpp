@@ -1,4 +1,6 @@
 // Bytes that the page draws: triangles, superquadrics, fields over the surface, unrolled maps, and the same as binary glTF.
+#include "bytes.h"
+#include "displacement.h"
 #include "object.h"
 #include "render/unrolled.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -6,39 +8,11 @@
 #include "sqmap/mesh/solid.h"
 #include "sqmap/query/query.h"
 
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace sqmap::viewer {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "bytes are copied as they are");
-
-class Bytes {
-public:
-    explicit Bytes(const char* magic) : out_(magic, 4) {}
-    template <class T>
-    void put(T value)
-    {
-        static_assert(sizeof(T) == 4);
-        const auto at = out_.size();
-        out_.resize(at + 4);
-        std::memcpy(out_.data() + at, &value, 4);
-    }
-    void count(std::size_t n) { put(static_cast<std::uint32_t>(n)); }
-    void point(Vec3f p)
-    {
-        put(p.x);
-        put(p.y);
-        put(p.z);
-    }
-    [[nodiscard]] std::string take() { return std::move(out_); }
-
-private:
-    std::string out_;
-};
 
 /// |depth by layer 3 - exact depth| below a triangle's middle, percent of R_max; -1 missed, -2 too thin to say.
 float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t triangle)
@@ -136,6 +110,8 @@ std::string map_bytes(const Object& object, std::uint32_t part, int side)
     return out.take();
 }
 
+constexpr int k_glb_along = 24, k_glb_around = 48, k_glb_texels = 128;
+
 std::string glb_bytes(const Object& object, const Parts& parts)
 {
     using nlohmann::ordered_json;
@@ -149,32 +125,43 @@ std::string glb_bytes(const Object& object, const Parts& parts)
     for (const char* list : {"meshes", "materials", "accessors", "bufferViews"}) root[list] = ordered_json::array();
 
     const auto add_view = [&](const void* bytes, std::size_t size, int target) {
-        root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", size}, {"target", target}});
+        ordered_json view{{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", size}};
+        if (target != 0) view["target"] = target;
+        root["bufferViews"].push_back(std::move(view));
         data.append(static_cast<const char*>(bytes), size);
+        data.append((4 - data.size() % 4) % 4, '\0');
         return root["bufferViews"].size() - 1;
     };
-    const auto add_mesh = [&](const std::string& name, const mesh::Mesh& m, std::uint32_t part, bool translucent) {
-        std::vector<float> positions;
+    const auto add_floats = [&](const std::vector<float>& values, const char* type, std::size_t each) {
+        root["accessors"].push_back({{"bufferView", add_view(values.data(), 4 * values.size(), 34962)},
+                                     {"componentType", 5126},
+                                     {"count", values.size() / each},
+                                     {"type", type}});
+        return root["accessors"].size() - 1;
+    };
+    const auto add_points = [&](const std::vector<Vec3f>& points) {
+        std::vector<float> values;
+        for (const Vec3f& p : points) values.insert(values.end(), {p.x, p.y, p.z});
+        return add_floats(values, "VEC3", 3);
+    };
+    const auto add_positions = [&](const std::vector<Vec3f>& points) {
         Vec3f lo{1e30f, 1e30f, 1e30f}, hi{-1e30f, -1e30f, -1e30f};
-        for (const Vec3d& v : m.vertices) {
-            const Vec3f p = object.world(v);
+        for (const Vec3f& p : points)
             for (int k = 0; k < 3; ++k) {
-                positions.push_back(p[k]);
                 lo[k] = std::min(lo[k], p[k]);
                 hi[k] = std::max(hi[k], p[k]);
             }
-        }
-        const auto position_view = add_view(positions.data(), 4 * positions.size(), 34962);
-        const auto index_view = add_view(m.triangles.data(), 12 * m.triangles.size(), 34963);
-        const auto position = root["accessors"].size();
-        root["accessors"].push_back({{"bufferView", position_view},
-                                     {"componentType", 5126},
-                                     {"count", m.vertices.size()},
-                                     {"type", "VEC3"},
-                                     {"min", {lo.x, lo.y, lo.z}},
-                                     {"max", {hi.x, hi.y, hi.z}}});
+        const auto accessor = add_points(points);
+        root["accessors"][accessor]["min"] = {lo.x, lo.y, lo.z};
+        root["accessors"][accessor]["max"] = {hi.x, hi.y, hi.z};
+        return accessor;
+    };
+    const auto add_corners = [&](const void* corners, std::size_t count) {
         root["accessors"].push_back(
-            {{"bufferView", index_view}, {"componentType", 5125}, {"count", 3 * m.triangles.size()}, {"type", "SCALAR"}});
+            {{"bufferView", add_view(corners, 4 * count, 34963)}, {"componentType", 5125}, {"count", count}, {"type", "SCALAR"}});
+        return root["accessors"].size() - 1;
+    };
+    const auto add_material = [&](std::uint32_t part, bool translucent) {
         // Hues a golden section apart.
         const double hue = std::fmod(part * 0.61803398875, 1.0) * 6;
         const auto channel = [&](double shift) {
@@ -186,15 +173,15 @@ std::string glb_bytes(const Object& object, const Parts& parts)
                                 {"metallicFactor", 0.0},
                                 {"roughnessFactor", 0.8}}}};
         if (translucent) material["alphaMode"] = "BLEND";
-        root["materials"].push_back(material);
-        root["meshes"].push_back({{"name", name},
-                                  {"primitives",
-                                   {{{"attributes", {{"POSITION", position}}},
-                                     {"indices", position + 1},
-                                     {"material", root["materials"].size() - 1}}}}});
-        ordered_json node{{"name", name}, {"mesh", root["meshes"].size() - 1}};
-        root["nodes"].push_back(node);
-        root["nodes"][translucent ? 1 : 0]["children"].push_back(root["nodes"].size() - 1);
+        root["materials"].push_back(std::move(material));
+        return root["materials"].size() - 1;
+    };
+    const auto add_node = [&](const std::string& name, const ordered_json& attributes, std::size_t indices, std::size_t material,
+                              int parent) {
+        root["meshes"].push_back(
+            {{"name", name}, {"primitives", {{{"attributes", attributes}, {"indices", indices}, {"material", material}}}}});
+        root["nodes"].push_back({{"name", name}, {"mesh", root["meshes"].size() - 1}});
+        root["nodes"][static_cast<std::size_t>(parent)]["children"].push_back(root["nodes"].size() - 1);
         return root["nodes"].size() - 1;
     };
 
@@ -215,11 +202,37 @@ std::string glb_bytes(const Object& object, const Parts& parts)
             }
             own.triangles.push_back(corner);
         }
-        if (!own.triangles.empty()) add_mesh(parts.names[p], own, p, false);
-        const auto node =
-            add_mesh(parts.names[p] + " superquadric", mesh::superquadric_surface(parts.superquadrics[p], 12), p, true);
+        if (!own.triangles.empty()) {
+            std::vector<Vec3f> positions;
+            for (const Vec3d& v : own.vertices) positions.push_back(object.world(v));
+            const auto position = add_positions(positions);
+            const auto corners = add_corners(own.triangles.data(), 3 * own.triangles.size());
+            add_node(parts.names[p], ordered_json::object({{"POSITION", position}}), corners, add_material(p, false), 0);
+        }
+        const Sheet sheet = superquadric_sheet(object, parts.superquadrics[p], k_glb_along, k_glb_around);
+        const auto position = add_positions(sheet.positions), normal = add_points(sheet.normals),
+                   uv = add_floats(sheet.uv, "VEC2", 2);
+        const auto corners = add_corners(sheet.corners.data(), sheet.corners.size()), material = add_material(p, true);
+        const auto node = add_node(parts.names[p] + " superquadric",
+                                   ordered_json::object({{"POSITION", position}, {"NORMAL", normal}, {"TEXCOORD_0", uv}}),
+                                   corners, material, 1);
         root["nodes"][node]["extras"] = {{"superquadric", parameters["parts"][p]}};
+        if (own.triangles.empty()) continue;
+        const Displacement map = displacement_of(object, parts, p, k_glb_texels, k_glb_texels / 2);
+        const std::string png = displacement_png(map);
+        root["images"].push_back({{"name", parts.names[p] + " displacement"},
+                                  {"bufferView", add_view(png.data(), png.size(), 0)},
+                                  {"mimeType", "image/png"}});
+        root["textures"].push_back({{"source", root["images"].size() - 1}, {"sampler", 0}});
+        root["materials"][material]["extras"] = {{"displacementTexture",
+                                                  {{"index", root["textures"].size() - 1},
+                                                   {"texCoord", 0},
+                                                   {"scale", -map.most},
+                                                   {"midlevel", 0},
+                                                   {"space", "normal"}}}};
     }
+    if (root.contains("textures"))
+        root["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 10497}, {"wrapT", 33071}}};
     for (ordered_json* const node : {&root["nodes"][0], &root["nodes"][1]})
         if ((*node)["children"].empty()) node->erase("children");
     root["buffers"] = {{{"byteLength", data.size()}}};

@@ -1,5 +1,7 @@
 #include "messages.h"
 
+#include "names.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -10,6 +12,10 @@ namespace sqmap::viewer {
 namespace {
 
 using nlohmann::json;
+
+// What there is to wear; "none" would be no fitting.
+constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
+constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
 
 /// A number in its range.
 bool number(const json& in, const char* key, double least, double most, double& out)
@@ -32,18 +38,95 @@ bool index(const json& in, const char* key, std::uint32_t& out)
     return true;
 }
 
-bool read_touch(const json& in, Message& m)
+bool flag(const json& in, const char* key, bool& out)
 {
-    const auto held = in.find("held"), p = in.find("p");
-    if (held == in.end() || !held->is_boolean() || p == in.end() || !p->is_array() || p->size() != 3) return false;
-    m.held = held->get<bool>();
+    const auto at = in.find(key);
+    if (at == in.end() || !at->is_boolean()) return false;
+    out = at->get<bool>();
+    return true;
+}
+
+/// One of a list of words; its place in the list.
+template <std::size_t N>
+bool one_of(const json& in, const char* key, const std::array<const char*, N>& words, std::size_t& out)
+{
+    const auto at = in.find(key);
+    if (at == in.end() || !at->is_string()) return false;
+    const auto& word = at->get_ref<const std::string&>();
+    out = static_cast<std::size_t>(std::find(words.begin(), words.end(), word) - words.begin());
+    return out < N;
+}
+
+/// Within 100 m of the origin.
+bool place(const json& in, Vec3d& out)
+{
+    const auto p = in.find("p");
+    if (p == in.end() || !p->is_array() || p->size() != 3) return false;
     for (int i = 0; i < 3; ++i) {
         const json& c = (*p)[static_cast<std::size_t>(i)];
         if (!c.is_number()) return false;
-        m.target[i] = c.get<double>();
-        if (!(std::abs(m.target[i]) <= 100)) return false;
+        out[i] = c.get<double>();
+        if (!(std::abs(out[i]) <= 100)) return false;
     }
-    return in.size() == 3;
+    return true;
+}
+
+bool read_touch(const json& in, Message& m) { return flag(in, "held", m.held) && place(in, m.target) && in.size() == 3; }
+
+bool read_name(const json& in, Message& m)
+{
+    const auto name = in.find("name");
+    if (name == in.end() || !name->is_string() || !index(in, "object", m.object) || !index(in, "part", m.part) || in.size() != 4)
+        return false;
+    m.name = name->get<std::string>();
+    return m.name.empty() || is_name(m.name);
+}
+
+bool read_fit(const json& in, Message& m)
+{
+    std::size_t garment = 0, fabric = 0;
+    if (!one_of(in, "garment", k_garments, garment) || !one_of(in, "fabric", k_fabrics, fabric) || !flag(in, "walks", m.walks) ||
+        in.size() != 4)
+        return false;
+    m.garment = k_garments[garment];
+    m.fabric = k_fabrics[fabric];
+    return true;
+}
+
+bool read_cloth(const json& in, Message& m)
+{
+    static constexpr std::array<const char*, 8> k_handlings{"grasp", "drag", "release", "pin", "unpin", "cut", "sew", "restart"};
+    std::size_t which = 0;
+    if (!one_of(in, "do", k_handlings, which)) return false;
+    m.handling = static_cast<Handling>(which);
+    switch (m.handling) {
+        case Handling::Grasp:
+        case Handling::Drag:
+        case Handling::Pin:
+            return place(in, m.target) && in.size() == 3;
+        case Handling::Cut:
+        case Handling::Sew:
+            return index(in, "seam", m.part) && in.size() == 3;
+        default:
+            return in.size() == 2;
+    }
+}
+
+/// "ball", "hand", or an object of the scene by its place there.
+bool read_tool(const json& in, Settings& s)
+{
+    const auto tool = in.find("tool");
+    if (tool == in.end()) return false;
+    if (tool->is_string()) {
+        const auto& name = tool->get_ref<const std::string&>();
+        if (name != "ball" && name != "hand") return false;
+        s.tool = name == "ball" ? ToolKind::Ball : ToolKind::Hand;
+    } else {
+        if (!index(in, "tool", s.tool_object)) return false;
+        s.tool = ToolKind::Mesh;
+    }
+    return number(in, "toolSize", 0.01, 0.3, s.tool_size) && number(in, "toolTurn", -180, 180, s.tool_turn) &&
+           number(in, "toolTilt", -180, 180, s.tool_tilt);
 }
 
 bool read_settings(const json& in, Settings& s)
@@ -62,7 +145,8 @@ bool read_settings(const json& in, Settings& s)
     return number(in, "stiffness", 0, 2000, s.stiffness) && number(in, "damping", 0, 5, s.damping) &&
            number(in, "friction", 0, 1.5, s.friction) && number(in, "texture", 0, 0.001, s.texture) &&
            number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
-           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && in.size() == 10;
+           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s) &&
+           in.size() == 14;
 }
 
 }  // namespace
@@ -99,8 +183,16 @@ std::optional<Message> read_message(std::string_view text)
     if (name == "merge")
         return done(Say::Merge, index(in, "object", m.object) && index(in, "part", m.part) && index(in, "other", m.other) &&
                                     m.part != m.other && in.size() == 4);
-    const std::array<std::pair<const char*, Say>, 5> of_object{
-        {{"refit", Say::Refit}, {"undo", Say::Undo}, {"redo", Say::Redo}, {"bake", Say::Bake}, {"remove", Say::Remove}}};
+    if (name == "movecut")
+        return done(Say::MoveCut, index(in, "object", m.object) && index(in, "part", m.part) && index(in, "other", m.other) &&
+                                      m.part != m.other && number(in, "distance", 0, 0.1, m.distance) && in.size() == 5);
+    if (name == "refit") return done(Say::Refit, index(in, "object", m.object) && index(in, "part", m.part) && in.size() == 3);
+    if (name == "name") return done(Say::Name, read_name(in, m));
+    if (name == "fit") return done(Say::Fit, read_fit(in, m));
+    if (name == "cloth") return done(Say::Cloth, read_cloth(in, m));
+    if (name == "undress") return done(Say::Undress, in.size() == 1);
+    const std::array<std::pair<const char*, Say>, 4> of_object{
+        {{"undo", Say::Undo}, {"redo", Say::Redo}, {"bake", Say::Bake}, {"remove", Say::Remove}}};
     const auto at = std::find_if(of_object.begin(), of_object.end(), [&](const auto& known) { return name == known.first; });
     if (at == of_object.end()) return std::nullopt;
     return done(at->second, index(in, "object", m.object) && in.size() == 2);

@@ -6,9 +6,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace sqmap::viewer {
+
+/// What is held: a ball, the project's own hand, or a mesh of the scene.
+enum class ToolKind : std::uint8_t { Ball, Hand, Mesh };
 
 /// What the page's sliders set.
 struct Settings {
@@ -21,6 +25,11 @@ struct Settings {
     double tool_radius = 0.006;  ///< m, of the ball, 0.001 to 0.05
     double zone = 0;             ///< m, of the impact zone about the tool's lowest place; 0: the whole tool; to 0.1
     double force_limit = 2;      ///< N, 0.1 to 3.3
+    ToolKind tool = ToolKind::Ball;
+    std::uint32_t tool_object = 0;  ///< of the scene, where the tool is a mesh
+    double tool_size = 0.06;        ///< m, largest extent of a hand or a mesh, 0.01 to 0.3
+    double tool_turn = 0;           ///< degrees about the upward axis, then
+    double tool_tilt = 0;           ///< degrees about the axis to the right, -180 to 180
     bool operator==(const Settings&) const = default;
 };
 
@@ -29,15 +38,23 @@ enum class Say : std::uint8_t {
     Stop,
     Resume,
     Settings,
-    Device,  ///< by its place in the list that the server sent
-    Split,   ///< part of an object, in two
-    Merge,   ///< part and other
-    Refit,   ///< superquadrics of the edited parts anew, bent and tapered ones tried
+    Device,   ///< by its place in the list that the server sent
+    Split,    ///< part of an object, in two
+    Merge,    ///< part and other
+    MoveCut,  ///< between part and other, into other by `distance`
+    Refit,    ///< the part's superquadric anew
+    Name,     ///< a part; an empty name takes it away
     Undo,
     Redo,
-    Bake,    ///< the edited parts become the object's model
-    Remove,  ///< the object
+    Bake,     ///< the edited parts become the object's model
+    Remove,   ///< the object
+    Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
+    Cloth,    ///< what is done to it
+    Undress,  ///< the figure and its cloth are no longer wanted
 };
+
+/// What is done to the cloth.
+enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew, Restart };
 
 struct Message {
     Say say = Say::Stop;
@@ -45,6 +62,11 @@ struct Message {
     bool held = false;
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
+    double distance = 0;  ///< m, of MoveCut, 0 to 0.1
+    std::string name{};   ///< of a part, at most k_most_name bytes, no control characters
+    std::string garment{}, fabric{};
+    bool walks = false;
+    Handling handling = Handling::Release;  ///< target: where; part: which seam
 };
 
 /// Nothing for what is not JSON, not an object, nested deeper than 4, of an unknown kind, with a number missing, out of its range

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <stdexcept>
 
@@ -26,7 +28,7 @@ shape::Superquadricd widened(const shape::Superquadricf& f)
     return out;
 }
 
-Judgement judge_read(const io::ReadResult& read, mesh::Repair repair)
+Judgement judge_read(const io::ReadResult& read, const mesh::GateOptions& options)
 {
     Judgement out;
     out.verdict = "REFUSED";
@@ -38,7 +40,7 @@ Judgement judge_read(const io::ReadResult& read, mesh::Repair repair)
         return out;
     }
     const io::PolygonSoup& soup = read.soup;
-    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, {.repair = repair});
+    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, options);
     for (const mesh::RepairNote& r : gate.repairs)
         out.notes.push_back("repaired: " + r.kind + " (" + std::to_string(r.count) + ")");
     for (const mesh::Warning& w : gate.warnings) out.notes.push_back(w.code + ": " + w.message);
@@ -67,43 +69,8 @@ struct Box {
     }
 };
 
-/// Shape and place in words: "long part, upper left front". As seen with x to the right, y up, z towards the eye.
-std::vector<std::string> names_of(const mesh::Mesh& mesh, const decompose::Partition& partition,
-                                  const std::vector<shape::Superquadricd>& superquadrics)
-{
-    std::vector<Vec3d> centre(partition.part_count);
-    std::vector<double> area(partition.part_count);
-    Box box;
-    for (const Vec3d& v : mesh.vertices) box.add(v);
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        const double a = mesh::triangle_area(mesh, t);
-        const std::uint32_t p = partition.part_of_triangle[t];
-        centre[p] += a * mesh::triangle_centroid(mesh, t);
-        area[p] += a;
-    }
-    std::vector<std::string> names;
-    std::map<std::string, int> used;
-    for (std::uint32_t p = 0; p < partition.part_count; ++p) {
-        std::array<double, 3> a{superquadrics[p].a.x, superquadrics[p].a.y, superquadrics[p].a.z};
-        std::sort(a.begin(), a.end());
-        std::string name = a[2] > 1.7 * a[1] ? "long part" : a[0] < 0.45 * a[1] ? "flat part" : "round part";
-        std::string place;
-        const Vec3d c = area[p] > 0 ? centre[p] / area[p] : Vec3d{};
-        const char* const words[3][2] = {{"left", "right"}, {"lower", "upper"}, {"back", "front"}};
-        for (const int k : {1, 0, 2}) {
-            const double extent = box.hi[k] - box.lo[k];
-            const double at = extent > 0 ? (c[k] - 0.5 * (box.lo[k] + box.hi[k])) / extent : 0;
-            if (std::abs(at) > 0.15) place += std::string(place.empty() ? "" : " ") + words[k][at > 0 ? 1 : 0];
-        }
-        name += place.empty() ? ", middle" : ", " + place;
-        if (const int n = ++used[name]; n > 1) name += " " + std::to_string(n);
-        names.push_back(name);
-    }
-    return names;
-}
-
 /// Parts, box and scale from a view that is set.
-void complete(Object& object, double metres_per_unit, double size)
+void complete(Object& object, double metres_per_unit, double size, const Words& words)
 {
     const model::ModelView& view = object.view;
     const model::Header& h = view.header;
@@ -120,8 +87,12 @@ void complete(Object& object, double metres_per_unit, double size)
     for (const model::Part& part : view.parts) {
         object.parts.superquadrics.push_back(widened(model::superquadric_of(part)));
         object.parts.largest_f.push_back(part.largest_f);
+        object.parts.spheres.push_back({cast<double>(model::vec3(part.sphere)), static_cast<double>(part.sphere[3])});
     }
-    object.parts.names = names_of(object.mesh, object.parts.partition, object.parts.superquadrics);
+    object.dual = mesh::dual_graph(object.mesh);
+    object.words = words;
+    object.parts.names =
+        part_names(object.mesh, object.dual, object.parts.partition, object.parts.superquadrics, words, object.frame());
     Box box;
     for (const Vec3d& v : object.mesh.vertices) box.add(v);
     if (object.mesh.vertices.empty())
@@ -134,14 +105,15 @@ void complete(Object& object, double metres_per_unit, double size)
     object.half = 0.5 * object.metres_per_unit * h.unit * (box.hi - box.lo);
 }
 
-std::shared_ptr<Object> object_of(std::vector<std::byte> bytes, const std::string& name, double metres_per_unit, double size)
+std::shared_ptr<Object> object_of(std::vector<std::byte> bytes, const std::string& name, double metres_per_unit, double size,
+                                  const Words& words)
 {
     auto object = std::make_shared<Object>();
     object->name = std::filesystem::path(name).stem().string();
     object->blob = std::move(bytes);
     if (const model::ParseStatus status = model::parse(object->blob, object->view); status != model::ParseStatus::Ok)
         throw std::runtime_error(name + ": not a model: " + model::to_string(status));
-    complete(*object, metres_per_unit, size);
+    complete(*object, metres_per_unit, size, words);
     return object;
 }
 
@@ -151,6 +123,12 @@ nlohmann::ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
 
 haptic::Pose Object::pose() const { return {{}, place - metres_per_unit * centre}; }
 
+Frame Object::frame() const
+{
+    const model::Header& h = view.header;
+    return {{h.origin[0], h.origin[1], h.origin[2]}, h.unit};
+}
+
 Vec3f Object::world(Vec3d p) const
 {
     const model::Header& h = view.header;
@@ -158,7 +136,8 @@ Vec3f Object::world(Vec3d p) const
     return cast<float>(metres_per_unit * (in_mesh - centre) + place);
 }
 
-Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits, mesh::Repair repair)
+Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits,
+                const mesh::GateOptions& gate)
 {
     const std::map<std::string, io::MeshFormat> formats{{".off", io::MeshFormat::Off},   {".obj", io::MeshFormat::Obj},
                                                         {".stl", io::MeshFormat::Stl},   {".ply", io::MeshFormat::Ply},
@@ -176,14 +155,29 @@ Judgement judge(std::span<const std::byte> bytes, const std::string& name, const
         out.cure = "save the mesh in one of these formats";
         return out;
     }
-    return judge_read(io::read_mesh_bytes(bytes, format->second, limits), repair);
+    return judge_read(io::read_mesh_bytes(bytes, format->second, limits), gate);
 }
 
-Judgement judge(const std::filesystem::path& path) { return judge_read(io::read_mesh_file(path), mesh::Repair::Safe); }
+Judgement judge(const std::filesystem::path& path) { return judge_read(io::read_mesh_file(path), {}); }
 
-std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size)
+std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size, const Words& words)
 {
-    return object_of(std::move(bytes), name, 0, size);
+    return object_of(std::move(bytes), name, 0, size, words);
+}
+
+std::filesystem::path names_file_of(const std::filesystem::path& model)
+{
+    std::filesystem::path out = model;
+    out.replace_extension(".names.json");
+    return out;
+}
+
+Words words_beside(const std::filesystem::path& model)
+{
+    std::ifstream in(names_file_of(model));
+    if (!in) return {};
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    return read_names(text).value_or(Words{});
 }
 
 std::shared_ptr<Object> object_from_mesh(const Judgement& judgement, const std::string& name, double size,
@@ -192,14 +186,14 @@ std::shared_ptr<Object> object_from_mesh(const Judgement& judgement, const std::
     bake::BakeResult baked = bake::bake(judgement.mesh, judgement.solid, options);
     baked.model.made_by = "sqmap view";
     baked.model.source = name;
-    auto object = object_of(io::serialize(baked.model), name, 0, size);
+    auto object = object_of(io::serialize(baked.model), name, 0, size, {});
     object->verdict = judgement.verdict;
     object->notes = judgement.notes;
     if (!baked.report.target_met) object->notes.push_back("the target error was not reached: the best model found is shown");
     return object;
 }
 
-std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options)
+std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options, const Words& words)
 {
     mesh::Mesh mesh;
     mesh.triangles = object.mesh.triangles;
@@ -209,8 +203,9 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const 
     bake::BakeResult baked = bake::bake(mesh, object.view.header.solid != 0, as_given);
     baked.model.made_by = "sqmap view";
     baked.model.source = object.name;
-    auto out = object_of(io::serialize(baked.model), object.name, object.metres_per_unit, 0);
+    auto out = object_of(io::serialize(baked.model), object.name, object.metres_per_unit, 0, words);
     out->place = object.place;
+    out->names_file = object.names_file;
     out->verdict = object.verdict;
     out->notes = object.notes;
     return out;
@@ -232,7 +227,7 @@ void place_beside(Object& object, std::span<const ObjectPtr> others)
     object.place.x = edge + 0.03 + object.half.x;
 }
 
-Parts fitted(const Object& object, decompose::Partition partition, const Parts* keep)
+Parts fitted(const Object& object, decompose::Partition partition, const Parts* keep, const Words& words)
 {
     Parts out;
     std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
@@ -248,14 +243,29 @@ Parts fitted(const Object& object, decompose::Partition partition, const Parts* 
         if (const auto same = known.find(part); same != known.end()) {
             out.superquadrics.push_back(keep->superquadrics[same->second]);
             out.largest_f.push_back(keep->largest_f[same->second]);
+            out.spheres.push_back(keep->spheres[same->second]);
             continue;
         }
         const fit::FitReport fit = fit::fit_bounding(object.mesh, part, {});
         out.superquadrics.push_back(fit.superquadric);
         out.largest_f.push_back(fit.certificate.largest_f);
+        out.spheres.push_back(shape::bounding_sphere(fit.superquadric));
     }
     out.partition = std::move(partition);
-    out.names = names_of(object.mesh, out.partition, out.superquadrics);
+    out.names = part_names(object.mesh, object.dual, out.partition, out.superquadrics, words, object.frame());
+    return out;
+}
+
+Parts refitted(const Object& object, const Parts& parts, std::uint32_t part)
+{
+    Parts out = parts;
+    std::vector<std::uint32_t> triangles;
+    for (std::uint32_t t = 0; t < parts.partition.part_of_triangle.size(); ++t)
+        if (parts.partition.part_of_triangle[t] == part) triangles.push_back(t);
+    const fit::FitReport fit = fit::fit_bounding(object.mesh, triangles, {});
+    out.superquadrics[part] = fit.superquadric;
+    out.largest_f[part] = fit.certificate.largest_f;
+    out.spheres[part] = shape::bounding_sphere(fit.superquadric);
     return out;
 }
 
@@ -300,11 +310,19 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
         ++count[parts.partition.part_of_triangle[t]];
         whole += a;
     }
+    const auto sphere_json = [&](Vec3d centre, double radius) {
+        const Vec3f c = object.world(centre);
+        return ordered_json{c.x, c.y, c.z, h.unit * object.metres_per_unit * radius};
+    };
+    out["sphere"] = sphere_json(cast<double>(model::vec3(h.sphere)), static_cast<double>(h.sphere[3]));
+    const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(object, parts.partition);
     out["parts"] = ordered_json::array();
     for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
         const shape::Superquadricd& s = parts.superquadrics[p];
         out["parts"].push_back(
             {{"name", parts.names[p]},
+             {"sphere", sphere_json(parts.spheres[p].centre, parts.spheres[p].radius)},
+             {"neighbours", neighbours[p]},
              {"triangles", count[p]},
              {"area", whole > 0 ? 100 * area[p] / whole : 0},
              {"certified", parts.largest_f[p] <= 1},

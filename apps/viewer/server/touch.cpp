@@ -3,8 +3,8 @@
 #include "sqmap/device/handover.h"
 #include "sqmap/device/simulated.h"
 #include "sqmap/haptic/step.h"
-#include "sqmap/mesh/shapes.h"
 #include "sqmap/query/query.h"
+#include "tool.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,8 @@ Live live_of(const Settings& s) { return {s.layer, s.stiffness, s.damping, s.fri
 bool same_tool(const Settings& a, const Settings& b)
 {
     return a.texture == b.texture && a.smoothing == b.smoothing && a.tool_radius == b.tool_radius && a.zone == b.zone &&
-           a.force_limit == b.force_limit;
+           a.force_limit == b.force_limit && a.tool == b.tool && a.tool_object == b.tool_object && a.tool_size == b.tool_size &&
+           a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt;
 }
 
 /// What a tick felt, beside the servo's own record of it.
@@ -94,16 +95,15 @@ void Touch::Work::make_tool()
                              .stiffness = settings.stiffness,
                              .damping = settings.damping,
                              .tangential_stiffness = settings.stiffness};
-    if (settings.smoothing > 0) {
+    const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects.size();
+    if (settings.smoothing > 0 && settings.tool == ToolKind::Ball) {
         zone.averaging = haptic::Averaging::Stencil;
         zone.smoothing.radius = settings.smoothing;
         probe = std::make_unique<query::Probe>(haptic::stencil_points(zone.smoothing));
     } else {
-        const mesh::Mesh ball = mesh::sphere(settings.tool_radius, 3);
-        weights.assign(ball.vertices.size(), 0);
-        for (std::uint32_t t = 0; t < ball.triangles.size(); ++t)
-            for (const std::uint32_t v : ball.triangles[t]) weights[v] += static_cast<float>(mesh::triangle_area(ball, t) / 3);
-        probe = std::make_unique<query::Probe>(ball.vertices);
+        Tool tool = viewer::make_tool(settings, held ? objects[settings.tool_object].get() : nullptr);
+        weights = std::move(tool.weights);
+        probe = std::make_unique<query::Probe>(tool.mesh.vertices);
     }
     const haptic::Zone whole{.probe = probe.get(),
                              .weights = weights,
@@ -113,8 +113,11 @@ void Touch::Work::make_tool()
         texture = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values);
     haptic::Material material{.mu_static = 1.33 * settings.friction, .mu_dynamic = settings.friction};
     if (settings.texture > 0) material.texture = &texture;
-    for (const ObjectPtr& object : objects)
+    for (ObjectPtr& object : objects) {
+        if (held && object == objects[settings.tool_object]) continue;
         solids.push_back({.model = &object->metres, .pose = object->pose(), .material = material});
+    }
+    if (held) objects[settings.tool_object] = nullptr;
     state = std::make_unique<haptic::State>(
         std::span(&whole, 1),
         haptic::StateOptions{.most_contacts = probe->size(), .most_solids = std::max<std::size_t>(1, solids.size())});
@@ -225,6 +228,7 @@ bool Touch::frame(TouchFrame& out)
     const device::ServoTick& t = w.tick;
     out.tick = t.tick;
     out.tool = t.sample.poses[0].translation;
+    out.turn = t.sample.poses[0].rotation;
     out.force = t.sent[0].force;
     out.torque = t.sent[0].torque;
     out.acted = t.safety.acted;
@@ -239,6 +243,7 @@ bool Touch::frame(TouchFrame& out)
     // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
     for (const double below : {2e-4, 1e-3, 2e-3, 4e-3})
         for (std::size_t i = 0; i < w.objects.size() && out.object < 0; ++i) {
+            if (w.objects[i] == nullptr) continue;
             const Object& object = *w.objects[i];
             const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
             const query::Contact contact =

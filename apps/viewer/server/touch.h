@@ -24,6 +24,7 @@ struct TickPoint {
 struct TouchFrame {
     std::uint64_t tick = 0;
     Vec3d tool{}, force{}, torque{};  ///< m, N, N m; the force as it is sent to the hand
+    Mat3d turn{};                     ///< of the tool: world = turn x + tool
     Vec3d point{}, normal{};          ///< of the contact; zero where free
     double depth = 0;                 ///< m
     double late = 0;                  ///< s, the most
@@ -37,6 +38,7 @@ struct TouchFrame {
 class Touch {
 public:
     /// device: null for the simulated one, which starts at `start`.
+    /// An object that is held as the tool (settings) is not there to be touched.
     /// @throw std::invalid_argument, std::system_error as Servo does
     Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start);
     ~Touch();

@@ -2,7 +2,9 @@
 
 #include "page.h"
 #include "sqmap/device/open.h"
+#include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
+#include "tool.h"
 
 #include <algorithm>
 #include <charconv>
@@ -17,6 +19,11 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t k_most_history = 64;
 constexpr int k_most_jobs = 16;
+#ifdef SQMAP_VIEWER_HAS_CLOTH
+constexpr bool k_has_cloth = true;
+#else
+constexpr bool k_has_cloth = false;
+#endif
 
 /// JSON whatever bytes a file's name has.
 std::string text_of(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
@@ -99,6 +106,7 @@ Viewer::~Viewer() { finish(); }
 void Viewer::finish()
 {
     touch_.reset();
+    fitting_.reset();
     pictures_.finish();
     bakes_.finish();
 }
@@ -128,6 +136,7 @@ void Worker::finish()
     }
     wake_.notify_all();
     if (thread_.joinable()) thread_.join();
+    jobs_.clear();  // what they hold may have threads of its own that tell the server things
 }
 
 void Worker::toil()
@@ -178,6 +187,21 @@ void Viewer::on_http(HttpRequest request, Answer answer)
 void Viewer::get(const HttpRequest& request, Answer& answer)
 {
     const auto pieces = pieces_of(path_of(request.target));
+    if (pieces.size() == 2 && pieces[0] == "api" && pieces[1] == "tool") {
+        if (pictures_.waiting() >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
+        const ObjectPtr held = settings_.tool == ToolKind::Mesh && settings_.tool_object < entries_.size()
+                                   ? entries_[settings_.tool_object].object
+                                   : nullptr;
+        return pictures_.work([answer, held, settings = settings_] {
+            answer({.type = "application/octet-stream", .body = tool_bytes(make_tool(settings, held.get()))});
+        });
+    }
+#ifdef SQMAP_VIEWER_HAS_CLOTH
+    if (pieces.size() == 2 && pieces[0] == "api" && pieces[1] == "fitting") {
+        const auto shapes = fitting_ != nullptr ? fitting_->shapes() : nullptr;
+        return answer(shapes != nullptr ? HttpReply{.type = "application/octet-stream", .body = *shapes} : no_such());
+    }
+#endif
     if (pieces.size() < 4 || pieces[0] != "api" || pieces[1] != "object") return answer(no_such());
     const auto index = number_of(pieces[2]);
     if (!index || *index >= entries_.size()) return answer(no_such());
@@ -195,6 +219,13 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
     };
     if (pieces.size() == 4 && what == "mesh") return bytes([=] { return mesh_bytes(*object, *parts); });
     if (pieces.size() == 4 && what == "superquadrics") return bytes([=] { return superquadric_bytes(*object, *parts, 10); });
+    const bool central = object->view.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
+    if (pieces.size() == 4 && what == "samples" && central) return bytes([=] { return sample_bytes(*object); });
+    if (pieces.size() == 4 && what == "offset" && central) return bytes([=] { return offset_bytes(*object); });
+    if (pieces.size() == 4 && what == "hidden" && central) return bytes([=] { return hidden_bytes(*object); });
+    if (pieces.size() == 4 && what == "names")
+        return file("application/json", ".names.json",
+                    [words = entries_[*index].words] { return names_json(words).dump(1) + "\n"; });
     if (pieces.size() == 4 && what == "glb") return file("model/gltf-binary", ".glb", [=] { return glb_bytes(*object, *parts); });
     if (pieces.size() == 4 && what == "json")
         return file("application/json", ".json", [=] { return superquadrics_json(*object, *parts).dump(2) + "\n"; });
@@ -208,7 +239,6 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
         if (pieces[4] == "curvature") return bytes([=] { return field_bytes(*object, Field::Curvature); });
     }
     const auto part = number_of(pieces[4]);
-    const bool central = object->view.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
     if (what == "map" && part && *part < object->view.parts.size() && central)
         return bytes([=] { return map_bytes(*object, *part, 48); });
     answer(no_such());
@@ -225,8 +255,27 @@ void Viewer::upload(HttpRequest request, Answer& answer)
                                   {"cure", "remove an object, or wait"}},
                                  503));
     const std::string name = harmless(query_value(request.target, "name"));
-    const mesh::Repair repair = query_value(request.target, "repair") == "holes" ? mesh::Repair::Holes : mesh::Repair::Safe;
-    bakes_.work([this, answer, name, repair, body = std::move(request.body)] {
+    mesh::GateOptions gate;
+    if (query_value(request.target, "repair") == "holes") gate.repair = mesh::Repair::Holes;
+    if (query_value(request.target, "repair") == "surface") gate.accept_surface = true;
+    if (name.ends_with(".names.json")) {
+        // For the object whose name the file has.
+        const std::string stem = name.substr(0, name.size() - std::strlen(".names.json"));
+        const auto at =
+            std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return harmless(e.object->name) == stem; });
+        const std::optional<Words> words = read_names(request.body);
+        if (!words || at == entries_.end() || at->object->mesh.triangles.empty())
+            return answer(
+                json_reply({{"accepted", false},
+                            {"verdict", "REFUSED"},
+                            {"code", "E_NAMES"},
+                            {"element", "file"},
+                            {"message", !words ? "this is no file of names" : "no open object with triangles is called " + stem},
+                            {"cure", !words ? "save one from the page to see what it holds" : "open the object first"}}));
+        set_words(*at, *words);
+        return answer(json_reply({{"accepted", true}, {"verdict", "NAMES"}, {"notes", ordered_json::array()}}));
+    }
+    bakes_.work([this, answer, name, gate, body = std::move(request.body)] {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (name.ends_with(".sqmap")) {
             try {
@@ -244,7 +293,7 @@ void Viewer::upload(HttpRequest request, Answer& answer)
             }
             return;
         }
-        auto judged = std::make_shared<Judgement>(judge(bytes, name, options_.limits, repair));
+        auto judged = std::make_shared<Judgement>(judge(bytes, name, options_.limits, gate));
         answer(json_reply({{"accepted", judged->accepted},
                            {"verdict", judged->verdict},
                            {"code", judged->code},
@@ -290,6 +339,7 @@ void Viewer::on_close(ConnectionId connection)
     connections_.erase(connection);
     // A page that is gone holds nothing: the force ends with it.
     if (connection == holder_ || connections_.empty()) stop_touch();
+    if (connections_.empty()) undress();
 }
 
 bool Viewer::on_text(ConnectionId connection, std::string_view text)
@@ -313,6 +363,8 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
             return true;
         case Say::Settings:
             settings_ = message->settings;
+            if (settings_.tool == ToolKind::Mesh && settings_.tool_object >= entries_.size()) settings_.tool = ToolKind::Ball;
+            ++tool_revision_;
             if (touch_ != nullptr && !touch_->adjust(settings_)) restart_touch();
             tell_all(status_text());
             return true;
@@ -322,6 +374,11 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
             touch_.reset();
             restart_touch();
             tell_all(status_text());
+            return true;
+        case Say::Fit:
+        case Say::Cloth:
+        case Say::Undress:
+            dress(*message);
             return true;
         default:
             edit(*message);
@@ -343,6 +400,14 @@ void Viewer::edit(const Message& m)
             return tell_scene();
         case Say::Remove:
             entries_.erase(entries_.begin() + m.object);
+            if (settings_.tool == ToolKind::Mesh && settings_.tool_object >= m.object) {
+                if (settings_.tool_object == m.object)
+                    settings_.tool = ToolKind::Ball;
+                else
+                    --settings_.tool_object;
+                ++tool_revision_;
+                tell_all(status_text());
+            }
             tell_scene();
             return restart_touch();
         case Say::Bake:
@@ -350,27 +415,39 @@ void Viewer::edit(const Message& m)
         default:
             break;
     }
-    if (m.part >= count || (m.say == Say::Merge && m.other >= count) || entry.object->mesh.triangles.empty() ||
-        pictures_.waiting() >= k_most_jobs)
+    if (m.say == Say::Name) {
+        if (m.part < count && !entry.object->mesh.triangles.empty()) name_part(entry, m.part, m.name);
         return;
-    pictures_.work([this, m, object = entry.object, before = entry.parts()] {
+    }
+    if (m.part >= count || ((m.say == Say::Merge || m.say == Say::MoveCut) && m.other >= count) ||
+        entry.object->mesh.triangles.empty() || pictures_.waiting() >= k_most_jobs)
+        return;
+    pictures_.work([this, m, object = entry.object, before = entry.parts(), words = entry.words] {
         std::shared_ptr<const Parts> after;
         if (m.say == Say::Refit) {
-            after = std::make_shared<const Parts>(fitted(*object, before->partition, nullptr));
+            after = std::make_shared<const Parts>(refitted(*object, *before, m.part));
+        } else if (m.say == Say::MoveCut) {
+            if (auto moved = moved_cut(*object, before->partition, m.part, m.other, m.distance))
+                after = std::make_shared<const Parts>(fitted(*object, std::move(*moved), before.get(), words));
         } else {
             const decompose::Cutter cutter(object->mesh);
             if (m.say == Say::Merge) {
                 after = std::make_shared<const Parts>(
-                    fitted(*object, cutter.merge(before->partition, m.part, m.other), before.get()));
+                    fitted(*object, cutter.merge(before->partition, m.part, m.other), before.get(), words));
             } else {
                 decompose::Split split = cutter.split(before->partition, m.part);
-                if (split.found) after = std::make_shared<const Parts>(fitted(*object, std::move(split.partition), before.get()));
+                if (split.found)
+                    after = std::make_shared<const Parts>(fitted(*object, std::move(split.partition), before.get(), words));
             }
         }
-        server_->post([this, object, before, after] {
+        server_->post([this, object, before, after, say = m.say] {
             const auto at = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
             if (at == entries_.end() || at->parts() != before) return;  // the scene has moved on
-            if (after == nullptr) return tell_all(text_of({{"say", "trouble"}, {"text", "This part has no place for a cut."}}));
+            if (after == nullptr)
+                return tell_all(text_of(
+                    {{"say", "trouble"},
+                     {"text", say == Say::MoveCut ? "These parts do not touch, or too little of the other one would be left."
+                                                  : "This part has no place for a cut."}}));
             change(static_cast<std::uint32_t>(at - entries_.begin()), after);
         });
     });
@@ -391,14 +468,14 @@ void Viewer::bake_edited(std::uint32_t index)
 {
     Entry& entry = entries_[index];
     if (entry.at == 0 || bakes_.waiting() >= k_most_jobs) return;
-    bakes_.work([this, object = entry.object, parts = entry.parts()] {
+    bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
         bake::BakeOptions options = options_.bake;
         options.progress = [this, name = object->name](const char* stage, double done) {
             if (bakes_.quits()) throw Cancelled{};
             server_->post([this, name, text = std::string(stage), done] { tell_progress(name, text, done); });
         };
         try {
-            const auto after = rebaked(*object, *parts, options);
+            const auto after = rebaked(*object, *parts, options, words);
             server_->post([this, object, after] {
                 tell_progress(object->name, "done", 1);
                 replace(object, after);
@@ -419,6 +496,8 @@ void Viewer::add(std::shared_ptr<Object> object)
     place_beside(*object, others);
     Entry entry;
     entry.history.push_back(std::make_shared<const Parts>(object->parts));
+    entry.words = object->words;
+    entry.id = next_id_++;
     entry.object = std::move(object);
     entries_.push_back(std::move(entry));
 }
@@ -436,6 +515,83 @@ void Viewer::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
     tell_scene();
     restart_touch();
 }
+
+void Viewer::name_part(Entry& entry, std::uint32_t part, const std::string& name)
+{
+    set_words(entry, renamed(entry.words, entry.object->mesh, entry.parts()->partition, part, name, entry.object->frame()));
+}
+
+/// Every step of the history gets the names, so that undo does not take them back: they are of places, not of parts.
+void Viewer::set_words(Entry& entry, const Words& words)
+{
+    entry.words = words;
+    for (auto& step : entry.history) {
+        auto named = std::make_shared<Parts>(*step);
+        named->names = part_names(entry.object->mesh, entry.object->dual, named->partition, named->superquadrics, words,
+                                  entry.object->frame());
+        step = std::move(named);
+    }
+    if (!entry.object->names_file.empty()) {
+        const std::string text = names_json(words).dump(1) + "\n";
+        try {
+            io::replace_file(entry.object->names_file, std::as_bytes(std::span(text)));
+        } catch (const std::exception& e) {
+            tell_all(text_of({{"say", "trouble"}, {"text", std::string("The names are not kept: ") + e.what()}}));
+        }
+    }
+    tell_scene();
+}
+
+// ---- Cloth
+
+#ifdef SQMAP_VIEWER_HAS_CLOTH
+void Viewer::dress(const Message& message)
+{
+    if (message.say == Say::Undress) {
+        undress();
+        tell_progress("the figure", "done", 1);
+        return tell_all(status_text());
+    }
+    if (fitting_ == nullptr) {
+        if (message.say != Say::Fit) return;
+        fitting_ = std::make_shared<Fitting>(
+            [this](double done) {
+                server_->post([this, done] {
+                    if (fitting_ != nullptr) tell_progress("the figure", "bones", done);
+                });
+            },
+            teller());
+    }
+    fitting_->tell(message);
+}
+
+/// Elsewhere: its thread may be baking a bone, and STOP must not wait for that.
+void Viewer::undress()
+{
+    if (fitting_ == nullptr) return;
+    pictures_.work([gone = std::move(fitting_)]() mutable { gone.reset(); });
+    fitting_ = nullptr;
+    told_fitting_.clear();
+}
+
+void Viewer::stream_cloth()
+{
+    if (fitting_ == nullptr) return;
+    if (const std::string state = text_of(fitting_->status()); state != "null" && state != told_fitting_) {
+        told_fitting_ = state;
+        tell_progress("the figure", "done", 1);
+        tell_all(status_text());
+    }
+    const auto bytes = fitting_->frame();
+    if (bytes == nullptr) return;
+    const std::set<ConnectionId> all = connections_;
+    for (const ConnectionId c : all) server_->send_binary(c, bytes, true);
+}
+#else
+void Viewer::dress(const Message& /*message*/) {}
+void Viewer::undress() {}
+void Viewer::stream_cloth() {}
+#endif
 
 // ---- Touch
 
@@ -483,6 +639,7 @@ void Viewer::on_frame()
 {
     if (connections_.empty()) return;
     ++frames_;
+    stream_cloth();
     if (frames_ % 30 == 0 && touch_ != nullptr) tell_all(status_text());
     if (touch_ == nullptr || !touch_->frame(frame_)) return;
     const TouchFrame& f = frame_;
@@ -499,6 +656,7 @@ void Viewer::on_frame()
                            static_cast<double>(f.acted), static_cast<double>(f.faults), f.late * 1e3, f.degraded ? 1.0 : 0.0,
                            f.engaged ? 1.0 : 0.0, f.connected ? 1.0 : 0.0, static_cast<double>(f.ticks.size())})
         out.push_back(static_cast<float>(x));
+    for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
     for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu});
     auto bytes = std::make_shared<std::string>(4 * out.size(), '\0');
     std::memcpy(bytes->data(), out.data(), bytes->size());
@@ -554,7 +712,8 @@ std::string Viewer::scene_text() const
     ordered_json out{{"say", "scene"}, {"objects", ordered_json::array()}};
     for (const Entry& entry : entries_) {
         ordered_json facts = facts_json(*entry.object, *entry.parts(), entry.at > 0);
-        facts["id"] = reinterpret_cast<std::uintptr_t>(entry.object.get()) % 1000003u;
+        facts["id"] = entry.id;
+        facts["namesKept"] = !entry.object->names_file.empty();
         facts["revision"] = entry.revision;
         facts["canUndo"] = entry.at > 0;
         facts["canRedo"] = entry.at + 1 < entry.history.size();
@@ -576,7 +735,18 @@ std::string Viewer::status_text() const
                        {"smoothing", settings_.smoothing},
                        {"toolRadius", settings_.tool_radius},
                        {"zone", settings_.zone},
-                       {"forceLimit", settings_.force_limit}};
+                       {"forceLimit", settings_.force_limit},
+                       {"tool", settings_.tool == ToolKind::Ball   ? ordered_json("ball")
+                                : settings_.tool == ToolKind::Hand ? ordered_json("hand")
+                                                                   : ordered_json(settings_.tool_object)},
+                       {"toolSize", settings_.tool_size},
+                       {"toolTurn", settings_.tool_turn},
+                       {"toolTilt", settings_.tool_tilt}};
+    out["toolRevision"] = tool_revision_;
+    out["cloth"] = {{"here", k_has_cloth}, {"worn", nullptr}};
+#ifdef SQMAP_VIEWER_HAS_CLOTH
+    if (fitting_ != nullptr) out["cloth"]["worn"] = fitting_->status();
+#endif
     if (touch_ != nullptr) {
         const device::ServoCounters c = touch_->counters();
         out["counters"] = {

@@ -1,6 +1,7 @@
 // What the server serves: the page, the scene, touch, uploads and edits.
 #pragma once
 
+#include "fitting.h"
 #include "messages.h"
 #include "object.h"
 #include "server.h"
@@ -76,6 +77,8 @@ private:
         std::vector<std::shared_ptr<const Parts>> history;
         std::size_t at = 0;
         std::uint32_t revision = 0;  ///< grows with every change of what the page shows
+        std::uint32_t id = 0;        ///< no other object of this program has it
+        Words words;                 ///< what its parts are called; edits of parts keep it
         [[nodiscard]] std::shared_ptr<const Parts> parts() const { return history[at]; }
     };
 
@@ -84,6 +87,11 @@ private:
     void edit(const Message& message);
     void change(std::uint32_t index, std::shared_ptr<const Parts> parts);
     void bake_edited(std::uint32_t index);
+    void name_part(Entry& entry, std::uint32_t part, const std::string& name);
+    void set_words(Entry& entry, const Words& words);
+    void dress(const Message& message);
+    void undress();
+    void stream_cloth();
     void add(std::shared_ptr<Object> object);
     void replace(const ObjectPtr& before, std::shared_ptr<Object> after);
 
@@ -113,6 +121,9 @@ private:
     std::string devices_ = "[]";
     std::vector<std::string> device_specs_;
     std::uint32_t device_ = 0;
+    std::uint32_t next_id_ = 1, tool_revision_ = 1;
+    std::shared_ptr<Fitting> fitting_;  ///< shared, so that a program without cloth need not know how to destroy one
+    std::string told_fitting_;
 
     // Baking takes seconds: what the page draws does not wait for it. No more threads: the rest is left to the servo.
     Worker pictures_, bakes_;

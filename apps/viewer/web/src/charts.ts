@@ -13,8 +13,6 @@ export class Charts {
   private series: Series[];
   private x = Float64Array.from({ length: N }, (_, i) => (i - N) / RATE);
   private dirty = false;
-  private recorded: number[][] | null = null;
-  private tick = 0;
 
   constructor() {
     const make = (title: string, unit: string, pick: number, scale: number, least: number): Series => {
@@ -65,20 +63,9 @@ export class Charts {
       for (let i = 0; i < n; ++i) s.values[N - n + i] = s.scale * frame.ticks[4 * i + s.pick];
       s.now.textContent = s.values[N - 1].toFixed(s.pick === 3 ? 0 : 2);
     }
-    if (this.recorded)
-      for (let i = 0; i < n; ++i) this.recorded.push([this.tick++, ...frame.ticks.subarray(4 * i, 4 * i + 4), ...frame.tool, ...frame.force]);
     this.dirty = true;
   }
 
   clear(): void { for (const s of this.series) { s.values.fill(0); s.now.textContent = '0'; } this.dirty = true; }
   latest(series: number): number { return this.series[series].values[N - 1]; }
-
-  record(): void { this.recorded = []; this.tick = 0; }
-  get recording(): boolean { return this.recorded !== null; }
-  /// A row a tick; tool and force in world coordinates are those of the frame that the tick came with.
-  recordedCsv(): string {
-    const rows = this.recorded ?? [];
-    this.recorded = null;
-    return 'tick,force_N,torque_Nm,depth_m,cpu_us,tool_x,tool_y,tool_z,force_x,force_y,force_z\n' + rows.map((r) => r.map((x) => Number(x.toPrecision(7))).join(',')).join('\n') + '\n';
-  }
 }

@@ -5,7 +5,6 @@ import type { Hit, World } from './world';
 const LIFT = 0.018;  // m above the surface when let go
 
 export class Hand {
-  radius = 0.006;
   press = 0.004;    ///< m below the surface that the hand wants to be
   only = -1;        ///< one object alone, or all
   enabled = false;  ///< touch mode
@@ -60,22 +59,39 @@ export class Hand {
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius + LIFT);
+      // A mesh is taken up towards the eye, where nothing is in the way.
+      const span = this.world.toolSpan(), way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
+      this.over(hit.point, hit.normal, 0).addScaledVector(way, LIFT + span);
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     this.onAim(this.target, true, hit);
-    setTimeout(() => { if (this.held) this.aim(); }, 60);
+    this.downAt = performance.now() + 60;
+    setTimeout(() => { if (this.held && this.downAt > 0) { this.downAt = 0; this.aim(); } }, 1000);
+  }
+
+  /// The tool's first place to touch stands that high above a point.
+  private over(point: THREE.Vector3, normal: THREE.Vector3, height: number): THREE.Vector3 {
+    return this.target.copy(point).sub(this.world.toolTip(normal)).addScaledVector(normal, height);
   }
 
   private aim(): void {
+    if (this.downAt) return;
     const hit = this.world.cast(this.at.x, this.at.y, this.only);
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      this.target.copy(hit.point).addScaledVector(hit.normal, this.radius - this.press);
+      this.over(hit.point, hit.normal, -this.press);
     } else {
       this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     }
     this.onAim(this.target, this.held, hit);
+  }
+
+  private downAt = 0;
+  /// Down to the surface as soon as the program has taken hold of the tool.
+  heard(engaged: boolean): void {
+    if (!this.downAt || !engaged || performance.now() < this.downAt) return;
+    this.downAt = 0;
+    if (this.held) this.aim();
   }
 
   deeper(by: number): void {
@@ -89,7 +105,8 @@ export class Hand {
   letGo(): void {
     if (!this.held) return;
     this.held = this.drags = false;
-    this.target.copy(this.lastPoint).addScaledVector(this.lastNormal, this.radius + LIFT);
+    this.downAt = 0;
+    this.over(this.lastPoint, this.lastNormal, LIFT);
     this.onAim(this.target, false, null);
   }
 

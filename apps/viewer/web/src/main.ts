@@ -2,15 +2,18 @@ import './style.css';
 import * as THREE from 'three';
 import { Charts } from './charts';
 import { css, partColour, type Scale } from './colours';
+import { Costume } from './costume';
 import { announce, bytes, digits, fill, h, save } from './dom';
 import { Hand } from './hand';
 import { MapView } from './map';
-import { address, Link, upload, type Frame, type ObjectFacts, type Settings, type Status } from './net';
+import { address, fetchBytes, Link, upload, type Frame, type ObjectFacts, type Settings, type Status } from './net';
 import { Recognise } from './recognise';
+import { Recorder } from './recorder';
 import { Rumble, Sound, Voice } from './senses';
 import { World, type Hit } from './world';
 
-type Mode = 'look' | 'touch' | 'recognise';
+type Mode = 'look' | 'touch' | 'recognise' | 'dress';
+const MODES: Mode[] = ['look', 'touch', 'recognise', 'dress'];
 
 // ---- What there is
 
@@ -22,7 +25,7 @@ let lastFrame: Frame | null = null;
 let frames = 0;
 let first = true;
 
-const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. In touch mode: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops.' });
+const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins.' });
 const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
@@ -32,32 +35,44 @@ const hand = new Hand(world, canvas);
 const charts = new Charts();
 const map = new MapView();
 const game = new Recognise();
+const recorder = new Recorder();
+const costume = new Costume(world, canvas, (message) => link.say(message));
 const sound = new Sound(), rumble = new Rumble(), voice = new Voice();
 
 // ---- Header
 
 const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
-const tabs: Record<Mode, HTMLButtonElement> = { look: tab('look', 'Look'), touch: tab('touch', 'Touch'), recognise: tab('recognise', 'Recognise') };
+const tabs: Record<Mode, HTMLButtonElement> = { look: tab('look', 'Look'), touch: tab('touch', 'Touch'), recognise: tab('recognise', 'Recognise'), dress: tab('dress', 'Dress') };
 function tab(which: Mode, text: string): HTMLButtonElement {
   return h('button', { role: 'tab', id: `tab-${which}`, 'aria-controls': 'panel', onclick: () => setMode(which) }, text);
 }
 const tabList = h('div', { class: 'tabs', role: 'tablist', 'aria-label': 'What to do', onkeydown: (e: Event) => {
-  const order: Mode[] = ['look', 'touch', 'recognise'], key = (e as KeyboardEvent).key;
+  const order = MODES.filter((m) => !tabs[m].hidden), key = (e as KeyboardEvent).key;
   const by = key === 'ArrowRight' ? 1 : key === 'ArrowLeft' ? -1 : 0;
   if (!by) return;
-  const next = order[(order.indexOf(mode) + by + 3) % 3];
+  const next = order[(order.indexOf(mode) + by + order.length) % order.length];
   setMode(next);
   tabs[next].focus();
 } }, ...Object.values(tabs));
 const stopButton = h('button', { class: 'stop', id: 'stop', onclick: () => stop() }, h('span', {}, 'STOP'), h('kbd', {}, 'Space'));
-const dark = matchMedia('(prefers-color-scheme: dark)');
-const themeButton = h('button', { class: 'quiet', id: 'theme', title: 'Light or dark', 'aria-label': 'Light or dark', onclick: () => {
-  const now = document.documentElement.dataset.theme ?? (dark.matches ? 'dark' : 'light');
-  document.documentElement.dataset.theme = now === 'dark' ? 'light' : 'dark';
-  theme();
+const dark = matchMedia('(prefers-color-scheme: dark)'), contrast = matchMedia('(prefers-contrast: more)');
+const THEMES = ['light', 'dark', 'contrast'], THEME_NAMES: Record<string, string> = { light: 'Light', dark: 'Dark', contrast: 'High contrast' };
+const themeNow = (): string => document.documentElement.dataset.theme ?? (contrast.matches ? 'contrast' : dark.matches ? 'dark' : 'light');
+const themeButton = h('button', { class: 'quiet', id: 'theme', title: 'Light, dark, high contrast', onclick: () => {
+  setTheme(THEMES[(THEMES.indexOf(themeNow()) + 1) % THEMES.length]);
+  announce(`${THEME_NAMES[themeNow()]}.`);
 } }, '◐');
-dark.addEventListener('change', theme);
-function theme(): void { world.theme(); charts.theme(); }
+function setTheme(name: string): void {
+  document.documentElement.dataset.theme = name;
+  theme();
+}
+for (const m of [dark, contrast]) m.addEventListener('change', theme);
+function theme(): void {
+  if (contrast.matches && !document.documentElement.dataset.theme) document.documentElement.dataset.theme = 'contrast';
+  themeButton.setAttribute('aria-label', `Colours: ${THEME_NAMES[themeNow()]}`);
+  world.theme();
+  charts.theme();
+}
 
 // ---- Panel
 
@@ -81,17 +96,22 @@ function check(label: string, on: boolean, change: (on: boolean) => void, id: st
   return h('label', { class: 'check' }, h('input', { type: 'checkbox', checked: on, id, onchange: (e: Event) => change((e.target as HTMLInputElement).checked) }), h('span', {}, label));
 }
 
-const fileInput = h('input', { type: 'file', id: 'file', class: 'sr-only', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap', onchange: () => { const f = fileInput.files?.[0]; if (f) void drop(f); fileInput.value = ''; } });
+const fileInput = h('input', { type: 'file', id: 'file', class: 'sr-only', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json', onchange: () => { const f = fileInput.files?.[0]; if (f) void drop(f); fileInput.value = ''; } });
 
 const lookPanel = h('div', {},
   card('Show',
     choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature']], 'parts', (v) => { world.colourBy = v; void world.paint(); }, 'colour'),
     choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.surfaceAs = v as 'solid'; void world.paint(); }, 'surface'),
-    check('Superquadrics', false, (on) => { world.withSuperquadrics = on; void world.paint(); }, 'superquadrics')),
+    h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
+      check('Superquadrics', false, (on) => { world.withSuperquadrics = on; void world.paint(); }, 'superquadrics'),
+      check('Spheres', false, (on) => { world.withSpheres = on; void world.paint(); }, 'spheres'),
+      check('Map samples', false, (on) => { world.withSamples = on; void world.paint(); }, 'samples'),
+      check('Offset (eq. 12)', false, (on) => { world.withOffset = on; void world.paint(); }, 'offset'),
+      check('Hidden (Q2)', false, (on) => { world.withHidden = on; void world.paint(); }, 'hidden'))),
   card('Place and part', numbers, partBox),
   card('Map of the part', map.element));
 
-let settings: Settings = { layer: '3', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2 };
+let settings: Settings = { layer: '3', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2, tool: 'ball', toolSize: 0.06, toolTurn: 0, toolTilt: 0 };
 const sliders: { set(): void }[] = [];
 function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
   const id = `s-${label.toLowerCase().replace(/[^a-z]+/g, '-')}`;
@@ -103,30 +123,84 @@ function slider(label: string, unit: string, range: [number, number, number], ge
   return h('label', { class: 'field slider' }, h('span', {}, label), input, read);
 }
 const layerChoice = choice('Layer', [['2', '2: base map'], ['3', '3: refined map'], ['exact', 'Exact triangles']], '3', (v) => { settings.layer = v; tellSettings(); }, 'layer');
+const toolSelect = h('select', { id: 'tool', onchange: () => { const v = toolSelect.value; settings.tool = v === 'ball' || v === 'hand' ? v : Number(v); hand.letGo(); tellSettings(); showToolRows(); } });
 const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
+const deviceTable = h('tbody', { id: 'devices' });
 const deviceFacts = h('p', { class: 'note', id: 'device-facts' });
 const counters = h('p', { class: 'note', id: 'counters' });
 const pressRead = slider('Press', 'mm', [-2, 12, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
+const ballRows = [slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * settings.toolRadius, (x) => { settings.toolRadius = x / 1000; }, false),
+  slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * settings.smoothing, (x) => { settings.smoothing = x / 1000; }, false)];
+const meshRows = [slider('Tool size', 'mm', [10, 300, 5], () => 1000 * settings.toolSize, (x) => { settings.toolSize = x / 1000; }, false),
+  slider('Turn', '°', [-180, 180, 15], () => settings.toolTurn, (x) => { settings.toolTurn = x; }, false),
+  slider('Tilt', '°', [-180, 180, 15], () => settings.toolTilt, (x) => { settings.toolTilt = x; }, false)];
+function showToolRows(): void {
+  for (const r of ballRows) r.hidden = settings.tool !== 'ball';
+  for (const r of meshRows) r.hidden = settings.tool === 'ball';
+}
+function showTools(): void {
+  fill(toolSelect, h('option', { value: 'ball' }, 'Ball'), h('option', { value: 'hand' }, 'Hand'), ...facts.map((f, i) => f.hasTriangles ? h('option', { value: String(i) }, `${f.name} (of the scene)`) : null));
+  toolSelect.value = String(settings.tool);
+  showToolRows();
+}
+
+let toolShown = -1;
+async function fetchTool(revision: number): Promise<void> {
+  if (revision === toolShown) return;
+  toolShown = revision;
+  const held = typeof settings.tool === 'number' ? settings.tool : -1;
+  if (world.inHand !== held) { world.inHand = held; void world.paint(); }
+  if (settings.tool === 'ball') { world.toolShape(null, null); return; }
+  try {
+    const data = await fetchBytes('/api/tool'), [, v, t] = new Uint32Array(data, 0, 3);
+    if (revision === toolShown) world.toolShape(new Float32Array(data, 12, 3 * v), new Uint32Array(data, 12 + 12 * v, 3 * t));
+  } catch (e) { toolShown = -1; trouble(String(e)); }
+}
+
+// ---- Recordings
+
 const recordButton = h('button', { id: 'record', onclick: () => {
-  if (charts.recording) { save('touch.csv', charts.recordedCsv(), 'text/csv'); recordButton.textContent = 'Record'; return; }
-  charts.record();
-  recordButton.textContent = 'Stop and save';
-} }, 'Record');
+  if (recorder.recording) recorder.stop(); else { recorder.halt(); recorder.start(); }
+  showRecorder();
+} });
+const replayButton = h('button', { id: 'replay', onclick: () => {
+  if (recorder.replaying) recorder.halt();
+  else { hand.letGo(); charts.clear(); recorder.replay(); }
+  showRecorder();
+} });
+const saveButton = h('button', { id: 'save-recording', onclick: () => save('touch.csv', recorder.csv(), 'text/csv') }, 'Save');
+const recordingInput = h('input', { type: 'file', id: 'recording-file', class: 'sr-only', accept: '.csv', onchange: async () => {
+  const f = recordingInput.files?.[0];
+  if (f) try { recorder.open(await f.text()); wait(`${f.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`); } catch (e) { trouble(`${f.name}: ${e instanceof Error ? e.message : e}`); }
+  recordingInput.value = '';
+  showRecorder();
+} });
+const recordingWords = h('p', { class: 'note', id: 'recording' });
+function showRecorder(at = 0): void {
+  recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
+  recordButton.setAttribute('aria-pressed', String(recorder.recording));
+  replayButton.textContent = recorder.replaying ? 'Stop replay' : 'Replay';
+  replayButton.disabled = saveButton.disabled = recorder.count === 0 || recorder.recording;
+  recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `Replaying: ${at.toFixed(1)} of ${recorder.seconds.toFixed(1)} s` :
+    recorder.count ? `${recorder.seconds.toFixed(1)} s recorded.` : 'Nothing recorded yet.';
+}
+recorder.onFrame = (frame, at) => { show(frame); showRecorder(at); };
+recorder.onEnd = () => { world.showTool(null); sound.quiet(); forceRead.textContent = ''; showRecorder(); };
 
 const touchPanel = h('div', {},
   card('Feel', pressRead,
     slider('Stiffness', 'N/m', [50, 1500, 10], () => settings.stiffness, (x) => { settings.stiffness = x; }),
     slider('Friction', '', [0, 1, 0.05], () => settings.friction, (x) => { settings.friction = x; }),
     slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * settings.texture, (x) => { settings.texture = x / 1000; }, false),
-    slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * settings.smoothing, (x) => { settings.smoothing = x / 1000; }, false),
     slider('Damping', 'N s/m', [0, 2, 0.1], () => settings.damping, (x) => { settings.damping = x; }),
-    layerChoice,
-    h('details', {}, h('summary', {}, 'Tool and limits'),
-      slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * settings.toolRadius, (x) => { settings.toolRadius = x / 1000; }, false),
-      slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * settings.zone, (x) => { settings.zone = x / 1000; }, false),
-      slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
-      h('p', { class: 'note' }, 'Smoothing above 0 makes the tool a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool.'))),
-  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts, counters, recordButton),
+    layerChoice),
+  card('Tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
+    slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * settings.zone, (x) => { settings.zone = x / 1000; }, false),
+    slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
+    h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
+  card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords),
+  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts, counters,
+    h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
   card('Other senses', senses()));
 
 function senses(): HTMLElement {
@@ -144,10 +218,12 @@ const sharePanel = card('Files', h('div', { class: 'row wrap' },
   h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link')),
   h('div', { class: 'row wrap', id: 'exports' }));
 
+const dressPanel = h('div', {}, card('Costume', costume.element));
+
 panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), sharePanel);
 
 const main = h('main', {}, stage, panel, charts.element);
-document.getElementById('app')!.append(
+document.getElementById('app')!.replaceChildren(
   h('header', {}, h('h1', {}, 'sqmap'), tabList, connection, themeButton, stopButton), main,
   h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop the mesh: it is checked, then baked')));
 
@@ -157,23 +233,29 @@ const hints: Record<Mode, string> = {
   look: 'Drag to turn it. Click it for numbers. Drop a mesh here to bake it.',
   touch: 'Press on an object and drag: you are touching it. The arrow is the force.',
   recognise: 'Press Begin, then feel for the hidden object with sound on.',
+  dress: 'The figure is being prepared: some seconds.',
 };
 
 function setMode(next: Mode): void {
   hand.letGo();
+  recorder.halt();
+  if (mode !== next) dialog.hidden = true;
+  const before = mode;
   mode = next;
   for (const [m, b] of Object.entries(tabs)) { b.setAttribute('aria-selected', String(m === mode)); b.tabIndex = m === mode ? 0 : -1; }
-  document.getElementById('mode-panel')!.replaceChildren(mode === 'look' ? lookPanel : mode === 'touch' ? touchPanel : gamePanel);
+  document.getElementById('mode-panel')!.replaceChildren(mode === 'look' ? lookPanel : mode === 'touch' ? touchPanel : mode === 'dress' ? dressPanel : gamePanel);
   panel.setAttribute('aria-labelledby', `tab-${mode}`);
   main.dataset.mode = mode;
   hint.textContent = hints[mode];
   hint.hidden = false;
-  hand.enabled = mode !== 'look';
+  hand.enabled = mode === 'touch' || mode === 'recognise';
   if (mode !== 'recognise') hand.only = game.running ? hand.only : -1;
-  world.hidden = mode === 'recognise' && game.running;
+  world.hidden = mode === 'dress' || (mode === 'recognise' && game.running);
   canvas.classList.toggle('touching', hand.enabled);
-  factsBox.hidden = mode === 'recognise';
-  if (mode === 'look') { world.showTool(null); forceRead.textContent = ''; }
+  factsBox.hidden = mode === 'recognise' || mode === 'dress';
+  if (before !== mode && mode === 'dress') { world.mark(null); if (costume.last) hint.hidden = true; costume.enter(); }
+  if (before === 'dress' && mode !== 'dress') { costume.leave(); world.mark(null); world.frame(); }
+  if (mode === 'look' || mode === 'dress') { world.showTool(null); forceRead.textContent = ''; }
   void world.paint();
 }
 
@@ -193,6 +275,7 @@ hand.onKeyTouch = (text) => { announce(text); if (mode === 'touch') sliders.forE
 
 function stop(): void {
   link.say({ say: 'stop' });
+  recorder.halt();
   hand.letGo();
   sound.quiet();
   announce('Stopped. No force.', true);
@@ -200,7 +283,7 @@ function stop(): void {
 function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); canvas.focus(); }
 
 document.addEventListener('keydown', (e) => {
-  if (e.code !== 'Space' || mode === 'look') return;
+  if (e.code !== 'Space' || mode === 'look' || mode === 'dress') return;
   const at = document.activeElement;
   // With a tool in hand the space bar is STOP wherever the focus is; else buttons and fields keep it.
   if (!hand.holding && at && at !== document.body && at !== canvas) return;
@@ -212,8 +295,7 @@ window.addEventListener('blur', () => hand.letGo());
 let settingsDue = 0, settingsChanged = -1e9;
 function tellSettings(): void {
   settingsChanged = performance.now();
-  hand.radius = settings.smoothing > 0 ? settings.smoothing : settings.toolRadius;
-  world.toolRadius(hand.radius);
+  world.toolRadius(settings.smoothing > 0 ? settings.smoothing : settings.toolRadius);
   clearTimeout(settingsDue);
   settingsDue = window.setTimeout(() => link.say({ say: 'settings', ...settings }), 40);
 }
@@ -226,8 +308,16 @@ const REASONS: [number, string][] = [
 function onFrame(frame: Frame): void {
   ++frames;
   lastFrame = frame;
+  hand.heard(frame.engaged);
+  recorder.add(frame);
+  if (recorder.recording) recordingWords.textContent = `Recording every tick: ${recorder.seconds.toFixed(0)} s`;
+  if (!recorder.replaying) show(frame);
+}
+
+/// A frame of now, or of a recording.
+function show(frame: Frame): void {
   charts.add(frame);
-  if (mode === 'look') return;
+  if (mode === 'look' || mode === 'dress') return;
   world.showTool(frame);
   const force = Math.hypot(...frame.force);
   const side = world.project(new THREE.Vector3(...(frame.tool as [number, number, number]))).x;
@@ -242,7 +332,7 @@ function onFrame(frame: Frame): void {
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
     frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
   forceRead.textContent = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
-  if (frame.faults & 16) showResume('Stopped: there is no force.');
+  if (frame.faults & 16 && !recorder.replaying) showResume('Stopped: there is no force.');
 }
 voice.onSay = (text) => { if (text && mode !== 'look') announce(text); };
 
@@ -261,7 +351,7 @@ function showFacts(): void {
   });
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, facts.length === 1 ? 'Model' : `Models (${facts.length})`),
     facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.')));
-  factsBox.hidden = mode === 'recognise';  // it is about feeling there
+  factsBox.hidden = mode === 'recognise' || mode === 'dress';  // they are not about models
 }
 
 function select(object: number, part: number): void {
@@ -272,6 +362,9 @@ function select(object: number, part: number): void {
   showExports();
 }
 
+let chosenOther = -1, cutStep = 0.004;
+const CUT_STEPS: [number, string][] = [[0, 'a row'], [0.002, '2 mm'], [0.004, '4 mm'], [0.01, '10 mm']];
+
 function showPart(): void {
   const s = selected, f = s ? facts[s.object] : undefined;
   if (!s || !f) { partBox.replaceChildren(); map.clear('Select a part: click the object.'); if (!numbers.childElementCount) setNumbers([]); return; }
@@ -279,15 +372,24 @@ function showPart(): void {
   const edits = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Edit the parts' });
   const p = f.parts[s.part];
   if (p) {
-    const other = h('select', { id: 'other', 'aria-label': 'Part to merge with' }, ...f.parts.map((q, i) => i === s.part ? null : h('option', { value: String(i) }, q.name)));
+    const neighbours = p.neighbours.length ? p.neighbours : f.parts.map((_, i) => i).filter((i) => i !== s.part);
+    const other = h('select', { id: 'other', 'aria-label': 'The other part' }, ...neighbours.map((i) => h('option', { value: String(i) }, f.parts[i].name)));
+    if (neighbours.includes(chosenOther)) other.value = String(chosenOther);
+    other.addEventListener('change', () => { chosenOther = Number(other.value); });
+    const by = h('select', { id: 'by', 'aria-label': 'How far the cut moves' }, ...CUT_STEPS.map(([v, t]) => h('option', { value: String(v) }, t)));
+    by.value = String(cutStep);
+    by.addEventListener('change', () => { cutStep = Number(by.value); });
+    const move = (part: number, into: number) => { chosenOther = Number(other.value); wait('Moving the cut …'); say('movecut', { part, other: into, distance: cutStep }); };
     edits.append(h('button', { id: 'split', onclick: () => { wait('Cutting …'); say('split', { part: s.part }); } }, 'Split'));
-    if (f.parts.length > 1) edits.append(h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge with'), other);
+    if (f.parts.length > 1) edits.append(h('fieldset', {}, h('legend', {}, 'Its cut with'), other,
+      h('div', { class: 'row wrap' }, h('button', { id: 'grow', onclick: () => move(s.part, Number(other.value)) }, 'Push out'), h('button', { id: 'shrink', onclick: () => move(Number(other.value), s.part) }, 'Pull in'), by,
+        h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge'))));
     edits.append(h('button', { id: 'refit', onclick: () => { wait('Fitting …'); say('refit', { part: s.part }); } }, 'Refit'));
   }
   edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
   if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
   edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
-  const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', onchange: (e: Event) => { p.name = (e.target as HTMLInputElement).value; remember(f); showPart(); } });
+  const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', onchange: (e: Event) => say('name', { part: s.part, name: (e.target as HTMLInputElement).value.trim().slice(0, 60) }) });
   const list = h('details', {}, h('summary', {}, `All ${f.parts.length} parts`), h('ol', { class: 'parts', start: 0 }, ...f.parts.map((q, i) =>
     h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(partColour(i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));
   fill(partBox,
@@ -332,6 +434,7 @@ canvas.addEventListener('pointermove', (e) => {
   if (hit && hit.object === selected.object && hit.part === selected.part) { map.show(hit.point); world.mark(hit.point); }
 });
 map.onPoint = (p) => world.mark(p);
+map.onPick = (p) => { if (selected) void click(world.nearest(selected.object, p)); };
 
 // ---- Files
 
@@ -339,20 +442,22 @@ function showExports(): void {
   const i = selected?.object ?? 0, f = facts[i];
   document.getElementById('exports')!.replaceChildren(...(f ? [
     h('span', { class: 'note' }, `Save ${f.name} as`),
-    ...(['glb', 'json', 'sqmap'] as const).map((kind) => h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model'))] : []));
+    ...(['glb', 'json', 'sqmap'] as const).map((kind) => h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model')),
+    h('a', { class: 'button', id: 'save-names', href: address(`/api/object/${i}/names`), download: `${f.name}.names.json` }, 'Names')] : []));
 }
 
-async function drop(file: File, holes = false): Promise<void> {
+async function drop(file: File, repair: '' | 'holes' | 'surface' = ''): Promise<void> {
   dialog.hidden = false;
   dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
   try {
-    const v = await upload(file, holes, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
+    const v = await upload(file, repair, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
     const good = v.accepted;
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
     fill(dialog, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
-      v.code === 'E_OPEN' && !holes && h('button', { class: 'primary', id: 'holes', onclick: () => void drop(file, true) }, 'Try again with small holes filled'), ' ',
+      v.code === 'E_OPEN' && repair !== 'holes' && h('button', { class: 'primary', id: 'holes', onclick: () => void drop(file, 'holes') }, 'Try again with small holes filled'), ' ',
+      (v.code === 'E_OPEN' || v.code === 'E_FLAT') && repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => void drop(file, 'surface') }, 'Take it as a surface without inside'), ' ',
       h('button', { onclick: () => { dialog.hidden = true; } }, 'Close'));
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();
@@ -363,8 +468,9 @@ addEventListener('dragover', (e) => { e.preventDefault(); zone.hidden = false; }
 addEventListener('dragleave', (e) => { if (!e.relatedTarget) zone.hidden = true; });
 addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; const f = e.dataTransfer?.files[0]; if (f) void drop(f); });
 
+const OVERLAYS = ['spheres', 'samples', 'offset', 'hidden'];
 function copyLink(): void {
-  const view = { m: mode, c: world.pose(), k: world.colourBy, s: world.surfaceAs, q: world.withSuperquadrics, p: selected };
+  const view = { m: mode, c: world.pose(), k: world.colourBy, s: world.surfaceAs, q: world.withSuperquadrics, o: OVERLAYS.filter((id) => lookPanel.querySelector<HTMLInputElement>(`#${id}`)!.checked), t: document.documentElement.dataset.theme, p: selected };
   location.hash = `view=${encodeURIComponent(JSON.stringify(view))}`;
   const done = () => announce('The link is in the address bar and the clipboard. It holds as long as the program runs.');
   navigator.clipboard?.writeText(location.href).then(done, done);
@@ -377,8 +483,10 @@ function restoreLink(): void {
     const v = JSON.parse(text);
     const set = (id: string, value: unknown) => { const e = lookPanel.querySelector<HTMLSelectElement & HTMLInputElement>(`#${id}`)!; if (typeof value === 'boolean') e.checked = value; else e.value = String(value); e.dispatchEvent(new Event('change')); };
     set('colour', v.k); set('surface', v.s); set('superquadrics', Boolean(v.q));
+    for (const id of OVERLAYS) set(id, Array.isArray(v.o) && v.o.includes(id));
+    if (THEMES.includes(v.t)) setTheme(v.t);
+    if (MODES.includes(v.m) && !tabs[v.m as Mode].hidden) setMode(v.m);
     world.setPose(v.c);
-    if (v.m === 'look' || v.m === 'touch' || v.m === 'recognise') setMode(v.m);
     if (v.p && facts[v.p.object]) select(v.p.object, v.p.part);
   } catch { /* a link that somebody has changed: the view stays as it is */ }
 }
@@ -401,24 +509,13 @@ function showResume(text: string): void {
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
 world.onTrouble = trouble;
 world.onScale = (scale: Scale | null) => {
-  legend.hidden = !scale;
-  if (!scale) return;
+  const q2 = world.hiddenShare.length ? h('span', { class: 'note', id: 'q2' }, `Magenta: hidden from its part's projection (Q2), of the surface: ${world.hiddenShare.join(', ')}`) : '';
+  legend.hidden = !scale && !q2;
+  if (!scale) { fill(legend, q2); return; }
   const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
   legend.replaceChildren(h('span', {}, scale.title), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
-    world.colourBy === 'error' ? h('span', { class: 'note' }, 'Blue: missed. Grey: too thin to say.') : '');
+    world.colourBy === 'error' ? h('span', { class: 'note' }, 'Blue: missed. Grey: too thin to say.') : '', q2);
 };
-
-// ---- Names that people gave, kept for this browser
-
-const names = (f: ObjectFacts): string => `names-${f.hash}`;
-function remember(f: ObjectFacts): void { try { localStorage.setItem(names(f), JSON.stringify(f.parts.map((p) => p.name))); } catch { /* private mode */ } }
-function recall(f: ObjectFacts): void {
-  if (f.edited) return;
-  try {
-    const kept = JSON.parse(localStorage.getItem(names(f)) ?? 'null');
-    if (Array.isArray(kept) && kept.length === f.parts.length) f.parts.forEach((p, i) => { if (typeof kept[i] === 'string') p.name = kept[i].slice(0, 60); });
-  } catch { /* not ours */ }
-}
 
 // ---- The game
 
@@ -442,13 +539,13 @@ const link = new Link({
   scene(objects) {
     const count = facts.length;
     facts = objects;
-    facts.forEach(recall);
     notice.hidden = true;
     if (selected && !facts[selected.object]) selected = null;
     if (selected && selected.part >= facts[selected.object].parts.length) selected.part = -1;
     showFacts();
     showPart();
     showExports();
+    showTools();
     game.scene(facts);
     void world.setScene(facts).then(() => {
       if (first || facts.length !== count) world.frame();
@@ -461,12 +558,18 @@ const link = new Link({
     status = s;
     // What is just being set here is newer than what the program says.
     if (performance.now() - settingsChanged > 400) settings = { ...s.settings };
-    hand.radius = settings.smoothing > 0 ? settings.smoothing : settings.toolRadius;
-    world.toolRadius(hand.radius);
+    world.toolRadius(settings.smoothing > 0 ? settings.smoothing : settings.toolRadius);
+    if (document.activeElement !== toolSelect) toolSelect.value = String(settings.tool);
+    showToolRows();
+    void fetchTool(s.toolRevision);
+    tabs.dress.hidden = !s.cloth.here;
+    costume.status(s);
     sliders.forEach((x) => x.set());
     (touchPanel.querySelector('#layer') as HTMLSelectElement).value = settings.layer;
-    if (deviceSelect.childElementCount !== s.devices.length && s.devices.length)
+    if (deviceSelect.childElementCount !== s.devices.length && s.devices.length) {
+      fill(deviceTable, ...s.devices.map((d) => h('tr', {}, h('td', {}, d.name), h('td', {}, `${d.here ? '✓' : '–'} ${d.state}`), h('td', {}, d.rate > 0 ? `${d.rate} Hz` : '–'), h('td', {}, d.limit > 0 ? `${digits(d.limit)} N` : '–'))));
       deviceSelect.replaceChildren(...s.devices.map((d, i) => h('option', { value: String(i), disabled: !d.here }, d.here ? d.name : `${d.name} (not here)`)));
+    }
     deviceSelect.value = String(s.device);
     const d = s.devices[s.device];
     deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
@@ -477,27 +580,30 @@ const link = new Link({
     stopButton.setAttribute('aria-pressed', String(s.stopped));
   },
   frame: onFrame,
+  cloth(f) { costume.frame(f); },
   progress(p) {
     progressBox.hidden = p.stage === 'done' || p.stage === 'failed';
-    const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85] };
+    const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85], bones: ['its bones', p.done] };
     const [text, at] = stages[p.stage] ?? [p.stage, 1];
     progressText.textContent = `Baking ${p.name}: ${text}`;
     progressBar.value = p.done >= 1 ? 1 : at;
-    if (p.stage === 'done') announce(`${p.name} is baked.`);
+    if (p.stage === 'done' && p.name !== 'the figure') announce(`${p.name} is baked.`);
   },
   trouble,
   connected(yes) {
     connection.textContent = yes ? 'connected' : 'connection lost: no force; trying again …';
     connection.className = yes ? 'pill good' : 'pill bad';
     if (!yes) { sound.quiet(); world.showTool(null); announce('The connection is lost. There is no force.', true); }
-    else { wasHeld = false; hand.again(); }
+    else { wasHeld = false; toolShown = -1; hand.again(); costume.again(); }
   },
 });
 
+costume.onReady = () => { hint.textContent = 'Press on the cloth and drag: it is pulled. Beside it the drag turns the view.'; hint.hidden = false; setTimeout(() => { if (mode === 'dress') hint.hidden = true; }, 6000); };
 setMode('look');
+showRecorder();
 setNumbers([]);
 showExports();
 theme();
 
 // For the browser tests.
-Object.assign(window, { sqmap: { world, hand, charts, game, link, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });
+Object.assign(window, { sqmap: { world, hand, charts, game, link, costume, recorder, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });

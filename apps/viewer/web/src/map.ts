@@ -15,11 +15,12 @@ export class MapView {
   private request = 0;
   private most = 1;
   onPoint: (p: THREE.Vector3 | null) => void = () => {};
+  onPick: (p: THREE.Vector3) => void = () => {};
 
   constructor() {
     this.element = h('div', {}, this.canvas, this.words);
     this.canvas.addEventListener('pointermove', (e) => this.hover(e));
-    this.canvas.addEventListener('pointerdown', (e) => this.hover(e));
+    this.canvas.addEventListener('pointerdown', (e) => { const p = this.hover(e); if (p) this.onPick(p); });
     this.canvas.addEventListener('pointerleave', () => { this.onPoint(null); this.draw(-1); });
   }
 
@@ -52,7 +53,7 @@ export class MapView {
     }
     this.picture = picture;
     this.canvas.hidden = false;
-    this.words.textContent = `${name}. Dark: at the superquadric; bright: ${digits(1000 * this.most)} mm below it. Point at it.`;
+    this.words.textContent = `${name}. Dark: at the superquadric; bright: ${digits(1000 * this.most)} mm below it. Point at it, click it.`;
     this.draw(-1);
   }
 
@@ -73,15 +74,17 @@ export class MapView {
     }
   }
 
-  private hover(e: PointerEvent): void {
-    if (this.width === 0) return;
+  private hover(e: PointerEvent): THREE.Vector3 | null {
+    if (this.width === 0) return null;
     const box = this.canvas.getBoundingClientRect();
     const x = Math.floor(((e.clientX - box.left) / box.width) * this.width), y = Math.floor(((e.clientY - box.top) / box.height) * this.height);
     const i = y * this.width + x;
-    if (x < 0 || y < 0 || x >= this.width || y >= this.height || !(this.data[4 * i] >= 0)) { this.onPoint(null); this.draw(-1); return; }
+    if (x < 0 || y < 0 || x >= this.width || y >= this.height || !(this.data[4 * i] >= 0)) { this.onPoint(null); this.draw(-1); return null; }
     this.draw(i);
     this.words.textContent = `${digits(1000 * this.data[4 * i])} mm below the superquadric`;
-    this.onPoint(new THREE.Vector3(this.data[4 * i + 1], this.data[4 * i + 2], this.data[4 * i + 3]));
+    const p = new THREE.Vector3(this.data[4 * i + 1], this.data[4 * i + 2], this.data[4 * i + 3]);
+    this.onPoint(p);
+    return p;
   }
 
   /// Marks the place of a surface point; false where the map does not show it.

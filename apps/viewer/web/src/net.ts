@@ -1,11 +1,11 @@
 // The connection to the program: JSON both ways, and a binary stream of what is felt.
 
 export interface Part {
-  name: string; triangles: number; area: number; certified: boolean; largestF: number | null;
+  name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;
   a: number[]; eps: number[]; taper: number[]; bend: number;
 }
 export interface ObjectFacts {
-  name: string; hash: string; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
+  name: string; hash: string; sphere: number[]; namesKept: boolean; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
   place: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[];
   id: number; revision: number; canUndo: boolean; canRedo: boolean;
@@ -13,16 +13,25 @@ export interface ObjectFacts {
 export interface Settings {
   layer: string; stiffness: number; damping: number; friction: number; texture: number; smoothing: number;
   toolRadius: number; zone: number; forceLimit: number;
+  tool: string | number; toolSize: number; toolTurn: number; toolTilt: number;
 }
+export interface Worn { garment: string; fabric: string; walks: boolean; pinned: number; number: number; seams: { name: string; sewn: boolean }[]; }
 export interface DeviceRow { name: string; here: boolean; state: string; rate: number; limit: number; }
 export interface Status {
   touching: boolean; stopped: boolean; device: number; devices: DeviceRow[]; settings: Settings;
+  cloth: { here: boolean; worn: Worn | null }; toolRevision: number;
   counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
 }
 export interface Frame {
-  tool: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
+  tool: number[]; turn: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
   depth: number; contacts: number; object: number; part: number; acted: number; faults: number;
   late: number; degraded: boolean; engaged: boolean; connected: boolean; ticks: Float32Array;
+}
+export interface ClothFrame {
+  status: number; speed: number; stepMs: number; tension: number[]; fastest: number; contacts: number; gap: number; pinned: number;
+  held: boolean; number: number;
+  poses: Float32Array;      ///< 12 a bone: rows of the turn, shift
+  positions: Float32Array;  ///< 3 a vertex
 }
 export interface Progress { name: string; stage: string; done: number; }
 
@@ -30,6 +39,7 @@ export interface Handlers {
   scene(objects: ObjectFacts[]): void;
   status(status: Status): void;
   frame(frame: Frame): void;
+  cloth(frame: ClothFrame): void;
   progress(progress: Progress): void;
   trouble(text: string): void;
   connected(yes: boolean): void;
@@ -38,14 +48,23 @@ export interface Handlers {
 const token = new URLSearchParams(location.search).get('token') ?? '';
 export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
 
-const HEAD = 28;
+const HEAD = 37, CLOTH_HEAD = 16;
 
 export function readFrame(data: Float32Array): Frame {
   const v = (i: number) => [data[i], data[i + 1], data[i + 2]];
   return {
-    tool: v(2), force: v(5), torque: v(8), point: v(11), normal: v(14),
+    tool: v(2), turn: Array.from(data.subarray(28, 37)), force: v(5), torque: v(8), point: v(11), normal: v(14),
     depth: data[17], contacts: data[18], object: data[19], part: data[20], acted: data[21], faults: data[22], late: data[23],
     degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, ticks: data.subarray(HEAD, HEAD + 4 * data[27]),
+  };
+}
+
+export function readCloth(data: Float32Array): ClothFrame {
+  const vertices = data[2], bones = data[3], poses = CLOTH_HEAD + 12 * bones;
+  return {
+    status: data[4], speed: data[5], stepMs: data[6], tension: Array.from(data.subarray(7, 10)), fastest: data[10], contacts: data[11],
+    gap: data[12], pinned: data[13], held: data[14] > 0, number: data[15],
+    poses: data.subarray(CLOTH_HEAD, poses), positions: data.subarray(poses, poses + 3 * vertices),
   };
 }
 
@@ -60,7 +79,12 @@ export class Link {
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => { this.wait = 250; this.handlers.connected(true); };
     socket.onmessage = (event) => {
-      if (event.data instanceof ArrayBuffer) { this.handlers.frame(readFrame(new Float32Array(event.data))); return; }
+      if (event.data instanceof ArrayBuffer) {
+        const data = new Float32Array(event.data);
+        if (data[0] === 2) this.handlers.cloth(readCloth(data));
+        else this.handlers.frame(readFrame(data));
+        return;
+      }
       const message = JSON.parse(event.data as string);
       if (message.say === 'scene') this.handlers.scene(message.objects);
       else if (message.say === 'status') this.handlers.status(message);
@@ -96,10 +120,10 @@ export interface Verdict {
 }
 
 /// Sends a file; sent: share of it that is on its way, 0 to 1.
-export function upload(file: File, holes: boolean, sent: (share: number) => void): Promise<Verdict> {
+export function upload(file: File, repair: '' | 'holes' | 'surface', sent: (share: number) => void): Promise<Verdict> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
-    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${holes ? '&repair=holes' : ''}`));
+    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${repair ? `&repair=${repair}` : ''}`));
     request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
     request.onload = () => {
       if (request.status === 413) {

@@ -13,7 +13,16 @@ export interface Hit { object: number; part: number; triangle: number; point: TH
 
 interface Shown {
   id: number; revision: number;
-  surface: THREE.Mesh | null; superquadrics: THREE.Group; partOf: Uint32Array; fields: Map<string, Float32Array>;
+  surface: THREE.Mesh | null; superquadrics: THREE.Group; spheres: THREE.Group; partOf: Uint32Array; fields: Map<string, Float32Array>;
+  indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null;
+}
+
+const HIDDEN: Rgb = [0.85, 0.05, 0.62];
+
+/// Of the triangle whose nine numbers begin at i.
+function areaOf(p: Float32Array, i: number): number {
+  const a = [p[i + 3] - p[i], p[i + 4] - p[i + 1], p[i + 5] - p[i + 2]], b = [p[i + 6] - p[i], p[i + 7] - p[i + 1], p[i + 8] - p[i + 2]];
+  return 0.5 * Math.hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
 }
 
 const ARROW = 0.03;  // m of arrow a newton
@@ -27,6 +36,10 @@ export class World {
   private facts: ObjectFacts[] = [];
   private raycaster = new THREE.Raycaster();
   private tool: THREE.Mesh;
+  private ball: THREE.SphereGeometry;
+  private rim: THREE.Mesh;
+  private toolVertices: Float32Array | null = null;
+  readonly extra = new THREE.Group();  ///< the figure and its cloth
   private arrow = new THREE.Group();
   private shaft: THREE.Mesh;
   private head: THREE.Mesh;
@@ -36,6 +49,12 @@ export class World {
   colourBy = 'parts';
   surfaceAs: 'solid' | 'clear' | 'off' = 'solid';
   withSuperquadrics = false;
+  withSpheres = false;
+  withSamples = false;
+  withOffset = false;  ///< the surface as eq. 12 moves it out
+  withHidden = false;  ///< Q2: what its part's projection does not see first
+  inHand = -1;         ///< the object that is held as the tool
+  hiddenShare: string[] = [];
   hidden = false;  ///< recognition: nothing but the tool
   onScale: (scale: Scale | null) => void = () => {};
   onTrouble: (text: string) => void = () => {};
@@ -58,10 +77,10 @@ export class World {
     (this.ground.material as THREE.Material).transparent = true;
     (this.ground.material as THREE.Material).opacity = 0.22;
     this.scene.add(this.ground);
-    const ball = new THREE.SphereGeometry(1, 32, 24);
+    const ball = this.ball = new THREE.SphereGeometry(1, 32, 24);
     // Black with a white rim: seen on every part's colour and on both stages.
     this.tool = new THREE.Mesh(ball, new THREE.MeshStandardMaterial({ color: 0x14181d, roughness: 0.35 }));
-    const rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide }));
+    const rim = this.rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide }));
     rim.scale.setScalar(1.18);
     this.tool.add(rim);
     this.tool.scale.setScalar(0.006);
@@ -80,6 +99,7 @@ export class World {
     this.marker.scale.setScalar(0.0022);
     this.marker.visible = false;
     this.scene.add(this.marker);
+    this.scene.add(this.extra);
     this.camera.position.set(0.25, 0.2, 0.6);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as HTMLElement);
     this.resize();
@@ -118,6 +138,10 @@ export class World {
       const c = new THREE.Vector3(...(f.place as [number, number, number])), half = new THREE.Vector3(...(f.half as [number, number, number]));
       box.expandByPoint(c.clone().sub(half)).expandByPoint(c.clone().add(half));
     });
+    this.frameBox(box);
+  }
+
+  frameBox(box: THREE.Box3): void {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
     const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
     const tan = Math.tan((this.camera.fov * Math.PI) / 360);
@@ -155,7 +179,9 @@ export class World {
 
   private remove(s: Shown): void {
     if (s.surface) { this.scene.remove(s.surface); s.surface.geometry.dispose(); }
-    this.scene.remove(s.superquadrics);
+    for (const o of [s.samples, s.shell]) if (o) { this.scene.remove(o); o.geometry.dispose(); }
+    s.indexed?.dispose();
+    this.scene.remove(s.superquadrics, s.spheres);
     s.superquadrics.children.forEach((c) => (c as THREE.Mesh).geometry.dispose());
   }
 
@@ -165,16 +191,16 @@ export class World {
     const positions = new Float32Array(meshData, 16, 3 * nv);
     const corners = new Uint32Array(meshData, 16 + 12 * nv, 3 * nt);
     const partOf = new Uint32Array(meshData, 16 + 12 * nv + 12 * nt, nt);
-    let surface: THREE.Mesh | null = null;
+    let surface: THREE.Mesh | null = null, indexed: THREE.BufferGeometry | null = null;
     if (nt > 0) {
-      const indexed = new THREE.BufferGeometry();
+      indexed = new THREE.BufferGeometry();
       indexed.setAttribute('position', new THREE.BufferAttribute(positions, 3));
       indexed.setIndex(new THREE.BufferAttribute(corners, 1));
       indexed.computeVertexNormals();
       const geometry = indexed.toNonIndexed();
       geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(9 * nt), 3));
       geometry.computeBoundsTree({ indirect: true } as never);
-      surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, side: f.solid ? THREE.FrontSide : THREE.DoubleSide }));
+      surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: f.solid ? THREE.FrontSide : THREE.DoubleSide }));
       this.scene.add(surface);
     }
     const superquadrics = new THREE.Group();
@@ -193,12 +219,24 @@ export class World {
       superquadrics.add(m);
     }
     this.scene.add(superquadrics);
-    return { id: f.id, revision: f.revision, surface, superquadrics, partOf, fields: new Map() };
+    // Two levels, as section 4.1 has them: one about the object, one about each superquadric.
+    const spheres = new THREE.Group(), ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1);
+    [f.sphere, ...f.parts.map((p) => p.sphere)].forEach((sphere, i) => {
+      const colour = i === 0 ? new THREE.Color(0x888888) : new THREE.Color().setRGB(...partColour(i - 1), THREE.SRGBColorSpace);
+      const line = new THREE.LineSegments(ring, new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: i === 0 ? 0.35 : 0.6 }));
+      line.position.set(sphere[0], sphere[1], sphere[2]);
+      line.scale.setScalar(sphere[3]);
+      line.raycast = () => {};
+      spheres.add(line);
+    });
+    this.scene.add(spheres);
+    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), indexed, samples: null, shell: null, hidden: null };
   }
 
   /// Colours and visibility as asked.
   async paint(): Promise<void> {
     let scale: Scale | null = null;
+    const shares: string[] = [];
     const kind = this.colourBy;
     await Promise.all(this.shown.map(async (s, i) => {
       if (!s) return;
@@ -207,8 +245,26 @@ export class World {
         const on = !this.selected || this.selected.object !== i || this.selected.part < 0 || this.selected.part === p;
         ((c as THREE.Mesh).material as THREE.MeshStandardMaterial).opacity = on ? 0.42 : 0.16;
       });
+      const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited && this.facts[i].central;
+      s.superquadrics.visible = s.superquadrics.visible && i !== this.inHand;
+      s.spheres.visible = this.withSpheres && there;
+      s.spheres.children.forEach((c, p) => { c.visible = !this.selected || this.selected.object !== i || this.selected.part < 0 || this.selected.part === p - 1; });
       if (!s.surface) return;
-      s.surface.visible = this.surfaceAs !== 'off' && !this.hidden;
+      if (baked) await this.overlays(s, i);
+      if (s.samples) s.samples.visible = this.withSamples && there && baked;
+      if (s.shell) s.shell.visible = this.withOffset && there && baked;
+      const hidden = this.withHidden && baked ? s.hidden : null;
+      if (hidden) {
+        let all = 0, q2 = 0;
+        const p = s.surface.geometry.getAttribute('position').array as Float32Array;
+        for (let t = 0; t < hidden.length; ++t) {
+          const a = areaOf(p, 9 * t);
+          all += a;
+          if (hidden[t] === 1) q2 += a;
+        }
+        shares[i] = `${this.facts[i].name} ${(100 * q2 / Math.max(all, 1e-12)).toFixed(1)} %`;
+      }
+      s.surface.visible = this.surfaceAs !== 'off' && there;
       const material = s.surface.material as THREE.MeshStandardMaterial;
       material.transparent = this.surfaceAs === 'clear';
       material.opacity = this.surfaceAs === 'clear' ? 0.35 : 1;
@@ -238,14 +294,76 @@ export class World {
       const array = attribute.array as Float32Array;
       const linear = new THREE.Color();
       for (let t = 0; t < s.partOf.length; ++t) {
-        linear.setRGB(...colours(t), THREE.SRGBColorSpace);
+        linear.setRGB(...(hidden && hidden[t] === 1 ? HIDDEN : colours(t)), THREE.SRGBColorSpace);
         for (let k = 0; k < 3; ++k) { array[9 * t + 3 * k] = linear.r; array[9 * t + 3 * k + 1] = linear.g; array[9 * t + 3 * k + 2] = linear.b; }
       }
       attribute.needsUpdate = true;
     }));
     this.ground.visible = true;
+    this.hiddenShare = shares.filter((x) => x);
     if (this.colourBy === kind) this.onScale(scale);
     this.dirty = true;
+  }
+
+  /// What the toggles ask for, fetched once.
+  private async overlays(s: Shown, i: number): Promise<void> {
+    try {
+      if (this.withSamples && !s.samples) {
+        const data = await fetchBytes(`/api/object/${i}/samples`), n = new Uint32Array(data, 4, 1)[0];
+        const g = new THREE.BufferGeometry(), part = new Uint32Array(data, 8 + 12 * n, n), colours = new Float32Array(3 * n), c = new THREE.Color();
+        for (let k = 0; k < n; ++k) { c.setRGB(...(partColour(part[k]).map((x) => 0.45 * x) as Rgb), THREE.SRGBColorSpace); colours.set([c.r, c.g, c.b], 3 * k); }
+        g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, 8, 3 * n), 3));
+        g.setAttribute('color', new THREE.BufferAttribute(colours, 3));
+        if (!s.samples) {
+          s.samples = new THREE.Points(g, new THREE.PointsMaterial({ size: 2.4 * this.renderer.getPixelRatio(), sizeAttenuation: false, vertexColors: true }));
+          s.samples.renderOrder = 2;
+          s.samples.raycast = () => {};
+          this.scene.add(s.samples);
+        }
+      }
+      if (this.withOffset && !s.shell && s.indexed) {
+        const out = new Float32Array(await fetchBytes(`/api/object/${i}/offset`), 8);
+        const from = s.indexed.getAttribute('position').array, normal = s.indexed.getAttribute('normal').array, to = new Float32Array(from.length);
+        for (let k = 0; k < to.length; ++k) to[k] = from[k] + normal[k] * (out[Math.floor(k / 3)] + 1e-5);
+        const g = new THREE.BufferGeometry();
+        g.setAttribute('position', new THREE.BufferAttribute(to, 3));
+        g.setIndex(s.indexed.getIndex());
+        g.computeVertexNormals();
+        if (!s.shell) {
+          s.shell = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ color: 0x0b9dc4, transparent: true, opacity: 0.55, roughness: 0.5 }));
+          s.shell.raycast = () => {};
+          this.scene.add(s.shell);
+        }
+      }
+      if (this.withHidden && !s.hidden) s.hidden = new Float32Array(await fetchBytes(`/api/object/${i}/hidden`), 8);
+    } catch (e) { this.onTrouble(String(e)); }
+  }
+
+  /// For tests and legends: samples shown, share of vertices that the offset moves, triangles hidden.
+  overlay(object: number): { samples: number; moved: number; hidden: number; spheres: boolean } {
+    const s = this.shown[object];
+    let moved = 0;
+    if (s?.shell && s.indexed) {
+      const a = s.indexed.getAttribute('position').array, b = s.shell.geometry.getAttribute('position').array;
+      for (let k = 0; k < a.length; k += 3) if (Math.hypot(a[k] - b[k], a[k + 1] - b[k + 1], a[k + 2] - b[k + 2]) > 1e-4) ++moved;
+    }
+    return {
+      samples: s?.samples?.visible ? s.samples.geometry.getAttribute('position').count : 0,
+      moved: s?.shell?.visible ? moved : 0, hidden: s?.hidden && this.withHidden ? s.hidden.filter((x) => x === 1).length : 0,
+      spheres: s?.spheres.visible ?? false,
+    };
+  }
+
+  /// The surface nearest to a place, as a hit.
+  nearest(object: number, p: THREE.Vector3): Hit | null {
+    const s = this.shown[object];
+    const tree = s?.surface?.geometry.boundsTree;
+    const found = tree?.closestPointToPoint(p);
+    if (!s?.surface || !found) return null;
+    const q = s.surface.geometry.getAttribute('position').array as Float32Array, t = found.faceIndex;
+    const v = (k: number) => new THREE.Vector3(q[9 * t + 3 * k], q[9 * t + 3 * k + 1], q[9 * t + 3 * k + 2]);
+    const normal = v(1).sub(v(0)).cross(v(2).sub(v(0))).normalize();
+    return { object, part: s.partOf[t], triangle: t, point: found.point.clone(), normal };
   }
 
   select(object: number, part: number): void {
@@ -258,7 +376,7 @@ export class World {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     let best: Hit | null = null, distance = Infinity;
     this.shown.forEach((s, i) => {
-      if (!s?.surface || (only >= 0 && i !== only)) return;
+      if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
       const visible = s.surface.visible;
       s.surface.visible = true;
       const [hit] = this.raycaster.intersectObject(s.surface, false);
@@ -280,7 +398,56 @@ export class World {
   /// Where p appears, -1 to 1 each way.
   project(p: THREE.Vector3): THREE.Vector2 { const q = p.clone().project(this.camera); return new THREE.Vector2(q.x, q.y); }
 
-  toolRadius(r: number): void { this.tool.scale.setScalar(r); this.dirty = true; }
+  private radius = 0.006;
+  toolRadius(r: number): void {
+    this.radius = r;
+    if (!this.toolVertices) this.tool.scale.setScalar(r);
+    this.dirty = true;
+  }
+
+  /// What is held: null a ball, else triangles about the tool's centre.
+  toolShape(positions: Float32Array | null, corners: Uint32Array | null): void {
+    if (this.tool.geometry !== this.ball) this.tool.geometry.dispose();
+    this.toolVertices = positions;
+    const material = this.tool.material as THREE.MeshStandardMaterial;
+    this.rim.visible = !positions;
+    material.transparent = !!positions;
+    material.opacity = positions ? 0.82 : 1;
+    material.color.set(positions ? 0x39424d : 0x14181d);
+    material.needsUpdate = true;
+    if (positions && corners) {
+      const g = new THREE.BufferGeometry();
+      g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+      g.setIndex(new THREE.BufferAttribute(corners, 1));
+      g.computeVertexNormals();
+      this.tool.geometry = g;
+      this.tool.scale.setScalar(1);
+    } else {
+      this.tool.geometry = this.ball;
+      this.tool.scale.setScalar(this.radius);
+    }
+    this.dirty = true;
+  }
+
+  /// How far a mesh spreads about its centre, so that it is taken up clear of what lies beside; 0 for the ball.
+  toolSpan(): number {
+    const p = this.toolVertices;
+    let most = 0;
+    if (p) for (let k = 0; k < p.length; k += 3) most = Math.max(most, Math.hypot(p[k], p[k + 1], p[k + 2]));
+    return most;
+  }
+
+  /// Of the tool about its centre: the place that touches a surface with this normal first.
+  toolTip(normal: THREE.Vector3): THREE.Vector3 {
+    const p = this.toolVertices;
+    if (!p) return normal.clone().multiplyScalar(-this.radius);
+    let least = Infinity, best = 0;
+    for (let k = 0; k < p.length; k += 3) {
+      const d = p[k] * normal.x + p[k + 1] * normal.y + p[k + 2] * normal.z;
+      if (d < least) { least = d; best = k; }
+    }
+    return new THREE.Vector3(p[best], p[best + 1], p[best + 2]);
+  }
 
   showTool(frame: Frame | null): void {
     this.tool.visible = frame !== null;
@@ -288,13 +455,21 @@ export class World {
     this.dirty = true;
     if (!frame) return;
     this.tool.position.set(frame.tool[0], frame.tool[1], frame.tool[2]);
-    const force = new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]), size = force.length();
-    if (size < 0.02) return;
-    const length = ARROW * size;
-    this.arrow.visible = true;
-    this.arrow.position.copy(this.tool.position);
-    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.divideScalar(size));
-    this.shaft.scale.y = length;
+    const m = frame.turn;
+    this.tool.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
+    this.showArrow(this.tool.position, new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]));
+  }
+
+  /// An arrow of force from a place; thick: times the usual thickness, for larger scenes. Null: none.
+  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {
+    const size = force.length(), length = ARROW * size;
+    this.arrow.visible = at !== null && size >= 0.02;
+    this.dirty = true;
+    if (!at || !this.arrow.visible) return;
+    this.arrow.position.copy(at);
+    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
+    this.shaft.scale.set(thick, length, thick);
+    this.head.scale.setScalar(thick);
     this.head.position.y = length;
   }
 
@@ -311,6 +486,12 @@ export class World {
   }
 
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
+  groundAt(y: number): void { this.ground.position.y = y; this.dirty = true; }
+  groundUnder(): void { this.groundAt(Math.min(0, ...this.facts.map((f) => f.place[1] - f.half[1])) - 0.001); }
+  castMesh(x: number, y: number, mesh: THREE.Mesh): THREE.Vector3 | null {
+    this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+    return this.raycaster.intersectObject(mesh, false)[0]?.point ?? null;
+  }
   ready(): boolean { return this.shown.length > 0 && this.shown.every((s) => s !== null); }
 
   picture(): Promise<Blob | null> {

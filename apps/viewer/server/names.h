@@ -1,0 +1,58 @@
+// Names of parts that mean something: places of an object that have a name, kept beside its model.
+#pragma once
+
+#include "sqmap/decompose/decompose.h"
+#include "sqmap/mesh/adjacency.h"
+#include "sqmap/mesh/mesh.h"
+#include "sqmap/shape/superquadric.h"
+
+#include <nlohmann/json.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sqmap::viewer {
+
+inline constexpr std::size_t k_most_name = 60;  ///< bytes
+inline constexpr std::size_t k_most_landmarks = 256;
+
+/// A place on the surface and what people call it.
+struct Landmark {
+    std::string name;
+    Vec3d at{};  ///< mesh units
+};
+
+/// What is known of an object in words. Places, not parts: names outlive another decomposition.
+struct Words {
+    std::vector<Landmark> landmarks;
+    bool whole = false;  ///< the landmarks speak of all of it: a part between them is named after the nearest along the surface
+    Vec3d forward{0, 0, 1}, up{0, 1, 0};  ///< where the object looks, for "upper", "front", "left"
+};
+
+/// False for what is empty, longer than k_most_name, or has control characters.
+[[nodiscard]] bool is_name(const std::string& text);
+
+/// Nothing where the text is not what names_json writes.
+[[nodiscard]] std::optional<Words> read_names(const std::string& json);
+[[nodiscard]] nlohmann::ordered_json names_json(const Words& words);
+
+/// Where model space lies: place = origin + unit * model space, mesh units.
+struct Frame {
+    Vec3d origin{};
+    double unit = 1;
+};
+
+/// A name for every part, no two alike. A part that holds landmarks is named after them, the others after the nearest landmark
+/// where the words are whole, or else by shape and place: "long part, upper left front", as seen with x to the right, y up, z
+/// towards the eye. mesh, superquadrics: model space.
+[[nodiscard]] std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
+                                                  const decompose::Partition& partition,
+                                                  const std::vector<shape::Superquadricd>& superquadrics, const Words& words,
+                                                  const Frame& frame);
+
+/// The words with a part called `name`: landmarks on it give way to one in its middle; an empty name only takes them away.
+[[nodiscard]] Words renamed(const Words& words, const mesh::Mesh& mesh, const decompose::Partition& partition, std::uint32_t part,
+                            const std::string& name, const Frame& frame);
+
+}  // namespace sqmap::viewer

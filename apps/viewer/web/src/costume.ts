@@ -1,0 +1,211 @@
+// The costume designer's view: a figure that the program dresses, and hands that pull and pin its cloth.
+import * as THREE from 'three';
+import { announce, fill, h } from './dom';
+import { fetchBytes, type ClothFrame, type Status, type Worn } from './net';
+import type { World } from './world';
+
+const GARMENTS: [string, string][] = [['shirt', 'Shirt'], ['skirt', 'Skirt'], ['poncho', 'Poncho']];
+const FABRICS: [string, string, number][] = [['cotton', 'Cotton', 0x3b6ea5], ['silk', 'Silk', 0xb08ad0], ['denim', 'Denim', 0x2b4a78], ['wool', 'Wool', 0xb5563c], ['leather', 'Leather', 0x6b4a32]];
+
+export class Costume {
+  readonly element: HTMLElement;
+  private garment = h('select', { id: 'garment', onchange: () => this.fit() }, ...GARMENTS.map(([v, t]) => h('option', { value: v }, t)));
+  private fabric = h('select', { id: 'fabric', onchange: () => this.fit() }, ...FABRICS.map(([v, t]) => h('option', { value: v }, t)));
+  private walks = h('input', { type: 'checkbox', id: 'walks', onchange: () => this.fit() });
+  private pins = h('input', { type: 'radio', name: 'grip', id: 'grip-pin' });
+  private pulls = h('input', { type: 'radio', name: 'grip', id: 'grip-pull', checked: true });
+  private seams = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Seams' });
+  private facts = h('dl', { class: 'numbers', id: 'cloth-facts' });
+  private bones: THREE.Mesh[] = [];
+  private cloth: THREE.Mesh | null = null;
+  private number = -1;
+  private loading = false;
+  private at = new THREE.Vector3();
+  private cursor = new THREE.Vector2();
+  private dragged: THREE.Vector3 | null = null;
+  private seamText = '';
+  private factsDue = 0;
+  held = false;
+  active = false;
+  frames = 0;
+  last: ClothFrame | null = null;
+  onReady: () => void = () => {};
+
+  constructor(private world: World, private canvas: HTMLCanvasElement, private say: (message: object) => boolean) {
+    const radio = (input: HTMLInputElement, text: string) => h('label', { class: 'check' }, input, h('span', {}, text));
+    this.element = h('div', {},
+      h('label', { class: 'field' }, h('span', {}, 'Garment'), this.garment),
+      h('label', { class: 'field' }, h('span', {}, 'Fabric'), this.fabric),
+      h('label', { class: 'check' }, this.walks, h('span', {}, 'The figure walks')),
+      h('fieldset', {}, h('legend', {}, 'A press on the cloth'), radio(this.pulls, 'takes it and pulls'), radio(this.pins, 'pins it to the body, or to the air where the body is far')),
+      this.seams,
+      h('div', { class: 'row wrap' }, h('button', { id: 'unpin', onclick: () => { this.say({ say: 'cloth', do: 'unpin' }); announce('Pins taken out.'); } }, 'Take pins out'),
+        h('button', { id: 'dress-again', onclick: () => { this.say({ say: 'cloth', do: 'restart' }); announce('Dressed anew.'); } }, 'Start again')),
+      this.facts,
+      h('p', { class: 'note' }, 'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, Q and E walk round.'));
+    world.extra.visible = false;
+    canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
+    canvas.addEventListener('pointermove', (e) => { if (this.held && this.active) { this.place(e); this.drag(); } });
+    for (const type of ['pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => this.release());
+    canvas.addEventListener('keydown', (e) => this.key(e));
+    setInterval(() => { if (this.dragged) this.say({ say: 'cloth', do: 'drag', p: this.dragged.toArray().map((x) => Number(x.toFixed(5))) }); this.dragged = null; }, 16);
+  }
+
+  enter(): void {
+    this.active = true;
+    this.world.extra.visible = true;
+    this.world.groundAt(0);
+    this.world.frameBox(new THREE.Box3(new THREE.Vector3(-0.75, 0, -0.3), new THREE.Vector3(0.75, 1.75, 0.3)));
+    this.fit();
+  }
+  leave(): void {
+    if (!this.active) return;
+    this.active = false;
+    this.release();
+    this.world.showArrow(null);
+    this.world.extra.visible = false;
+    this.world.groundUnder();
+    this.say({ say: 'undress' });
+  }
+  /// After a lost connection the program knows of nothing.
+  again(): void { this.held = false; if (this.active) this.fit(); }
+
+  private fit(): void { this.say({ say: 'fit', garment: this.garment.value, fabric: this.fabric.value, walks: this.walks.checked }); this.colour(); }
+  private colour(): void {
+    const found = FABRICS.find(([name]) => name === this.fabric.value);
+    if (this.cloth && found) { (this.cloth.material as THREE.MeshStandardMaterial).color.set(found[2]); this.world.redraw(); }
+  }
+
+  status(s: Status): void {
+    const worn: Worn | null = s.cloth.worn;
+    const text = JSON.stringify(worn?.seams ?? []);
+    if (text === this.seamText) return;
+    this.seamText = text;
+    fill(this.seams, ...(worn?.seams ?? []).map((seam, i) => h('button', {
+      id: `seam-${seam.name}`, 'aria-pressed': String(!seam.sewn),
+      onclick: () => { this.say({ say: 'cloth', do: seam.sewn ? 'cut' : 'sew', seam: i }); announce(`${seam.name}: ${seam.sewn ? 'cut open' : 'sewn'}.`); },
+    }, `${seam.sewn ? 'Cut' : 'Sew'} the ${seam.name}`)));
+  }
+
+  frame(f: ClothFrame): void {
+    if (!this.active) return;
+    if (f.number !== this.number) { void this.load(); return; }
+    if (!this.cloth || this.cloth.geometry.getAttribute('position').count * 3 !== f.positions.length) return;
+    ++this.frames;
+    this.last = f;
+    this.bones.forEach((bone, b) => {
+      const p = f.poses.subarray(12 * b, 12 * b + 12);
+      bone.matrix.set(p[0], p[1], p[2], p[9], p[3], p[4], p[5], p[10], p[6], p[7], p[8], p[11], 0, 0, 0, 1);
+      bone.matrixWorldNeedsUpdate = true;
+    });
+    const attribute = this.cloth.geometry.getAttribute('position') as THREE.BufferAttribute;
+    (attribute.array as Float32Array).set(f.positions);
+    attribute.needsUpdate = true;
+    this.cloth.geometry.computeVertexNormals();
+    const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
+    this.world.showArrow(f.held ? this.at : null, pull, 3);
+    this.world.redraw();
+    if (performance.now() < this.factsDue) return;
+    this.factsDue = performance.now() + 250;
+    const rows: [string, string][] = [
+      ['Pull', f.held ? `${size.toFixed(2)} N` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %`],
+      ['A step', `${f.stepMs.toFixed(1)} ms of CPU time, ${f.contacts} contacts`], ['Fastest', `${f.fastest.toFixed(2)} m/s`], ['Pinned', `${f.pinned} vertices`]];
+    if (f.status & 1) rows.push(['Trouble', 'a vertex was lost: put back']);
+    this.facts.replaceChildren(...rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
+  }
+
+  private async load(): Promise<void> {
+    if (this.loading) return;
+    this.loading = true;
+    try {
+      const data = await fetchBytes('/api/fitting');
+      const head = new Uint32Array(data, 0, 5), [, number, bones, vertices, triangles] = head;
+      let at = 20;
+      for (const m of [...this.bones, ...(this.cloth ? [this.cloth] : [])]) { this.world.extra.remove(m); m.geometry.dispose(); }
+      this.bones = [];
+      for (let b = 0; b < bones; ++b) {
+        const [v, t] = new Uint32Array(data, at, 2), g = new THREE.BufferGeometry();
+        g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, at + 8, 3 * v), 3));
+        g.setIndex(new THREE.BufferAttribute(new Uint32Array(data, at + 8 + 12 * v, 3 * t), 1));
+        g.computeVertexNormals();
+        at += 8 + 12 * v + 12 * t;
+        const m = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ color: 0xd9b99b, roughness: 0.8 }));
+        m.matrixAutoUpdate = false;
+        m.frustumCulled = false;
+        this.bones.push(m);
+        this.world.extra.add(m);
+      }
+      const g = new THREE.BufferGeometry();
+      g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * vertices), 3));
+      g.setIndex(new THREE.BufferAttribute(new Uint32Array(data, at, 3 * triangles).slice(), 1));
+      this.cloth = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ roughness: 0.85, side: THREE.DoubleSide }));
+      this.cloth.frustumCulled = false;
+      this.world.extra.add(this.cloth);
+      this.number = number;
+      this.colour();
+      this.onReady();
+    } catch { /* the next frame asks again */ } finally { this.loading = false; }
+  }
+
+  private place(e: PointerEvent): void {
+    const b = this.canvas.getBoundingClientRect();
+    this.cursor.set((2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height);
+  }
+  /// The cloth under the cursor, where the body does not hide it.
+  private under(): THREE.Vector3 | null {
+    if (!this.cloth) return null;
+    this.cloth.geometry.boundingSphere = null;
+    const p = this.world.castMesh(this.cursor.x, this.cursor.y, this.cloth);
+    if (!p) return null;
+    const eye = this.world.camera.position, far = p.distanceTo(eye);
+    for (const bone of this.bones) { const q = this.world.castMesh(this.cursor.x, this.cursor.y, bone); if (q && q.distanceTo(eye) < far - 0.01) return null; }
+    return p;
+  }
+  private down(e: PointerEvent): void {
+    if (!this.active || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
+    this.place(e);
+    const p = this.under();
+    if (!p) return;  // beside the cloth the drag turns the view
+    e.stopImmediatePropagation();
+    this.canvas.focus();
+    this.canvas.setPointerCapture(e.pointerId);
+    if (this.pins.checked) this.pin(p);
+    else this.grasp(p);
+  }
+  private pin(p: THREE.Vector3): void { this.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
+  private grasp(p: THREE.Vector3): void { this.at.copy(p); this.held = true; this.say({ say: 'cloth', do: 'grasp', p: p.toArray() }); }
+  private drag(): void { this.at.copy(this.world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); }
+  private release(): void {
+    if (!this.held) return;
+    this.held = false;
+    this.dragged = null;
+    this.say({ say: 'cloth', do: 'release' });
+  }
+
+  private key(e: KeyboardEvent): void {
+    if (!this.active) return;
+    const step = e.shiftKey ? 0.02 : 0.06;
+    const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
+    const move = moves[e.key];
+    if (move) {
+      e.preventDefault();
+      e.stopPropagation();
+      this.cursor.set(Math.min(Math.max(this.cursor.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.cursor.y + move[1], -1), 1));
+      if (this.held) this.drag();
+      else this.world.mark(this.under() ?? this.world.beside(this.cursor.x, this.cursor.y, this.world.controls.target));
+    } else if (e.key === 'Enter' || e.key === 'p' || e.key === 'P') {
+      e.preventDefault();
+      if (this.held) { this.release(); announce('Let go'); return; }
+      const p = this.under();
+      if (!p) { announce('No cloth here: move the cross with the arrow keys.'); return; }
+      if (e.key === 'Enter') { this.grasp(p); announce('Taken: arrow keys pull.'); } else this.pin(p);
+    } else if (e.key === 'q' || e.key === 'e') {
+      const offset = this.world.camera.position.clone().sub(this.world.controls.target);
+      offset.applyAxisAngle(new THREE.Vector3(0, 1, 0), (e.key === 'q' ? 1 : -1) * (Math.PI / 12));
+      this.world.camera.position.copy(this.world.controls.target).add(offset);
+      this.world.camera.lookAt(this.world.controls.target);
+      this.world.camera.updateMatrixWorld();
+      this.world.redraw();
+    }
+  }
+}

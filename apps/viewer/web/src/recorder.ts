@@ -1,0 +1,103 @@
+// What was felt, kept frame by frame: shown again later, saved as a table of ticks, read back from one.
+import type { Frame } from './net';
+
+const PER_TICK = ['force_N', 'torque_Nm', 'depth_m', 'cpu_us'];
+const VECTORS = ['tool', 'force', 'torque', 'point', 'normal'] as const;
+const NUMBERS = ['depth', 'contacts', 'object', 'part', 'acted', 'faults', 'late'] as const;
+const FLAGS = ['degraded', 'engaged', 'connected'] as const;
+const COLUMNS = ['tick', 'time_s', ...PER_TICK, ...VECTORS.flatMap((v) => ['x', 'y', 'z'].map((c) => `frame_${v}_${c}`)),
+  ...Array.from({ length: 9 }, (_, i) => `frame_turn_${Math.floor(i / 3)}${i % 3}`), ...NUMBERS.map((n) => `frame_${n}`), ...FLAGS.map((n) => `frame_${n}`)];
+const MOST_SECONDS = 600;
+
+interface Kept { at: number; frame: Frame; }
+
+export class Recorder {
+  private kept: Kept[] = [];
+  private began = 0;
+  private timer = 0;
+  recording = false;
+  replaying = false;
+  onFrame: (frame: Frame, at: number, of: number) => void = () => {};
+  onEnd: () => void = () => {};
+
+  get seconds(): number { return this.kept.length ? this.kept[this.kept.length - 1].at : 0; }
+  get count(): number { return this.kept.length; }
+
+  start(): void { this.kept = []; this.recording = true; this.began = performance.now(); }
+  stop(): void { this.recording = false; }
+
+  add(frame: Frame): void {
+    if (!this.recording) return;
+    const at = (performance.now() - this.began) / 1000;
+    if (at > MOST_SECONDS) { this.recording = false; this.onEnd(); return; }
+    this.kept.push({ at, frame: { ...frame, ticks: frame.ticks.slice() } });
+  }
+
+  /// As it was, in its own time.
+  replay(): void {
+    if (!this.kept.length) return;
+    this.recording = false;
+    this.replaying = true;
+    const began = performance.now();
+    let next = 0;
+    const step = () => {
+      const now = (performance.now() - began) / 1000;
+      while (next < this.kept.length && this.kept[next].at <= now) this.onFrame(this.kept[next++].frame, now, this.seconds);
+      if (next >= this.kept.length) { this.halt(); return; }
+      this.timer = requestAnimationFrame(step);
+    };
+    step();
+  }
+  halt(): void {
+    if (!this.replaying) return;
+    cancelAnimationFrame(this.timer);
+    this.replaying = false;
+    this.onEnd();
+  }
+
+  /// A row a tick; what is known of a frame only stands in the row of its last tick.
+  csv(): string {
+    const rows = [COLUMNS.join(',')], blank = ','.repeat(COLUMNS.length - 2 - PER_TICK.length);
+    const short = (x: number) => String(Number(x.toPrecision(9)));
+    let tick = 0;
+    for (const { at, frame } of this.kept) {
+      const n = frame.ticks.length / 4;
+      for (let i = 0; i < n; ++i) {
+        const own = [tick++, short(at), ...Array.from(frame.ticks.subarray(4 * i, 4 * i + 4), short)].join(',');
+        rows.push(i < n - 1 ? own + blank : [own, ...VECTORS.flatMap((v) => frame[v].map(short)), ...frame.turn.map(short),
+          ...NUMBERS.map((k) => short(frame[k])), ...FLAGS.map((k) => Number(frame[k]))].join(','));
+      }
+    }
+    return rows.join('\n') + '\n';
+  }
+
+  /// Takes such a table. Throws, with what is wrong, where it is none.
+  open(text: string): void {
+    const lines = text.trim().split('\n');
+    if (lines[0]?.trim() !== COLUMNS.join(',')) throw new Error('this is no recording of this page: its columns are others');
+    const kept: Kept[] = [];
+    let ticks: number[] = [];
+    lines.slice(1).forEach((line, row) => {
+      const cells = line.split(','), wrong = () => new Error(`row ${row + 2} of the recording is not as it should be`);
+      if (cells.length !== COLUMNS.length) throw wrong();
+      const number = (i: number) => { const x = Number(cells[i]); if (cells[i].trim() === '' || !Number.isFinite(x)) throw wrong(); return x; };
+      for (let i = 0; i < 4; ++i) ticks.push(number(2 + i));
+      let at = 2 + PER_TICK.length;
+      if (cells[at] === '') return;
+      const take = (n: number) => Array.from({ length: n }, () => number(at++));
+      const frame = { ticks: Float32Array.from(ticks) } as Frame;
+      for (const v of VECTORS) frame[v] = take(3);
+      frame.turn = take(9);
+      for (const k of NUMBERS) frame[k] = number(at++);
+      for (const k of FLAGS) frame[k] = number(at++) > 0;
+      const time = number(1);
+      if (kept.length && time < kept[kept.length - 1].at) throw wrong();
+      kept.push({ at: time, frame });
+      ticks = [];
+    });
+    if (!kept.length) throw new Error('the recording is empty');
+    this.halt();
+    this.recording = false;
+    this.kept = kept;
+  }
+}

@@ -1,0 +1,118 @@
+// The live figure. Waits for what happens, bounded; asserts no time.
+#include "fitting.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+namespace sqmap::viewer {
+namespace {
+
+struct Shot {
+    std::vector<float> v;
+    [[nodiscard]] std::size_t vertices() const { return static_cast<std::size_t>(v[2]); }
+    [[nodiscard]] std::size_t bones() const { return static_cast<std::size_t>(v[3]); }
+    [[nodiscard]] Vec3d tension() const { return {v[7], v[8], v[9]}; }
+    [[nodiscard]] bool held() const { return v[14] > 0; }
+    [[nodiscard]] Vec3d at(std::size_t i) const
+    {
+        const float* p = &v[16 + 12 * bones() + 3 * i];
+        return {p[0], p[1], p[2]};
+    }
+};
+
+/// Frames until done says so, or two minutes.
+template <class Done>
+Shot wait_for(Fitting& fitting, Done done)
+{
+    for (int i = 0; i < 12000; ++i) {
+        if (const auto bytes = fitting.frame()) {
+            Shot shot;
+            shot.v.resize(bytes->size() / 4);
+            std::memcpy(shot.v.data(), bytes->data(), bytes->size());
+            if (done(shot)) return shot;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ADD_FAILURE() << "it did not happen";
+    return {};
+}
+
+Message cloth(Handling what, Vec3d place = {})
+{
+    Message m;
+    m.say = Say::Cloth;
+    m.handling = what;
+    m.target = place;
+    return m;
+}
+Message fit(const char* garment, const char* fabric)
+{
+    Message m;
+    m.say = Say::Fit;
+    m.garment = garment;
+    m.fabric = fabric;
+    return m;
+}
+
+TEST(Fitting, DressesPullsPinsAndChanges)
+{
+    std::string trouble;
+    Fitting fitting([](double) {}, [&](const std::string& why) { trouble = why; });
+    fitting.tell(fit("poncho", "wool"));
+    Shot first = wait_for(fitting, [](const Shot& s) { return s.v[1] > 20; });
+    ASSERT_FALSE(first.v.empty());
+    ASSERT_EQ(first.v.size(), 16 + 12 * first.bones() + 3 * first.vertices());
+    EXPECT_EQ(first.bones(), 13u);
+    for (std::size_t i = 0; i < first.vertices(); ++i) ASSERT_LT(norm(first.at(i)), 3);
+    const auto shapes = fitting.shapes();
+    ASSERT_NE(shapes, nullptr);
+    EXPECT_EQ(shapes->substr(0, 4), "SQC1");
+
+    // The lowest vertex, pulled down by 0.2 m, goes there and pulls up.
+    std::size_t low = 0;
+    for (std::size_t i = 1; i < first.vertices(); ++i)
+        if (first.at(i).y < first.at(low).y) low = i;
+    fitting.tell(cloth(Handling::Grasp, first.at(low)));
+    const Vec3d to = first.at(low) - Vec3d{0, 0.2, 0};
+    fitting.tell(cloth(Handling::Drag, to));
+    const Shot pulled = wait_for(fitting, [](const Shot& s) { return s.held() && s.tension().y > 0.5; });
+    ASSERT_FALSE(pulled.v.empty());
+    fitting.tell(cloth(Handling::Release));
+    (void)wait_for(fitting, [](const Shot& s) { return !s.held(); });
+
+    // What is far from all cloth is not taken.
+    fitting.tell(cloth(Handling::Grasp, {3, 3, 3}));
+    fitting.tell(cloth(Handling::Pin, pulled.at(0)));
+    const Shot pinned = wait_for(fitting, [](const Shot& s) { return s.v[13] > 0; });
+    EXPECT_FALSE(pinned.held());
+    fitting.tell(cloth(Handling::Unpin));
+    (void)wait_for(fitting, [](const Shot& s) { return s.v[13] == 0; });
+
+    // Another fabric goes on in the same folds, another garment starts anew.
+    fitting.tell(fit("poncho", "silk"));
+    EXPECT_EQ(wait_for(fitting, [&](const Shot&) { return fitting.status()["fabric"] == "silk"; }).v[15], first.v[15]);
+    fitting.tell(fit("shirt", "silk"));
+    (void)wait_for(fitting, [&](const Shot& s) { return s.v[15] == first.v[15] + 1; });
+    Message cut = cloth(Handling::Cut);
+    cut.part = 1;
+    fitting.tell(cut);
+    cut.part = 99;  // there is no such seam
+    fitting.tell(cut);
+    (void)wait_for(fitting, [&](const Shot&) { return fitting.status()["seams"][1]["sewn"] == false; });
+    EXPECT_TRUE(trouble.empty()) << trouble;
+}
+
+TEST(Fitting, EndsWhileItsFigureIsBeingMade)
+{
+    for (int i = 0; i < 2; ++i) {
+        const Fitting fitting([](double) {}, [](const std::string&) {});
+        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    }
+}
+
+}  // namespace
+}  // namespace sqmap::viewer
