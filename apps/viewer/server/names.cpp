@@ -93,25 +93,33 @@ void tell_apart(std::vector<std::string>& names, const Middles& m, const Words& 
     } axes[] = {{up, "lower", "upper"}, {forward, "back", "front"}, {left, "right", "left"}};
     for (auto& [name, parts] : groups) {
         if (parts.size() < 2) continue;
-        const auto* best = &axes[0];
-        double most = -1;
-        for (const auto& axis : axes) {
+        double spread[3] = {}, most = 0;
+        for (int k = 0; k < 3; ++k) {
             double lo = 1e300, hi = -1e300;
             for (const std::uint32_t p : parts) {
-                lo = std::min(lo, dot(axis.axis, m.centre[p]));
-                hi = std::max(hi, dot(axis.axis, m.centre[p]));
+                lo = std::min(lo, dot(axes[k].axis, m.centre[p]));
+                hi = std::max(hi, dot(axes[k].axis, m.centre[p]));
             }
-            if (hi - lo > most) most = hi - lo, best = &axis;
+            spread[k] = hi - lo;
+            most = std::max(most, spread[k]);
         }
-        std::sort(parts.begin(), parts.end(),
-                  [&](std::uint32_t a, std::uint32_t b) { return dot(best->axis, m.centre[a]) < dot(best->axis, m.centre[b]); });
+        // The first of the axes that will do: "upper" says more than "left" of a left leg.
+        const int best = spread[0] >= 0.5 * most ? 0 : spread[1] >= 0.5 * most ? 1 : 2;
+        const Vec3d middle = 0.5 * (m.lo + m.hi);
+        const auto across = [&](std::uint32_t p) { return dot(axes[best].axis, m.centre[p] - middle); };
+        std::sort(parts.begin(), parts.end(), [&](std::uint32_t a, std::uint32_t b) { return across(a) < across(b); });
+        const char *low = axes[best].low, *high = axes[best].high;
+        if (best == 2 && (across(parts.front()) > 0) == (across(parts.back()) > 0)) {
+            // All on one side.
+            low = across(parts.front()) > 0 ? "inner" : "outer";
+            high = across(parts.front()) > 0 ? "outer" : "inner";
+        }
         const std::size_t n = parts.size();
         for (std::size_t i = 0; i < n; ++i) {
             if (n > 3)
-                names[parts[i]] +=
-                    ", " + std::to_string(i + 1) + " from " + (best->low == std::string("lower") ? "below" : best->low);
+                names[parts[i]] += ", " + std::to_string(i + 1) + " from " + (best == 0 ? "below" : low);
             else
-                names[parts[i]] += std::string(", ") + (i == 0 ? best->low : i + 1 == n ? best->high : "middle");
+                names[parts[i]] += std::string(", ") + (i == 0 ? low : i + 1 == n ? high : "middle");
         }
     }
     // Whatever is still alike, by someone's choice of words.

@@ -40,8 +40,8 @@ mesh::Mesh clustered(const mesh::Mesh& in, double cell)
 mesh::Mesh shape_of(const Settings& settings, const Object* object)
 {
     if (settings.tool == ToolKind::Hand) {
-        static const mesh::Mesh hand = mesh::polygonized(mesh::hand_capsules(), 0.03);  // takes a second
-        return hand;
+        static const mesh::Mesh k_hand = mesh::polygonized(mesh::hand_capsules(), 0.03);  // takes a second
+        return k_hand;
     }
     mesh::Mesh out;
     out.triangles = object->mesh.triangles;

@@ -394,9 +394,11 @@ void Viewer::edit(const Message& m)
     switch (m.say) {
         case Say::Undo:
             if (entry.at > 0) --entry.at, ++entry.revision;
+            if (entry.renamed) refresh_names(entry);
             return tell_scene();
         case Say::Redo:
             if (entry.at + 1 < entry.history.size()) ++entry.at, ++entry.revision;
+            if (entry.renamed) refresh_names(entry);
             return tell_scene();
         case Say::Remove:
             entries_.erase(entries_.begin() + m.object);
@@ -521,16 +523,21 @@ void Viewer::name_part(Entry& entry, std::uint32_t part, const std::string& name
     set_words(entry, renamed(entry.words, entry.object->mesh, entry.parts()->partition, part, name, entry.object->frame()));
 }
 
-/// Every step of the history gets the names, so that undo does not take them back: they are of places, not of parts.
+/// Names are of places, not of parts: undo does not take them back. The step that is shown gets them now, another when it is
+/// shown.
+void Viewer::refresh_names(Entry& entry)
+{
+    auto named = std::make_shared<Parts>(*entry.parts());
+    named->names = part_names(entry.object->mesh, entry.object->dual, named->partition, named->superquadrics, entry.words,
+                              entry.object->frame());
+    entry.history[entry.at] = std::move(named);
+}
+
 void Viewer::set_words(Entry& entry, const Words& words)
 {
     entry.words = words;
-    for (auto& step : entry.history) {
-        auto named = std::make_shared<Parts>(*step);
-        named->names = part_names(entry.object->mesh, entry.object->dual, named->partition, named->superquadrics, words,
-                                  entry.object->frame());
-        step = std::move(named);
-    }
+    entry.renamed = true;
+    refresh_names(entry);
     if (!entry.object->names_file.empty()) {
         const std::string text = names_json(words).dump(1) + "\n";
         try {

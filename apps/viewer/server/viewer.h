@@ -79,6 +79,7 @@ private:
         std::uint32_t revision = 0;  ///< grows with every change of what the page shows
         std::uint32_t id = 0;        ///< no other object of this program has it
         Words words;                 ///< what its parts are called; edits of parts keep it
+        bool renamed = false;        ///< since it was opened: steps of the history may have other names
         [[nodiscard]] std::shared_ptr<const Parts> parts() const { return history[at]; }
     };
 
@@ -89,6 +90,7 @@ private:
     void bake_edited(std::uint32_t index);
     void name_part(Entry& entry, std::uint32_t part, const std::string& name);
     void set_words(Entry& entry, const Words& words);
+    static void refresh_names(Entry& entry);
     void dress(const Message& message);
     void undress();
     void stream_cloth();
