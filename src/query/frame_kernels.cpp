@@ -580,7 +580,7 @@ private:
             f.y_major = equal(axis, set_int(1));
             const V3 y = f.permute(z), a = f.permute(axes), over = f.permute(inverse);
             const F one = set(1.f), sign = hn::CopySign(one, hn::BitCast(df, hn::ShiftLeft<31>(q.face)));
-            const F rho = hn::Div(one, sheet.w);
+            const F rho = hn::Div(one, hn::Max(sheet.w, set(1e-18f)));  // lanes that are done may hold 0
             const V3 d{hn::Sub(hn::Mul(a.x, hn::Mul(sign, rho)), y.x), hn::Sub(hn::Mul(a.y, hn::Mul(q.s, rho)), y.y),
                        hn::Sub(hn::Mul(a.z, hn::Mul(q.t, rho)), y.z)};
             const F distance_sq = dot(d, d);
