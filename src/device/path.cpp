@@ -137,7 +137,7 @@ public:
     /// Surface point and outward normal below a place that is a little inside; false where it is outside.
     bool surface(Vec3d place, Vec3d& point, Vec3d& normal) const
     {
-        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, place), query::Layer::Three);
+        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, place), query::Layer::Exact);
         if (!c.contact || norm(c.normal) == 0) return false;
         point = model::to_mesh_units(model_.header, c.point);
         normal = normalized(cast<double>(c.normal));
