@@ -60,11 +60,13 @@ def cases(folder, kinds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     default = os.environ.get("SQMAP_SHARED_DIR", ROOT.parent / "shared")
-    parser.add_argument("folder", nargs="?", type=pathlib.Path, default=pathlib.Path(default))
+    # Only in front: behind the program's own options it would take one of their values.
+    given = sys.argv[1:]
+    folder = pathlib.Path(given.pop(0) if given and not given[0].startswith("-") else default)
     parser.add_argument("--kinds", default="light,deep,near")
-    arguments, options = parser.parse_known_args()
+    arguments, options = parser.parse_known_args(given)
     written = []
-    for name, obj, probe, path in cases(arguments.folder, arguments.kinds.split(",")):
+    for name, obj, probe, path in cases(folder, arguments.kinds.split(",")):
         written.append(OUT / f"{name}.json")
         print(f"\n{name}", flush=True)
         run("sqmap_bench", "frames", "--object", obj, "--probe", probe, "--path", path, "--cache", OUT / "cache",
