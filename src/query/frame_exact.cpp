@@ -162,11 +162,11 @@ private:
 
     HWY_NOINLINE void prepare(const model::NearList& list, std::uint32_t first, std::uint32_t count)
     {
+        HWY_ALIGN std::int32_t triangles[TriangleBlock::k_most + k_lanes];
+        list.read(first, count, triangles);
+        for (std::size_t k = 0; k < k_lanes; ++k) triangles[count + k] = triangles[count - 1];
         for (std::uint32_t k = 0; k < count; k += static_cast<std::uint32_t>(hn::Lanes(df))) {
-            HWY_ALIGN std::int32_t triangles[k_lanes];
-            for (std::uint32_t i = 0; i < hn::Lanes(df); ++i)
-                triangles[i] = static_cast<std::int32_t>(list[first + std::min(k + i, count - 1)]);
-            const I t = hn::Load(di, triangles), t3 = hn::Add(hn::Add(t, t), t);
+            const I t = hn::Load(di, triangles + k), t3 = hn::Add(hn::Add(t, t), t);
             I corner[3];
             if (model_.triangles16.empty()) {
                 for (int j = 0; j < 3; ++j) corner[j] = gather_word(model_.triangles32.data() + j, t3);

@@ -286,6 +286,18 @@ struct NearList {
         const std::uint32_t t = narrow ? (refs[at >> 1] >> (8 * (at & 1u))) & 0xffu : refs[at];
         return wide ? table[2 * t] | std::uint32_t{table[2 * t + 1]} << 16 : table[t];
     }
+    /// n of them from i on.
+    constexpr void read(std::uint32_t i, std::uint32_t n, std::int32_t* out) const
+    {
+        if (wide) {
+            for (std::uint32_t k = 0; k < n; ++k) out[k] = static_cast<std::int32_t>((*this)[i + k]);
+        } else if (narrow) {
+            for (std::uint32_t k = 0, at = first + i; k < n; ++k, ++at)
+                out[k] = table[(refs[at >> 1] >> (8 * (at & 1u))) & 0xffu];
+        } else {
+            for (std::uint32_t k = 0, at = first + i; k < n; ++k, ++at) out[k] = table[refs[at]];
+        }
+    }
 };
 constexpr bool near_is_wide(const ModelView& view) { return view.triangle_part.size() > 0x10000; }
 /// A brick's record in ModelView::near: which of its places are not Free, one bit each; how many triangles it has; where each
