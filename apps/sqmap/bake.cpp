@@ -124,6 +124,14 @@ void add_bake(CLI::App& app, int& exit_code)
         "Exit code: 0 written (it says so where the target error was not reached), 2 mesh refused or model not written, 64 wrong "
         "usage, 70 internal error.");
     command->callback([options, &exit_code] {
+        try {
+            io::refuse_to_replace(options->model, {options->mesh});
+            io::refuse_to_replace(options->report, {options->mesh});
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+            exit_code = 2;
+            return;
+        }
         const LoadedMesh loaded = load_mesh(options->mesh, options->load);
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
             std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", options->mesh.c_str(), report(loaded).c_str());

@@ -115,6 +115,7 @@ void add_query(CLI::App& app, int& exit_code)
     command->callback([options, &exit_code] {
         exit_code = 2;
         try {
+            io::refuse_to_replace(options->output, {options->model, options->points});
             const io::MappedModel file(options->model);
             const model::ModelView& m = file.view();
             const std::vector<Vec3d> points = read_points(options->points);

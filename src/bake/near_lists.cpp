@@ -328,6 +328,7 @@ namespace {
 // Bytes of a model of ten thousand triangles or fewer.
 constexpr double k_model_bytes = 960e3;
 constexpr double k_model_triangles = 10e3;
+constexpr double k_least_near_share = 0.4;
 
 /// What is left for the lists.
 double near_budget(const model::ModelData& data)
@@ -340,7 +341,8 @@ double near_budget(const model::ModelData& data)
                                v.pieces.size_bytes() + v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
                                v.seeds.size_bytes() + 4 * v.bricks.size();
     const double all = k_model_bytes * std::max(1.0, static_cast<double>(v.triangle_part.size()) / k_model_triangles);
-    return all - static_cast<double>(others);
+    // A large map must not take them all: points would try every triangle.
+    return std::max(all - static_cast<double>(others), k_least_near_share * all);
 }
 
 /// A brick's record before it is packed: see model::NearRecord.

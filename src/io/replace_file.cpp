@@ -33,6 +33,12 @@ int write_all(int fd, std::span<const std::byte> bytes)
 
 void replace_file(const std::filesystem::path& path, std::span<const std::byte> bytes)
 {
+    if (path == "/dev/stdout" || path == "/dev/stderr") {
+        // Whatever they lead to is someone else's: written on, never replaced.
+        if (const int error = write_all(path == "/dev/stdout" ? 1 : 2, bytes); error != 0)
+            throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error));
+        return;
+    }
     std::error_code ignored;
     const std::filesystem::path target =
         std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
@@ -57,6 +63,16 @@ void replace_file(const std::filesystem::path& path, std::span<const std::byte> 
     if (error != 0) {
         ::unlink(pattern.c_str());
         throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error) + "; nothing was left behind");
+    }
+}
+
+void refuse_to_replace(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs)
+{
+    for (const std::filesystem::path& input : inputs) {
+        std::error_code ignored;
+        if (!input.empty() && std::filesystem::is_regular_file(output, ignored) &&
+            std::filesystem::equivalent(output, input, ignored))
+            throw ModelFileError(output.string() + " is read, too: choose another name to write");
     }
 }
 

@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import os
+import pathlib
 import re
 import resource
 import subprocess
@@ -193,6 +194,34 @@ class Program(unittest.TestCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("no/such/folder", result.stderr)
         self.assertEqual(self.query([(0, 0, 0)], "-o", "no/such/a.csv").returncode in (2, 64), True)
+
+    def test_what_is_read_is_never_written_over(self):
+        with open("asked.csv", "w") as out:
+            out.write("x,y,z\n0,0,0\n")
+        kept = {name: pathlib.Path(name).read_bytes() for name in ("sphere.obj", "sphere.sqmap", "asked.csv")}
+        for arguments in (("bake", "sphere.obj", "-o", "sphere.obj"), ("bake", "sphere.obj", "-o", "x.sqmap", "--report", "sphere.obj"),
+                          ("query", "sphere.sqmap", "asked.csv", "-o", "asked.csv"),
+                          ("query", "sphere.sqmap", "asked.csv", "-o", "./sphere.sqmap"),
+                          ("render", "sphere.sqmap", "--what", "parts", "-o", "sphere.sqmap")):
+            result = run(*arguments)
+            self.assertEqual(result.returncode, 2, arguments)
+            self.assertIn("another name", result.stderr)
+        for name, bytes_ in kept.items():
+            self.assertEqual(pathlib.Path(name).read_bytes(), bytes_, name)
+        self.assertFalse(os.path.exists("x.sqmap"))
+
+    def test_standard_output_is_written_on_and_not_replaced(self):
+        with open("asked.csv", "w") as out:
+            out.write("x,y,z\n0,0,0\n")
+        with open("log", "w") as out:
+            out.write("kept\n")
+        with open("log", "a") as out:
+            subprocess.run([PROGRAM, "query", "sphere.sqmap", "asked.csv", "-o", "/dev/stdout"], stdout=out, timeout=60, check=True)
+        lines = pathlib.Path("log").read_text().splitlines()
+        self.assertEqual(lines[0], "kept")
+        self.assertTrue(lines[2].startswith("1,"), lines)
+        piped = run("query", "sphere.sqmap", "asked.csv", "-o", "/dev/stdout")
+        self.assertEqual(piped.stdout.splitlines(), lines[1:])
 
     def test_a_file_size_limit_leaves_nothing_behind(self):
         before = set(os.listdir())

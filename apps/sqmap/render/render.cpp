@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "load_mesh.h"
 #include "pictures.h"
+#include "sqmap/io/replace_file.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -125,6 +126,7 @@ void add_render(CLI::App& app, int& exit_code)
         set_up(arguments->view, arguments->up);
         exit_code = 2;
         try {
+            io::refuse_to_replace(arguments->output, {arguments->input, arguments->mesh});
             write_png(arguments->output, pictures(*arguments));
             exit_code = 0;
         } catch (const Refused&) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <initializer_list>
 #include <span>
 
 namespace sqmap::io {
@@ -11,5 +12,8 @@ namespace sqmap::io {
 /// links are followed; what exists and is no regular file (a device, a pipe) is written to in place.
 /// @throw ModelFileError where that cannot be done; nothing is left behind.
 void replace_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+/// Throws ModelFileError where output is one of the files that are read; empty inputs are passed over.
+void refuse_to_replace(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs);
 
 }  // namespace sqmap::io
