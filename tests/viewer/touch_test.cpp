@@ -43,10 +43,11 @@ TEST(Touch, APressedBallPushesBackAlongItsNormal)
     (void)wait_for(touch, [](const TouchFrame& f) { return f.engaged; });
     touch.aim({0, 0, 0.05 + settings.tool_radius - 0.003});
     double before = -1;
+    int still = 0;  // frames on end: one that stands still may be about to turn
     const TouchFrame f = wait_for(touch, [&](const TouchFrame& x) {
-        const bool settled = x.contacts > 0 && norm(x.force) > 0.3 && std::abs(x.tool.z - before) < 1e-6;
+        still = x.contacts > 0 && norm(x.force) > 0.3 && std::abs(x.tool.z - before) < 1e-6 ? still + 1 : 0;
         before = x.tool.z;
-        return settled;
+        return still >= 20;
     });
     ASSERT_GT(f.contacts, 0u);
     EXPECT_EQ(f.object, 0);
