@@ -228,7 +228,7 @@ private:
     void say_goodbye()
     {
         closing_ = true;
-        timer_.expires_after(std::chrono::milliseconds(300));
+        timer_.expires_after(std::chrono::seconds(1));
         timer_.async_wait([this](error_code error) {
             if (!error) io_.stop();
         });

@@ -86,10 +86,13 @@ public:
         const std::lock_guard lock(mutex_);
         return command_;
     }
-    [[nodiscard]] Vec3d last_force() const
+    /// Nothing before the first command: a device may be open before its first answer is here.
+    [[nodiscard]] std::optional<Vec3d> last_force() const
     {
-        const json values = json::parse(last_command())["inverse3"][0]["commands"]["set_cursor_force"]["values"];
-        return {values["x"], values["y"], values["z"]};
+        const std::string command = last_command();
+        if (command.empty()) return {};
+        const json values = json::parse(command)["inverse3"][0]["commands"]["set_cursor_force"]["values"];
+        return Vec3d{values["x"], values["y"], values["z"]};
     }
 
     std::atomic<std::uint64_t> connections{0}, sent{0}, commands{0};
