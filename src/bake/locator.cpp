@@ -282,9 +282,10 @@ private:
             place.seeds.resize(1);
             add_seeds(place.seeds, centre, samples);
         }
-        if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
         if (flat)
             for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+        else if (place.seeds.size() > 1)
+            rank_seeds(place, centre, samples);
     }
 
     std::vector<Sample> sample(const Place& place, Vec3d centre, double side) const
@@ -586,7 +587,8 @@ private:
             kind = PlaceKind::Ask;
         }
         auto& seeds = data_.locator_seeds;
-        if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
+        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
+        if (place.seeds.size() > 1 && !flat) seeds.push_back({place.choices, 0});
         const auto chain = static_cast<std::uint32_t>(seeds.size());
         if (chain > model::k_most_seed_index)
             throw mesh::InvalidInput("the locator needs more seeds than a place can name: ask for a larger target error");
