@@ -139,7 +139,7 @@ private:
 
 /// Verdicts of one method over all poses.
 struct Tally {
-    const char* name;
+    const char* name = "";
     std::size_t near = 0, wrong = 0, false_in = 0, false_out = 0;
     double worst = 0;
     std::vector<double> depth_error, normal_error;
@@ -219,8 +219,9 @@ int main(int argc, char** argv)
 
     // The object, 0.8 times as large as the hand, is put about the middle of the fingers and shaken.
     SplitMix64 random(7);
-    std::vector<Tally> tallies{{.name = "blend"}};
-    if (solids) tallies.push_back({.name = "solids"});
+    std::vector<Tally> tallies(solids ? 2 : 1);
+    tallies.front().name = "blend";
+    if (solids) tallies.back().name = "solids";
     double pose_seconds = 0, query_seconds = 0;
     std::size_t frames = 0, asked = 0, crowded = 0;
     for (const auto& [pose_name, pointing] : {std::pair{"fist", false}, {"point", true}})

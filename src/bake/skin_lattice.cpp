@@ -17,8 +17,9 @@ using query::SkinLattice;
 
 constexpr std::uint32_t k_none = SkinLattice::k_none;
 constexpr double k_least_weight = 1e-3;  ///< less moves nothing
-constexpr double k_stay = 0.02;          ///< pull of a corner towards its guess, against the samples' one each
+constexpr double k_stay = 0.002;         ///< pull of a corner towards its guess, against the samples' one each
 constexpr int k_steps = 30;              ///< of conjugate gradients
+constexpr double k_negligible = 2e-4;    ///< of a bone's share in a corner
 
 /// What a bone adds to a place: place weighted, and the weight.
 struct Share {
@@ -338,13 +339,25 @@ private:
             if (moved[i] != 0) shares_[i][bone] = shares_[i][bone] + move[i];
     }
 
+    /// What hardly counts goes to the bone that counts most, so that a common motion of all bones stays exact.
     void store()
     {
+        const Vec3d size = out_.cell * Vec3d{double(out_.size[0]), double(out_.size[1]), double(out_.size[2])};
         out_.first_pull.push_back(0);
-        for (const auto& shares : shares_) {
-            for (const auto& [bone, share] : shares)
-                if (std::abs(share.weight) > 1e-6 || norm(share.place) > 1e-6 * out_.cell)
-                    out_.pulls.push_back({share.place, share.weight, bone});
+        for (std::size_t c = 0; c < shares_.size(); ++c) {
+            const Vec3d place = place_of(grid_of_[c]);
+            Share left{place, 1};
+            const std::size_t first = out_.pulls.size();
+            for (const auto& [bone, share] : shares_[c]) {
+                const double off = norm(share.place - share.weight * place);
+                if (std::abs(share.weight) <= k_negligible && off <= k_negligible * norm(size)) continue;
+                out_.pulls.push_back({share.place, share.weight, bone});
+                left = left - share;
+            }
+            const auto heaviest = std::max_element(out_.pulls.begin() + static_cast<std::ptrdiff_t>(first), out_.pulls.end(),
+                                                   [](const auto& a, const auto& b) { return a.weight < b.weight; });
+            heaviest->place += left.place;
+            heaviest->weight += left.weight;
             out_.first_pull.push_back(static_cast<std::uint32_t>(out_.pulls.size()));
         }
     }

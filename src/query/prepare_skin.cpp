@@ -1,20 +1,28 @@
 // What skinned shapes set up outside the frame: the allocating half.
 #include "sqmap/query/skin.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace sqmap::query {
 
 namespace {
 
-/// The points about the lattice's middle: the probe keeps its places relative to where its points first were.
+bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+/// The points about the lattice's middle, none far from it: the probe keeps its places relative to where its points first were.
 std::vector<Vec3d> moved_to(const SkinLattice& lattice, std::span<const Vec3d> points)
 {
     Vec3d mean{};
-    for (const Vec3d& p : points) mean += p / static_cast<double>(points.size());
+    for (const Vec3d& p : points)
+        if (is_finite(p)) mean += p / static_cast<double>(points.size());
     std::vector<Vec3d> moved;
     for (const Vec3d& p : points) {
-        const Vec3d to_middle =
-            0.5 * lattice.cell * Vec3d{double(lattice.size[0]), double(lattice.size[1]), double(lattice.size[2])};
-        moved.push_back(p - mean + lattice.origin + to_middle);
+        Vec3d& at = moved.emplace_back();
+        for (int k = 0; k < 3; ++k) {
+            const double side = lattice.cell * lattice.size[static_cast<std::size_t>(k)];
+            at[k] = lattice.origin[k] + 0.5 * side + (is_finite(p) ? std::clamp(p[k] - mean[k], -2 * side, 2 * side) : 0);
+        }
     }
     return moved;
 }

@@ -54,12 +54,13 @@ Affine local_of(const Order& order, const Path& path, Vec3d lo, double cell)
     return {linear, path.start - linear * lo};
 }
 
-void merge(Vec3d& lo, Vec3d& hi, Vec3d p)
+double least(double a, double b) { return a < b ? a : b; }
+double greatest(double a, double b) { return a > b ? a : b; }
+
+inline void merge(Vec3d& lo, Vec3d& hi, const Vec3d& p, const Vec3d& q)
 {
-    for (int k = 0; k < 3; ++k) {
-        lo[k] = std::min(lo[k], p[k]);
-        hi[k] = std::max(hi[k], p[k]);
-    }
+    lo = {least(lo.x, p.x), least(lo.y, p.y), least(lo.z, p.z)};
+    hi = {greatest(hi.x, q.x), greatest(hi.y, q.y), greatest(hi.z, q.z)};
 }
 
 void add(const PreImage& at, double cell, std::span<PreImage> found, std::size_t& count)
@@ -102,7 +103,10 @@ bool PosedSkin::pose(std::span<const Affine> maps) noexcept
         const SkinLattice::Node& node = lattice_->nodes[i];
         Box& box = boxes_[i];
         if (node.blend != k_none) {
-            for (const std::uint32_t c : lattice_->corners[node.blend]) merge(box.lo, box.hi, corners_[c]);
+            const std::array<std::uint32_t, 8>& corners = lattice_->corners[node.blend];
+            Vec3d lo = corners_[corners[0]], hi = lo;
+            for (std::size_t k = 1; k < 8; ++k) merge(lo, hi, corners_[corners[k]], corners_[corners[k]]);
+            box = {lo, hi};
         } else if (node.bone != k_none && sign_[node.bone] != 0) {
             const Vec3d centre = apply(maps_[node.bone], 0.5 * (node.lo + node.hi)), half = 0.5 * (node.hi - node.lo);
             for (int k = 0; k < 3; ++k) {
@@ -112,10 +116,7 @@ bool PosedSkin::pose(std::span<const Affine> maps) noexcept
                 box.hi[k] = centre[k] + reach;
             }
         }
-        if (i > 0) {
-            merge(boxes_[node.parent].lo, boxes_[node.parent].hi, box.lo);
-            merge(boxes_[node.parent].lo, boxes_[node.parent].hi, box.hi);
-        }
+        if (i > 0) merge(boxes_[node.parent].lo, boxes_[node.parent].hi, box.lo, box.hi);
     }
     return true;
 }
