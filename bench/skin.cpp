@@ -1,6 +1,6 @@
 // Contacts of a skinned model against the exact skinned mesh: carried back through the blend, and for comparison made of rigid
 // solids, one a joint. Joints named as the WebXR hand's; the hand is closed and opened over the object.
-// usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--wrong FILE.csv]
+// usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]
 #include "sqmap/mesh/skin.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/bake/skin_lattice.h"
@@ -159,19 +159,19 @@ int main(int argc, char** argv)
 {
     double cell = bake::SkinLatticeOptions{}.cell, least_weight = 0;
     query::Layer layer = query::Layer::Three;
-    const char* wrong_file = nullptr;
+    const char* worst_file = nullptr;
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
         if (name == "--cell") cell = std::atof(argv[i + 1]);
         if (name == "--layer")
             layer = value == "exact" ? query::Layer::Exact : value == "2" ? query::Layer::Two : query::Layer::Three;
         if (name == "--solids") least_weight = std::atof(argv[i + 1]);
-        if (name == "--wrong") wrong_file = argv[i + 1];
+        if (name == "--worst") worst_file = argv[i + 1];
     }
     if (argc < 3 || argc % 2 == 0) {
         std::fprintf(stderr,
                      "usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] "
-                     "[--wrong FILE.csv]\n");
+                     "[--worst FILE.csv]\n");
         return 64;
     }
     const io::SkinResult read = io::read_skinned_file(argv[1]);
@@ -214,8 +214,8 @@ int main(int argc, char** argv)
             lo[k] = std::min(lo[k], p[k]);
             hi[k] = std::max(hi[k], p[k]);
         }
-    std::FILE* out = wrong_file != nullptr ? std::fopen(wrong_file, "w") : nullptr;
-    if (out != nullptr) std::fprintf(out, "pose,method,x,y,z,distance,inside,covered\n");
+    std::FILE* out = worst_file != nullptr ? std::fopen(worst_file, "w") : nullptr;
+    if (out != nullptr) std::fprintf(out, "pose,method,what,x,y,z,percent\n");
 
     // The object, 0.8 times as large as the hand, is put about the middle of the fingers and shaken.
     SplitMix64 random(7);
@@ -233,6 +233,11 @@ int main(int argc, char** argv)
             if (!posed_skin.pose(maps)) return 70;
             std::printf("%-6s %3d %% closed: deviates by %.3f %% of R_max;", pose_name, 25 * step,
                         100 * bake::skin_deviation(lattice, bound.mesh, bound.influences, maps) / r_max);
+            const auto write = [&, name = pose_name, at = step](const char* method, const char* what, Vec3d p, double percent) {
+                if (out != nullptr)
+                    std::fprintf(out, "%s %d,%s,%s,%g,%g,%g,%g\n", name, 25 * at, method, what, p.x, p.y, p.z, percent);
+            };
+            for (const Vec3d& p : posed.vertices) write("mesh", "vertex", p, 0);
             std::size_t pose_near = 0;
             std::vector<std::size_t> pose_wrong(tallies.size(), 0);
             for (int shake = 0; shake < 4; ++shake) {
@@ -271,6 +276,7 @@ int main(int argc, char** argv)
                         Tally& tally = tallies[m];
                         if (inside && depth[m][i] >= 0) {
                             tally.depth_error.push_back(100 * std::abs(depth[m][i] - boundary.distance) / r_max);
+                            if (tally.depth_error.back() > 0.5) write(tally.name, "depth", placed[i], tally.depth_error.back());
                             if (m == 0 && boundary.distance > 1e-4 * r_max) {
                                 const Vec3d n = normalized(boundary.point - placed[i]);
                                 tally.normal_error.push_back(180 / M_PI * std::acos(std::clamp(dot(n, normal[i]), -1.0, 1.0)));
@@ -286,10 +292,7 @@ int main(int argc, char** argv)
                         const auto k =
                             static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
                         ++tally.where[skin.skeleton[bound.influences.joints[v][k]].name];
-                        if (out != nullptr)
-                            std::fprintf(out, "%s%d,%s,%g,%g,%g,%g,%d,%d\n", pose_name, step, tally.name, placed[i].x,
-                                         placed[i].y, placed[i].z, closest.distance / r_max, inside ? 1 : 0,
-                                         truth.bvh().winding_number(placed[i]));
+                        write(tally.name, "verdict", placed[i], 100 * closest.distance / r_max);
                     }
                 }
             }
