@@ -1,5 +1,7 @@
 // What it costs to rebake one part of a model that moves, and whether the result is right.
-// usage: sqmap_rebake [--move SHARE] MESH...     each part in turn is bent out by SHARE of R_max (default 0.01), on one core
+// usage: sqmap_rebake [--move SHARE] [--quick] MESH...     each part in turn is bent by SHARE of R_max (default 0.01), on one
+// core;
+// --quick: nothing is checked
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/read.h"
@@ -12,6 +14,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -54,13 +57,14 @@ std::vector<Vec3d> bent(const mesh::Mesh& mesh, const decompose::Partition& part
 int main(int argc, char** argv)
 {
     double move = 0.01;
+    bool quick = false;
     int first = 1;
-    if (argc > 2 && std::string(argv[1]) == "--move") {
-        move = std::atof(argv[2]);
-        first = 3;
+    for (; first < argc && argv[first][0] == '-'; ++first) {
+        if (std::string(argv[first]) == "--quick") quick = true;
+        if (std::string(argv[first]) == "--move" && first + 1 < argc) move = std::atof(argv[++first]);
     }
     if (first >= argc) {
-        std::fprintf(stderr, "usage: sqmap_rebake [--move SHARE] MESH...\n");
+        std::fprintf(stderr, "usage: sqmap_rebake [--move SHARE] [--quick] MESH...\n");
         return 64;
     }
     for (int i = first; i < argc; ++i) {
@@ -95,8 +99,10 @@ int main(int argc, char** argv)
             for (std::size_t v = 0; v < moved.size(); ++v)
                 posed.vertices[v] = cast<double>(model::to_model_space(baked.model.header, moved[v]));
             const mesh::Solid solid(posed, mesh::find_self_intersections(posed).crossed);
-            std::printf(" ms, all %.0f ms;", 1e3 * sum);
-            for (const query::Layer layer : {query::Layer::Three, query::Layer::Exact}) {
+            std::printf(" ms, all %.0f ms; %zu kB of near lists, before %zu;", 1e3 * sum, 2 * again.model.near.size() / 1000,
+                        2 * baked.model.near.size() / 1000);
+            for (const query::Layer layer :
+                 quick ? std::vector<query::Layer>{} : std::vector{query::Layer::Three, query::Layer::Exact}) {
                 bake::EvaluateOptions check;
                 check.layer = layer;
                 check.points = 4000;

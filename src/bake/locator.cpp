@@ -398,6 +398,15 @@ private:
         return change.reaches(centre, place.gap + static_cast<double>(model::k_gap_step) * grid_.cell);
     }
 
+    /// Whether the nearest surface of some point of a box may be another; told from its eighths, so many levels down.
+    bool is_reached(Vec3d centre, double half, const Change& change, int levels) const
+    {
+        if (!change.reaches_box(centre, half, solid_.closest_boundary(centre).distance)) return false;
+        for (std::size_t e = 0; e < 8 && levels > 0; ++e)
+            if (is_reached(eighth_centre(centre, 2 * half, e), 0.5 * half, change, levels - 1)) return true;
+        return levels == 0;
+    }
+
     /// Whether the nearest surface may be another.
     bool update_place(Place& place, Vec3d centre, double side, const Change& change) const
     {

@@ -239,12 +239,14 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     const SurfaceContext context{mesh, solid.bvh(), flags, r_max, canonical, frame};
     CentralOptions central = central_options(std::max(options.target_error, k_first_target));
     scale(central, options.fineness);
+    lap("canonical");
     std::vector<PartWork> parts(before.parts.size());
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) parts[partition.part_of_triangle[t]].triangles.push_back(t);
     std::vector<std::vector<CapTriangle>> caps;
     if (!changed.empty()) caps = cap_parts(mesh, partition);
     for (std::uint32_t i = 0; i < parts.size(); ++i)
         if (remade[i] != 0) result.report.remade.push_back(i);
+    lap("caps");
     std::vector<std::uint8_t> refitted(parts.size(), 0);
     parallel_for(result.report.remade.size(), options.threads, [&](std::size_t k) {
         const std::uint32_t i = result.report.remade[k];
