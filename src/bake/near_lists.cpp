@@ -349,6 +349,7 @@ double near_budget(const model::ModelData& data)
 struct Record {
     std::uint64_t occupied = 0;
     std::vector<std::uint32_t> starts{0}, triangles, refs;
+    std::span<const std::uint16_t> packed{};  ///< or as it was before an update
 
     void add(const std::vector<std::uint32_t>& near)
     {
@@ -364,17 +365,24 @@ struct Record {
     bool narrow() const { return triangles.size() <= 256; }
     std::size_t values(bool wide) const
     {
+        if (!packed.empty()) return packed.size();
         return model::k_near_head + starts.size() + triangles.size() * (wide ? 2 : 1) +
                (narrow() ? (refs.size() + 1) / 2 : refs.size());
     }
     void drop_lists()
     {
+        if (!packed.empty()) starts.resize(static_cast<std::size_t>(std::popcount(occupied)) + 1);
+        packed = {};
         triangles.clear();
         refs.clear();
         std::fill(starts.begin(), starts.end(), 0u);
     }
     void pack(bool wide, std::vector<std::uint16_t>& out) const
     {
+        if (!packed.empty()) {
+            out.insert(out.end(), packed.begin(), packed.end());
+            return;
+        }
         for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
         out.push_back(static_cast<std::uint16_t>(triangles.size()));
         for (const std::uint32_t s : starts) out.push_back(static_cast<std::uint16_t>(s));
@@ -386,6 +394,16 @@ struct Record {
             out.push_back(static_cast<std::uint16_t>(refs[i] | (narrow() && i + 1 < refs.size() ? refs[i + 1] << 8 : 0)));
     }
 };
+
+/// A brick's record as it is in the model.
+std::span<const std::uint16_t> packed_record(const model::ModelView& view, std::size_t brick)
+{
+    const bool wide = model::near_is_wide(view);
+    const std::uint16_t* first = view.near.data() + view.near_bricks[brick];
+    const model::NearRecord r = model::near_record(first, wide);
+    const std::size_t refs = r.starts[std::popcount(r.occupied)];
+    return {first, static_cast<std::size_t>(r.refs - first) + (r.triangles <= 256 ? (refs + 1) / 2 : refs)};
+}
 
 /// Where the lists take more bytes, the longest go: their bricks try all triangles.
 void keep_within(double budget, bool wide, std::vector<Record>& records)
@@ -437,6 +455,11 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         std::vector<std::uint32_t> places, numbers, kept;
         const std::uint32_t was = update != nullptr ? update->brick_before[b] : LocatorUpdate::k_no_brick;
         const std::uint64_t reached = was == LocatorUpdate::k_no_brick ? ~std::uint64_t{0} : update->reached[b];
+        if (reached == 0) {
+            record.occupied = model::near_record(before->near.data() + before->near_bricks[was], wide).occupied;
+            record.packed = packed_record(*before, was);
+            return;
+        }
         const double half = deep ? 0.5 * n * cell : 0.5 * cell;
         const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
         for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
@@ -448,7 +471,16 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             if ((reached >> k & 1u) == 0) continue;
             centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
         }
-        if (!centres.empty()) near_triangles.begin(middle, slack * 0.5 * n * cell, centres);
+        if (!centres.empty()) {
+            Vec3d lo = centres.front(), hi = lo;
+            for (const Vec3d& c : centres)
+                for (int k = 0; k < 3; ++k) {
+                    lo[k] = std::min(lo[k], c[k]);
+                    hi[k] = std::max(hi[k], c[k]);
+                }
+            const double side = std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
+            near_triangles.begin(0.5 * (lo + hi), slack * (0.5 * side + half), centres);
+        }
         // A brick whose lists were too long to keep has none to take over, and gets none.
         const bool dropped = [&] {
             if (was == LocatorUpdate::k_no_brick || before->near_bricks[was] == model::k_no_near) return false;

@@ -20,6 +20,8 @@ namespace sqmap::bake {
 
 namespace {
 
+constexpr double k_most_growth = 1.03;  ///< of a superquadric's axes, until it is fitted again
+
 double cpu_seconds()
 {
     timespec t{};
@@ -158,15 +160,33 @@ model::Part kept_part(const model::ModelData& before, const model::Part& was, mo
     return p;
 }
 
+/// Larger by as much as its part sticks out, where that is little; corners and a share of the certificate's own slack decide.
+bool enlarge(const mesh::Mesh& mesh, PartWork& part)
+{
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        shape::Superquadricd& sq = part.fit.superquadric;
+        const double room = 1 - fit::float_margin(sq);
+        if (part.fit.certificate.largest_f <= room) return true;
+        // F grows with the square of the distance from the centre.
+        const double by = std::sqrt(part.fit.certificate.largest_f / room) * (1 + 1e-5);
+        if (!(by <= k_most_growth)) return false;
+        for (int k = 0; k < 3; ++k) sq.a[k] = static_cast<double>(static_cast<float>(sq.a[k] * by));
+        sq.bend = static_cast<double>(static_cast<float>(sq.bend / by));
+        part.fit.certificate = certify_part(mesh, part, sq);
+    }
+    return part.fit.certificate.largest_f <= 1 - fit::float_margin(part.fit.superquadric);
+}
+
 /// Superquadric and chart of a part, kept where they still serve; then its map. True: it was fitted again.
 bool remake(const SurfaceContext& context, const model::Part& was, const CentralOptions& central, const BakeOptions& options,
             PartWork& part)
 {
-    part.fit.superquadric = superquadric_in_double(was);
+    const shape::Superquadricd before = superquadric_in_double(was);
+    part.fit.superquadric = before;
     part.fit.certificate = certify_part(context.mesh, part, part.fit.superquadric);
     part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
     part.centre = model::vec3(was.chart_centre);
-    const bool refitted = part.fit.certificate.largest_f > 1 - fit::float_margin(part.fit.superquadric);
+    const bool refitted = !enlarge(context.mesh, part);
     if (refitted) {
         finish(context, part, options);
     } else {
@@ -179,7 +199,8 @@ bool remake(const SurfaceContext& context, const model::Part& was, const Central
             part.centre = choose_centre(context, sq, part.triangles);
     }
     const std::vector<Vec3d> corners = corners_of(context.mesh, part);
-    const bool stays = !refitted && part.centre == model::vec3(was.chart_centre) && holds(was, corners);
+    const bool stays =
+        !refitted && part.fit.superquadric.a == before.a && part.centre == model::vec3(was.chart_centre) && holds(was, corners);
     CentralOptions same_base = central;
     same_base.least_base = same_base.most_base = was.base;
     part.map = bake_central_map(context, part.fit.superquadric, part.centre,
