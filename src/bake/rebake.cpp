@@ -14,7 +14,8 @@
 #include <array>
 #include <cmath>
 #include <ctime>
-#include <optional>
+#include <limits>
+#include <string>
 
 namespace sqmap::bake {
 
@@ -59,16 +60,35 @@ struct Meshes {
     }
 };
 
-/// Triangles with a corner that has moved, and those of which another piece is boundary now.
-std::vector<std::uint32_t> changed_triangles(const model::ModelData& data, const Meshes& meshes, const mesh::Solid& solid,
-                                             std::span<const std::uint16_t> flags)
+/// Triangles with a corner that has moved.
+std::vector<std::uint8_t> moved_triangles(const Meshes& meshes)
+{
+    std::vector<std::uint8_t> moved;
+    for (const mesh::Triangle& corners : meshes.now.triangles)
+        moved.push_back(std::any_of(corners.begin(), corners.end(),
+                                    [&](std::uint32_t v) { return !(meshes.now.vertices[v] == meshes.before.vertices[v]); })
+                            ? 1
+                            : 0);
+    return moved;
+}
+
+/// What crosses what. Among those that have not moved, nothing does if nothing did.
+std::vector<std::uint8_t> crossed_triangles(const model::ModelData& data, const mesh::Mesh& mesh,
+                                            std::span<const std::uint8_t> moved)
+{
+    constexpr auto k_all = std::numeric_limits<std::uint64_t>::max();
+    const bool any = std::find(moved.begin(), moved.end(), 1) != moved.end();
+    if (data.header.self_intersecting != 0) return mesh::find_self_intersections(mesh).crossed;
+    return any ? mesh::find_self_intersections(mesh, k_all, moved).crossed : std::vector<std::uint8_t>(moved.size(), 0);
+}
+
+/// Those that have moved, and those of which another piece is boundary now.
+std::vector<std::uint32_t> changed_triangles(const model::ModelData& data, const mesh::Solid& solid,
+                                             std::span<const std::uint8_t> moved, std::span<const std::uint16_t> flags)
 {
     std::vector<std::uint32_t> changed;
-    for (std::uint32_t t = 0; t < meshes.now.triangles.size(); ++t) {
-        const mesh::Triangle& corners = meshes.now.triangles[t];
-        bool other = flags[t] != (data.triangle_part[t] & ~std::uint32_t{model::k_part_mask}) ||
-                     std::any_of(corners.begin(), corners.end(),
-                                 [&](std::uint32_t v) { return !(meshes.now.vertices[v] == meshes.before.vertices[v]); });
+    for (std::uint32_t t = 0; t < moved.size(); ++t) {
+        bool other = moved[t] != 0 || flags[t] != (data.triangle_part[t] & ~std::uint32_t{model::k_part_mask});
         if (!other && (flags[t] & model::k_crossed) != 0) {
             const auto [first, last] = std::equal_range(data.piece_triangle.begin(), data.piece_triangle.end(), t);
             const auto pieces = solid.visible(t);
@@ -160,7 +180,7 @@ model::Part kept_part(const model::ModelData& before, const model::Part& was, mo
     return p;
 }
 
-/// Larger by as much as its part sticks out, where that is little; corners and a share of the certificate's own slack decide.
+/// Larger by as much as its part sticks out, where that is little.
 bool enlarge(const mesh::Mesh& mesh, PartWork& part)
 {
     for (int attempt = 0; attempt < 3; ++attempt) {
@@ -177,36 +197,37 @@ bool enlarge(const mesh::Mesh& mesh, PartWork& part)
     return part.fit.certificate.largest_f <= 1 - fit::float_margin(part.fit.superquadric);
 }
 
-/// Superquadric and chart of a part, kept where they still serve; then its map. True: it was fitted again.
-bool remake(const SurfaceContext& context, const model::Part& was, const CentralOptions& central, const BakeOptions& options,
-            PartWork& part)
+/// Superquadric and centre of a part as they were, where they still serve. False: it has to be fitted again.
+bool keep(const SurfaceContext& context, const model::Part& was, PartWork& part)
 {
-    const shape::Superquadricd before = superquadric_in_double(was);
-    part.fit.superquadric = before;
-    part.fit.certificate = certify_part(context.mesh, part, part.fit.superquadric);
+    const mesh::Mesh& mesh = context.mesh;
+    const mesh::Bvh& bvh = context.bvh;
+    part.fit.superquadric = superquadric_in_double(was);
+    part.fit.certificate = certify_part(mesh, part, part.fit.superquadric);
     part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
     part.centre = model::vec3(was.chart_centre);
-    const bool refitted = !enlarge(context.mesh, part);
-    if (refitted) {
-        finish(context, part, options);
-    } else {
-        part.fit.certificate.bounding = true;
-        // A centre that the surface has come near or passed would see it badly.
-        const Vec3d centre = cast<double>(part.centre);
-        const shape::Superquadricd& sq = part.fit.superquadric;
-        const double floor = 0.02 * std::min({sq.a.x, sq.a.y, sq.a.z});
-        if (context.bvh.winding_number(centre) != was.centre_winding || context.bvh.closest_point(centre, floor).distance < floor)
-            part.centre = choose_centre(context, sq, part.triangles);
-    }
+    if (!enlarge(mesh, part)) return false;
+    part.fit.certificate.bounding = true;
+    // A centre that the surface has come near or passed would see it badly.
+    const Vec3d centre = cast<double>(part.centre);
+    const shape::Superquadricd& sq = part.fit.superquadric;
+    const double floor = 0.02 * std::min({sq.a.x, sq.a.y, sq.a.z});
+    if (bvh.winding_number(centre) != was.centre_winding || bvh.closest_point(centre, floor).distance < floor)
+        part.centre = choose_centre(context, sq, part.triangles);
+    return true;
+}
+
+/// In the domain that it had, where that still serves.
+void make_map(const SurfaceContext& context, const model::Part& was, bool kept, const CentralOptions& central, PartWork& part)
+{
+    const shape::Superquadricd& sq = part.fit.superquadric;
     const std::vector<Vec3d> corners = corners_of(context.mesh, part);
     const bool stays =
-        !refitted && part.fit.superquadric.a == before.a && part.centre == model::vec3(was.chart_centre) && holds(was, corners);
+        kept && sq.a == superquadric_in_double(was).a && part.centre == model::vec3(was.chart_centre) && holds(was, corners);
     CentralOptions same_base = central;
     same_base.least_base = same_base.most_base = was.base;
-    part.map = bake_central_map(context, part.fit.superquadric, part.centre,
-                                stays ? domain_of(was) : chart_domain(part.fit.superquadric, part.centre, corners),
+    part.map = bake_central_map(context, sq, part.centre, stays ? domain_of(was) : chart_domain(sq, part.centre, corners),
                                 part.triangles, same_base);
-    return refitted;
 }
 
 }  // namespace
@@ -224,13 +245,14 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
 
     const Meshes meshes(before, vertices);
     const mesh::Mesh& mesh = meshes.now;
-    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
+    const std::vector<std::uint8_t> moved = moved_triangles(meshes);
+    const mesh::Solid solid(mesh, crossed_triangles(before, mesh, moved));
     std::vector<std::uint16_t> flags;
     for (const mesh::Boundary b : solid.boundary()) flags.push_back(surface_flag(b));
     decompose::Partition partition;
     partition.part_count = static_cast<std::uint32_t>(before.parts.size());
     for (const std::uint16_t p : before.triangle_part) partition.part_of_triangle.push_back(p & model::k_part_mask);
-    const std::vector<std::uint32_t> changed = changed_triangles(before, meshes, solid, flags);
+    const std::vector<std::uint32_t> changed = changed_triangles(before, solid, moved, flags);
     result.report.changed_triangles = changed.size();
     const double r_max = mesh::largest_vertex_distance(mesh);
     lap("prepare");
@@ -255,24 +277,31 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
 
     BakeOptions bake_options;
     bake_options.fit = options.fit;
-    const Mat3d frame = mesh::principal_frame(mesh);
-    const mesh::Mesh canonical = canonical_view(mesh, frame);
-    const SurfaceContext context{mesh, solid.bvh(), flags, r_max, canonical, frame};
+    mesh::Mesh canonical;  // looked at by fits alone
+    SurfaceContext context{mesh, solid.bvh(), flags, r_max, canonical, {}};
     CentralOptions central = central_options(std::max(options.target_error, k_first_target));
     scale(central, options.fineness);
-    lap("canonical");
     std::vector<PartWork> parts(before.parts.size());
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) parts[partition.part_of_triangle[t]].triangles.push_back(t);
     std::vector<std::vector<CapTriangle>> caps;
     if (!changed.empty()) caps = cap_parts(mesh, partition);
     for (std::uint32_t i = 0; i < parts.size(); ++i)
         if (remade[i] != 0) result.report.remade.push_back(i);
-    lap("caps");
-    std::vector<std::uint8_t> refitted(parts.size(), 0);
-    parallel_for(result.report.remade.size(), options.threads, [&](std::size_t k) {
-        const std::uint32_t i = result.report.remade[k];
+    std::vector<std::uint8_t> kept(parts.size(), 1);
+    const auto each_remade = [&](auto&& work) {
+        parallel_for(result.report.remade.size(), options.threads, [&](std::size_t k) { work(result.report.remade[k]); });
+    };
+    each_remade([&](std::uint32_t i) {
         parts[i].caps = std::move(caps[i]);
-        refitted[i] = remake(context, before.parts[i], central, bake_options, parts[i]) ? 1 : 0;
+        kept[i] = keep(context, before.parts[i], parts[i]) ? 1 : 0;
+    });
+    if (std::find(kept.begin(), kept.end(), 0) != kept.end()) {
+        context.frame = mesh::principal_frame(mesh);
+        canonical = canonical_view(mesh, context.frame);
+    }
+    each_remade([&](std::uint32_t i) {
+        if (kept[i] == 0) finish(context, parts[i], bake_options);
+        make_map(context, before.parts[i], kept[i] != 0, central, parts[i]);
     });
     lap("parts");
 
@@ -288,7 +317,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
         result.report.certificates.push_back(
             {static_cast<double>(p.largest_f), static_cast<double>(p.tolerance), p.largest_f <= 1});
         if (remade[i] != 0) data.header.quantisation = std::max(data.header.quantisation, parts[i].map.quantisation);
-        if (refitted[i] != 0) result.report.refitted.push_back(i);
+        if (kept[i] == 0) result.report.refitted.push_back(i);
     }
     append_exact(solid, partition.part_of_triangle, flags, data);
     data.locator = before.locator;
