@@ -1,6 +1,5 @@
 // What it costs to rebake one part of a model that moves, and whether the result is right.
-// usage: sqmap_rebake [--move SHARE] [--quick] MESH...     each part in turn is bent by SHARE of R_max (default 0.01), on one
-// core;
+// usage: sqmap_rebake [--move SHARE] [--quick] MESH...     each part in turn is bent by SHARE of R_max (0.01), on one core
 // --quick: nothing is checked
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/evaluate.h"
