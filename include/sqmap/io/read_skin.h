@@ -14,7 +14,7 @@ namespace sqmap::io {
 
 struct SkinJoint {
     std::string name;
-    int parent = -1;           ///< among the joints, or none; stands anywhere
+    int parent = -1;        ///< among the joints, or none; stands anywhere
     Affine local{};         ///< rest: the joint's frame in its parent's; in the scene's where there is none
     Affine inverse_bind{};  ///< bound mesh -> the joint's frame
 };
