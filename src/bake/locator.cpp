@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <vector>
 
 namespace sqmap::bake {
@@ -45,6 +46,11 @@ constexpr std::size_t k_most_planes = model::k_most_seeds;
 constexpr Vec3d k_samples[] = {{0, 0, 0},        {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48},  {-.48, .48, -.48},
                                {-.48, .48, .48}, {.48, .48, .48},    {.48, -.48, .48},  {-.48, -.48, .48}, {-.48, 0, 0},
                                {0, -.48, 0},     {.48, 0, 0},        {0, .48, 0},       {0, 0, .48},       {0, 0, -.48}};
+/// And where several planes are to be checked: between its centre and its corners, and near the middles of its edges.
+constexpr Vec3d k_more_samples[] = {{-.24, -.24, -.24}, {.24, -.24, -.24}, {.24, .24, -.24},  {-.24, .24, -.24}, {-.24, .24, .24},
+                                    {.24, .24, .24},    {.24, -.24, .24},  {-.24, -.24, .24}, {-.48, -.48, 0},   {.48, -.48, 0},
+                                    {.48, .48, 0},      {-.48, .48, 0},    {-.48, 0, -.48},   {.48, 0, -.48},    {.48, 0, .48},
+                                    {-.48, 0, .48},     {0, -.48, -.48},   {0, .48, -.48},    {0, .48, .48},     {0, -.48, .48}};
 
 struct Grid {
     Vec3d origin;
@@ -490,12 +496,25 @@ private:
 
     void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        std::vector<Sample> samples = sample(place, centre, side);
+        std::vector<Sample> samples;
+        sample(place, centre, side, k_samples, samples);
         place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
         const std::size_t within = samples.size();
         if (place.kind == PlaceKind::Mixed) add_surface(samples, centre, side);
-        const bool flat = add_planes(place.seeds, centre, samples);
+        std::optional<double> least = add_planes(place.seeds, centre, samples);
+        if (least && place.seeds.size() > 1 && place.kind == PlaceKind::Mixed) {
+            // Planes that are right at all of these may still meet in the wrong place between them.
+            sample(place, centre, side, k_more_samples, samples);
+            least = add_planes(place.seeds, centre, samples);
+        }
         samples.resize(within);
+        const bool flat = least.has_value();
+        // A surface that bends towards the point is met in the middle.
+        if (flat && *least < -flat_tolerance_)
+            for (Seed& seed : place.seeds)
+                seed.extent =
+                    extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - *least - flat_tolerance_) |
+                    (seed.extent & model::k_joined);
         if (!flat) {
             place.seeds.resize(1);
             add_seeds(place.seeds, centre, samples);
@@ -506,17 +525,15 @@ private:
             rank_seeds(place, centre, samples);
     }
 
-    std::vector<Sample> sample(const Place& place, Vec3d centre, double side) const
+    void sample(const Place& place, Vec3d centre, double side, std::span<const Vec3d> offsets, std::vector<Sample>& samples) const
     {
-        std::vector<Sample> samples;
-        for (const Vec3d& offset : k_samples) {
+        for (const Vec3d& offset : offsets) {
             const Vec3d p = centre + side * offset;
             // No farther than the last one's.
-            const double within = samples.empty() ? INFINITY : 1.000001 * norm(p - samples.back().truth.point) + 1e-12;
+            const double within = &offset == offsets.data() ? INFINITY : 1.000001 * norm(p - samples.back().truth.point) + 1e-12;
             const mesh::ClosestPoint truth = solid_.closest_boundary(p, within);
             samples.push_back({p, truth, place.kind == PlaceKind::Inside || is_inside(p, truth), 0});
         }
-        return samples;
     }
 
     /// The surface within the place: corners and middles of the triangles' pieces. Where planes are near all of it, a point
@@ -556,8 +573,8 @@ private:
 
     /// Planes in groups, those of a group marked but for its first: a point is as deep as the lowest of the groups' highest. A
     /// surface that bends away is met by groups, one that bends towards the point by the planes of a group.
-    /// False where they do not suffice.
-    bool add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
+    /// The least that an inside sample's depth is above the planes' (negative), or nothing where planes do not suffice.
+    std::optional<double> add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
     {
         const double tolerance = flat_tolerance_;
         for (;;) {
@@ -577,16 +594,8 @@ private:
                     worst_group = excess > 0 ? 0 : lowest.group_end;
                 }
             }
-            if (worst == nullptr) {
-                // A surface that bends towards the point is met in the middle.
-                if (least < -tolerance)
-                    for (Seed& seed : seeds)
-                        seed.extent =
-                            extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - least - tolerance) |
-                            (seed.extent & model::k_joined);
-                return true;
-            }
-            if (seeds.size() == k_most_planes) return false;
+            if (worst == nullptr) return least;
+            if (seeds.size() == k_most_planes) return std::nullopt;
             Seed seed = seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside);
             if (worst_group > 0) {
                 seed.extent |= model::k_joined;
