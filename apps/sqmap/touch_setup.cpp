@@ -17,7 +17,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double k_default_radius = 0.005;
-constexpr std::uint32_t k_sphere_points = 500;  // 0.8 mm apart on a sphere of 5 mm
 
 const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
@@ -149,7 +148,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
     mesh::Mesh tool;
     options_.zone.averaging = haptic::Averaging::Patch;
-    haptic::Smoothing ball{.radius = k_default_radius, .points = k_sphere_points, .tolerance = 0.0003}, point;
+    haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
     if (is_shape(options_.tool, "sphere", ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;

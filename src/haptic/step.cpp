@@ -389,7 +389,8 @@ struct Stepper {
             free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
             if (load != nullptr) load->stiffen(o.stiffness, normal, felt.lever);
             report.depth += felt.depth * size;
-            report.point += size * (at.translation + felt.lever + felt.depth * normal);
+            const double out = felt.depth - (o.averaging == Averaging::Ball ? o.smoothing.radius : 0);
+            report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
             total += size;
         }
