@@ -69,7 +69,7 @@ void add_bake(CLI::App& app, int& exit_code)
     command
         ->add_option("--target-error", options->bake.target_error,
                      "Layer-3 depth error to reach, 99th percentile, percent of R_max")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->capture_default_str();
     command
         ->add_option("--subdivisions", options->bake.subdivisions,

@@ -4,7 +4,22 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cmath>
+#include <string>
+
 namespace sqmap::app {
+
+/// For check(): finite numbers above zero, or not below it. CLI11's own say so with the largest double, in full.
+inline CLI::Validator above_zero(bool or_zero = false)
+{
+    return {[or_zero](std::string& text) {
+                double value = 0;
+                if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && (value > 0 || (or_zero && value == 0)))
+                    return std::string();
+                return std::string("must be a number ") + (or_zero ? "not below" : "above") + " zero, not '" + text + "'";
+            },
+            or_zero ? "NONNEGATIVE" : "POSITIVE"};
+}
 
 void add_bake(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);

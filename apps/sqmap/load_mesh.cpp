@@ -1,5 +1,7 @@
 #include "load_mesh.h"
 
+#include "commands.h"
+
 #include <cmath>
 #include <map>
 #include <utility>
@@ -70,7 +72,7 @@ void add_load_options(CLI::App& command, LoadOptions& options)
     command
         .add_option("--thickness", options.thickness,
                     "Make open meshes and flat ones, also closed, plates this thick, in units of the result")
-        ->check(CLI::PositiveNumber);
+        ->check(above_zero());
     // The result is in metres, so that "--unit mm" divides by a thousand.
     command
         .add_option_function<std::string>(
@@ -90,16 +92,16 @@ void add_load_options(CLI::App& command, LoadOptions& options)
     const char* const k_limits = "Limits (beyond them: E_LIMIT)";
     command.add_option("--max-bytes", options.limits.max_bytes, "Largest file; also as 500MB or 4GB, of 1024 each")
         ->transform(CLI::AsSizeValue(false))
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->type_name("SIZE")
         ->default_str("2GB")
         ->group(k_limits);
     command.add_option("--max-faces", options.limits.max_faces, "Most faces in the file")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->capture_default_str()
         ->group(k_limits);
     command.add_option("--max-components", options.max_components, "Most connected pieces of the surface")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->capture_default_str()
         ->group(k_limits);
 }

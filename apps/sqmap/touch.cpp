@@ -392,7 +392,7 @@ void add_touch(CLI::App& app, int& exit_code)
     command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")
         ->capture_default_str();
     command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->capture_default_str();
     command
         ->add_option("--device", arguments->device,
@@ -400,22 +400,22 @@ void add_touch(CLI::App& app, int& exit_code)
                      "travel, rate), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices")
         ->capture_default_str();
     auto* const size = command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
-                           ->check(CLI::PositiveNumber)
+                           ->check(above_zero())
                            ->capture_default_str();
     command->add_option("--unit", arguments->unit, "Or take a mesh unit as this many metres")
         ->transform(CLI::Transformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}}))
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->excludes(size);
-    command->add_option("--seconds", arguments->seconds, "How long")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--seconds", arguments->seconds, "How long")->check(above_zero())->capture_default_str();
     command->add_option("--record", arguments->record, "Trace to write (CSV, see docs/trace-format.md)");
     command->add_option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG)");
     add_force_options(*command, arguments->touch);
     const std::string safety = "Safety (a filter that is always on)";
     command->add_option("--force-limit", arguments->servo.safety.force_limit, "N; default: 2, or the device's most if less")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->group(safety);
     command->add_option("--torque-limit", arguments->servo.safety.torque_limit, "N m; default: 0.1, or the device's most if less")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->group(safety);
     command
         ->add_flag("--own-process", arguments->own_process,

@@ -1,6 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
 
+#include "budget.h"
 #include "central_map.h"
 #include "locator.h"
 #include "near_lists.h"
@@ -190,6 +191,11 @@ CentralOptions central_options(double target_error)
 // Tighter targets start here too: cells that are finer than the surface asks for crowd out those that it does.
 constexpr double k_first_target = 0.5;
 constexpr int k_refinements = 6;
+// Where sheets cross and hide each other small cells do not help: no further ones once they have gained less than this share, a
+// logarithm's, of what they should, or the maps take so many times their budget.
+constexpr double k_least_gain = 0.5;
+constexpr double k_most_refined = 3;
+constexpr double k_clear_miss = 3;
 // Eq. 35's mean and 99th percentile are held to these shares of the target too, where that is not less than what is promised at
 // the default; the percentile, told from few points, with room to spare.
 constexpr double k_eq35_share = 0.1, k_eq35_least = 0.05;
@@ -325,12 +331,13 @@ model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, 
     return m;
 }
 
-/// The figures stored in the model: a quick evaluation of layer 3, a longer one where a few rays with large errors may
-/// have made the mean of eq. 35.
+/// The figures stored in the model: a quick evaluation of layer 3, a longer one where it misses by little enough that a few
+/// rays with large errors may have made the mean of eq. 35.
 model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, const BakeOptions& options)
 {
     const model::Measured quick = measure(data, solid, 4000);
-    return shortfall(quick, options) > 1 ? measure(data, solid, 20000) : quick;
+    const double miss = shortfall(quick, options);
+    return miss > 1 && miss < k_clear_miss ? measure(data, solid, 20000) : quick;
 }
 
 void check_partition(const decompose::Partition& partition, const mesh::Mesh& mesh)
@@ -410,17 +417,28 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     // The target is met by measuring: finer cells where the first guess falls short.
     progress("measure", 0);
     model::Measured measured = measure(result.model, solid, options);
+    const double most_bytes = k_most_refined * byte_budget(mesh.triangles.size(), options.target_error);
+    const auto map_bytes = [](const std::vector<PartWork>& of) {
+        double sum = 0;
+        for (const PartWork& part : of) sum += static_cast<double>(part.map.map_bytes());
+        return sum;
+    };
+    std::vector<PartWork> trial = parts;
     for (int attempt = 0; attempt < k_refinements && shortfall(measured, options) > 1; ++attempt) {
+        if (map_bytes(parts) > most_bytes) break;
         progress("refine", static_cast<double>(attempt) / k_refinements);
         const double finer_by = std::clamp(1 / shortfall(measured, options), 0.5, 0.7);
         for (double* size :
              {&central.finest, &central.tolerance, &central.foreign_tolerance, &central.silhouette, &central.division})
             *size *= finer_by;
-        model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, parts, central, options);
+        model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, trial, central, options);
         const model::Measured better = measure(finer, solid, options);
-        if (shortfall(better, options) >= shortfall(measured, options)) break;  // cells can get no finer: keep the better model
+        const double gain = shortfall(better, options) / shortfall(measured, options);
+        if (gain >= 1) break;  // keep the better model
         result.model = std::move(finer);
         measured = better;
+        parts = trial;
+        if (gain > std::pow(finer_by, k_least_gain)) break;
     }
     if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.target_error, options.threads, result.model);
     lap("locate");

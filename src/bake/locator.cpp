@@ -1,5 +1,6 @@
 #include "locator.h"
 
+#include "budget.h"
 #include "parallel.h"
 #include "query/approach.h"
 #include "sqmap/mesh/error.h"
@@ -23,11 +24,12 @@ constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 constexpr double k_cells_along = 40;
 constexpr double k_cells_target = 0.5;
 constexpr double k_least_cells = 20;
-// Bytes that maps and locator together may take at that target, for a mesh of ten thousand triangles or fewer. The maps come
-// first: the locator makes do with larger cells where little is left.
-constexpr double k_budget = 480e3;
-constexpr double k_budget_triangles = 10e3;
+// The maps come first: the locator makes do with larger cells where little of the budget is left, but for this share of it.
 constexpr double k_least_share = 0.12;
+// Bytes grow with about this power of the cells along a side: by the square but for places that fine cells make flat.
+constexpr double k_growth = 1.7;
+// Of the bricks near the surface one in so many tells how many bytes all take.
+constexpr std::uint32_t k_sampled_brick = 6;
 // Of the locator's bytes, what places take before those that are not flat are divided; and what a division takes, about.
 constexpr double k_undivided_share = 0.65;
 constexpr double k_division_bytes = 250;
@@ -146,11 +148,26 @@ public:
 
     void run(unsigned threads)
     {
-        const auto* n = data_.locator.bricks;
-        bricks_.resize(static_cast<std::size_t>(n[0]) * n[1] * n[2]);
-        parallel_for(bricks_.size(), threads,
-                     [&](std::size_t i) { bake_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1])); });
+        bake_bricks(1, threads);
         pack();
+    }
+
+    /// Bytes that run would take, told from a share of its bricks.
+    double estimated_bytes(unsigned threads)
+    {
+        const double sampled = bake_bricks(k_sampled_brick, threads);
+        const auto stored = static_cast<double>(
+            std::count_if(bricks_.begin(), bricks_.end(), [](const Brick& brick) { return brick.kind == Brick::Kind::Stored; }));
+        for (Brick& brick : bricks_)
+            if (brick.places.empty()) brick = {.kind = Brick::Kind::Free, .places = {Place{}}};
+        pack();
+        return static_cast<double>(packed_bytes()) * stored / std::max(sampled, 1.0);
+    }
+
+    std::size_t packed_bytes() const
+    {
+        const model::ModelView v = data_.view();
+        return v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes();
     }
 
     /// After run: the places of one cell that are not flat, in eighths; at most so many, those with the longest chains first.
@@ -191,7 +208,22 @@ private:
         std::vector<Place> places;
     };
 
-    void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz)
+    /// One in so many of the bricks that are stored, and what all others are. Returns how many are stored in full.
+    double bake_bricks(std::uint32_t one_in, unsigned threads)
+    {
+        const auto* n = data_.locator.bricks;
+        bricks_.assign(static_cast<std::size_t>(n[0]) * n[1] * n[2], {});
+        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+            // A multiplicative hash (Knuth): neither rows nor columns are left out.
+            const bool chosen = (static_cast<std::uint32_t>(i) * 2654435761u >> 16) % one_in == 0;
+            bake_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1]), chosen);
+        });
+        return static_cast<double>(std::count_if(bricks_.begin(), bricks_.end(), [](const Brick& brick) {
+            return brick.kind == Brick::Kind::Stored && !brick.places.empty();
+        }));
+    }
+
+    void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz, bool in_full)
     {
         constexpr int n = model::k_brick;
         const Vec3d corner = brick_corner(bx, by, bz);
@@ -201,7 +233,7 @@ private:
             brick.places = {whole};
             return;
         }
-        for (int i = 0; i < k_places; ++i) brick.places.push_back(bake_place(cell_centre(corner, i), grid_.cell));
+        for (int i = 0; i < k_places && in_full; ++i) brick.places.push_back(bake_place(cell_centre(corner, i), grid_.cell));
     }
 
     Vec3d brick_corner(std::size_t bx, std::size_t by, std::size_t bz) const
@@ -581,29 +613,27 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
         if (part.base == 0) return;
-    const auto bytes_of = [&] {
-        const model::ModelView v = data.view();
-        return static_cast<double>(v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
-                                   v.seeds.size_bytes());
-    };
     const model::ModelView v = data.view();
     const auto maps =
         static_cast<double>(v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
                             v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes());
-    const double all = k_budget * (k_cells_target / target_error) *
-                       std::max(1.0, static_cast<double>(solid.mesh().triangles.size()) / k_budget_triangles);
+    const double all = byte_budget(solid.mesh().triangles.size(), target_error);
     const double budget = std::max(all - maps, k_least_share * all);
+    const double undivided = k_undivided_share * budget;
     double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / target_error), k_least_cells, 160.0);
+    const auto fewer = [&](double bytes) {
+        cells = std::clamp(std::floor(cells * std::pow(undivided / bytes, 1 / k_growth)), k_least_cells, cells);
+    };
+    fewer(LocatorBaker(solid, part_of_triangle, target_error, cells, data).estimated_bytes(threads));
     for (;;) {
         LocatorBaker baker(solid, part_of_triangle, target_error, cells, data);
         baker.run(threads);
-        const double undivided = k_undivided_share * budget;
-        if (bytes_of() <= undivided || cells <= k_least_cells) {
-            baker.divide(static_cast<std::size_t>(std::max(0.0, budget - bytes_of()) / k_division_bytes), threads);
+        const auto bytes = static_cast<double>(baker.packed_bytes());
+        if (bytes <= budget || cells <= k_least_cells) {
+            baker.divide(static_cast<std::size_t>(std::max(0.0, budget - bytes) / k_division_bytes), threads);
             return;
         }
-        // Bytes grow with the square of the cells, as the surface does.
-        cells = std::max(k_least_cells, std::floor(0.97 * cells * std::sqrt(undivided / bytes_of())));
+        fewer(bytes);
     }
 }
 

@@ -204,6 +204,9 @@ std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const
     return parts;
 }
 
+// What a part costs in all, as cost() tells, below which no cut is tried.
+constexpr double k_least_cost = 0.005;
+
 /// All parts of a partition.
 std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
                              const BakeOptions& options)
@@ -254,7 +257,7 @@ void refine_parts(const SurfaceContext& context, decompose::Partition& partition
     std::vector<std::vector<std::uint32_t>> given_up;
     while (parts.size() < options.max_parts) {
         std::size_t worst = parts.size();
-        double worst_cost = 0;
+        double worst_cost = k_least_cost;
         for (std::size_t i = 0; i < parts.size(); ++i) {
             const bool needs = loose(parts[i]) > options.max_looseness || parts[i].q2_share > options.max_q2_share;
             if (!needs || std::find(given_up.begin(), given_up.end(), parts[i].triangles) != given_up.end()) continue;

@@ -10,6 +10,7 @@ import { fileURLToPath } from 'node:url';
 const [, , sqmap, chromium, folder] = process.argv;
 const web = path.join(path.dirname(fileURLToPath(import.meta.url)), '../../apps/viewer/web/');
 const { chromium: browserType } = createRequire(web)('playwright-core');
+const gltf = createRequire(web)('gltf-validator');
 fs.rmSync(folder, { recursive: true, force: true });
 fs.mkdirSync(folder, { recursive: true });
 
@@ -410,6 +411,8 @@ test('models are saved as GLB, JSON and .sqmap', async () => {
   execFileSync(sqmap, ['info', path.join(folder, 'saved.sqmap')]);
   const glb = fs.readFileSync(path.join(folder, 'saved.glb')), root = JSON.parse(glb.subarray(20, 20 + glb.readUInt32LE(12)));
   const parts = JSON.parse(fs.readFileSync(path.join(folder, 'saved.json'))).parts.length;
+  const report = await gltf.validateBytes(new Uint8Array(glb));
+  assert.deepEqual(report.issues.messages.filter((m) => m.severity < 2), [], "Khronos's validator finds no error and no warning");
   assert.equal(root.images.length, parts);
   assert.equal(root.materials.filter((m) => m.extras?.displacementTexture?.scale < 0).length, parts);
 });

@@ -65,6 +65,15 @@ class Program(unittest.TestCase):
             for term in ("->", "value in", "UINT", "FLOAT", "POSITIVE", "REQUIRED REQUIRED", "{"):
                 self.assertNotIn(term, result.stdout, command)
 
+    def test_numbers_out_of_range_are_named_in_a_line(self):
+        for value in ("-1", "0", "nan", "inf", "1e999", "wide"):
+            result = run("bake", "sphere.obj", "-o", "x.sqmap", "--target-error", value)
+            self.assertEqual(result.returncode, 64, value)
+            self.assertIn(f"--target-error: must be a number above zero, not '{value}'\n", result.stderr)
+        result = run("touch", "--object", "sphere.sqmap", "--tool", "sphere", "--mu-static", "-1")
+        self.assertEqual(result.returncode, 64)
+        self.assertIn("--mu-static: must be a number not below zero, not '-1'", result.stderr)
+
     def test_wrong_usage_is_64(self):
         for arguments in ([], ["fly"], ["bake"], ["bake", "sphere.obj"], ["bake", "absent.obj", "-o", "a.sqmap"],
                           ["bake", "sphere.obj", "-o", "a.sqmap", "--max-parts", "0"],

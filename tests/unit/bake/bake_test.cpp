@@ -305,6 +305,35 @@ TEST(Bake, AHandHasItsFingersAndPhalanges)
     EXPECT_LE(baked.report.parts.size(), 22u);
 }
 
+/// Cubes in each other, every second one a cavity: sheets that hide each other, and a target that finer cells do not reach.
+mesh::Mesh nested_cubes(int count)
+{
+    mesh::Mesh mesh;
+    for (int i = 0; i < count; ++i) {
+        const double half = 1 - 0.2 * i;
+        mesh::Mesh cube = test::cube_of({half, half, half});
+        for (mesh::Triangle& t : cube.triangles)
+            if (i % 2 == 1) std::swap(t[1], t[2]);
+        mesh = test::together(mesh, cube);
+    }
+    return mesh;
+}
+
+TEST(Bake, RefinementEndsWhereFinerCellsDoNotHelpAndReportsWhatItKept)
+{
+    const mesh::Mesh mesh = nested_cubes(4);
+    const BakeResult baked = bake(mesh, true, {.exact = false});
+    ASSERT_GT(baked.model.measured.eq35_p99, 0.45) << "the target was met";
+    const io::SectionBytes bytes = io::section_bytes(baked.model.view(), io::serialize(baked.model).size());
+    std::size_t reported = 0;
+    for (std::size_t i = 0; i < baked.report.parts.size(); ++i) {
+        EXPECT_EQ(baked.report.parts[i].base, baked.model.parts[i].base);
+        reported += baked.report.parts[i].map_bytes;
+    }
+    EXPECT_NEAR(static_cast<double>(reported), static_cast<double>(bytes.map), 0.02 * static_cast<double>(bytes.map));
+    EXPECT_LT(bytes.total, 2.5e6) << "for 48 triangles";
+}
+
 TEST(Bake, OptionsOutOfRangeAreRefused)
 {
     const mesh::Mesh mesh = test::small_sphere();

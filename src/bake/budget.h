@@ -1,0 +1,16 @@
+// How many bytes a model's stages may take together.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+namespace sqmap::bake {
+
+/// Of maps and locator, for a target error in percent of R_max: 480 kB for ten thousand triangles or fewer at half a percent. A
+/// plane's error grows with the square of its cell, so cells, as many as bytes, go with its inverse.
+[[nodiscard]] inline double byte_budget(std::size_t triangles, double target_error)
+{
+    return 480e3 * (0.5 / target_error) * std::max(1.0, static_cast<double>(triangles) / 10e3);
+}
+
+}  // namespace sqmap::bake
