@@ -1,21 +1,25 @@
-// Contact verdicts of a skinned model made of rigid solids, one a joint, against the exact skinned mesh.
-// usage: sqmap_skin HAND.glb OBJECT [LEAST_WEIGHT]     joints named as the WebXR hand's; the hand is closed and opened over the
-// object
+// Contacts of a skinned model against the exact skinned mesh: carried back through the blend, and for comparison made of rigid
+// solids, one a joint. Joints named as the WebXR hand's; the hand is closed and opened over the object.
+// usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]
 #include "sqmap/mesh/skin.h"
 #include "sqmap/bake/bake.h"
+#include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/read.h"
 #include "sqmap/io/read_skin.h"
 #include "sqmap/math/random.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/skin.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <ctime>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +32,6 @@ struct JointModel {
     std::vector<std::byte> bytes;
     model::ModelView view;
 };
-
-mesh::Affine affine(const io::AffineMap& m) { return {m.linear, m.shift}; }
 
 Mat3d about_x(double a) { return {{{1, 0, 0}, {0, std::cos(a), -std::sin(a)}, {0, std::sin(a), std::cos(a)}}}; }
 
@@ -44,76 +46,164 @@ double curl_of(const std::string& name)
 }
 
 /// World of each joint times its inverse bind.
-std::vector<mesh::Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing)
+std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing)
 {
-    std::vector<mesh::Affine> world(skin.skeleton.size());
+    std::vector<Affine> world(skin.skeleton.size());
     std::vector<bool> done(world.size());
-    const auto place = [&](auto&& self, std::size_t j) -> const mesh::Affine& {
+    const auto place = [&](auto&& self, std::size_t j) -> const Affine& {
         if (done[j]) return world[j];
         const io::SkinJoint& joint = skin.skeleton[j];
-        mesh::Affine local = affine(joint.local);
+        Affine local = joint.local;
         const bool index = joint.name.find("index") != std::string::npos;
         local.linear = local.linear * about_x(-(pointing && index ? 0 : curl) * curl_of(joint.name));
         world[j] = joint.parent < 0 ? local : self(self, static_cast<std::size_t>(joint.parent)) * local;
         done[j] = true;
         return world[j];
     };
-    std::vector<mesh::Affine> maps;
-    for (std::size_t j = 0; j < world.size(); ++j) maps.push_back(place(place, j) * affine(skin.skeleton[j].inverse_bind));
+    std::vector<Affine> maps;
+    for (std::size_t j = 0; j < world.size(); ++j) maps.push_back(place(place, j) * skin.skeleton[j].inverse_bind);
     return maps;
+}
+
+double cpu_seconds()
+{
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// The skin as one closed mesh: vertices along texture seams are doubled in the file.
+struct Bound {
+    mesh::Mesh mesh;
+    mesh::Influences influences;
+};
+
+Bound welded(const io::SkinnedSoup& skin)
+{
+    Bound bound;
+    std::map<std::array<double, 3>, std::uint32_t> places;
+    std::vector<std::uint32_t> number;
+    for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
+        const Vec3d p = skin.soup.positions[v];
+        const auto [at, fresh] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(bound.mesh.vertices.size()));
+        if (fresh) {
+            bound.mesh.vertices.push_back(p);
+            bound.influences.joints.push_back(skin.joints[v]);
+            bound.influences.weights.push_back(skin.weights[v]);
+        }
+        number.push_back(at->second);
+    }
+    for (std::size_t i = 0; i + 2 < skin.soup.indices.size(); i += 3) {
+        mesh::Triangle t;
+        for (std::size_t k = 0; k < 3; ++k) t[k] = number[static_cast<std::size_t>(skin.soup.indices[i + k])];
+        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) bound.mesh.triangles.push_back(t);
+    }
+    return bound;
+}
+
+/// Rigid solids of the joints, united.
+class Solids {
+public:
+    Solids(const Bound& bound, std::size_t joints, double least_weight)
+    {
+        models_.reserve(joints);
+        for (std::uint16_t j = 0; j < joints; ++j) {
+            const auto solid = mesh::joint_solid(bound.mesh, bound.influences, j, least_weight);
+            if (!solid) continue;
+            JointModel& m = models_.emplace_back();
+            m.joint = j;
+            m.bytes = io::serialize(bake::bake(*solid, true, {}).model);
+            if (model::parse(m.bytes, m.view) != model::ParseStatus::Ok) std::exit(70);
+        }
+    }
+    /// depth: of each point, -1 where free.
+    void ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
+             std::vector<double>& depth) const
+    {
+        query::Probe probe(points);
+        std::vector<query::FrameContact> contacts(points.size());
+        for (const JointModel& m : models_) {
+            // A bone's map is rigid, so its inverse is the transpose.
+            const query::Pose pose = query::inverse({maps[m.joint].linear, maps[m.joint].shift});
+            const auto r = query::query_frame(m.view, probe, pose, {.layer = layer}, contacts);
+            for (std::size_t c = 0; c < std::min(r.contacts, contacts.size()); ++c)
+                depth[contacts[c].index] =
+                    std::max(depth[contacts[c].index], static_cast<double>(contacts[c].depth) * m.view.header.unit);
+        }
+    }
+    std::size_t size() const { return models_.size(); }
+
+private:
+    std::vector<JointModel> models_;
+};
+
+/// Verdicts of one method over all poses.
+struct Tally {
+    const char* name = "";
+    std::size_t near = 0, wrong = 0, false_in = 0, false_out = 0;
+    double worst = 0;
+    std::vector<double> depth_error, normal_error;
+    std::map<std::string, std::size_t> where;
+};
+
+double percentile(std::vector<double> v, double share)
+{
+    if (v.empty()) return 0;
+    std::sort(v.begin(), v.end());
+    return v[static_cast<std::size_t>(share * static_cast<double>(v.size() - 1))];
 }
 
 }  // namespace
 
 int main(int argc, char** argv)
 {
-    if (argc < 3) {
-        std::fprintf(stderr, "usage: sqmap_skin HAND.glb OBJECT [LEAST_WEIGHT]\n");
+    double cell = bake::SkinLatticeOptions{}.cell, least_weight = 0;
+    query::Layer layer = query::Layer::Three;
+    const char* worst_file = nullptr;
+    for (int i = 3; i + 1 < argc; i += 2) {
+        const std::string name = argv[i], value = argv[i + 1];
+        if (name == "--cell") cell = std::atof(argv[i + 1]);
+        if (name == "--layer")
+            layer = value == "exact" ? query::Layer::Exact : value == "2" ? query::Layer::Two : query::Layer::Three;
+        if (name == "--solids") least_weight = std::atof(argv[i + 1]);
+        if (name == "--worst") worst_file = argv[i + 1];
+    }
+    if (argc < 3 || argc % 2 == 0) {
+        std::fprintf(stderr,
+                     "usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] "
+                     "[--worst FILE.csv]\n");
         return 64;
     }
-    const double least_weight = argc > 3 ? std::atof(argv[3]) : 0.05;
     const io::SkinResult read = io::read_skinned_file(argv[1]);
     if (read.error) {
         std::fprintf(stderr, "%s: %s\n", argv[1], read.error->message.c_str());
         return 2;
     }
-    // Vertices along texture seams are doubled: the mesh is closed once equal places are one vertex.
     const io::SkinnedSoup& skin = read.skin;
-    mesh::Mesh bound;
-    mesh::Influences influences;
-    std::map<std::array<double, 3>, std::uint32_t> places;
-    std::vector<std::uint32_t> welded;
-    for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
-        const Vec3d p = skin.soup.positions[v];
-        const auto [at, fresh] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(bound.vertices.size()));
-        if (fresh) {
-            bound.vertices.push_back(p);
-            influences.joints.push_back(skin.joints[v]);
-            influences.weights.push_back(skin.weights[v]);
-        }
-        welded.push_back(at->second);
-    }
-    for (std::size_t i = 0; i + 2 < skin.soup.indices.size(); i += 3) {
-        mesh::Triangle t;
-        for (std::size_t k = 0; k < 3; ++k) t[k] = welded[static_cast<std::size_t>(skin.soup.indices[i + k])];
-        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) bound.triangles.push_back(t);
-    }
-    std::printf("%zu joints, %zu vertices, %zu triangles\n", skin.skeleton.size(), bound.vertices.size(), bound.triangles.size());
-
-    std::vector<JointModel> models;
-    models.reserve(skin.skeleton.size());
-    for (std::uint16_t j = 0; j < skin.skeleton.size(); ++j) {
-        const auto solid = mesh::joint_solid(bound, influences, j, least_weight);
-        if (!solid) {
-            std::printf("  %s: moves nothing that closes\n", skin.skeleton[j].name.c_str());
-            continue;
-        }
-        JointModel& m = models.emplace_back();
-        m.joint = j;
-        m.bytes = io::serialize(bake::bake(*solid, true, {}).model);
-        if (model::parse(m.bytes, m.view) != model::ParseStatus::Ok) return 70;
-    }
-    const double r_max = mesh::largest_vertex_distance(bound);
+    const Bound bound = welded(skin);
+    const double r_max = mesh::largest_vertex_distance(bound.mesh);
+    std::printf("%zu joints, %zu vertices, %zu triangles\n", skin.skeleton.size(), bound.mesh.vertices.size(),
+                bound.mesh.triangles.size());
+    double start = cpu_seconds();
+    const std::vector<std::byte> bytes = io::serialize(bake::bake(bound.mesh, true, {}).model);
+    model::ModelView model;
+    if (model::parse(bytes, model) != model::ParseStatus::Ok) return 70;
+    const double baked = cpu_seconds();
+    query::SkinLattice lattice = bake::skin_lattice(bound.mesh, bound.influences, {.cell = cell});
+    lattice.bones = static_cast<std::uint32_t>(skin.skeleton.size());
+    query::PosedSkin posed_skin(lattice);
+    std::size_t rigid = 0, most_pulls = 0;
+    for (const auto& n : lattice.nodes) rigid += n.bone != query::SkinLattice::k_none ? 1 : 0;
+    for (std::size_t c = 0; c + 1 < lattice.first_pull.size(); ++c)
+        most_pulls = std::max<std::size_t>(most_pulls, lattice.first_pull[c + 1] - lattice.first_pull[c]);
+    std::printf(
+        "bound model %.2f s, %zu bytes; lattice of cells %.4f of R_max %.2f s: %zu blended, %zu boxes of rigid ones, %zu "
+        "corners, "
+        "%zu pulls (at most %zu)\n",
+        baked - start, bytes.size(), cell, cpu_seconds() - baked, lattice.corners.size(), rigid, lattice.first_pull.size() - 1,
+        lattice.pulls.size(), most_pulls);
+    std::optional<Solids> solids;
+    if (least_weight > 0) solids.emplace(bound, skin.skeleton.size(), least_weight);
 
     const io::ReadResult object = io::read_mesh_file(argv[2]);
     if (object.error) return 2;
@@ -124,61 +214,110 @@ int main(int argc, char** argv)
             lo[k] = std::min(lo[k], p[k]);
             hi[k] = std::max(hi[k], p[k]);
         }
+    std::FILE* out = worst_file != nullptr ? std::fopen(worst_file, "w") : nullptr;
+    if (out != nullptr) std::fprintf(out, "pose,method,what,x,y,z,percent\n");
 
     // The object, 0.8 times as large as the hand, is put about the middle of the fingers and shaken.
     SplitMix64 random(7);
-    std::size_t near = 0, wrong = 0, false_in = 0, false_out = 0;
-    double worst = 0;
-    std::map<std::string, std::size_t> where;
+    std::vector<Tally> tallies(solids ? 2 : 1);
+    tallies.front().name = "blend";
+    if (solids) tallies.back().name = "solids";
+    double pose_seconds = 0, query_seconds = 0;
+    std::size_t frames = 0, asked = 0, crowded = 0;
     for (const auto& [pose_name, pointing] : {std::pair{"fist", false}, {"point", true}})
         for (int step = 0; step <= 4; ++step) {  // from open to closed
-            const std::vector<mesh::Affine> maps = maps_of(skin, 0.25 * step, pointing);
-            mesh::Mesh posed = bound;
-            posed.vertices = mesh::skinned(bound.vertices, influences, maps);
-            const mesh::Bvh bvh(posed);
-            std::size_t pose_near = 0, pose_wrong = 0;
+            const std::vector<Affine> maps = maps_of(skin, 0.25 * step, pointing);
+            mesh::Mesh posed = bound.mesh;
+            posed.vertices = mesh::skinned(bound.mesh.vertices, bound.influences, maps);
+            const mesh::Solid truth(posed, mesh::find_self_intersections(posed).crossed);
+            if (!posed_skin.pose(maps)) return 70;
+            std::printf("%-6s %3d %% closed: deviates by %.3f %% of R_max;", pose_name, 25 * step,
+                        100 * bake::skin_deviation(lattice, bound.mesh, bound.influences, maps) / r_max);
+            const auto write = [&, name = pose_name, at = step](const char* method, const char* what, Vec3d p, double percent) {
+                if (out != nullptr)
+                    std::fprintf(out, "%s %d,%s,%s,%g,%g,%g,%g\n", name, 25 * at, method, what, p.x, p.y, p.z, percent);
+            };
+            for (const Vec3d& p : posed.vertices) write("mesh", "vertex", p, 0);
+            std::size_t pose_near = 0;
+            std::vector<std::size_t> pose_wrong(tallies.size(), 0);
             for (int shake = 0; shake < 4; ++shake) {
                 const Vec3d centre = posed.vertices[random.bits() % posed.vertices.size()];
                 const double scale = 0.8 * r_max / norm(hi - lo);
                 std::vector<Vec3d> placed;
                 for (const Vec3d& p : points) placed.push_back(centre + scale * (p - 0.5 * (lo + hi)));
-                query::Probe probe(placed);
-                std::vector<std::uint8_t> inside(placed.size());
-                std::vector<query::FrameContact> contacts(placed.size());
-                for (const JointModel& m : models) {
-                    // A bone's map is rigid, so its inverse is the transpose; scale is checked by the caller's eye.
-                    const mesh::Affine& a = maps[m.joint];
-                    const query::Pose pose = query::inverse({a.linear, a.shift});
-                    const auto r = query::query_frame(m.view, probe, pose, {}, contacts);
-                    for (std::size_t c = 0; c < std::min(r.contacts, contacts.size()); ++c) inside[contacts[c].index] = 1;
+                std::vector<std::vector<double>> depth(tallies.size(), std::vector<double>(placed.size(), -1));
+                std::vector<Vec3d> normal(placed.size());
+                query::SkinRoom room(lattice, placed);
+                std::vector<query::SkinContact> contacts(placed.size());
+                query::FrameResult r;
+                for (int again = 0; again < 20; ++again) {
+                    start = cpu_seconds();
+                    (void)posed_skin.pose(maps);
+                    const double is_posed = cpu_seconds();
+                    r = query::query_skin(model, posed_skin, placed, {.layer = layer}, room, contacts);
+                    pose_seconds += is_posed - start;
+                    query_seconds += cpu_seconds() - is_posed;
+                    ++frames;
                 }
+                crowded += (r.status & query::k_skin_crowded) != 0 ? 1 : 0;
+                asked += placed.size();
+                for (std::size_t c = 0; c < r.contacts; ++c) {
+                    depth[0][contacts[c].index] = contacts[c].depth;
+                    normal[contacts[c].index] = contacts[c].normal;
+                }
+                if (solids) solids->ask(maps, placed, layer, depth[1]);
                 for (std::size_t i = 0; i < placed.size(); ++i) {
-                    const mesh::ClosestPoint closest = bvh.closest_point(placed[i], 0.03 * r_max);
+                    const mesh::ClosestPoint closest = truth.bvh().closest_point(placed[i], 0.03 * r_max);
                     if (!(closest.distance < 0.03 * r_max)) continue;
                     ++pose_near;
-                    const bool truth = bvh.winding_number(placed[i]) > 0;
-                    if (truth == (inside[i] != 0)) continue;
-                    if (closest.distance <= 0.005 * r_max) continue;
-                    ++pose_wrong;
-                    (truth ? false_out : false_in) += 1;
-                    worst = std::max(worst, closest.distance);
-                    // Whose: the joint that moves the nearest triangle most.
-                    const std::uint32_t v = posed.triangles[closest.triangle][0];
-                    const std::size_t k =
-                        static_cast<std::size_t>(std::max_element(influences.weights[v].begin(), influences.weights[v].end()) -
-                                                 influences.weights[v].begin());
-                    ++where[skin.skeleton[influences.joints[v][k]].name];
+                    const bool inside = truth.inside(placed[i]);
+                    const mesh::ClosestPoint boundary = truth.closest_boundary(placed[i]);
+                    for (std::size_t m = 0; m < tallies.size(); ++m) {
+                        Tally& tally = tallies[m];
+                        if (inside && depth[m][i] >= 0) {
+                            tally.depth_error.push_back(100 * std::abs(depth[m][i] - boundary.distance) / r_max);
+                            if (tally.depth_error.back() > 0.5) write(tally.name, "depth", placed[i], tally.depth_error.back());
+                            if (m == 0 && boundary.distance > 1e-4 * r_max) {
+                                const Vec3d n = normalized(boundary.point - placed[i]);
+                                tally.normal_error.push_back(180 / M_PI * std::acos(std::clamp(dot(n, normal[i]), -1.0, 1.0)));
+                            }
+                        }
+                        if (inside == (depth[m][i] >= 0) || closest.distance <= 0.005 * r_max) continue;
+                        ++pose_wrong[m];
+                        (inside ? tally.false_out : tally.false_in) += 1;
+                        tally.worst = std::max(tally.worst, closest.distance);
+                        // Whose: the joint that moves the nearest triangle most.
+                        const std::uint32_t v = posed.triangles[closest.triangle][0];
+                        const auto& weights = bound.influences.weights[v];
+                        const auto k =
+                            static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
+                        ++tally.where[skin.skeleton[bound.influences.joints[v][k]].name];
+                        write(tally.name, "verdict", placed[i], 100 * closest.distance / r_max);
+                    }
                 }
             }
-            std::printf("%-6s %3d %% closed: %6zu near, %5zu wrong beyond 0.5 %% of R_max (%.2f %%)\n", pose_name, 25 * step,
-                        pose_near, pose_wrong,
-                        100.0 * static_cast<double>(pose_wrong) / static_cast<double>(std::max<std::size_t>(pose_near, 1)));
-            near += pose_near;
-            wrong += pose_wrong;
+            for (std::size_t m = 0; m < tallies.size(); ++m) {
+                tallies[m].near += pose_near;
+                tallies[m].wrong += pose_wrong[m];
+                std::printf(
+                    " %s: %zu of %zu wrong beyond 0.5 %% of R_max (%.2f %%)", tallies[m].name, pose_wrong[m], pose_near,
+                    100.0 * static_cast<double>(pose_wrong[m]) / static_cast<double>(std::max<std::size_t>(pose_near, 1)));
+            }
+            std::printf("\n");
         }
-    std::printf(
-        "all: %zu near, %zu wrong (%.2f %%): %zu called free, %zu called inside; worst %.2f %% of R_max; solids of %zu joints\n",
-        near, wrong, 100.0 * static_cast<double>(wrong) / static_cast<double>(std::max<std::size_t>(near, 1)), false_out,
-        false_in, 100 * worst / r_max, models.size());
-    for (const auto& [name, count] : where) std::printf("  %-34s %zu\n", name.c_str(), count);
+    if (out != nullptr) std::fclose(out);
+    for (const Tally& t : tallies) {
+        std::printf("%s: %zu near, %zu wrong (%.2f %%): %zu called free, %zu called inside; worst %.2f %% of R_max\n", t.name,
+                    t.near, t.wrong, 100.0 * static_cast<double>(t.wrong) / static_cast<double>(std::max<std::size_t>(t.near, 1)),
+                    t.false_out, t.false_in, 100 * t.worst / r_max);
+        std::printf("  depth error, %% of R_max: median %.3f p95 %.3f max %.3f of %zu\n", percentile(t.depth_error, 0.5),
+                    percentile(t.depth_error, 0.95), percentile(t.depth_error, 1), t.depth_error.size());
+        if (!t.normal_error.empty())
+            std::printf("  normal error, degrees: median %.2f p95 %.1f\n", percentile(t.normal_error, 0.5),
+                        percentile(t.normal_error, 0.95));
+        for (const auto& [name, count] : t.where) std::printf("  %-34s %zu\n", name.c_str(), count);
+    }
+    std::printf("blend: %.1f us a pose, %.1f us a frame of %zu points (%.0f ns a point); %zu crowded\n",
+                1e6 * pose_seconds / static_cast<double>(frames), 1e6 * query_seconds / static_cast<double>(frames),
+                points.size(), 1e9 * query_seconds / (20.0 * static_cast<double>(asked)), crowded);
 }

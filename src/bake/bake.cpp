@@ -1,6 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 2 to 4.1: the whole of preprocessing.
 #include "sqmap/bake/bake.h"
 
+#include "assemble.h"
 #include "budget.h"
 #include "central_map.h"
 #include "locator.h"
@@ -35,7 +36,17 @@ double cpu_seconds()
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// A small sphere about points: from the box's centre, moved towards what sticks out (Ritter 1990, repeated).
+template <class T>
+std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
+{
+    const auto first = static_cast<std::uint32_t>(all.size());
+    all.insert(all.end(), some.begin(), some.end());
+    return first;
+}
+
+}  // namespace
+
+// From the box's centre, moved towards what sticks out (Ritter 1990, repeated).
 void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
 {
     Vec3d lo = points.front(), hi = lo;
@@ -66,14 +77,6 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     double radius = 0;
     for (const Vec3d& p : points) radius = std::max(radius, norm(p - Vec3d{sphere[0], sphere[1], sphere[2]}));
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
-}
-
-template <class T>
-std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
-{
-    const auto first = static_cast<std::uint32_t>(all.size());
-    all.insert(all.end(), some.begin(), some.end());
-    return first;
 }
 
 model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::ModelData& data)
@@ -138,8 +141,6 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     return p;
 }
 
-/// The mesh in a frame of its own: vertices turned and sorted there, every triangle at its old place but starting at its
-/// least vertex. What is computed from it depends on the mesh's frame through rounding only.
 mesh::Mesh canonical_view(const mesh::Mesh& mesh, const Mat3d& frame)
 {
     std::vector<std::uint32_t> order(mesh.vertices.size());
@@ -176,7 +177,6 @@ std::uint16_t surface_flag(mesh::Boundary boundary)
     return 0;
 }
 
-/// Cell tolerances that meet a target as a rule; measured and corrected after.
 CentralOptions central_options(double target_error)
 {
     CentralOptions central;
@@ -188,8 +188,36 @@ CentralOptions central_options(double target_error)
     return central;
 }
 
-// Tighter targets start here too: cells that are finer than the surface asks for crowd out those that it does.
-constexpr double k_first_target = 0.5;
+void scale(CentralOptions& central, double factor)
+{
+    for (double* size : {&central.finest, &central.tolerance, &central.foreign_tolerance, &central.silhouette, &central.division})
+        *size *= factor;
+}
+
+void append_exact(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, std::span<const std::uint16_t> flags,
+                  model::ModelData& data)
+{
+    const mesh::Mesh& mesh = solid.mesh();
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            if (mesh.vertices.size() <= 0x10000)
+                data.triangles16.push_back(static_cast<std::uint16_t>(v));
+            else
+                data.triangles32.push_back(v);
+        }
+        data.triangle_part.push_back(static_cast<std::uint16_t>(part_of_triangle[t] | flags[t]));
+        for (const auto& piece : solid.visible(t)) {
+            data.piece_triangle.push_back(t);
+            for (const Vec3d& corner : piece)
+                for (int k = 0; k < 3; ++k) data.pieces.push_back(static_cast<float>(corner[k]));
+        }
+    }
+}
+
+namespace {
+
 constexpr int k_refinements = 6;
 // Where sheets cross and hide each other small cells do not help: no further ones once they have gained less than this share, a
 // logarithm's, of what they should, or the maps take so many times their budget.
@@ -292,22 +320,7 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
     data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
     data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
     if (!options.exact) return data;
-    for (const Vec3d& v : mesh.vertices)
-        for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (const std::uint32_t v : mesh.triangles[t]) {
-            if (mesh.vertices.size() <= 0x10000)
-                data.triangles16.push_back(static_cast<std::uint16_t>(v));
-            else
-                data.triangles32.push_back(v);
-        }
-        data.triangle_part.push_back(static_cast<std::uint16_t>(partition.part_of_triangle[t] | context.flags[t]));
-        for (const auto& piece : solid.visible(t)) {
-            data.piece_triangle.push_back(t);
-            for (const Vec3d& corner : piece)
-                for (int k = 0; k < 3; ++k) data.pieces.push_back(static_cast<float>(corner[k]));
-        }
-    }
+    append_exact(solid, partition.part_of_triangle, context.flags, data);
     return data;
 }
 
@@ -424,13 +437,13 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         return sum;
     };
     std::vector<PartWork> trial = parts;
+    double fineness = 1;
     for (int attempt = 0; attempt < k_refinements && shortfall(measured, options) > 1; ++attempt) {
         if (map_bytes(parts) > most_bytes) break;
         progress("refine", static_cast<double>(attempt) / k_refinements);
         const double finer_by = std::clamp(1 / shortfall(measured, options), 0.5, 0.7);
-        for (double* size :
-             {&central.finest, &central.tolerance, &central.foreign_tolerance, &central.silhouette, &central.division})
-            *size *= finer_by;
+        scale(central, finer_by);
+        fineness *= finer_by;
         model::ModelData finer = assemble(context, normalization, solid, solid_mesh, partition, trial, central, options);
         const model::Measured better = measure(finer, solid, options);
         const double gain = shortfall(better, options) / shortfall(measured, options);
@@ -438,6 +451,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         result.model = std::move(finer);
         measured = better;
         parts = trial;
+        result.report.fineness = fineness;
         if (gain > std::pow(finer_by, k_least_gain)) break;
     }
     if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.target_error, options.threads, result.model);

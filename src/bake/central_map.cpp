@@ -71,7 +71,7 @@ public:
         CentralMapData best;
         std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
         for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-            if (base < options_.least_base) continue;
+            if (base < options_.least_base || base > options_.most_base) continue;
             out_ = blank;
             out_.base = base_ = base;
             if (!bake_faces(best_bytes + best_bytes / 4)) break;

@@ -33,6 +33,8 @@ constexpr std::uint32_t k_sampled_brick = 6;
 // Of the locator's bytes, what places take before those that are not flat are divided; and what a division takes, about.
 constexpr double k_undivided_share = 0.65;
 constexpr double k_division_bytes = 250;
+// What an update may make of the bytes that the locator had, by dividing places.
+constexpr double k_growth_room = 1.1;
 // By how much of R_max a sample may miss its nearest surface before it gets a seed of its own, and a plane the surface.
 constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
@@ -146,6 +148,41 @@ public:
         view_ = data_.view();
     }
 
+    /// On the grid that data has, and with what it holds.
+    LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error,
+                 model::ModelData& data)
+        : solid_(solid),
+          part_of_triangle_(part_of_triangle),
+          data_(data),
+          flat_tolerance_(0.01 * k_flat_share * target_error * data.header.r_max)
+    {
+        grid_.cell = static_cast<double>(data.locator.cell);
+        for (int k = 0; k < 3; ++k) {
+            grid_.origin[k] = static_cast<double>(data.locator.origin[k]);
+            grid_.n[k] = model::k_brick * static_cast<int>(data.locator.bricks[k]);
+        }
+        view_ = data_.view();
+        unpack();
+    }
+
+    /// In place of run.
+    LocatorUpdate update(const Change& change, unsigned threads)
+    {
+        const std::size_t bytes = packed_bytes();
+        LocatorUpdate update;
+        enclose(update);
+        update.reached.assign(bricks_.size(), 0);
+        const auto* n = data_.locator.bricks;
+        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+            const bool fresh = update.brick_before[i] == LocatorUpdate::k_no_brick;
+            update.reached[i] = update_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1]), fresh, change);
+        });
+        pack();
+        const double room = k_growth_room * static_cast<double>(bytes) - static_cast<double>(packed_bytes());
+        divide(static_cast<std::size_t>(std::max(0.0, room) / k_division_bytes), threads, update.reached);
+        return update;
+    }
+
     void run(unsigned threads)
     {
         bake_bricks(1, threads);
@@ -171,7 +208,8 @@ public:
     }
 
     /// After run: the places of one cell that are not flat, in eighths; at most so many, those with the longest chains first.
-    void divide(std::size_t most, unsigned threads)
+    /// among: bits of places that are considered, brick by brick; empty for all.
+    void divide(std::size_t most, unsigned threads, std::span<const std::uint64_t> among = {})
     {
         const auto* n = data_.locator.bricks;
         std::vector<std::pair<std::size_t, std::size_t>> candidates;  // seeds, and which place
@@ -179,6 +217,7 @@ public:
             if (bricks_[i].kind != Brick::Kind::Stored) continue;
             for (std::size_t k = 0; k < k_places; ++k) {
                 const Place& place = bricks_[i].places[k];
+                if (!place.eighths.empty() || (!among.empty() && (among[i] >> k & 1u) == 0)) continue;
                 if (place.kind != PlaceKind::Free && (place.seeds.front().extent & model::k_flat) == 0)
                     candidates.emplace_back(place.seeds.size(), i * k_places + k);
             }
@@ -193,10 +232,8 @@ public:
                 Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
                 if (chosen[i * k_places + static_cast<std::size_t>(k)] == 0) continue;
                 const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
-                for (int e = 0; e < 8; ++e)
-                    place.eighths.push_back(
-                        bake_place(centre + 0.25 * grid_.cell * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.},
-                                   0.5 * grid_.cell));
+                for (std::size_t e = 0; e < 8; ++e)
+                    place.eighths.push_back(bake_place(eighth_centre(centre, grid_.cell, e), 0.5 * grid_.cell));
             }
         });
         pack();
@@ -223,7 +260,7 @@ private:
         }));
     }
 
-    void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz, bool in_full)
+    void bake_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz, bool in_full) const
     {
         constexpr int n = model::k_brick;
         const Vec3d corner = brick_corner(bx, by, bz);
@@ -244,6 +281,187 @@ private:
     {
         constexpr int n = model::k_brick;
         return brick_corner + grid_.cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5};
+    }
+
+    void unpack()
+    {
+        for (const std::uint32_t brick : data_.bricks) {
+            Brick& to = bricks_.emplace_back();
+            if ((brick & model::k_free_brick) != 0) {
+                to.kind = Brick::Kind::Free;
+                to.places.emplace_back().gap = gap_of(brick & ~model::k_free_brick);
+                continue;
+            }
+            const bool deep = (brick & model::k_deep_brick) != 0;
+            to.kind = deep ? Brick::Kind::Deep : Brick::Kind::Stored;
+            const std::uint32_t first = brick & ~model::k_deep_brick;
+            for (std::uint32_t k = 0; k < (deep ? 1u : static_cast<std::uint32_t>(k_places)); ++k)
+                to.places.push_back(unpacked(data_.places[first + k]));
+        }
+    }
+
+    Place unpacked(std::uint32_t word) const
+    {
+        Place place;
+        place.kind = model::place_kind(word);
+        if (place.kind == PlaceKind::Free) {
+            place.gap = gap_of(model::place_gap(word));
+            return place;
+        }
+        if (model::is_divided(word)) {
+            for (std::uint32_t e = 0; e < 8; ++e) place.eighths.push_back(unpacked(data_.places[model::place_seed(word) + e]));
+            return place;
+        }
+        const std::uint32_t list = data_.part_lists[model::place_list(word)];
+        for (std::uint32_t k = 0; k < model::k_list_length; ++k) place.parts[k] = static_cast<std::uint8_t>(list >> 8 * k);
+        std::uint32_t at = model::place_seed(word);
+        do {
+            place.seeds.push_back(data_.locator_seeds[at]);
+            place.seeds.back().extent &= ~model::k_last_seed;
+        } while ((data_.locator_seeds[at++].extent & model::k_last_seed) == 0);
+        if (place.seeds.size() > 1) place.choices = data_.locator_seeds[model::place_seed(word) - 1].direction;
+        return place;
+    }
+
+    /// As it was, to within a step: packed again it is the same.
+    double gap_of(std::uint32_t code) const { return (code + 0.5) * static_cast<double>(model::k_gap_step) * grid_.cell; }
+
+    /// Adds bricks where the mesh is beyond the grid.
+    void enclose(LocatorUpdate& update)
+    {
+        Vec3d lo = solid_.mesh().vertices.front(), hi = lo;
+        for (const Vec3d& v : solid_.mesh().vertices)
+            for (int k = 0; k < 3; ++k) {
+                lo[k] = std::min(lo[k], v[k]);
+                hi[k] = std::max(hi[k], v[k]);
+            }
+        const double side = model::k_brick * grid_.cell, margin = 0.01 * grid_.cell;
+        std::array<std::uint32_t, 3> before{}, below{}, now{};
+        for (int k = 0; k < 3; ++k) {
+            const auto i = static_cast<std::size_t>(k);
+            const auto missing = [&](double length) {
+                return static_cast<std::uint32_t>(std::ceil(std::max(length, 0.0) / side));
+            };
+            before[i] = data_.locator.bricks[i];
+            below[i] = missing(grid_.origin[k] + margin - lo[k]);
+            now[i] = before[i] + below[i] + missing(hi[k] + margin - grid_.origin[k] - grid_.cell * grid_.n[k]);
+            grid_.origin[k] = static_cast<double>(static_cast<float>(grid_.origin[k] - side * below[i]));
+            grid_.n[k] = model::k_brick * static_cast<int>(now[i]);
+            data_.locator.origin[i] = static_cast<float>(grid_.origin[k]);
+            data_.locator.bricks[i] = now[i];
+        }
+        std::vector<Brick> bricks(std::size_t{now[0]} * now[1] * now[2]);
+        update.brick_before.assign(bricks.size(), LocatorUpdate::k_no_brick);
+        for (std::uint32_t z = 0; z < before[2]; ++z)
+            for (std::uint32_t y = 0; y < before[1]; ++y)
+                for (std::uint32_t x = 0; x < before[0]; ++x) {
+                    const std::size_t from = (std::size_t{z} * before[1] + y) * before[0] + x;
+                    const std::size_t to = (std::size_t{z + below[2]} * now[1] + y + below[1]) * now[0] + x + below[0];
+                    bricks[to] = std::move(bricks_[from]);
+                    update.brick_before[to] = static_cast<std::uint32_t>(from);
+                }
+        bricks_ = std::move(bricks);
+        view_ = data_.view();
+    }
+
+    /// Which of its places have another nearest surface.
+    std::uint64_t update_brick(Brick& brick, std::size_t bx, std::size_t by, std::size_t bz, bool fresh,
+                               const Change& change) const
+    {
+        constexpr std::uint64_t k_all = ~std::uint64_t{0};
+        const double side = model::k_brick * grid_.cell;
+        const Vec3d corner = brick_corner(bx, by, bz), centre = corner + 0.5 * side * Vec3d{1, 1, 1};
+        const auto anew = [&] {
+            brick = {};
+            bake_brick(brick, bx, by, bz, true);
+            return k_all;
+        };
+        if (fresh) return anew();
+        if (brick.kind == Brick::Kind::Free) return reaches_free(brick.places.front(), centre, change) ? anew() : 0;
+        const bool reached = change.reaches_box(centre, 0.5 * side, solid_.closest_boundary(centre).distance);
+        if (brick.kind == Brick::Kind::Deep) {
+            if (reached) return anew();
+            return update_parts(brick.places.front(), centre, side, change) ? 1 : 0;
+        }
+        std::uint64_t bits = 0;
+        for (int k = 0; k < k_places; ++k) {
+            Place& place = brick.places[static_cast<std::size_t>(k)];
+            const bool here = reached ? update_place(place, cell_centre(corner, k), grid_.cell, change)
+                                      : update_parts(place, cell_centre(corner, k), grid_.cell, change);
+            if (here) bits |= std::uint64_t{1} << k;
+        }
+        return bits;
+    }
+
+    bool reaches_free(const Place& place, Vec3d centre, const Change& change) const
+    {
+        return change.reaches(centre, place.gap + static_cast<double>(model::k_gap_step) * grid_.cell);
+    }
+
+    /// Whether the nearest surface of some point of a box may be another; told from its eighths, so many levels down.
+    bool is_reached(Vec3d centre, double half, const Change& change, int levels) const
+    {
+        if (!change.reaches_box(centre, half, solid_.closest_boundary(centre).distance)) return false;
+        for (std::size_t e = 0; e < 8 && levels > 0; ++e)
+            if (is_reached(eighth_centre(centre, 2 * half, e), 0.5 * half, change, levels - 1)) return true;
+        return levels == 0;
+    }
+
+    /// Whether the nearest surface may be another.
+    bool update_place(Place& place, Vec3d centre, double side, const Change& change) const
+    {
+        if (place.kind == PlaceKind::Free) {
+            if (!reaches_free(place, centre, change)) return false;
+            place = bake_place(centre, side);
+            return true;
+        }
+        // Most are too far from it to ask how far the surface is.
+        const double half = 0.5 * side;
+        const bool reached =
+            change.reaches_box(centre, half, 0) || change.reaches_box(centre, half, solid_.closest_boundary(centre).distance);
+        if (!reached) return update_parts(place, centre, side, change);
+        if (place.eighths.empty()) {
+            place = bake_place(centre, side);
+        } else {
+            for (std::size_t e = 0; e < 8; ++e)
+                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change);
+        }
+        return true;
+    }
+
+    /// What a place says of parts. True where its planes are others.
+    bool update_parts(Place& place, Vec3d centre, double side, const Change& change) const
+    {
+        if (place.kind == PlaceKind::Free) return false;
+        if (!place.eighths.empty()) {
+            bool other = false;
+            for (std::size_t e = 0; e < 8; ++e)
+                other = update_parts(place.eighths[e], eighth_centre(centre, side, e), 0.5 * side, change) || other;
+            return other;
+        }
+        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
+        if (!flat && std::any_of(place.seeds.begin(), place.seeds.end(),
+                                 [&](const Seed& seed) { return change.remade(model::seed_part(seed)); })) {
+            place = bake_place(centre, side);
+            return true;
+        }
+        if (place.kind == PlaceKind::Inside) return false;
+        for (std::uint32_t i = 0; i < view_.parts.size(); ++i) {
+            if (!change.remade(i)) continue;
+            const DomainTest was = test_domain(change.before(i), centre, 0.5 * side),
+                             is = test_domain(view_.parts[i], centre, 0.5 * side);
+            if (was.touches == is.touches && was.holds == is.holds) continue;
+            place.kind = PlaceKind::Mixed;
+            place.parts.fill(model::k_no_part);
+            list_parts(place, centre, side, part_of_triangle_[solid_.closest_boundary(centre).triangle]);
+            break;
+        }
+        return false;
+    }
+
+    Vec3d eighth_centre(Vec3d centre, double side, std::size_t e) const
+    {
+        return centre + 0.25 * side * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.};
     }
 
     Place bake_place(Vec3d centre, double side) const
@@ -282,9 +500,10 @@ private:
             place.seeds.resize(1);
             add_seeds(place.seeds, centre, samples);
         }
-        if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
         if (flat)
             for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
+        else if (place.seeds.size() > 1)
+            rank_seeds(place, centre, samples);
     }
 
     std::vector<Sample> sample(const Place& place, Vec3d centre, double side) const
@@ -586,7 +805,8 @@ private:
             kind = PlaceKind::Ask;
         }
         auto& seeds = data_.locator_seeds;
-        if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
+        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
+        if (place.seeds.size() > 1 && !flat) seeds.push_back({place.choices, 0});
         const auto chain = static_cast<std::uint32_t>(seeds.size());
         if (chain > model::k_most_seed_index)
             throw mesh::InvalidInput("the locator needs more seeds than a place can name: ask for a larger target error");
@@ -635,6 +855,12 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
         }
         fewer(bytes);
     }
+}
+
+LocatorUpdate update_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error,
+                             const Change& change, unsigned threads, model::ModelData& data)
+{
+    return LocatorBaker(solid, part_of_triangle, target_error, data).update(change, threads);
 }
 
 }  // namespace sqmap::bake

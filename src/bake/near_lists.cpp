@@ -349,6 +349,7 @@ double near_budget(const model::ModelData& data)
 struct Record {
     std::uint64_t occupied = 0;
     std::vector<std::uint32_t> starts{0}, triangles, refs;
+    std::span<const std::uint16_t> packed{};  ///< or as it was before an update
 
     void add(const std::vector<std::uint32_t>& near)
     {
@@ -364,17 +365,24 @@ struct Record {
     bool narrow() const { return triangles.size() <= 256; }
     std::size_t values(bool wide) const
     {
+        if (!packed.empty()) return packed.size();
         return model::k_near_head + starts.size() + triangles.size() * (wide ? 2 : 1) +
                (narrow() ? (refs.size() + 1) / 2 : refs.size());
     }
     void drop_lists()
     {
+        if (!packed.empty()) starts.resize(static_cast<std::size_t>(std::popcount(occupied)) + 1);
+        packed = {};
         triangles.clear();
         refs.clear();
         std::fill(starts.begin(), starts.end(), 0u);
     }
     void pack(bool wide, std::vector<std::uint16_t>& out) const
     {
+        if (!packed.empty()) {
+            out.insert(out.end(), packed.begin(), packed.end());
+            return;
+        }
         for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
         out.push_back(static_cast<std::uint16_t>(triangles.size()));
         for (const std::uint32_t s : starts) out.push_back(static_cast<std::uint16_t>(s));
@@ -386,6 +394,16 @@ struct Record {
             out.push_back(static_cast<std::uint16_t>(refs[i] | (narrow() && i + 1 < refs.size() ? refs[i + 1] << 8 : 0)));
     }
 };
+
+/// A brick's record as it is in the model.
+std::span<const std::uint16_t> packed_record(const model::ModelView& view, std::size_t brick)
+{
+    const bool wide = model::near_is_wide(view);
+    const std::uint16_t* first = view.near.data() + view.near_bricks[brick];
+    const model::NearRecord r = model::near_record(first, wide);
+    const std::size_t refs = r.starts[std::popcount(r.occupied)];
+    return {first, static_cast<std::size_t>(r.refs - first) + (r.triangles <= 256 ? (refs + 1) / 2 : refs)};
+}
 
 /// Where the lists take more bytes, the longest go: their bricks try all triangles.
 void keep_within(double budget, bool wide, std::vector<Record>& records)
@@ -408,9 +426,9 @@ void keep_within(double budget, bool wide, std::vector<Record>& records)
     }
 }
 
-}  // namespace
-
-void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data)
+/// before, update: null, or what was there, of which places that are not reached keep their lists.
+void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const LocatorUpdate* update, unsigned threads,
+                model::ModelData& data)
 {
     data.near_bricks.clear();
     data.near.clear();
@@ -434,7 +452,14 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         const double slack = 1.0005;
         Record& record = records[b];
         std::vector<Vec3d> centres;
-        std::vector<std::uint32_t> places;
+        std::vector<std::uint32_t> places, numbers, kept;
+        const std::uint32_t was = update != nullptr ? update->brick_before[b] : LocatorUpdate::k_no_brick;
+        const std::uint64_t reached = was == LocatorUpdate::k_no_brick ? ~std::uint64_t{0} : update->reached[b];
+        if (reached == 0) {
+            record.occupied = model::near_record(before->near.data() + before->near_bricks[was], wide).occupied;
+            record.packed = packed_record(*before, was);
+            return;
+        }
         const double half = deep ? 0.5 * n * cell : 0.5 * cell;
         const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
         for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
@@ -442,14 +467,41 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
             if (model::place_kind(place) == PlaceKind::Free) continue;
             record.occupied |= std::uint64_t{1} << k;
             places.push_back(place);
+            numbers.push_back(static_cast<std::uint32_t>(k));
+            if ((reached >> k & 1u) == 0) continue;
             centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
         }
-        if (!places.empty()) near_triangles.begin(middle, slack * 0.5 * n * cell, centres);
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            const std::vector<std::uint32_t>& near = near_triangles(i, centres[i], slack * half);
-            set_rises(rise, data, places[i], centres[i], slack * half, near);
-            record.add(near);
+        if (!centres.empty()) {
+            Vec3d lo = centres.front(), hi = lo;
+            for (const Vec3d& c : centres)
+                for (int k = 0; k < 3; ++k) {
+                    lo[k] = std::min(lo[k], c[k]);
+                    hi[k] = std::max(hi[k], c[k]);
+                }
+            const double side = std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
+            near_triangles.begin(0.5 * (lo + hi), slack * (0.5 * side + half), centres);
         }
+        // A brick whose lists were too long to keep has none to take over, and gets none.
+        const bool dropped = [&] {
+            if (was == LocatorUpdate::k_no_brick || before->near_bricks[was] == model::k_no_near) return false;
+            const model::NearRecord r =
+                model::near_record(before->near.data() + before->near_bricks[was], model::near_is_wide(*before));
+            return reached != ~std::uint64_t{0} && r.occupied != 0 && r.triangles == 0;
+        }();
+        for (std::size_t i = 0, fresh = 0; i < places.size(); ++i) {
+            if ((reached >> numbers[i] & 1u) == 0) {
+                const model::NearList list = model::near_list(*before, was, numbers[i]);
+                kept.clear();
+                for (std::uint32_t j = 0; j < list.count; ++j) kept.push_back(list[j]);
+                record.add(kept);
+                continue;
+            }
+            const std::vector<std::uint32_t>& near = near_triangles(fresh, centres[fresh], slack * half);
+            set_rises(rise, data, places[i], centres[fresh], slack * half, near);
+            record.add(near);
+            ++fresh;
+        }
+        if (dropped) record.drop_lists();
     });
     keep_within(near_budget(data), wide, records);
     for (std::size_t b = 0; b < records.size(); ++b) {
@@ -457,6 +509,19 @@ void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelDat
         data.near_bricks.push_back(free ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
         if (!free) records[b].pack(wide, data.near);
     }
+}
+
+}  // namespace
+
+void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data)
+{
+    bake_lists(solid, nullptr, nullptr, threads, data);
+}
+
+void update_near_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update, unsigned threads,
+                       model::ModelData& data)
+{
+    bake_lists(solid, &before, &update, threads, data);
 }
 
 }  // namespace sqmap::bake

@@ -122,6 +122,8 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
     return fit::fit_bounding(context.mesh, part.triangles, part.caps, options.fit);
 }
 
+}  // namespace
+
 void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
 {
     part.area = 0;
@@ -134,6 +136,14 @@ void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& op
     part.centre = choose_centre(context, part.fit.superquadric, part.ordered);
     part.q2_share = hidden_share(context, part);
 }
+
+fit::Certificate certify_part(const mesh::Mesh& mesh, const PartWork& part, const shape::Superquadricd& superquadric)
+{
+    const Held held = held_by(mesh, part.triangles, part.caps);
+    return fit::certify(superquadric, held.points, held.triangles);
+}
+
+namespace {
 
 std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
 {

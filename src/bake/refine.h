@@ -10,6 +10,13 @@
 
 namespace sqmap::bake {
 
+/// Everything of a part that has its triangles and caps, but for its map.
+void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options);
+
+/// Whether, and how narrowly, a superquadric holds a part's patch and caps.
+[[nodiscard]] fit::Certificate certify_part(const mesh::Mesh& mesh, const PartWork& part,
+                                            const shape::Superquadricd& superquadric);
+
 /// Fits every part of a partition, caps included.
 [[nodiscard]] std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition,
                                               const BakeOptions& options);

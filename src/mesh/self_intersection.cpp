@@ -63,7 +63,8 @@ bool meets(Vec3d p, Vec3d q, const Corners& t)
 
 class Finder {
 public:
-    Finder(const Mesh& mesh, std::uint64_t max_pairs) : mesh_(mesh), max_pairs_(max_pairs)
+    Finder(const Mesh& mesh, std::uint64_t max_pairs, std::span<const std::uint8_t> among)
+        : mesh_(mesh), max_pairs_(max_pairs), among_(among)
     {
         // By a power of two to unit size: exact, and the determinants stay within double's range.
         double largest = 0;
@@ -91,7 +92,10 @@ private:
         Vec3d lo, hi;
         std::uint32_t first = 0, count = 0;  ///< leaf: entries of order_
         std::uint32_t right = 0;             ///< inner: the left child is the next node
+        bool asked = false;                  ///< holds one of which pairs are looked for
     };
+
+    [[nodiscard]] bool is_asked(std::uint32_t t) const { return among_.empty() || among_[t] != 0; }
 
     [[nodiscard]] Corners corners(std::uint32_t t) const
     {
@@ -103,10 +107,11 @@ private:
     {
         constexpr std::uint32_t k_leaf_size = 4;
         const std::size_t index = nodes_.size();
-        Node node{{2, 2, 2}, {-2, -2, -2}, first, last - first, 0};
+        Node node{{2, 2, 2}, {-2, -2, -2}, first, last - first, 0, false};
         Vec3d lo{2, 2, 2}, hi{-2, -2, -2};
         for (std::uint32_t i = first; i < last; ++i)
             for (int k = 0; k < 3; ++k) {
+                node.asked = node.asked || is_asked(order_[i]);
                 for (const std::uint32_t v : mesh_.triangles[order_[i]]) {
                     node.lo[k] = std::min(node.lo[k], points_[v][k]);
                     node.hi[k] = std::max(node.hi[k], points_[v][k]);
@@ -139,7 +144,7 @@ private:
     void join(std::uint32_t i, std::uint32_t j)
     {
         const Node &a = nodes_[i], &b = nodes_[j];
-        if (!out_.is_complete || (i != j && !boxes_meet(a, b))) return;
+        if (!out_.is_complete || !(a.asked || b.asked) || (i != j && !boxes_meet(a, b))) return;
         if (a.count > 0 && b.count > 0) {
             for (std::uint32_t s = a.first; s < a.first + a.count; ++s)
                 for (std::uint32_t t = i == j ? s + 1 : b.first; t < b.first + b.count; ++t) test(order_[s], order_[t]);
@@ -158,7 +163,7 @@ private:
 
     void test(std::uint32_t s, std::uint32_t t)
     {
-        if (!out_.is_complete || !triangles_meet(s, t)) return;
+        if (!out_.is_complete || !(is_asked(s) || is_asked(t)) || !triangles_meet(s, t)) return;
         if (out_.pair_count == max_pairs_) {
             out_.is_complete = false;
             return;
@@ -216,6 +221,7 @@ private:
 
     const Mesh& mesh_;
     std::uint64_t max_pairs_;
+    std::span<const std::uint8_t> among_;
     std::vector<Vec3d> points_, centres_;
     std::vector<std::uint32_t> order_;
     std::vector<Node> nodes_;
@@ -224,6 +230,9 @@ private:
 
 }  // namespace
 
-SelfIntersections find_self_intersections(const Mesh& mesh, std::uint64_t max_pairs) { return Finder(mesh, max_pairs).run(); }
+SelfIntersections find_self_intersections(const Mesh& mesh, std::uint64_t max_pairs, std::span<const std::uint8_t> among)
+{
+    return Finder(mesh, max_pairs, among).run();
+}
 
 }  // namespace sqmap::mesh

@@ -4,8 +4,6 @@
 
 namespace sqmap::mesh {
 
-Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a.linear * b.shift + a.shift}; }
-
 std::vector<Vec3d> skinned(std::span<const Vec3d> vertices, const Influences& influences, std::span<const Affine> maps)
 {
     std::vector<Vec3d> out(vertices.size());
@@ -13,8 +11,7 @@ std::vector<Vec3d> skinned(std::span<const Vec3d> vertices, const Influences& in
         for (std::size_t k = 0; k < 4; ++k) {
             const double weight = influences.weights[v][k];
             if (!(weight > 0)) continue;
-            const Affine& map = maps[influences.joints[v][k]];
-            out[v] += weight * (map.linear * vertices[v] + map.shift);
+            out[v] += weight * apply(maps[influences.joints[v][k]], vertices[v]);
         }
     return out;
 }

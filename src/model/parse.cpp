@@ -128,7 +128,7 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
 
-/// Seeds of existing parts up to the last; where there are several, choices among them in the word before.
+/// Seeds of existing parts up to the last; where several are searched from, choices among them in the word before.
 bool valid_chain(const ModelView& v, std::uint32_t first)
 {
     std::uint32_t count = 1;
@@ -136,7 +136,7 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
     if (count > k_most_seeds) return false;
     for (std::uint32_t k = 0; k < count; ++k)
         if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
-    if (count == 1) return true;
+    if (count == 1 || (v.seeds[first].extent & k_flat) != 0) return true;
     if (first == 0) return false;
     for (std::uint32_t octant = 0; octant < 8; ++octant)
         if (seed_choice(v.seeds[first - 1].direction, octant) >= count) return false;
@@ -225,7 +225,8 @@ ParseStatus check_near(const ModelView& v)
             if (record.starts[k] > record.starts[k + 1]) return ParseStatus::BadStructure;
         const std::uint32_t count = record.starts[lists];
         const bool narrow = record.triangles <= 256;
-        if (refs > 0xffffffffu || !within(static_cast<std::uint32_t>(refs), narrow ? (count + 1) / 2 : count, v.near.size())) return ParseStatus::BadStructure;
+        if (refs > 0xffffffffu || !within(static_cast<std::uint32_t>(refs), narrow ? (count + 1) / 2 : count, v.near.size()))
+            return ParseStatus::BadStructure;
         for (std::uint32_t k = 0; k < record.triangles; ++k)
             if ((wide ? record.table[2 * k] | std::uint32_t{record.table[2 * k + 1]} << 16 : record.table[k]) >=
                 v.triangle_part.size())

@@ -323,7 +323,8 @@ private:
         I word = hn::Add(start.chain, start.chain);
         I direction = gather_word(words, word), extent = gather_word(words + 1, word);
         start.single = hn::Not(not_negative(extent));
-        const M chain = hn::AndNot(start.single, occupied);
+        const M flat = hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di)));
+        const M chain = hn::AndNot(hn::Or(start.single, flat), occupied);
         if (any(chain)) {
             const I choices = gather_word(words, blend(chain, hn::Sub(word, set_int(2)), hn::Zero(di)));
             const auto upper = [&](F v, std::int32_t bit) { return blend(hn::Gt(v, hn::Zero(df)), set_int(bit), hn::Zero(di)); };

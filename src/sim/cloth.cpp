@@ -316,7 +316,10 @@ struct Cloth::State {
         for (const std::uint32_t h : held) velocity[h] = {};
         double fastest_sq = 0;
         for (std::size_t i = 0; i < n; ++i) {
-            fastest_sq = std::max(fastest_sq, norm_sq(velocity[i]));
+            if (norm_sq(velocity[i]) > fastest_sq) {
+                fastest_sq = norm_sq(velocity[i]);
+                report.fastest_node = static_cast<std::uint32_t>(i);
+            }
             btSoftBody::Node& b = node(i);
             b.m_x = to_bullet(position[i]);
             b.m_v = to_bullet(velocity[i]);
@@ -557,5 +560,17 @@ void Cloth::release()
 }
 
 Vec3d Cloth::tension() const noexcept { return state_->tension; }
+
+void Drape::add(const StepReport& step, double time) noexcept
+{
+    report_.fastest = step.fastest;
+    report_.fastest_node = step.fastest_node;
+    if (!(step.fastest <= threshold_))
+        quiet_since_ = -1;
+    else if (quiet_since_ < 0)
+        quiet_since_ = time;
+    report_.at_rest = quiet_since_ >= 0 && time - quiet_since_ >= k_quiet;
+    report_.since = report_.at_rest ? quiet_since_ : 0;
+}
 
 }  // namespace sqmap::sim

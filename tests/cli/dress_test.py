@@ -60,6 +60,22 @@ class Dress(unittest.TestCase):
         self.assertEqual(gltf["accessors"][cloth["primitives"][0]["attributes"]["POSITION"]]["count"], garment["vertices"])
         self.assertTrue(os.path.exists("0005.png"))
 
+    def test_says_whether_the_drape_came_to_rest(self):
+        for seconds, reached in (("0.2", False), ("4", True)):
+            done = run("dress", "--avatar", "ball.sqmap", "--garment", self.garment(vertices=200), "-o", "out.glb", "--report", "report.json",
+                       "--seconds", seconds, "--fps", "1")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open("report.json") as file:
+                garment = json.load(file)["garments"][0]
+            rest = garment["rest"]
+            self.assertEqual(rest["reached"], reached)
+            self.assertEqual(rest["speed_m_s"] > rest["threshold_m_s"], not reached)
+            self.assertLess(rest["fastest_vertex"], garment["vertices"])
+            words = f"at rest after {rest['since_s']:.2f} s" if reached else \
+                f"did not come to rest: fastest vertex {rest['fastest_vertex']} at {rest['speed_m_s']:.2f} m/s"
+            self.assertEqual(rest["status"], words)
+            self.assertIn(words, done.stdout)
+
     def test_a_pull_feels_the_cloth(self):
         done = self.dress(pull=[{"at": 0.1, "until": 0.5, "near": [1, 1.02, 1], "by": [0.2, 0.3, 0.2]}])
         self.assertEqual(done.returncode, 0, done.stderr)

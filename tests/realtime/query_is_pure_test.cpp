@@ -1,8 +1,11 @@
 // The real-time contract (docs/realtime.md): after a model is parsed no query allocates, and none raises a
 // floating-point exception that would stop a program that traps them.
+#include "sqmap/bake/skin_lattice.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/query/scene.h"
+#include "sqmap/query/skin.h"
+#include "sqmap/query/swept.h"
 #include "support/bodies.h"
 
 #include <gtest/gtest.h>
@@ -201,6 +204,68 @@ TEST(RealTime, FramesPairsAndScenesDoNotAllocate)
     EXPECT_GT(frames.contacts(), 1000u);
 }
 
+/// A ring whose halves move apart, asked by a hand; and the hand swept through the ring at rest.
+class Deforming {
+public:
+    Deforming()
+    {
+        for (const Vec3d& v : ring_.mesh.vertices) {
+            const double right = std::min(1.0, std::max(0.0, 0.5 + v.x));
+            influences_.joints.push_back({0, 1, 0, 0});
+            influences_.weights.push_back({1 - right, right, 0, 0});
+        }
+        lattice_ = bake::skin_lattice(ring_.mesh, influences_);
+        skin_.emplace(lattice_);
+        test::Random random(42);
+        for (int i = 0; i < 6; ++i) poses_.push_back(test::random_pose(random, 0.5));
+        poses_.push_back(test::shifted({1e6, 0, 0}));
+        poses_.push_back(test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
+        previous_ = hand_.mesh.vertices;
+        for (Vec3d& p : previous_) p += Vec3d{0.3, -0.2, 0.1};
+    }
+    void run()
+    {
+        const std::span<const Vec3d> now = hand_.mesh.vertices;
+        query::SweptOptions swept;
+        swept.step = 0.05;
+        for (const query::Layer layer : k_layers)
+            for (std::size_t i = 0; i < poses_.size(); ++i) {
+                const query::Pose &to = poses_[i], &from = poses_[(i + 1) % poses_.size()];
+                swept.frame.layer = layer;
+                swept_ +=
+                    query::query_swept(ring_.view, probe_, previous_, now, from, to, swept, room_, contacts_).frame.contacts;
+                // The second half of the ring goes where the pose says.
+                const Affine maps[] = {{}, {to.rotation, to.translation}};
+                (void)skin_->pose(maps);
+                skinned_ += query::query_skin(ring_.view, *skin_, now, {.layer = layer}, skin_room_, skin_contacts_).contacts;
+            }
+    }
+    [[nodiscard]] std::size_t swept() const { return swept_; }
+    [[nodiscard]] std::size_t skinned() const { return skinned_; }
+
+private:
+    test::Solid hand_{test::small_hand()}, ring_{test::small_torus()};
+    mesh::Influences influences_;
+    query::SkinLattice lattice_;
+    std::optional<query::PosedSkin> skin_;
+    query::Probe probe_{hand_.mesh.vertices};
+    query::SweptRoom room_{hand_.mesh.vertices.size()};
+    query::SkinRoom skin_room_{lattice_, hand_.mesh.vertices};
+    std::vector<query::FrameContact> contacts_{4096};
+    std::vector<query::SkinContact> skin_contacts_{4096};
+    std::vector<query::Pose> poses_;
+    std::vector<Vec3d> previous_;
+    std::size_t swept_ = 0, skinned_ = 0;
+};
+
+TEST(RealTime, SweptAndSkinnedQueriesDoNotAllocate)
+{
+    Deforming deforming;
+    EXPECT_EQ(allocations_of([&] { deforming.run(); }), 0);
+    EXPECT_GT(deforming.swept(), 1000u);
+    EXPECT_GT(deforming.skinned(), 1000u);
+}
+
 /// Steps of a hand, a tip and a ball in every mode, with everything on, near and far, late and not finite.
 class Steps {
 public:
@@ -294,6 +359,12 @@ TEST(RealTime, FramesPairsAndScenesMakeNoSystemCall)
     Frames frames;
     ASSERT_EQ(signal_of([] { (void)getppid(); }), SIGKILL) << "the guard sees system calls";
     EXPECT_EQ(signal_of([&] { frames.run(); }), 0);
+}
+
+TEST(RealTime, SweptAndSkinnedQueriesMakeNoSystemCall)
+{
+    Deforming deforming;
+    EXPECT_EQ(signal_of([&] { deforming.run(); }), 0);
 }
 
 TEST(RealTime, HapticStepsMakeNoSystemCall)

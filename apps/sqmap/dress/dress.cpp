@@ -21,7 +21,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double k_at_rest = 0.05;        ///< m / s: the fastest vertex of cloth that rests
 constexpr double k_tool_stiffness = 500;  ///< N / m: k_f of eq. 32 for the tool against the body
 constexpr unsigned k_colours[] = {0x3b6ea5, 0xb5563c, 0x5a8f4a, 0x8a5fa0, 0xc29a3a};
 constexpr unsigned k_skin = 0xd9b99b;
@@ -54,12 +53,25 @@ struct Worn {
     std::vector<std::vector<Vec3d>> shapes;
     std::uint32_t status = 0;
     std::size_t caught = 0, most_contacts = 0;
-    double speed = 0, rests_since = -1, deepest_walking = 0;
+    double deepest_walking = 0;
+    sim::Drape drape{};
     double least_energy = INFINITY, start_energy = NAN, most_energy = -INFINITY;
     const Pull* pulling = nullptr;
     Vec3d grabbed{};
     json pulls = json::array();
 };
+
+/// What became of it, for people.
+std::string text_of(const sim::DrapeReport& drape)
+{
+    char text[96];
+    if (drape.at_rest)
+        std::snprintf(text, sizeof text, "at rest after %.2f s", drape.since);
+    else
+        std::snprintf(text, sizeof text, "did not come to rest: fastest vertex %u at %.2f m/s", drape.fastest_node,
+                      drape.fastest);
+    return text;
+}
 
 const char* status_text(std::uint32_t bit)
 {
@@ -160,17 +172,19 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
         if ((w.status & bit) != 0) status.push_back(status_text(bit));
     json seams = json::object();
     for (std::size_t s = 0; s < w.cloth.seams(); ++s) seams[w.file.garment.seams[s].name] = w.cloth.gap(s);
-    const bool rests = w.rests_since >= 0;
+    const sim::DrapeReport& drape = w.drape.report();
     return {{"name", w.file.name},
             {"fabric", w.file.fabric_name},
             {"vertices", w.cloth.size()},
             {"triangles", w.cloth.triangles().size()},
             {"status", status},
             {"rest",
-             {{"reached", rests},
-              {"since_s", rests ? json(w.rests_since) : json(nullptr)},
-              {"speed_m_s", w.speed},
-              {"threshold_m_s", k_at_rest}}},
+             {{"reached", drape.at_rest},
+              {"status", text_of(drape)},
+              {"since_s", drape.at_rest ? json(drape.since) : json(nullptr)},
+              {"fastest_vertex", drape.fastest_node},
+              {"speed_m_s", drape.fastest},
+              {"threshold_m_s", w.drape.threshold()}}},
             {"penetration_at_end",
              {{"nodes_m", deep.nodes},
               {"interiors_m", deep.interiors},
@@ -262,11 +276,7 @@ void dress(const Arguments& a)
             w.status |= r.status;
             w.caught += r.caught;
             w.most_contacts = std::max(w.most_contacts, r.contacts);
-            w.speed = r.fastest;
-            if (r.fastest > k_at_rest)
-                w.rests_since = -1;
-            else if (w.rests_since < 0)
-                w.rests_since = time;
+            w.drape.add(r, time);
             const double energy = r.kinetic + r.potential;
             if (std::isnan(w.start_energy)) w.start_energy = energy;
             w.most_energy = std::max(w.most_energy, energy);
@@ -314,7 +324,7 @@ void dress(const Arguments& a)
     for (Worn& w : worn) {
         json garment = report_of(w, avatar.height, solids, steps * dt);
         std::printf("%s: %zu vertices, %s; %s; deepest node %.2f mm (%.3f %% of height), inside triangles %.2f mm (%.3f %%)\n",
-                    w.file.name.c_str(), w.cloth.size(), w.file.fabric_name.c_str(), w.rests_since >= 0 ? "at rest" : "in motion",
+                    w.file.name.c_str(), w.cloth.size(), w.file.fabric_name.c_str(), text_of(w.drape.report()).c_str(),
                     1e3 * garment["penetration_at_end"]["nodes_m"].get<double>(),
                     garment["penetration_at_end"]["nodes_percent_of_height"].get<double>(),
                     1e3 * garment["penetration_at_end"]["interiors_m"].get<double>(),

@@ -12,17 +12,11 @@
 
 namespace sqmap::io {
 
-/// x -> linear x + shift.
-struct AffineMap {
-    Mat3d linear{};
-    Vec3d shift{};
-};
-
 struct SkinJoint {
     std::string name;
-    int parent = -1;           ///< among the joints, or none; stands anywhere
-    AffineMap local{};         ///< rest: the joint's frame in its parent's; in the scene's where there is none
-    AffineMap inverse_bind{};  ///< bound mesh -> the joint's frame
+    int parent = -1;        ///< among the joints, or none; stands anywhere
+    Affine local{};         ///< rest: the joint's frame in its parent's; in the scene's where there is none
+    Affine inverse_bind{};  ///< bound mesh -> the joint's frame
 };
 
 /// A bound vertex goes to sum over k of weights[k] world[joints[k]] inverse_bind[joints[k]] x.

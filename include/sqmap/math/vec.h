@@ -125,4 +125,14 @@ constexpr Mat3<Real> operator*(const Mat3<Real>& a, const Mat3<Real>& b)
     return {{transpose_mul(b, a.row[0]), transpose_mul(b, a.row[1]), transpose_mul(b, a.row[2])}};
 }
 
+/// x -> linear x + shift.
+struct Affine {
+    Mat3d linear{};
+    Vec3d shift{};
+};
+
+constexpr Vec3d apply(const Affine& map, Vec3d p) { return map.linear * p + map.shift; }
+/// a after b.
+constexpr Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a.linear * b.shift + a.shift}; }
+
 }  // namespace sqmap

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace sqmap::mesh {
@@ -17,8 +18,10 @@ struct SelfIntersections {
 
 /// Pairs of triangles that have more in common than the vertices they share: disjoint ones that meet at all (in one point,
 /// too: a vertex split in two touches itself), neighbours that fold onto or pass through each other. Exact for the coordinates as
-/// given (no tolerance). Cost: n log n + pairs whose boxes overlap.
+/// given (no tolerance). among: #triangles, only pairs of which one is non-zero; empty for all. Cost: n log n + pairs whose boxes
+/// overlap.
 [[nodiscard]] SelfIntersections find_self_intersections(const Mesh& mesh,
-                                                        std::uint64_t max_pairs = std::numeric_limits<std::uint64_t>::max());
+                                                        std::uint64_t max_pairs = std::numeric_limits<std::uint64_t>::max(),
+                                                        std::span<const std::uint8_t> among = {});
 
 }  // namespace sqmap::mesh

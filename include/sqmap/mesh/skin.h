@@ -17,14 +17,6 @@ struct Influences {
     std::vector<std::array<double, 4>> weights;        ///< #vertices
 };
 
-/// x -> linear x + shift.
-struct Affine {
-    Mat3d linear{};
-    Vec3d shift{};
-};
-
-[[nodiscard]] Affine operator*(const Affine& a, const Affine& b);  ///< a after b
-
 /// Linear blend skinning: vertex v to the sum of weights times what its joints' maps make of it. maps: #joints, bound mesh ->
 /// posed.
 [[nodiscard]] std::vector<Vec3d> skinned(std::span<const Vec3d> vertices, const Influences& influences,

@@ -13,7 +13,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 4;
+inline constexpr std::uint32_t k_format_version = 5;
 inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
 inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
@@ -184,8 +184,8 @@ constexpr bool is_divided(std::uint32_t place)
 }
 /// A plane that touches the surface where it is nearest to a place's centre, and the part whose chart shows it: the start of
 /// the search for the nearest surface, or, where the plane is the surface to within the map's own error all over the place
-/// (k_flat), the answer. A place near the medial axis has a chain of several, up to and with the one that has k_last_seed;
-/// the words before a chain say which comes first in an octant of the place.
+/// (k_flat), the answer. A place may have a chain of several, up to and with the one that has k_last_seed; where they are not
+/// flat, the words before the chain say which comes first in an octant of the place.
 struct Seed {
     std::uint32_t direction;  ///< 8 bits part, 12 + 12 bits outward unit normal, octahedral
     std::uint32_t extent;     ///< 16 bits signed distance of the centre below the plane, 8 bits reach, flags

@@ -55,12 +55,38 @@ struct StepTime {
 
 struct StepReport {
     std::uint32_t status = k_cloth_ok;
-    std::size_t contacts = 0;           ///< nodes with one or more
-    std::size_t caught = 0;             ///< of which the sweep alone saw
-    double deepest = 0;                 ///< m below the surface, of nodes at the end of the step; by the planes of their contacts
-    double fastest = 0;                 ///< m / s
+    std::size_t contacts = 0;  ///< nodes with one or more
+    std::size_t caught = 0;    ///< of which the sweep alone saw
+    double deepest = 0;        ///< m below the surface, of nodes at the end of the step; by the planes of their contacts
+    double fastest = 0;        ///< m / s
+    std::uint32_t fastest_node = 0;
     double kinetic = 0, potential = 0;  ///< J; potential: of gravity
     StepTime seconds;
+};
+
+/// Whether a drape has come to rest.
+struct DrapeReport {
+    bool at_rest = false;            ///< for the last quarter of a second no node was faster than the threshold
+    double since = 0;                ///< s, where it is: when the first step of that kind ended
+    double fastest = 0;              ///< m / s, in the last step
+    std::uint32_t fastest_node = 0;  ///< whose
+};
+
+/// Tells it from the steps, one after the other.
+class Drape {
+public:
+    static constexpr double k_quiet = 0.25;  ///< s
+
+    explicit Drape(double threshold = 0.05) : threshold_(threshold) {}  ///< m / s
+    /// time: at the step's end, s.
+    void add(const StepReport& step, double time) noexcept;
+    [[nodiscard]] const DrapeReport& report() const noexcept { return report_; }
+    [[nodiscard]] double threshold() const noexcept { return threshold_; }
+
+private:
+    double threshold_;
+    double quiet_since_ = -1;  ///< or none
+    DrapeReport report_;
 };
 
 /// Seams that are sewn at first are drawn together over half a second, in which the cloth has no weight.

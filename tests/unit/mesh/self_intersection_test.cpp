@@ -61,6 +61,18 @@ TEST(SelfIntersection, TheTreeFindsWhatTestingAllPairsFinds)
     EXPECT_TRUE(found.is_complete);
     EXPECT_FALSE(find_self_intersections(mesh, 10).is_complete);
     EXPECT_EQ(find_self_intersections(mesh, 10).pair_count, 10u);
+
+    // Of every third triangle: all pairs but those of two others.
+    std::vector<std::uint8_t> third(mesh.triangles.size(), 0);
+    Mesh others = mesh;
+    others.triangles.clear();
+    for (std::size_t t = 0; t < third.size(); ++t) {
+        third[t] = t % 3 == 0 ? 1 : 0;
+        if (third[t] == 0) others.triangles.push_back(mesh.triangles[t]);
+    }
+    const auto without = find_self_intersections(others).pair_count;
+    ASSERT_GT(without, 0u);
+    EXPECT_EQ(find_self_intersections(mesh, expected, third).pair_count, expected - without);
 }
 
 TEST(Predicates, SignsAreExactWhereRoundingIsNot)

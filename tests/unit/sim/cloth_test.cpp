@@ -41,13 +41,15 @@ TEST(Cloth, ADrapeOverABallComesToRestOutsideIt)
 {
     Cloth cloth(sheet({{0, 0.33, 0}, 0.7, 0.7, 0, 0, 900}), fabric("wool"));
     const Solid solid = still(ball());
-    double quiet = 0;
     StepReport r;
-    for (int i = 0; i < 6 * 240 && quiet < 0.25; ++i) {
+    Drape drape;
+    for (int i = 0; i < 6 * 240 && !drape.report().at_rest; ++i) {
         r = cloth.step(k_dt, {&solid, 1});
         ASSERT_EQ(r.status, k_cloth_ok);
-        quiet = r.fastest < 0.05 ? quiet + k_dt : 0;
+        ASSERT_NEAR(norm(cloth.velocities()[r.fastest_node]), r.fastest, 1e-6);
+        drape.add(r, (i + 1) * k_dt);
     }
+    EXPECT_TRUE(drape.report().at_rest);
     EXPECT_LT(r.fastest, 0.05);
     EXPECT_GT(r.contacts, 100u);
     const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 4);
@@ -55,6 +57,30 @@ TEST(Cloth, ADrapeOverABallComesToRestOutsideIt)
     EXPECT_LE(deep.interiors, 0.005 * 0.6);
     EXPECT_GT(largest_y(cloth), 0.3);   // it lies on the ball
     EXPECT_LT(largest_y(cloth), 0.31);  // and touches it
+}
+
+TEST(Drape, RestsOnceItHasBeenSlowForAQuarterOfASecond)
+{
+    Drape drape(0.05);
+    const auto step = [&](double time, double fastest) {
+        StepReport r;
+        r.fastest = fastest;
+        r.fastest_node = 7;
+        drape.add(r, time);
+        return drape.report();
+    };
+    EXPECT_FALSE(step(0.1, 0.01).at_rest);
+    EXPECT_FALSE(step(0.2, 0.06).at_rest);  // a pause is no rest
+    EXPECT_FALSE(step(0.3, 0.05).at_rest);
+    EXPECT_FALSE(step(0.5, 0.02).at_rest);
+    const DrapeReport rests = step(0.55, 0.01);
+    EXPECT_TRUE(rests.at_rest);
+    EXPECT_DOUBLE_EQ(rests.since, 0.3);
+    const DrapeReport disturbed = step(0.6, 1.5);
+    EXPECT_FALSE(disturbed.at_rest);
+    EXPECT_EQ(disturbed.fastest_node, 7u);
+    EXPECT_DOUBLE_EQ(disturbed.fastest, 1.5);
+    EXPECT_FALSE(step(0.7, NAN).at_rest);
 }
 
 TEST(Cloth, EnergyNeverGrowsAtAnyTimeStep)

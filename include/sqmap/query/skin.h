@@ -1,0 +1,132 @@
+// A skinned shape: points are carried back through the blend of its bones to the pose that it was bound in, where a model
+// answers.
+#pragma once
+
+#include "sqmap/query/frame.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::query {
+
+/// The space about a skinned solid as it was bound, in cells of a grid, each of six tetrahedra (Kuhn 1960: the corner of least
+/// coordinates, then one step along each axis, in the six orders). Cells that one bone moves go with it. The corners of the
+/// others go where bones take them, and what is between the corners linearly with them. So the bound solid is mapped without a
+/// gap, and how often a place is covered, with sign, is the winding number of the posed surface about it. Immutable;
+/// bake::skin_lattice makes it. Bound mesh's frame and units.
+struct SkinLattice {
+    static constexpr std::uint32_t k_none = 0xffffffffu;
+
+    /// Adds linear(bone) place + weight shift(bone) to a corner.
+    struct Pull {
+        Vec3d place{};
+        double weight = 0;
+        std::uint32_t bone = 0;
+    };
+    /// Of the tree over the cells, in depth-first order.
+    struct Node {
+        Vec3d lo{}, hi{};              ///< of its cells
+        std::uint32_t parent = 0;      ///< of the first node: itself
+        std::uint32_t next = 0;        ///< after what is below it
+        std::uint32_t bone = k_none;   ///< a leaf of cells that this bone moves
+        std::uint32_t blend = k_none;  ///< a leaf of one cell, an entry of corners; neither: has nodes below it
+    };
+
+    Vec3d origin{};
+    double cell = 0;
+    std::array<std::uint32_t, 3> size{};  ///< cells along x, y, z
+    std::vector<std::uint32_t> leaf_of;   ///< of each cell, x fastest; k_none where nothing of the solid is
+    std::vector<Node> nodes;
+    std::vector<std::array<std::uint32_t, 8>> corners;  ///< of blended cells; bit k of the entry's number: a step along axis k
+    std::vector<std::uint32_t> first_pull;              ///< #corners in use + 1
+    std::vector<Pull> pulls;
+    std::uint32_t bones = 0;
+};
+
+/// A place of the bound solid that is now at the place asked for.
+struct PreImage {
+    Vec3d bound{};
+    Affine local{};         ///< what takes its surroundings there
+    std::int32_t sign = 1;  ///< -1: turned inside out, as the inner side of a sharp bend is
+};
+
+/// A lattice in one pose. One a thread that changes it; reading is safe from several.
+class PosedSkin {
+public:
+    /// lattice: outlives this. Bones are at rest. Allocates.
+    explicit PosedSkin(const SkinLattice& lattice);
+
+    /// maps: #bones, bound -> posed. False where one is not finite or their number is wrong: nothing changes then. A bone whose
+    /// map cannot be inverted holds nothing. No allocation. Cost: a few operations a blended corner and node of the tree.
+    bool pose(std::span<const Affine> maps) noexcept;
+
+    /// All places of the lattice that are now at a place, at most found.size(); returns how many there are. No allocation.
+    std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
+    /// What takes a bound place to where it is now. False where no cell is.
+    bool carry_forward(Vec3d bound, Affine& local) const noexcept;
+
+private:
+    struct Box {
+        Vec3d lo{}, hi{};
+    };
+    void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
+    void add_blended(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
+    std::uint32_t leaf_at(Vec3d bound) const noexcept;
+
+    const SkinLattice* lattice_;
+    std::vector<Affine> maps_, back_;
+    std::vector<std::int32_t> sign_;  ///< of each bone's determinant; 0: not invertible
+    std::vector<Vec3d> corners_;
+    std::vector<Box> boxes_;
+};
+
+/// One contact of a skinned shape, the posed frame and its units.
+struct SkinContact {
+    Vec3d point{};            ///< on the tangent plane of the nearest surface: where asked + depth normal
+    Vec3d normal{};           ///< unit, outward
+    double depth = 0;         ///< >= 0
+    std::uint32_t index = 0;  ///< of the point asked about
+    std::int16_t part = -1;   ///< of the bound model
+    std::uint8_t status = k_ok;
+};
+
+enum SkinStatus : std::uint8_t {
+    // The bits of FrameStatus are also in use.
+    k_skin_crowded = 64,  ///< more than SkinRoom::k_most places of the bound solid are at one point: the rest was left out
+};
+
+/// What query_skin works in, made outside the frame: one a thread.
+class SkinRoom {
+public:
+    static constexpr std::size_t k_most = 8;
+
+    /// points: where they are at first, which chooses the probe's clusters. Allocates.
+    SkinRoom(const SkinLattice& lattice, std::span<const Vec3d> points);
+
+private:
+    friend struct SkinQuery;
+    std::size_t size_;
+    Probe probe_;                      ///< in the bound frame
+    std::vector<PreImage> places_;     ///< k_most a point
+    std::vector<std::uint8_t> count_;  ///< of them
+    std::vector<Vec3d> asked_places_;
+    std::vector<std::uint8_t> asked_;
+    std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign
+    std::vector<SkinContact> best_;
+    std::vector<FrameContact> found_;
+};
+
+/// Which points are in the posed solid (where the winding number of the posed surface is positive), how deep and which way is
+/// out; in order of their index. bound: baked from the bound mesh. points: as many as the room was made for, the posed frame;
+/// those that are not finite have no contacts. Depth is that to the tangent plane at the nearest surface of the bound pose,
+/// carried forward with the place's surroundings; of several places at a point the deepest counts. Total, noexcept, no
+/// allocation. first_only stops at the contact of lowest index.
+/// @pre options.offset and margin are off
+/// Cost: a walk down the tree a point, and a frame of the points that it finds something for.
+FrameResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
+                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts) noexcept;
+
+}  // namespace sqmap::query

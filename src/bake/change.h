@@ -1,0 +1,46 @@
+// What a rebake is told has moved, and what that reaches.
+#pragma once
+
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/model/model.h"
+
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace sqmap::bake {
+
+/// Triangles where they were and where they are, model space; parts as they were, and which of them have a new map.
+class Change {
+public:
+    Change(mesh::Mesh both, std::vector<model::Part> parts, std::vector<std::uint8_t> remade)
+        : mesh_(std::move(both)), bvh_(mesh_), parts_(std::move(parts)), remade_(std::move(remade))
+    {
+    }
+    Change(const Change&) = delete;
+    Change& operator=(const Change&) = delete;
+
+    /// Whether any of it is nearer than that.
+    [[nodiscard]] bool reaches(Vec3d p, double within) const
+    {
+        return !mesh_.triangles.empty() && bvh_.closest_point(p, within).distance < within;
+    }
+    /// Whether what is nearest to some point of the box about a centre may be another triangle than it was, or elsewhere. A point
+    /// of the box is at most nearest + half its diagonal from the surface, and what is farther from the centre by as much again
+    /// matters to none. nearest: distance of the unchanged surface, or of the surface that there is now.
+    [[nodiscard]] bool reaches_box(Vec3d centre, double half, double nearest) const
+    {
+        return reaches(centre, (nearest + 2 * std::sqrt(3.0) * half) * 1.001);
+    }
+    [[nodiscard]] bool remade(std::uint32_t part) const { return remade_[part] != 0; }
+    [[nodiscard]] const model::Part& before(std::uint32_t part) const { return parts_[part]; }
+
+private:
+    mesh::Mesh mesh_;
+    mesh::Bvh bvh_;
+    std::vector<model::Part> parts_;
+    std::vector<std::uint8_t> remade_;
+};
+
+}  // namespace sqmap::bake

@@ -1,0 +1,56 @@
+// What skinned shapes set up outside the frame: the allocating half.
+#include "sqmap/query/skin.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+/// The points about the lattice's middle, none far from it: the probe keeps its places relative to where its points first were.
+std::vector<Vec3d> moved_to(const SkinLattice& lattice, std::span<const Vec3d> points)
+{
+    Vec3d mean{};
+    for (const Vec3d& p : points)
+        if (is_finite(p)) mean += p / static_cast<double>(points.size());
+    std::vector<Vec3d> moved;
+    for (const Vec3d& p : points) {
+        Vec3d& at = moved.emplace_back();
+        for (int k = 0; k < 3; ++k) {
+            const double side = lattice.cell * lattice.size[static_cast<std::size_t>(k)];
+            at[k] = lattice.origin[k] + 0.5 * side + (is_finite(p) ? std::clamp(p[k] - mean[k], -2 * side, 2 * side) : 0);
+        }
+    }
+    return moved;
+}
+
+}  // namespace
+
+PosedSkin::PosedSkin(const SkinLattice& lattice)
+    : lattice_(&lattice),
+      maps_(lattice.bones),
+      back_(lattice.bones),
+      sign_(lattice.bones),
+      corners_(lattice.first_pull.empty() ? 0 : lattice.first_pull.size() - 1),
+      boxes_(lattice.nodes.size())
+{
+    (void)pose(std::vector<Affine>(lattice.bones));
+}
+
+SkinRoom::SkinRoom(const SkinLattice& lattice, std::span<const Vec3d> points)
+    : size_(points.size()),
+      probe_(moved_to(lattice, points)),
+      places_(k_most * points.size()),
+      count_(points.size()),
+      asked_places_(points.size()),
+      asked_(points.size()),
+      covered_(points.size()),
+      best_(points.size()),
+      found_(points.size())
+{
+}
+
+}  // namespace sqmap::query

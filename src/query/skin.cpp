@@ -1,0 +1,278 @@
+// Points of a deformed body asked in its material space: A. McAdams et al., Efficient elasticity for character skinning with
+// contact and collisions, ACM TOG 30(4), 2011, section 6. The tetrahedra are H. W. Kuhn's (1960).
+#include "sqmap/query/skin.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+constexpr std::uint32_t k_none = SkinLattice::k_none;
+/// Of a tetrahedron's side: what is that far outside belongs to both, so that rounding opens no gap; found twice, it counts once.
+constexpr double k_border = 1e-7, k_same = 1e-4;
+constexpr double k_collapsed = 1e-9;  ///< times a cell: a tetrahedron of less volume holds nothing
+
+struct Order {
+    int axis[3];
+    std::int32_t parity;
+};
+constexpr Order k_orders[6] = {{{0, 1, 2}, 1}, {{1, 2, 0}, 1}, {{2, 0, 1}, 1}, {{1, 0, 2}, -1}, {{0, 2, 1}, -1}, {{2, 1, 0}, -1}};
+
+bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+/// Columns.
+Mat3d of_columns(Vec3d a, Vec3d b, Vec3d c) { return {{{a.x, b.x, c.x}, {a.y, b.y, c.y}, {a.z, b.z, c.z}}}; }
+
+/// Rows of the inverse times the determinant, of a matrix of columns.
+Mat3d adjugate(Vec3d a, Vec3d b, Vec3d c) { return {{cross(b, c), cross(c, a), cross(a, b)}}; }
+
+Mat3d adjugate(const Mat3d& m)
+{
+    const Mat3d t = transpose(m);
+    return adjugate(t.row[0], t.row[1], t.row[2]);
+}
+
+/// Four corners of a tetrahedron along its path, posed, as edges.
+struct Path {
+    Vec3d start, edge[3];
+};
+Path path_of(const Order& order, const std::array<std::uint32_t, 8>& corners, std::span<const Vec3d> places)
+{
+    const std::uint32_t one = 1u << order.axis[0], two = one | 1u << order.axis[1];
+    const Vec3d p0 = places[corners[0]], p1 = places[corners[one]], p2 = places[corners[two]], p3 = places[corners[7]];
+    return {p0, {p1 - p0, p2 - p1, p3 - p2}};
+}
+
+/// What takes places of the bound cell to where the path's tetrahedron is.
+Affine local_of(const Order& order, const Path& path, Vec3d lo, double cell)
+{
+    Vec3d column[3];
+    for (int k = 0; k < 3; ++k) column[order.axis[k]] = path.edge[k] / cell;
+    const Mat3d linear = of_columns(column[0], column[1], column[2]);
+    return {linear, path.start - linear * lo};
+}
+
+double least(double a, double b) { return a < b ? a : b; }
+double greatest(double a, double b) { return a > b ? a : b; }
+
+inline void merge(Vec3d& lo, Vec3d& hi, const Vec3d& p, const Vec3d& q)
+{
+    lo = {least(lo.x, p.x), least(lo.y, p.y), least(lo.z, p.z)};
+    hi = {greatest(hi.x, q.x), greatest(hi.y, q.y), greatest(hi.z, q.z)};
+}
+
+void add(const PreImage& at, double cell, std::span<PreImage> found, std::size_t& count)
+{
+    for (std::size_t i = 0; i < std::min(count, found.size()); ++i)
+        if (found[i].sign == at.sign && norm_sq(found[i].bound - at.bound) < k_same * k_same * cell * cell) return;
+    if (count < found.size()) found[count] = at;
+    ++count;
+}
+
+}  // namespace
+
+bool PosedSkin::pose(std::span<const Affine> maps) noexcept
+{
+    if (maps.size() != maps_.size()) return false;
+    for (const Affine& m : maps)
+        if (!is_finite(m.shift) || !is_finite(m.linear.row[0]) || !is_finite(m.linear.row[1]) || !is_finite(m.linear.row[2]))
+            return false;
+    std::copy(maps.begin(), maps.end(), maps_.begin());
+    for (std::size_t b = 0; b < maps.size(); ++b) {
+        const Mat3d& m = maps[b].linear;
+        const double det = dot(m.row[0], cross(m.row[1], m.row[2]));
+        sign_[b] = std::abs(det) > k_collapsed && std::isfinite(1 / det) ? (det > 0 ? 1 : -1) : 0;
+        if (sign_[b] == 0) continue;
+        Mat3d inverse = adjugate(m);
+        for (Vec3d& row : inverse.row) row = row / det;
+        back_[b] = {inverse, -(inverse * maps[b].shift)};
+    }
+    for (std::size_t c = 0; c < corners_.size(); ++c) {
+        Vec3d at{};
+        for (std::uint32_t i = lattice_->first_pull[c]; i < lattice_->first_pull[c + 1]; ++i) {
+            const SkinLattice::Pull& pull = lattice_->pulls[i];
+            at += maps_[pull.bone].linear * pull.place + pull.weight * maps_[pull.bone].shift;
+        }
+        corners_[c] = at;
+    }
+    for (Box& box : boxes_) box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    // Parents stand before what is below them.
+    for (std::size_t i = boxes_.size(); i-- > 0;) {
+        const SkinLattice::Node& node = lattice_->nodes[i];
+        Box& box = boxes_[i];
+        if (node.blend != k_none) {
+            const std::array<std::uint32_t, 8>& corners = lattice_->corners[node.blend];
+            Vec3d lo = corners_[corners[0]], hi = lo;
+            for (std::size_t k = 1; k < 8; ++k) merge(lo, hi, corners_[corners[k]], corners_[corners[k]]);
+            box = {lo, hi};
+        } else if (node.bone != k_none && sign_[node.bone] != 0) {
+            const Vec3d centre = apply(maps_[node.bone], 0.5 * (node.lo + node.hi)), half = 0.5 * (node.hi - node.lo);
+            for (int k = 0; k < 3; ++k) {
+                const Vec3d row = maps_[node.bone].linear.row[k];
+                const double reach = std::abs(row.x) * half.x + std::abs(row.y) * half.y + std::abs(row.z) * half.z;
+                box.lo[k] = centre[k] - reach;
+                box.hi[k] = centre[k] + reach;
+            }
+        }
+        if (i > 0) merge(boxes_[node.parent].lo, boxes_[node.parent].hi, box.lo, box.hi);
+    }
+    return true;
+}
+
+std::uint32_t PosedSkin::leaf_at(Vec3d bound) const noexcept
+{
+    std::size_t index = 0, stride = 1;
+    for (int k = 0; k < 3; ++k) {
+        const double at = (bound[k] - lattice_->origin[k]) / lattice_->cell;
+        const std::uint32_t size = lattice_->size[static_cast<std::size_t>(k)];
+        if (!(at >= 0 && at < size)) return k_none;
+        index += stride * static_cast<std::size_t>(at);
+        stride *= size;
+    }
+    return lattice_->leaf_of[index];
+}
+
+void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept
+{
+    const std::uint32_t bone = lattice_->nodes[leaf].bone;
+    if (sign_[bone] == 0) return;
+    const Vec3d bound = apply(back_[bone], posed);
+    if (leaf_at(bound) == leaf) add({bound, maps_[bone], sign_[bone]}, lattice_->cell, found, count);
+}
+
+void PosedSkin::add_blended(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept
+{
+    const double cell = lattice_->cell;
+    for (const Order& order : k_orders) {
+        const Path path = path_of(order, lattice_->corners[lattice_->nodes[leaf].blend], corners_);
+        const Mat3d rows = adjugate(path.edge[0], path.edge[1], path.edge[2]);
+        const double det = dot(path.edge[0], rows.row[0]);
+        if (!(std::abs(det) > k_collapsed * cell * cell * cell)) continue;
+        const Vec3d along = (1 / det) * (rows * (posed - path.start));
+        if (!(along.x <= 1 + k_border && along.y <= along.x + k_border && along.z <= along.y + k_border && along.z >= -k_border))
+            continue;
+        PreImage at;
+        at.bound = lattice_->nodes[leaf].lo;
+        for (int k = 0; k < 3; ++k) at.bound[order.axis[k]] += cell * along[k];
+        at.local = local_of(order, path, lattice_->nodes[leaf].lo, cell);
+        at.sign = det > 0 ? order.parity : -order.parity;
+        add(at, cell, found, count);
+    }
+}
+
+std::size_t PosedSkin::carry_back(Vec3d posed, std::span<PreImage> found) const noexcept
+{
+    std::size_t count = 0;
+    const double slack = 1e-6 * lattice_->cell;
+    for (std::uint32_t i = 0; i < boxes_.size();) {
+        const SkinLattice::Node& node = lattice_->nodes[i];
+        const Box& box = boxes_[i];
+        const bool reaches = posed.x >= box.lo.x - slack && posed.x <= box.hi.x + slack && posed.y >= box.lo.y - slack &&
+                             posed.y <= box.hi.y + slack && posed.z >= box.lo.z - slack && posed.z <= box.hi.z + slack;
+        if (reaches && node.bone != k_none) add_rigid(i, posed, found, count);
+        if (reaches && node.blend != k_none) add_blended(i, posed, found, count);
+        i = reaches ? i + 1 : node.next;
+    }
+    return count;
+}
+
+bool PosedSkin::carry_forward(Vec3d bound, Affine& local) const noexcept
+{
+    const std::uint32_t leaf = leaf_at(bound);
+    if (leaf == k_none) return false;
+    const SkinLattice::Node& node = lattice_->nodes[leaf];
+    if (node.blend == k_none) {
+        local = maps_[node.bone];
+        return true;
+    }
+    const Vec3d within = bound - node.lo;
+    for (const Order& order : k_orders) {
+        const double a = within[order.axis[0]], b = within[order.axis[1]], c = within[order.axis[2]];
+        if (!(a >= b && b >= c)) continue;
+        local = local_of(order, path_of(order, lattice_->corners[node.blend], corners_), node.lo, lattice_->cell);
+        return true;
+    }
+    return false;
+}
+
+struct SkinQuery {
+    const model::ModelView& bound;
+    const PosedSkin& skin;
+    std::span<const Vec3d> points;
+    FrameOptions options;
+    SkinRoom& room;
+    std::span<SkinContact> contacts;
+
+    FrameResult run() const noexcept
+    {
+        FrameResult result;
+        if (points.size() != room.size_) return result;
+        std::size_t most = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const std::span<PreImage> places = std::span(room.places_).subspan(i * SkinRoom::k_most, SkinRoom::k_most);
+            const std::size_t count = is_finite(points[i]) ? skin.carry_back(points[i], places) : 0;
+            if (count > places.size()) result.status |= k_skin_crowded;
+            room.count_[i] = static_cast<std::uint8_t>(std::min(count, places.size()));
+            room.covered_[i] = 0;
+            room.best_[i] = {};
+            most = std::max<std::size_t>(most, room.count_[i]);
+        }
+        FrameOptions all = options;
+        all.first_only = false;
+        for (std::size_t round = 0; round < most; ++round) {
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                room.asked_[i] = room.count_[i] > round ? 1 : 0;
+                if (room.asked_[i] != 0) room.asked_places_[i] = place(i, round).bound;
+            }
+            room.probe_.move(room.asked_places_, room.asked_);
+            const FrameResult frame = query_frame(bound, room.probe_, {}, all, room.found_);
+            result.status |= frame.status;
+            result.unseen += frame.unseen;
+            for (const FrameContact& c : std::span(room.found_).first(std::min(frame.contacts, room.found_.size())))
+                if (room.asked_[c.index] != 0) take(c, place(c.index, round));
+        }
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            if (room.covered_[i] <= 0) continue;
+            if (result.contacts < contacts.size())
+                contacts[result.contacts] = room.best_[i];
+            else
+                result.status |= k_frame_full;
+            ++result.contacts;
+            if (options.first_only) break;
+        }
+        return result;
+    }
+
+    const PreImage& place(std::size_t point, std::size_t round) const { return room.places_[point * SkinRoom::k_most + round]; }
+
+    void take(const FrameContact& c, const PreImage& at) const noexcept
+    {
+        room.covered_[c.index] += at.sign;
+        if (at.sign < 0) return;
+        const model::Header& header = bound.header;
+        const Vec3d surface = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + header.unit * cast<double>(c.point);
+        Affine there = at.local;
+        (void)skin.carry_forward(surface, there);
+        const Vec3d asked = points[c.index];
+        SkinContact contact;
+        // Planes go with the inverse transpose.
+        contact.normal = normalized(transpose_mul(adjugate(there.linear), cast<double>(c.normal)));
+        contact.depth = std::max(0.0, dot(apply(there, surface) - asked, contact.normal));
+        contact.point = asked + contact.depth * contact.normal;
+        contact.index = c.index;
+        contact.part = c.part;
+        contact.status = c.status;
+        SkinContact& best = room.best_[c.index];
+        if (best.part < 0 || contact.depth > best.depth) best = contact;
+    }
+};
+
+FrameResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
+                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts) noexcept
+{
+    return SkinQuery{bound, skin, points, options, room, contacts}.run();
+}
+
+}  // namespace sqmap::query

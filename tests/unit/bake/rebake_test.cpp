@@ -1,0 +1,260 @@
+#include "sqmap/bake/rebake.h"
+
+#include "sqmap/bake/evaluate.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/solid.h"
+#include "sqmap/query/frame.h"
+#include "support/baked_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace sqmap::bake {
+namespace {
+
+/// The small hand, baked; its largest distance and its tips, the part that reaches farthest from the middle.
+struct Hand {
+    mesh::Mesh mesh = test::small_hand();
+    BakeResult baked = bake(mesh, true, {});
+    double r_max = mesh::largest_vertex_distance(mesh);
+    std::uint32_t finger = 0;
+
+    Hand()
+    {
+        Vec3d middle{};
+        for (const Vec3d& v : mesh.vertices) middle += v / static_cast<double>(mesh.vertices.size());
+        double farthest = 0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            if (const double d = norm(mesh.vertices[mesh.triangles[t][0]] - middle); d > farthest) {
+                farthest = d;
+                finger = baked.report.partition.part_of_triangle[t];
+            }
+    }
+    static const Hand& get()
+    {
+        static const Hand k_hand;
+        return k_hand;
+    }
+    /// Vertices of the part moved, those it shares with others not, and less near them.
+    std::vector<Vec3d> with_moved(std::uint32_t part, Vec3d by) const
+    {
+        std::vector<std::uint8_t> own(mesh.vertices.size(), 0), others(own);
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            for (const std::uint32_t v : mesh.triangles[t])
+                (baked.report.partition.part_of_triangle[t] == part ? own : others)[v] = 1;
+        std::vector<Vec3d> out = mesh.vertices;
+        for (std::size_t v = 0; v < own.size(); ++v) {
+            if (own[v] == 0 || others[v] != 0) continue;
+            double inwards = INFINITY;
+            for (std::size_t o = 0; o < own.size(); ++o)
+                if (own[o] != 0 && others[o] != 0) inwards = std::min(inwards, norm(mesh.vertices[o] - mesh.vertices[v]));
+            out[v] += std::min(1.0, inwards / (0.2 * r_max)) * by;
+        }
+        return out;
+    }
+    mesh::Mesh in_model_space(std::span<const Vec3d> vertices) const
+    {
+        mesh::Mesh m = mesh;
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            m.vertices[v] = cast<double>(model::to_model_space(baked.model.header, vertices[v]));
+        return m;
+    }
+};
+
+/// What a file of it reads as.
+struct Read {
+    std::vector<std::byte> bytes;
+    model::ModelView view;
+    explicit Read(const model::ModelData& data) : bytes(io::serialize(data))
+    {
+        EXPECT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
+    }
+};
+
+template <class T>
+bool same(const std::vector<T>& a, const std::vector<T>& b)
+{
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+void expect_same_arrays(const model::ModelData& a, const model::ModelData& b)
+{
+    EXPECT_TRUE(same(a.parts, b.parts));
+    EXPECT_TRUE(same(a.samples, b.samples));
+    EXPECT_TRUE(same(a.cells, b.cells));
+    EXPECT_TRUE(same(a.offsets, b.offsets));
+    EXPECT_TRUE(same(a.smoothing, b.smoothing));
+    EXPECT_TRUE(same(a.blocks, b.blocks));
+    EXPECT_TRUE(same(a.splits, b.splits));
+    EXPECT_TRUE(same(a.specials, b.specials));
+    EXPECT_TRUE(same(a.pool, b.pool));
+    EXPECT_TRUE(same(a.vertices, b.vertices));
+    EXPECT_TRUE(same(a.triangle_part, b.triangle_part));
+    EXPECT_TRUE(same(a.bricks, b.bricks));
+    EXPECT_TRUE(same(a.places, b.places));
+    EXPECT_TRUE(same(a.part_lists, b.part_lists));
+    EXPECT_TRUE(same(a.locator_seeds, b.locator_seeds));
+    EXPECT_TRUE(same(a.near_bricks, b.near_bricks));
+    EXPECT_TRUE(same(a.near, b.near));
+}
+
+/// The exact layer is right everywhere, layer 3 beyond half a percent of R_max, points singly and as a frame; every certificate
+/// holds, checked afresh; the file is one that a reader accepts.
+void expect_right(const model::ModelData& data, const mesh::Mesh& posed)
+{
+    const mesh::Solid solid(posed, mesh::find_self_intersections(posed).crossed);
+    const Read read(data);
+    for (const query::Layer layer : {query::Layer::Exact, query::Layer::Three}) {
+        EvaluateOptions options;
+        options.points = 8000;
+        options.layer = layer;
+        if (layer == query::Layer::Exact) options.verdict_band = 1e-5;
+        const Evaluation e = evaluate(read.view, solid, options);
+        EXPECT_GT(e.inside, 1000u);
+        EXPECT_EQ(e.missed + e.false_contacts, 0u) << "layer " << static_cast<int>(layer);
+        EXPECT_EQ(e.frame.missed + e.frame.false_contacts, 0u) << "layer " << static_cast<int>(layer);
+        EXPECT_EQ(e.certain_wrong, 0u);
+        EXPECT_EQ(e.layer1_missed, 0u);
+        EXPECT_LT(e.depth.p99, layer == query::Layer::Exact ? 1e-3 : 0.6);
+        if (layer == query::Layer::Exact) {
+            EXPECT_LT(e.depth.max, 1e-3);
+        }
+    }
+    const Containment containment = check_containment(read.view, posed);
+    EXPECT_EQ(containment.certified, data.parts.size());
+    EXPECT_EQ(containment.outside, 0u);
+}
+
+TEST(Rebake, NothingMovedIsTheSameModel)
+{
+    const Hand& hand = Hand::get();
+    const RebakeResult again = rebake(hand.baked.model, hand.mesh.vertices, {.fineness = hand.baked.report.fineness});
+    EXPECT_EQ(again.report.changed_triangles, 0u);
+    EXPECT_TRUE(again.report.remade.empty());
+    expect_same_arrays(again.model, hand.baked.model);
+    EXPECT_EQ(again.model.mesh_hash, hand.baked.model.mesh_hash);
+}
+
+TEST(Rebake, AMovedFingerAnswersAsAFullBakeOfItsParts)
+{
+    const Hand& hand = Hand::get();
+    const std::vector<Vec3d> vertices = hand.with_moved(hand.finger, 0.03 * hand.r_max * normalized(Vec3d{1, 2, 1}));
+    const RebakeResult again = rebake(hand.baked.model, vertices, {.fineness = hand.baked.report.fineness});
+    EXPECT_GT(again.report.changed_triangles, 50u);
+    EXPECT_LT(again.report.remade.size(), hand.baked.model.parts.size());
+    EXPECT_TRUE(std::find(again.report.remade.begin(), again.report.remade.end(), hand.finger) != again.report.remade.end());
+    const mesh::Mesh posed = hand.in_model_space(vertices);
+    expect_right(again.model, posed);
+
+    // A full bake has a model space and superquadrics of its own; the exact layer depends on neither.
+    mesh::Mesh moved = hand.mesh;
+    moved.vertices = vertices;
+    BakeOptions options;
+    options.partition = &hand.baked.report.partition;
+    const BakeResult full = bake(moved, true, options);
+    const Read a(again.model), b(full.model);
+    EvaluateOptions sampling;
+    sampling.points = 5000;
+    std::size_t contacts = 0;
+    for (const Vec3d p : sample_points(posed, again.model.header.r_max, sampling)) {
+        const Vec3d in_mesh = model::to_mesh_units(a.view.header, cast<float>(p));
+        const query::Contact x = query::query_point(a.view, cast<float>(p), query::Layer::Exact),
+                             y = query::query_point(b.view, model::to_model_space(b.view.header, in_mesh), query::Layer::Exact);
+        const double depth_x = static_cast<double>(x.depth) * a.view.header.unit,
+                     depth_y = static_cast<double>(y.depth) * b.view.header.unit;
+        EXPECT_NEAR(depth_x, depth_y, 1e-5 * hand.r_max);
+        EXPECT_TRUE(x.contact == y.contact || std::max(depth_x, depth_y) <= 1e-5 * hand.r_max);
+        contacts += x.contact ? 1 : 0;
+    }
+    EXPECT_GT(contacts, 500u);
+}
+
+TEST(Rebake, EveryPartInTurnAndBackAgain)
+{
+    const Hand& hand = Hand::get();
+    test::Random random(4);
+    model::ModelData model = hand.baked.model;
+    for (std::uint32_t part = 0; part < hand.baked.model.parts.size(); ++part) {
+        const std::vector<Vec3d> vertices = hand.with_moved(part, 0.02 * hand.r_max * random.direction());
+        model = rebake(model, vertices, {.fineness = hand.baked.report.fineness}).model;
+        if (part % 3 == 0) expect_right(model, hand.in_model_space(vertices));
+    }
+    const RebakeResult back = rebake(model, hand.mesh.vertices, {.fineness = hand.baked.report.fineness});
+    expect_right(back.model, hand.in_model_space(hand.mesh.vertices));
+    EXPECT_TRUE(same(back.model.vertices, hand.baked.model.vertices));
+}
+
+TEST(Rebake, WhatLeavesTheGridGetsBricks)
+{
+    const Hand& hand = Hand::get();
+    Vec3d middle{};
+    for (const Vec3d& v : hand.mesh.vertices) middle += v / static_cast<double>(hand.mesh.vertices.size());
+    for (const double way : {-0.5, 0.5}) {
+        std::vector<Vec3d> vertices = hand.mesh.vertices;
+        for (Vec3d& v : vertices) v += way * std::max(0.0, norm(v - middle) / hand.r_max - 0.3) * hand.r_max * Vec3d{1, 1, 1};
+        const RebakeResult again = rebake(hand.baked.model, vertices, {.fineness = hand.baked.report.fineness});
+        EXPECT_GT(again.model.bricks.size(), hand.baked.model.bricks.size());
+        expect_right(again.model, hand.in_model_space(vertices));
+    }
+}
+
+TEST(Rebake, ASurfaceThatComesToCrossItselfAndPartsAgain)
+{
+    // A bar pushed into another, out of both sides, and drawn back.
+    const mesh::Mesh bars = test::together(test::mapped(test::cube_of({2, 0.5, 0.5}), 1, {0, 0, 0}),
+                                           test::mapped(test::cube_of({0.3, 1, 0.3}), 1, {0.2, 2.5, 0.1}));
+    const BakeResult baked = bake(bars, true, {});
+    const auto lowered = [&](double by) {
+        std::vector<Vec3d> vertices = bars.vertices;
+        for (Vec3d& v : vertices)
+            if (v.y > 1) v.y -= by;
+        return vertices;
+    };
+    model::ModelData model = baked.model;
+    for (const double by : {0.5, 1.3, 2.45, 0.0}) {
+        const std::vector<Vec3d> vertices = lowered(by);
+        model = rebake(model, vertices, {.fineness = baked.report.fineness}).model;
+        mesh::Mesh posed = bars;
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            posed.vertices[v] = cast<double>(model::to_model_space(baked.model.header, vertices[v]));
+        EXPECT_EQ(model.header.self_intersecting != 0, by > 1);
+        const mesh::Solid solid(posed, mesh::find_self_intersections(posed).crossed);
+        EvaluateOptions options;
+        options.layer = query::Layer::Exact;
+        options.verdict_band = 1e-5;
+        options.points = 8000;
+        const Read read(model);
+        const Evaluation e = evaluate(read.view, solid, options);
+        EXPECT_EQ(e.missed + e.false_contacts + e.frame.missed + e.frame.false_contacts, 0u) << "lowered by " << by;
+        EXPECT_LT(e.depth.max, 1e-3) << "lowered by " << by;
+    }
+}
+
+TEST(Rebake, ThreadsDoNotMatter)
+{
+    const Hand& hand = Hand::get();
+    const std::vector<Vec3d> vertices = hand.with_moved(hand.finger, {0, 0.02 * hand.r_max, 0});
+    const model::ModelData one = rebake(hand.baked.model, vertices, {.threads = 1}).model;
+    expect_same_arrays(one, rebake(hand.baked.model, vertices, {.threads = 3}).model);
+}
+
+TEST(Rebake, WhatItCannotStartFromIsRefused)
+{
+    const Hand& hand = Hand::get();
+    std::vector<Vec3d> vertices = hand.mesh.vertices;
+    EXPECT_THROW((void)rebake(hand.baked.model, std::span(vertices).first(3)), mesh::InvalidInput);
+    vertices[7].y = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW((void)rebake(hand.baked.model, vertices), mesh::InvalidInput);
+    BakeOptions without;
+    without.exact = false;
+    EXPECT_THROW((void)rebake(bake(test::cube(), true, without).model, test::cube().vertices), mesh::InvalidInput);
+}
+
+}  // namespace
+}  // namespace sqmap::bake
