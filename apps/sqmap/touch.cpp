@@ -391,6 +391,10 @@ void add_touch(CLI::App& app, int& exit_code)
         ->required();
     command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")
         ->capture_default_str();
+    command
+        ->add_option("--tool-spacing", arguments->touch.tool_spacing,
+                     "m; larger triangles of a mesh as tool are divided, so that it is felt between its vertices too; 0: not")
+        ->check(CLI::Range(0., 1.));
     command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
         ->check(above_zero())
         ->capture_default_str();

@@ -2,6 +2,7 @@
 
 #include "commands.h"
 #include "load_mesh.h"
+#include "sqmap/haptic/patch.h"
 
 #include <nlohmann/json.hpp>
 
@@ -18,7 +19,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double k_default_radius = 0.005;
-constexpr std::uint32_t k_sphere_points = 500;  // 0.8 mm apart on a sphere of 5 mm
 
 const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
@@ -59,6 +59,7 @@ void each_number(Options& o, Visit visit)
     visit("f_c", o.material.f_c);
     visit("k_f", o.material.k_f);
     visit("tool_size", o.tool_size);
+    visit("tool_spacing", o.tool_spacing);
 }
 
 std::string hex(std::uint64_t hash)
@@ -105,15 +106,6 @@ std::filesystem::path found(const std::string& file, const std::filesystem::path
     return file;
 }
 
-/// The area of the triangles about each vertex, a third each.
-std::vector<float> vertex_areas(const mesh::Mesh& mesh)
-{
-    std::vector<float> areas(mesh.vertices.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        for (const std::uint32_t v : mesh.triangles[t]) areas[v] += static_cast<float>(mesh::triangle_area(mesh, t) / 3);
-    return areas;
-}
-
 }  // namespace
 
 TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std::filesystem::path& beside)
@@ -150,7 +142,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
     mesh::Mesh tool;
     options_.zone.averaging = haptic::Averaging::Patch;
-    haptic::Smoothing ball{.radius = k_default_radius, .points = k_sphere_points, .tolerance = 0.0003}, point;
+    haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
     if (is_shape(options_.tool, "sphere", ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;
@@ -168,9 +160,11 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         const Vec3d centre = mesh::normalization_of(tool).origin;
         const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
         for (Vec3d& v : tool.vertices) v = scale * (v - centre);
+        haptic::PatchPoints patch = haptic::patch_points(tool.vertices, tool.triangles, options_.tool_spacing);
+        tool.vertices = std::move(patch.points);
+        weights_ = std::move(patch.weights);
     }
     const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
-    if (patch) weights_ = vertex_areas(tool);
     if (options_.zone.layer == query::Layer::Auto) options_.zone.layer = patch ? query::Layer::Three : query::Layer::Exact;
     const std::uint64_t hash = hash_of(tool.vertices);
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
@@ -240,7 +234,10 @@ TouchOptions setup_from(const std::string& text)
         o.zone.shading = k_shadings.at(in.at("shading"));
         o.zone.layer = k_layers.at(in.at("layer"));
         o.material.friction = k_frictions.at(in.at("friction"));
-        each_number(o, [&](const char* name, double& value) { value = in.at(name); });
+        // A trace from before a number was there has what was done then.
+        each_number(o, [&](const char* name, double& value) {
+            if (name != std::string_view("tool_spacing") || in.contains(name)) value = in.at(name);
+        });
         return o;
     } catch (const ordered_json::exception& e) {
         throw BadTouch(std::string("the trace's setup does not read: ") + e.what());

@@ -33,6 +33,7 @@ struct TouchOptions {
     std::vector<TouchObject> objects;
     std::string tool = "sphere";                            ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
     double tool_size = 0.1;                                 ///< m, R_max of a tool that is a mesh
+    double tool_spacing = 0;                                ///< m, of the points of a tool that is a mesh; 0: its vertices
     std::uint64_t tool_hash = 0;                            ///< of its points; 0: any
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
     double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool

@@ -4,6 +4,7 @@
 #include "../frames.h"
 #include "../path.h"
 #include "sqmap/bake/bake.h"
+#include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
@@ -34,14 +35,6 @@ mesh::Mesh split_in_four(const mesh::Mesh& mesh)
             out.triangles.push_back(s);
     }
     return out;
-}
-
-std::vector<float> vertex_areas(const mesh::Mesh& mesh)
-{
-    std::vector<float> areas(mesh.vertices.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        for (const std::uint32_t v : mesh.triangles[t]) areas[v] += static_cast<float>(mesh::triangle_area(mesh, t) / 3);
-    return areas;
 }
 
 mesh::Mesh divided(mesh::Mesh mesh, int times)
@@ -85,11 +78,12 @@ struct Scene {
 
 /// The hand as a tool of one zone.
 struct Hand {
-    Hand(mesh::Mesh mesh, bool weighted, std::size_t most_solids = 1)
-        : areas(weighted ? vertex_areas(mesh) : std::vector<float>{})
+    Hand(mesh::Mesh mesh, bool weighted, double spacing, std::size_t most_solids = 1)
     {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
-        probe.emplace(mesh.vertices);
+        haptic::PatchPoints patch = haptic::patch_points(mesh.vertices, mesh.triangles, spacing);
+        if (weighted) areas = std::move(patch.weights);
+        probe.emplace(patch.points);
         zone = {.probe = &*probe, .weights = areas};
         state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 131072, .most_solids = most_solids});
     }
@@ -110,8 +104,8 @@ struct Hand {
 TickCost tick_cost(const HandPath& path, int passes)
 {
     Scene scene(path);
-    Hand hand(divided(scene.setting->probe, path.divide), true),
-        in_scene(divided(scene.setting->probe, path.divide), true, 1 + path.by.size());
+    Hand hand(divided(scene.setting->probe, path.divide), true, path.spacing),
+        in_scene(divided(scene.setting->probe, path.divide), true, path.spacing, 1 + path.by.size());
     const FrameClock clock;
     std::vector<std::unique_ptr<Bystander>> by;
     std::vector<haptic::Solid> solids{scene.solid};
@@ -165,8 +159,8 @@ DensityChange density_change(const HandPath& path, bool weighted)
 {
     Scene scene(path);
     scene.solid.material.friction = haptic::Friction::None;
-    Hand coarse(divided(scene.setting->probe, path.divide), weighted),
-        dense(divided(scene.setting->probe, path.divide + 1), weighted);
+    Hand coarse(divided(scene.setting->probe, path.divide), weighted, path.spacing),
+        dense(divided(scene.setting->probe, path.divide + 1), weighted, path.spacing);
     for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
     const std::span<const haptic::Solid> solid(&scene.solid, 1);
     std::vector<double> force, share, torque;

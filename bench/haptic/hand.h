@@ -12,6 +12,7 @@ namespace sqmap::bench {
 struct HandPath {
     Files files;
     std::filesystem::path path;
+    double spacing = 0;                       ///< m, of the points that stand for the hand's surface; 0: its vertices
     int divide = 0;                           ///< times that every triangle of the hand is split in four before anything else
     std::vector<std::filesystem::path> by{};  ///< objects that stand by in the scene
 };

@@ -116,6 +116,7 @@ struct HandCommand {
     std::filesystem::path meshes;
     std::vector<std::string> by;
     int passes = 10, divide = 0;
+    double spacing = 0;
 };
 
 /// OBJECT.PROBE.KIND.csv
@@ -124,7 +125,10 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
     const std::string name = path.filename().string();
     const std::size_t a = name.find('.'), b = name.find('.', a + 1);
     if (a == std::string::npos || b == std::string::npos) throw BenchError(name + ": not OBJECT.PROBE.KIND.csv");
-    HandPath out{{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")}, path, c.divide};
+    HandPath out{{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")},
+                 path,
+                 c.spacing,
+                 c.divide};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
     return out;
@@ -138,6 +142,9 @@ void add_hand(CLI::App& app)
     for (CLI::App* command : {tick, density}) {
         command->add_option("paths", c->paths, "OBJECT.PROBE.KIND.csv")->required()->check(CLI::ExistingFile);
         command->add_option("--meshes", c->meshes, "Folder of the meshes")->required()->check(CLI::ExistingDirectory);
+        command->add_option("--spacing", c->spacing, "Of the points that stand for the hand's surface, m; 0: its vertices")
+            ->check(CLI::Range(0., 1.))
+            ->capture_default_str();
         command->add_option("--divide", c->divide, "Split every triangle of the hand in four so many times first")
             ->check(CLI::Range(0, 3))
             ->capture_default_str();

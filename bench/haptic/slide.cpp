@@ -12,14 +12,12 @@ namespace sqmap::bench {
 namespace {
 
 constexpr double k_sphere = 0.005;  ///< m
-constexpr std::uint32_t k_sphere_points = 500;
 
 /// A tool of one zone, frictionless, and how it is asked.
 class Tool {
 public:
     Tool(const TouchObject& object, const SlideOptions& options)
-        : probe_(haptic::stencil_points(options.sphere ? haptic::Smoothing{.radius = k_sphere, .points = k_sphere_points}
-                                                       : options.zone.smoothing)),
+        : probe_(haptic::stencil_points(options.sphere ? haptic::ball_of(k_sphere) : options.zone.smoothing)),
           zone_{.probe = &probe_, .options = zone_options(options)},
           state_(std::span(&zone_, 1), {.most_contacts = 2048, .most_solids = 1})
     {

@@ -72,7 +72,9 @@ struct StencilSum {
     }
 
     /// How deep the centre or the ball is, from the nearest of all surfaces found. Samples see those on either side of an edge.
-    void settle(const ZoneOptions& o, const Trail& before, const Passed& passed)
+    /// nearer(surface): the nearest one to the centre about that one.
+    template <class Nearer>
+    void settle(const ZoneOptions& o, const Trail& before, const Passed& passed, Nearer&& nearer)
     {
         const double r = o.smoothing.radius;
         const bool ball = o.averaging == Averaging::Ball, inside = centre.depth > 0;
@@ -83,10 +85,23 @@ struct StencilSum {
         Vec3d surface{};
         for (const Sample& s : samples)
             if (s.depth > 0 && norm_sq(s.surface) < least_sq) least_sq = norm_sq(s.surface), surface = s.surface;
+        if (norm_sq(surface) > 0 && !inside)
+            if (const Vec3d found = nearer(surface); norm_sq(found) < least_sq) least_sq = norm_sq(found), surface = found;
         const double least = std::sqrt(least_sq);
         if (norm_sq(surface) > 0) nearest = (inside ? 1 : -1) / least * surface;
         depth = (ball ? r : 0) + (inside ? least : -least);
         if (depth > 0) depth = without_jump(depth, before, passed);
+    }
+
+    /// The smoothed depth, as far as it stays within `most` of the true one; force begins where the true one does. A point's
+    /// counts little until they differ by twice that: by less they do on facets that turn mildly, where it rises and falls with
+    /// every edge and the true one does not.
+    [[nodiscard]] double near_the_true(double smooth, double most, bool ball) const
+    {
+        if (!(most > 0)) return depth;
+        const double x = (smooth - depth) / most, cube = std::abs(x * x * x);
+        const double share = ball ? x / std::sqrt(1 + x * x) : std::copysign(cube / (8 + cube), x);
+        return std::max(depth + most * (std::isfinite(cube) ? share : 0), 0.);
     }
 
     [[nodiscard]] Felt felt(const ZoneOptions& o) const
@@ -117,13 +132,11 @@ struct StencilSum {
             return felt;
         }
         if (!(depth > 0)) return felt;
-        // The smoothed depth, as far as it stays near the true one; force begins where the true one does. A ball's depths on flat
-        // ground are evenly spread from 0 to its own, or, where all of it is inside, about that of its centre: either of these is
-        // then exact, the other too large. Where walls meet it lies between their depths, never above them all, and so changes no
-        // faster than they do.
+        // A ball's depths on flat ground are evenly spread from 0 to its own, or, where all of it is inside, about that of its
+        // centre: either of these is then exact, the other too large. Where walls meet it lies between their depths, never above
+        // them all, and so changes no faster than they do.
         const double smooth = ball ? std::min(1.25 * fourth / third, first + r) : flat.depth;
-        const double excess = smooth - depth, relative = excess / std::min(o.smoothing.tolerance, depth);
-        felt.depth = std::max(depth + excess / std::sqrt(1 + relative * relative), 0.);
+        felt.depth = near_the_true(smooth, std::min(o.smoothing.tolerance, depth), ball);
         // A ball weighs a wall by the square of how deep it is in it, a stencil, whose centre is inside, by the cube: the mean of
         // the normals, or of depth times normal, over what is inside.
         const bool shell = o.smoothing.kernel == Kernel::Shell;

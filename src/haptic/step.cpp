@@ -169,6 +169,19 @@ struct Stepper {
         return {{}, depth * normal, normal, depth};
     }
 
+    /// From a place: the way to the nearest surface, sought about another way to it.
+    static Vec3d nearer_surface(const Solid& solid, Vec3d from, Vec3d way)
+    {
+        const model::Header& header = solid.model->header;
+        if (!model::has_exact(*solid.model)) return way;
+        const auto in_model = [&](Vec3d p) { return model::to_model_space(header, transform_back(solid.pose, p)); };
+        query::Contact there;
+        there.point = in_model(from + way);
+        there.normal = cast<float>(normalized(transpose_mul(solid.pose.rotation, -1. * way)));
+        const query::Contact c = query::nearest_surface(*solid.model, in_model(from), there);
+        return c.contact ? transform(solid.pose, model::to_mesh_units(header, c.point)) - from : way;
+    }
+
     Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
@@ -208,7 +221,10 @@ struct Stepper {
             if (zone.options.blend_time > 0) passed.left = std::exp(-in.dt / zone.options.blend_time);
         }
         sum.trust_the_least(trail, passed, [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
-        sum.settle(zone.options, trail[own - 1], passed);
+        const auto nearer = [&](Vec3d surface) {
+            return zone.options.layer == query::Layer::Exact ? nearer_surface(solid, at.translation + centre, surface) : surface;
+        };
+        sum.settle(zone.options, trail[own - 1], passed, nearer);
         if (keep != nullptr) {
             for (std::size_t i = 0; i < sum.samples.size(); ++i) {
                 const Sample& sample = sum.samples[i];
@@ -373,7 +389,8 @@ struct Stepper {
             free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
             if (load != nullptr) load->stiffen(o.stiffness, normal, felt.lever);
             report.depth += felt.depth * size;
-            report.point += size * (at.translation + felt.lever + felt.depth * normal);
+            const double out = felt.depth - (o.averaging == Averaging::Ball ? o.smoothing.radius : 0);
+            report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
             total += size;
         }

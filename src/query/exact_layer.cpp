@@ -230,4 +230,33 @@ Contact query_exact(const ModelView& model, Vec3f point) noexcept
     return place.free ? free_at(point) : query_exact_in(model, point, place.brick, place.within, place.inside);
 }
 
+Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from) noexcept
+{
+    const auto finite = [](Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
+    if (!finite(point) || !finite(from.point) || !finite(from.normal)) return {};
+    constexpr int k_rounds = 6;
+    // The list of a surface point's place holds its triangle, so that each round ends no farther away than the one before.
+    const float hair = 1e-5f * model.header.sphere[3];  // below the surface: a place that touches it from outside lists nothing
+    const Vec3d p = cast<double>(point);
+    Nearest best;
+    Vec3f at = from.point - hair * from.normal;
+    for (int round = 0; round < k_rounds; ++round) {
+        Candidates candidates{model, {}};
+        if (model::has_locator(model)) {
+            const Place place = place_of(model, at);
+            if (place.free) break;
+            candidates.list = model::near_list(model, place.brick, place.within);
+        }
+        const Nearest found = nearest_of(candidates, p);
+        if (!(found.distance_sq < best.distance_sq)) break;
+        best = found;
+        at = cast<float>(best.point - static_cast<double>(hair) * normalized(best.across));
+    }
+    if (!(best.distance_sq < INFINITY)) return {};
+    Contact contact = contact_at(model, point, best);
+    contact.normal = cast<float>(normalized(best.across));
+    contact.certain = false;
+    return contact;
+}
+
 }  // namespace sqmap::query

@@ -92,6 +92,7 @@ class Touch(unittest.TestCase):
 
     def test_every_mode_tool_and_friction_replays_to_the_bit(self):
         for options in (["--tool", "point"], ["--tool", "point:0.002", "--shading", "consistent"], ["--tool", "torus.obj", "--tool-size", "0.05"],
+                        ["--tool", "torus.obj", "--tool-size", "0.05", "--tool-spacing", "0.002"],
                         ["--mode", "proxy"], ["--mode", "coupled"], ["--friction", "none"], ["--friction", "paper"], ["--layer", "exact"],
                         ["--layer", "2", "--damping", "2", "--brake", "1", "--zone", "0.02"]):
             self.record("mode.csv", *options)

@@ -54,8 +54,9 @@ TEST(Touch, APressedBallPushesBackAlongItsNormal)
     EXPECT_GE(f.part, 0);
     EXPECT_GT(f.normal.z, 0.99);
     EXPECT_GT(f.force.z, 0.99 * norm(f.force));
-    // The deepest point of the tool is as deep as tool and ball overlap; both are polyhedra.
-    EXPECT_NEAR(f.depth, 0.05 + settings.tool_radius - f.tool.z, 3e-4);
+    // As deep as tool and object overlap: the tool is a true ball, the object a polyhedron whose facets lie up to 0.03 mm below.
+    EXPECT_NEAR(f.depth, 0.05 + settings.tool_radius - f.tool.z, 4e-5);
+    EXPECT_NEAR(norm(f.point - Vec3d{0, 0, 0.05}), 0, 4e-4) << "on the surface, below the ball";
     // At rest the hand's spring, 400 N/m, holds what the surface gives, less what the device's own friction bears, 0.05 N.
     const double hand = 400 * (f.tool.z - (0.05 + settings.tool_radius - 0.003));
     EXPECT_NEAR(norm(f.force), hand, 0.12);

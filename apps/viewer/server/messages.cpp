@@ -134,7 +134,9 @@ bool read_settings(const json& in, Settings& s)
     const auto layer = in.find("layer");
     if (layer == in.end() || !layer->is_string()) return false;
     const auto& name = layer->get_ref<const std::string&>();
-    if (name == "2")
+    if (name == "auto")
+        s.layer = query::Layer::Auto;
+    else if (name == "2")
         s.layer = query::Layer::Two;
     else if (name == "3")
         s.layer = query::Layer::Three;

@@ -16,14 +16,14 @@ enum class ToolKind : std::uint8_t { Ball, Hand, Mesh };
 
 /// What the page's sliders set.
 struct Settings {
-    query::Layer layer = query::Layer::Three;
-    double stiffness = 400;      ///< N/m, 0 to 2000; the simulated device is proven stable to 467
-    double damping = 0.3;        ///< N s/m, 0 to 5
-    double friction = 0.3;       ///< mu_dynamic, 0 to 1.5; mu_static is a third more
-    double texture = 0;          ///< m, standard deviation of the relief, 0 to 0.001
+    query::Layer layer = query::Layer::Auto;  ///< Exact for a ball or a point, Three for a hand or a mesh
+    double stiffness = 400;                   ///< N/m, 0 to 2000; the simulated device is proven stable to 467
+    double damping = 0.3;                     ///< N s/m, 0 to 5
+    double friction = 0.3;                    ///< mu_dynamic, 0 to 1.5; mu_static is a third more
+    double texture = 0;                       ///< m, standard deviation of the relief, 0 to 0.001
     double smoothing = 0;        ///< m, radius of the smoothing sphere of a point as tool, 0: the tool is a ball; 0 to 0.01
     double tool_radius = 0.006;  ///< m, of the ball, 0.001 to 0.05
-    double zone = 0;             ///< m, of the impact zone about the tool's lowest place; 0: the whole tool; to 0.1
+    double zone = 0;             ///< m, of the impact zone of a hand or a mesh about the tool's place; 0: the whole tool; to 0.1
     double force_limit = 2;      ///< N, 0.1 to 3.3
     ToolKind tool = ToolKind::Ball;
     std::uint32_t tool_object = 0;  ///< of the scene, where the tool is a mesh

@@ -18,9 +18,15 @@ constexpr int k_priority = 40;
 
 /// Settings that the next tick can take.
 struct Live {
-    query::Layer layer = query::Layer::Three;
+    query::Layer layer = query::Layer::Auto;
     double stiffness = 400, damping = 0.3, friction = 0.3;
 };
+
+query::Layer layer_of(query::Layer layer, haptic::Averaging averaging)
+{
+    if (layer != query::Layer::Auto) return layer;
+    return averaging == haptic::Averaging::Patch ? query::Layer::Three : query::Layer::Exact;
+}
 
 Live live_of(const Settings& s) { return {s.layer, s.stiffness, s.damping, s.friction}; }
 
@@ -91,20 +97,23 @@ struct Touch::Work {
 
 void Touch::Work::make_tool()
 {
-    haptic::ZoneOptions zone{.layer = settings.layer,
-                             .stiffness = settings.stiffness,
-                             .damping = settings.damping,
-                             .tangential_stiffness = settings.stiffness};
+    haptic::ZoneOptions zone{
+        .stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness};
     const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects.size();
-    if (settings.smoothing > 0 && settings.tool == ToolKind::Ball) {
-        zone.averaging = haptic::Averaging::Stencil;
-        zone.smoothing.radius = settings.smoothing;
+    if (settings.tool == ToolKind::Ball || (settings.tool == ToolKind::Mesh && !held)) {
+        zone.averaging = settings.smoothing > 0 ? haptic::Averaging::Stencil : haptic::Averaging::Ball;
+        zone.smoothing = haptic::ball_of(settings.tool_radius);
+        if (settings.smoothing > 0) {
+            zone.smoothing = {};
+            zone.smoothing.radius = settings.smoothing;
+        }
         probe = std::make_unique<query::Probe>(haptic::stencil_points(zone.smoothing));
     } else {
         Tool tool = viewer::make_tool(settings, held ? objects[settings.tool_object].get() : nullptr);
         weights = std::move(tool.weights);
         probe = std::make_unique<query::Probe>(tool.mesh.vertices);
     }
+    zone.layer = layer_of(settings.layer, zone.averaging);
     const haptic::Zone whole{.probe = probe.get(),
                              .weights = weights,
                              .radius = settings.zone > 0 ? settings.zone : std::numeric_limits<double>::infinity(),
@@ -129,7 +138,7 @@ std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, s
     if (w.live.take()) {
         const Live& now = w.live.value();
         haptic::ZoneOptions& zone = w.state->options(0);
-        zone.layer = now.layer;
+        zone.layer = layer_of(now.layer, zone.averaging);
         zone.stiffness = zone.tangential_stiffness = now.stiffness;
         zone.damping = now.damping;
         for (haptic::Solid& solid : w.solids) {

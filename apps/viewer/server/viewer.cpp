@@ -733,7 +733,11 @@ std::string Viewer::status_text() const
 {
     ordered_json out{{"say", "status"}, {"touching", touch_ != nullptr}, {"stopped", stopped_}, {"device", device_}};
     out["devices"] = ordered_json::parse(devices_);
-    const char* const layer = settings_.layer == query::Layer::Two ? "2" : settings_.layer == query::Layer::Three ? "3" : "exact";
+    const query::Layer asked = settings_.layer;
+    const char* const layer = asked == query::Layer::Auto    ? "auto"
+                              : asked == query::Layer::Two   ? "2"
+                              : asked == query::Layer::Three ? "3"
+                                                             : "exact";
     out["settings"] = {{"layer", layer},
                        {"stiffness", settings_.stiffness},
                        {"damping", settings_.damping},

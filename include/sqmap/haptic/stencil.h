@@ -16,13 +16,20 @@ enum class Kernel : std::uint8_t {
 };
 
 /// Smoothing of the field about a point. A turn of the surface is spread over a way of 2 radius. Felt depth stays within
-/// `tolerance` of the true one; the direction is that of a surface rounded by about radius tan(turn / 2) / 4.
+/// `tolerance` of the true one, and is it for tolerance 0; the direction is that of a surface rounded by about radius tan(turn /
+/// 2) / 4.
 struct Smoothing {
     Kernel kernel = Kernel::Ball;
     double radius = 0.0025;     ///< m; Averaging::Ball: the ball's own
     std::uint32_t points = 48;  ///< samples on the sphere
     double tolerance = 0.0002;  ///< m
 };
+
+/// What a ball that touches is made of: its samples are 0.8 mm apart on one of 5 mm.
+[[nodiscard]] constexpr Smoothing ball_of(double radius) noexcept
+{
+    return {.radius = radius, .points = 500, .tolerance = 0.0003};
+}
 
 /// Samples about the origin: smoothing.points on the sphere, and last the centre. Allocates.
 [[nodiscard]] std::vector<Vec3d> stencil_points(const Smoothing& smoothing);

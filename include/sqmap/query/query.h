@@ -45,7 +45,7 @@ struct Contact {
 struct QueryOptions {
     Layer layer = Layer::Auto;
     std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L for Layer::Auto; 0: never Layer 3
-    bool offset = false;     ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
+    bool offset = false;  ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
     /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps.
     float margin = 0;
     bool smoothing = false;  ///< layers Two, Three and Auto: depth and normal of the smoothed map
@@ -63,6 +63,13 @@ struct QueryOptions {
 /// @pre contacts.size() >= points.size(), else the rest is left out.
 std::size_t query_points(const model::ModelView& model, std::span<const Vec3f> points, Layer layer,
                          std::span<Contact> contacts) noexcept;
+
+/// The nearest point of the mesh's own triangles to a point on either side of them, sought downhill from a place of the surface
+/// that a query found: what is near in space but not from there is not seen. depth is the distance and normal the triangle's own,
+/// both zero and part -1 where nothing was found; contact says only that something was, not on which side the point is.
+/// @pre model::has_exact(model)
+/// Cost: two or three lists of 10 to 50 triangles.
+[[nodiscard]] Contact nearest_surface(const model::ModelView& model, Vec3f point, const Contact& from) noexcept;
 
 /// Distance to the surface along the projection at a point (eq. 35): the signed distance, model units, from the point
 /// to the nearest crossing on its part's ray, positive outwards. False where the part's map has none on that ray.

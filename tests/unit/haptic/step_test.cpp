@@ -53,6 +53,57 @@ TEST(Step, ABallOnFlatGroundFeelsItsSpringAtAnyDepth)
     }
 }
 
+TEST(Step, ABallOnARidgeIsAsDeepAsItsNearestPointSays)
+{
+    ZoneOptions o = with(Averaging::Ball);
+    o.blend_time = 0;
+    o.layer = query::Layer::Exact;
+    o.smoothing = {.radius = 0.005, .points = 500, .tolerance = 0};
+    Tool ball(stencil_points(o.smoothing), o);
+    const double cosine = std::cos(k_roof), sine = std::sin(k_roof);
+    for (int i = -40; i <= 40; ++i) {
+        // Its centre is over one slope, over the other, or nearest to the edge between them.
+        const double x = 1e-4 * i, z = 0.0042, along = cosine * std::abs(x) - sine * z;
+        const double distance = along > 0 ? cosine * z + sine * std::abs(x) : std::hypot(x, z);
+        const Vec3d f = ball.touch(frictionless(roof(1)), Vec3d{x, 0.001, z}).force;
+        EXPECT_NEAR(ball.report().deepest, std::max(0.005 - distance, 0.), 1e-7) << i;
+        if (0.005 - distance > 1e-4) {
+            EXPECT_NEAR(norm(f), k * (0.005 - distance), 1e-6 * k) << i;
+        }
+    }
+}
+
+TEST(Step, APointFeelsTheTrueDepthOnFacetsThatTurnMildly)
+{
+    // A ball of 5 cm as facets that turn by up to 10 degrees.
+    static const sqmap::test::Solid facets(mesh::sphere(0.05, 3));
+    static const mesh::Mesh ball = mesh::sphere(0.05, 3);
+    static const mesh::Solid truth(ball);
+    Tool tool = Tool::point(exact);
+    const auto smooth_alone = [&](Vec3d at) {  // what the samples' mean square stands for
+        double second = 0;
+        const std::vector<Vec3d> points = stencil_points(exact.smoothing);
+        for (std::size_t i = 0; i + 1 < points.size(); ++i)
+            if (const Vec3d p = at + points[i]; truth.inside(p)) {
+                const double d = truth.closest_boundary(p).distance;
+                second += d * d / static_cast<double>(points.size() - 1);
+            }
+        return depth_of_stencil(exact.smoothing.radius, second).depth;
+    };
+    double worst = 0, of_smoothing = 0;
+    for (int i = 0; i < 200; ++i) {
+        const double a = 0.005 * i;
+        const Vec3d at = 0.0488 * Vec3d{std::cos(a), std::sin(a) * 0.8, std::sin(a) * 0.6};
+        const double depth = truth.closest_boundary(at).distance;
+        tool.state().reset();
+        const Wrench w = tool.touch(frictionless(facets), at);
+        worst = std::max(worst, std::abs(norm(w.force) / k - depth));
+        of_smoothing = std::max(of_smoothing, std::abs(smooth_alone(at) - depth));
+    }
+    EXPECT_GT(of_smoothing, 8e-5);
+    EXPECT_LT(worst, 0.25 * of_smoothing);
+}
+
 TEST(Step, ABallThatCrossesAValleyIsAsDeepAsInItsWallsAndTurnsFromOneToTheOther)
 {
     ZoneOptions o = with(Averaging::Ball);

@@ -293,6 +293,35 @@ TEST(Query, ExactDepthsAreThoseOfTheVisibleSurfaceWhereTrianglesCutEachOther)
     EXPECT_GT(contacts, 700);
 }
 
+TEST(Query, TheNearestSurfaceFromOutsideIsFoundFromAPlaceNearIt)
+{
+    const test::Parsed m(mesh::ellipsoid({1.6, 1.0, 0.5}, 3));
+    const mesh::Mesh& mesh = m.mesh();
+    test::Random random(8);
+    double worst = 0;
+    int outside = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3d vertex = mesh.vertices[random.below(mesh.vertices.size())];
+        const Vec3f p = cast<float>(vertex + 0.1 * m.r_max() * random.between(0, 1) * random.direction());
+        const mesh::ClosestPoint nearest = m.solid().closest_boundary(cast<double>(p));
+        if (m.solid().inside(cast<double>(p))) continue;
+        ++outside;
+        // From a place beside it, a twentieth of the object's size away.
+        const mesh::ClosestPoint from = m.solid().closest_boundary(nearest.point + 0.05 * m.r_max() * random.direction());
+        const mesh::Triangle& t = mesh.triangles[from.triangle];
+        const Vec3d a = mesh.vertices[t[0]], across = cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a);
+        Contact start;
+        start.point = cast<float>(from.point);
+        start.normal = cast<float>(normalized(across));
+        const Contact c = nearest_surface(m.view(), p, start);
+        ASSERT_TRUE(c.contact);
+        worst = std::max(worst, std::abs(static_cast<double>(c.depth) - nearest.distance));
+    }
+    EXPECT_GT(outside, 500);
+    EXPECT_LT(worst, 1e-6 * m.r_max());
+    EXPECT_FALSE(nearest_surface(m.view(), {std::numeric_limits<float>::quiet_NaN(), 0, 0}, {}).contact);
+}
+
 TEST(Query, ExactVerdictsHoldAtTheCreasesOfShellsThatCross)
 {
     // Copies a little apart, so that shells cross all over and at small angles, and creases cut slivers from triangles.

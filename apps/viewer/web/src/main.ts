@@ -111,7 +111,7 @@ const lookPanel = h('div', {},
   card('Place and part', numbers, partBox),
   card('Map of the part', map.element));
 
-let settings: Settings = { layer: '3', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2, tool: 'ball', toolSize: 0.06, toolTurn: 0, toolTilt: 0 };
+let settings: Settings = { layer: 'auto', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2, tool: 'ball', toolSize: 0.06, toolTurn: 0, toolTilt: 0 };
 const sliders: { set(): void }[] = [];
 function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
   const id = `s-${label.toLowerCase().replace(/[^a-z]+/g, '-')}`;
@@ -122,7 +122,7 @@ function slider(label: string, unit: string, range: [number, number, number], ge
   sliders.push({ set: () => { if (document.activeElement !== input) { input.value = String(get()); } show(); } });
   return h('label', { class: 'field slider' }, h('span', {}, label), input, read);
 }
-const layerChoice = choice('Layer', [['2', '2: base map'], ['3', '3: refined map'], ['exact', 'Exact triangles']], '3', (v) => { settings.layer = v; tellSettings(); }, 'layer');
+const layerChoice = choice('Layer', [['auto', 'As the tool needs'], ['2', '2: base map'], ['3', '3: refined map'], ['exact', 'Exact triangles']], 'auto', (v) => { settings.layer = v; tellSettings(); }, 'layer');
 const toolSelect = h('select', { id: 'tool', onchange: () => { const v = toolSelect.value; settings.tool = v === 'ball' || v === 'hand' ? v : Number(v); hand.letGo(); tellSettings(); showToolRows(); } });
 const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
 const deviceTable = h('tbody', { id: 'devices' });
@@ -197,7 +197,7 @@ const touchPanel = h('div', {},
   card('Tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
     slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * settings.zone, (x) => { settings.zone = x / 1000; }, false),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
-    h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
+    h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
   card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords),
   card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts, counters,
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),

@@ -1,0 +1,57 @@
+#include "sqmap/haptic/patch.h"
+
+#include <algorithm>
+#include <map>
+
+namespace sqmap::haptic {
+
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// False where more than `most` points would be needed.
+bool divide(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, double spacing, std::size_t most,
+            PatchPoints& out)
+{
+    out.points.assign(vertices.begin(), vertices.end());
+    out.weights.assign(vertices.size(), 0.f);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+        const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.points.size()));
+        if (fresh) {
+            out.points.push_back(0.5 * (out.points[a] + out.points[b]));
+            out.weights.push_back(0.f);
+        }
+        return at->second;
+    };
+    std::vector<Triangle> left;
+    for (const Triangle& whole : triangles) {
+        left.assign(1, whole);
+        while (!left.empty()) {
+            const Triangle t = left.back();
+            left.pop_back();
+            const Vec3d a = out.points[t[0]], b = out.points[t[1]], c = out.points[t[2]];
+            const double longest_sq = std::max({norm_sq(b - a), norm_sq(c - b), norm_sq(a - c)});
+            if (!(spacing > 0) || !(longest_sq > spacing * spacing)) {
+                const auto third = static_cast<float>(norm(cross(b - a, c - a)) / 6);
+                for (const std::uint32_t v : t) out.weights[v] += third;
+                continue;
+            }
+            const std::uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
+            if (out.points.size() > most) return false;
+            left.insert(left.end(), {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, double spacing, std::size_t most)
+{
+    PatchPoints out;
+    while (!divide(vertices, triangles, spacing, most, out)) spacing *= 1.2;
+    return out;
+}
+
+}  // namespace sqmap::haptic
