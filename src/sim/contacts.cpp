@@ -14,6 +14,10 @@ constexpr double k_speed_matters = 1e-6;  ///< m a step: below it a motion has n
 constexpr double k_deeper = 1.25;  ///< times thickness: asked below a node that touches, so that rounding does not let it go
 constexpr std::uint8_t k_remembered = 8;  ///< steps for which a node that left a surface is asked along its normal
 constexpr double k_creep = 0.1;           ///< times thickness: how far a node may creep until it is asked again
+// How fast the surface under a node that was held before may rise or fall: shares of thickness a step and of the node's way.
+// Layer 3 is not continuous, and a node that rests where it jumps would go up and down for ever.
+constexpr double k_settle = 0.01, k_settle_way = 0.25;
+constexpr float k_same_surface = 0.97f;   ///< cosine between normals
 constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -40,6 +44,7 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
       touched_(points.size()),
       free_for_(points.size()),
       asked_from_(points.size(), Vec3d{INFINITY, 0, 0}),
+      last_(points.size()),
       stale_(points.size(), 1),
       thickness_(thickness),
       sweep_step_(std::max(sweep_step, 2 * thickness)),
@@ -107,8 +112,12 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     const double moved = cpu_seconds();
 
     if (stale_count_ > 0) {
+        for (HalfSpace& last : last_) last.solid = k_none;
         for (HalfSpace& s : all())
-            if (stale_[s.node] != 0) s.push = -1.f;
+            if (stale_[s.node] != 0) {
+                s.push = -1.f;
+                if (spaces_[head_[s.node]].next == k_none) last_[s.node] = s;
+            }
         drop_void();
         for (std::size_t k = 0; k < solids.size(); ++k)
             status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, std::sqrt(longest_sq), report);
@@ -156,7 +165,8 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
     }
     if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
     for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
-        if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0) add(number, solid, contact, status);
+        if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0)
+            add(number, solid, contact, previous[contact.index], status);
     return status;
 }
 
@@ -174,7 +184,17 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
     }
 }
 
-void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact,
+double Contacts::steadied(const HalfSpace& space, Vec3d previous) const noexcept
+{
+    const HalfSpace& last = last_[space.node];
+    if (last.solid != space.solid || dot(last.normal, space.normal) < k_same_surface) return 0;
+    const Vec3d now = asked_from_[space.node];
+    const auto height = [&](const HalfSpace& s) { return dot(cast<double>(s.normal), now) - static_cast<double>(s.offset); };
+    const double fall = height(space) - height(last), most = k_settle * thickness_ + k_settle_way * norm(now - previous);
+    return fall - std::clamp(fall, -most, most);
+}
+
+void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous,
                    std::uint32_t& status) noexcept
 {
     if (count_ == spaces_.size()) {
@@ -194,6 +214,9 @@ void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::
     space.solid = solid_number;
     space.place = cast<float>(in_mesh);
     space.direction = contact.normal;
+    const double shift = steadied(space, previous);
+    space.offset += static_cast<float>(shift);
+    space.place = cast<float>(in_mesh + shift * cast<double>(contact.normal));
     // Solids are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point lies
     // behind the other's tangent plane is left out; the deeper one stays where both do.
     const double slack = 0.25 * thickness_;

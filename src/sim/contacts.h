@@ -45,7 +45,10 @@ private:
     void drop_void() noexcept;
     std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
                       StepReport& report) noexcept;
-    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, std::uint32_t& status) noexcept;
+    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous,
+             std::uint32_t& status) noexcept;
+    /// How far the surface may be moved along the normal so that it does not jump under a node that hardly moves.
+    double steadied(const HalfSpace& space, Vec3d previous) const noexcept;
 
     query::Probe probe_;
     query::SweptRoom room_;
@@ -56,6 +59,7 @@ private:
     std::vector<Vec3d> touched_;          ///< that normal; zero where the node is free
     std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
     std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked
+    std::vector<HalfSpace> last_;         ///< what held a node that is asked again; of no solid where nothing or several did
     std::vector<std::uint8_t> stale_;
     std::size_t stale_count_ = 0, solids_ = 0;
     std::size_t count_ = 0;
