@@ -325,7 +325,8 @@ private:
             place.seeds.push_back(data_.locator_seeds[at]);
             place.seeds.back().extent &= ~model::k_last_seed;
         } while ((data_.locator_seeds[at++].extent & model::k_last_seed) == 0);
-        if (place.seeds.size() > 1) place.choices = data_.locator_seeds[model::place_seed(word) - 1].direction;
+        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
+        if (place.seeds.size() > 1 && !flat) place.choices = data_.locator_seeds[model::place_seed(word) - 1].direction;
         return place;
     }
 

@@ -397,14 +397,14 @@ std::uint32_t& occupied_place(ModelData& m)
     return *it;
 }
 
-/// The first place that has several seeds.
+/// The first place that is searched from several seeds.
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
         return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) &&
-               (m.locator_seeds[model::place_seed(p)].extent & model::k_last_seed) == 0;
+               (m.locator_seeds[model::place_seed(p)].extent & (model::k_last_seed | model::k_flat)) == 0;
     });
-    if (it == m.places.end()) throw std::logic_error("the model has no place of several seeds");
+    if (it == m.places.end()) throw std::logic_error("the model has no place that is searched from several seeds");
     return *it;
 }
 
