@@ -17,7 +17,8 @@ constexpr double k_free_slope = 3;         ///< a force may change by so many ti
 constexpr int k_proxy_rounds = 4;
 /// m: a proxy lies so deep, and so goes on touching what it rests on.
 constexpr double k_proxy_sink = 1e-5;
-constexpr double k_proxy_step = 0.002;  ///< m a round, so that nothing thicker is passed through
+constexpr double k_proxy_let_in = 1e-4;  ///< m a round
+constexpr double k_proxy_step = 0.002;   ///< m a round, so that nothing thicker is passed through
 
 Vec3d transform(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
 Vec3d transform_back(const Pose& pose, Vec3d p) { return transpose_mul(pose.rotation, p - pose.translation); }
@@ -373,14 +374,17 @@ struct Stepper {
             }
             report.status |= k_step_contact;
             const Vec3d normal = felt.force / size;
-            const Vec3d motion = motion_over(m, t, solid, at, felt.lever);
+            // A ball touches where its surface is, not at its centre.
+            const double out = felt.depth - (o.averaging == Averaging::Ball ? o.smoothing.radius : 0);
+            const Vec3d contact = o.averaging == Averaging::Ball ? felt.lever + out * normal : felt.lever;
+            const Vec3d motion = motion_over(m, t, solid, at, contact);
             const Wrench spring{o.stiffness * felt.force, (o.torque_share * o.stiffness) * felt.torque};
             const double spring_size = o.stiffness * size;
-            const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
+            const double approach = -dot(velocity_over(twist, solid, at, contact), normal);
             const double damped = o.damping * approach * std::min(1., felt.depth / k_damping_depth);
             const double extra = std::max(damped, -spring_size);
             const Vec3d other = extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
-            const Wrench side{other, o.torque_share * cross(felt.lever, other)};
+            const Wrench side{other, o.torque_share * cross(contact, other)};
             springs = springs + spring;
             rest = rest + side;
             add_to_solid(s, spring + side, at.translation);
@@ -389,7 +393,6 @@ struct Stepper {
             free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
             if (load != nullptr) load->stiffen(o.stiffness, normal, felt.lever);
             report.depth += felt.depth * size;
-            const double out = felt.depth - (o.averaging == Averaging::Ball ? o.smoothing.radius : 0);
             report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
             total += size;
@@ -506,10 +509,14 @@ struct Stepper {
                     const double out = felt.exact - k_proxy_sink;
                     keep_single(t, in.solids[s], m.body, felt, out);
                     m.body.translation += out * normalized(felt.force);
+                    t.let_in = 0;
                     changed = true;
                 } else if (t.plane_count > 0) {
-                    // The surface has curved away from its plane.
-                    t.plane_count = 0;
+                    // The surface has curved away from its plane, or the smoothed direction led a hair past it: the plane goes
+                    // in until it is felt again. Without one the proxy would fall, and the force with it.
+                    t.planes[0].point -= k_proxy_let_in * t.planes[0].normal;
+                    t.let_in += k_proxy_let_in;
+                    if (t.let_in > k_proxy_step) t.plane_count = 0;
                     changed = true;
                 }
             }

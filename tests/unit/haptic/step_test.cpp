@@ -53,6 +53,23 @@ TEST(Step, ABallOnFlatGroundFeelsItsSpringAtAnyDepth)
     }
 }
 
+TEST(Step, FrictionTurnsABallAboutItsCentre)
+{
+    ZoneOptions o = with(Averaging::Ball);
+    o.layer = query::Layer::Exact;
+    o.smoothing = {.radius = 0.005, .points = 500, .tolerance = 0};
+    Tool ball(stencil_points(o.smoothing), o);
+    Solid solid = frictionless(box());
+    solid.material.friction = Friction::Coulomb;
+    const double depth = 0.001;
+    Wrench w;
+    for (int i = 0; i < 100; ++i) w = ball.touch(solid, Vec3d{5e-5 * i, 0, 0.035 - depth});
+    EXPECT_NEAR(-w.force.x, solid.material.mu_dynamic * w.force.z, 0.01 * w.force.z) << "it slips";
+    // r x F, with r from the centre to the place on the ground.
+    EXPECT_NEAR(w.torque.y, -(0.005 - depth) * w.force.x, 2e-2 * 0.005 * std::abs(w.force.x));
+    EXPECT_LT(std::hypot(w.torque.x, w.torque.z), 2e-2 * std::abs(w.torque.y));
+}
+
 TEST(Step, ABallOnARidgeIsAsDeepAsItsNearestPointSays)
 {
     ZoneOptions o = with(Averaging::Ball);
@@ -512,6 +529,27 @@ TEST(Step, AProxyFollowsASurface)
         if (i > 20) most = std::max(most, off);
     }
     EXPECT_LT(most, 5e-4);
+}
+
+TEST(Step, AProxyBallKeepsItsForceAlongACurvedSurface)
+{
+    ZoneOptions o = with(Averaging::Ball);
+    o.mode = Mode::Proxy;
+    o.layer = query::Layer::Exact;
+    o.smoothing = {.radius = 0.005, .points = 500, .tolerance = 0.0003};
+    Tool tool(stencil_points(o.smoothing), o);
+    static const sqmap::test::Solid k_ball(mesh::sphere(0.05, 3));
+    const auto at = [](double angle, double height) {
+        return (0.055 + height) * normalized(Vec3d{std::sin(angle), 0.3 * std::sin(2 * angle), std::cos(angle)});
+    };
+    Vec3d before{};
+    for (int i = 0; i < 100; ++i) before = tool.touch(frictionless(k_ball), at(0, 0.001 - 3e-5 * i)).force;
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3d f = tool.touch(frictionless(k_ball), at(0.002 * i, -0.002)).force;
+        ASSERT_GT(norm(f), 0.5 * k * 0.002) << i;
+        ASSERT_LT(norm(f - before), 0.1 * k * 0.002) << i;
+        before = f;
+    }
 }
 
 TEST(Step, FrictionHoldsAProxyWithinItsCone)
