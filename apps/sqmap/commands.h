@@ -5,17 +5,22 @@
 #include <CLI/CLI.hpp>
 
 #include <cmath>
+#include <sstream>
 #include <string>
 
 namespace sqmap::app {
 
-/// For check(): finite numbers above zero, or not below it. CLI11's own say so with the largest double, in full.
-inline CLI::Validator above_zero(bool or_zero = false)
+/// For check(): numbers above zero, or not below it, up to a greatest. CLI11's own say so with the largest double, in full.
+inline CLI::Validator above_zero(bool or_zero = false, double most = INFINITY)
 {
-    return {[or_zero](std::string& text) {
+    return {[or_zero, most](std::string& text) {
                 double value = 0;
-                if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && (value > 0 || (or_zero && value == 0)))
-                    return std::string();
+                if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && (value > 0 || (or_zero && value == 0))) {
+                    if (value <= most) return std::string();
+                    std::ostringstream limit;
+                    limit << most;
+                    return "is at most " + limit.str() + ", not " + text;
+                }
                 return std::string("must be a number ") + (or_zero ? "not below" : "above") + " zero, not '" + text + "'";
             },
             or_zero ? "NONNEGATIVE" : "POSITIVE"};

@@ -631,7 +631,7 @@ struct Stepper {
                 touch(z, s).known = true;
             }
             if (in.degraded) report.status |= k_step_degraded;
-            if (!is_finite(w.force) || !is_finite(w.torque)) {
+            if (!std::isfinite(norm_sq(w.force)) || !std::isfinite(norm_sq(w.torque))) {  // sizes count too: they may overflow
                 w = {};
                 report.status |= k_step_not_finite;
                 clear(z);

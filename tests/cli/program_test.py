@@ -73,6 +73,9 @@ class Program(unittest.TestCase):
         result = run("touch", "--object", "sphere.sqmap", "--tool", "sphere", "--mu-static", "-1")
         self.assertEqual(result.returncode, 64)
         self.assertIn("--mu-static: must be a number not below zero, not '-1'", result.stderr)
+        result = run("touch", "--object", "sphere.sqmap", "--stiffness", "1e308")
+        self.assertEqual(result.returncode, 64)
+        self.assertIn("--stiffness: is at most 1e+06, not 1e308", result.stderr)
 
     def test_wrong_usage_is_64(self):
         for arguments in ([], ["fly"], ["bake"], ["bake", "sphere.obj"], ["bake", "absent.obj", "-o", "a.sqmap"],

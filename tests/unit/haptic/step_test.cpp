@@ -677,6 +677,11 @@ TEST(Step, WhatIsNotFiniteGivesNoForceAndHarmsNoOtherZone)
         EXPECT_EQ(w[0], Wrench{});
     }
     poses[1].translation.y = 0;
+    // A force whose components are finite and whose size is not.
+    state.options(0).stiffness = 1e200;
+    EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
+    EXPECT_EQ(w[0], Wrench{});
+    state.options(0).stiffness = k;
     solid.pose.rotation.row[1].x = nan;
     EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
     EXPECT_EQ(w[0], Wrench{});
