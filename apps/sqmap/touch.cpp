@@ -12,7 +12,9 @@
 #include "strip_chart.h"
 #include "touch_setup.h"
 
+#include <poll.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -163,8 +165,33 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
     return std::make_unique<device::SimulatedDevice>(options);
 }
 
+/// Why the safety filter has let nothing through, in words.
+std::string reasons(std::uint32_t faults)
+{
+    constexpr std::pair<std::uint32_t, const char*> k_reasons[] = {
+        {haptic::k_fault_setup, "limits that it refuses"},
+        {haptic::k_fault_not_finite, "poses or forces that are not finite"},
+        {haptic::k_fault_stale, "no new pose for 100 ms"},
+        {haptic::k_fault_fast, "faster than the top speed for 20 ms"},
+        {haptic::k_fault_stop, "stopped"}};
+    std::string out;
+    for (const auto& [bit, words] : k_reasons)
+        if ((faults & bit) != 0) out += (out.empty() ? "" : ", ") + std::string(words);
+    return out;
+}
+
+/// True once Enter was pressed, where there is somebody to press it.
+bool entered()
+{
+    pollfd in{STDIN_FILENO, POLLIN, 0};
+    char text[64];
+    return ::isatty(STDIN_FILENO) == 1 && ::poll(&in, 1, 0) > 0 && ::read(STDIN_FILENO, text, sizeof text) > 0;
+}
+
 struct Totals {
-    std::uint64_t ticks = 0, contact = 0;
+    std::uint64_t ticks = 0, contact = 0, faulty = 0;  ///< faulty: the filter let nothing through
+    double first_fault = 0;                            ///< s
+    std::uint32_t faults = 0;                          ///< bits of SafetyFault
     double largest_force = 0, deepest = 0, cpu = 0, most_cpu = 0;
     bool gone = false;
     device::ServoCounters servo{};
@@ -173,6 +200,10 @@ struct Totals {
     {
         ++ticks;
         contact += row.contacts > 0;
+        if (const std::uint32_t now = row.filter >> 16; now != 0) {
+            if (faulty++ == 0) first_fault = row.time;
+            faults |= now;
+        }
         for (std::size_t z = 0; z < zones; ++z) largest_force = std::max(largest_force, norm(row.computed[z].force));
         deepest = std::max(deepest, row.depth);
         cpu += row.cpu;
@@ -257,8 +288,10 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
         Felt felt;
         std::optional<double> begin;
         bool more = true;
+        std::uint32_t told = 0;
         while (more) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            if (entered()) servo.resume();
             while (more && servo.next(tick)) {
                 // Ticks come in order on both ways; one that only one of them holds was dropped by the other.
                 while (felt.tick < tick.tick && feeling->felt.pop(felt)) {
@@ -280,6 +313,10 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                                      .sent = tick.sent};
                 if (tick.sample.has_twist) row.twists = tick.sample.twists;
                 totals.add(row, zones);
+                if (tick.safety.faults != 0 && told == 0)
+                    std::fprintf(stderr, "  no force from %.3f s on: %s%s\n", row.time, reasons(tick.safety.faults).c_str(),
+                                 ::isatty(STDIN_FILENO) == 1 ? "; Enter goes on" : "");
+                told = tick.safety.faults;
                 totals.gone = !tick.connected;
                 if (writer != nullptr && whole) writer->push_wait(row);
                 more = row.time < seconds;
@@ -373,6 +410,9 @@ void touch(const Arguments& arguments)
         std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
                     static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),
                     1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped));
+    if (totals.faulty > 0)
+        std::printf("  the safety filter let no force through in %llu ticks, first at %.3f s: %s\n",
+                    static_cast<unsigned long long>(totals.faulty), totals.first_fault, reasons(totals.faults).c_str());
     if (totals.gone) std::printf("  the device was gone at the end\n");
     if (!writer) return;
     writer->finish();

@@ -261,6 +261,23 @@ class Touch(unittest.TestCase):
             self.assertEqual([float(rows_of("network.csv")[-1]["z0_sent_f" + axis]) for axis in "xyz"], [0, 0, 0])
             os.remove("network.csv")
 
+    def test_a_fault_is_told_when_it_comes_and_at_the_end(self):
+        port = str(free_port())
+        process = subprocess.Popen([PROGRAM, "touch", "--object", "sphere.sqmap", "--tool", "sphere:0.01", "--device",
+                                    f"network:port={port},wait=60", "--seconds", "60"], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        client = subprocess.Popen([sys.executable, CLIENT, "--port", port, "--seconds", "3"], stdout=subprocess.PIPE, text=True)
+        time.sleep(1.5)
+        client.send_signal(signal.SIGSTOP)
+        time.sleep(0.5)
+        client.send_signal(signal.SIGCONT)
+        client.communicate(timeout=60)
+        process.send_signal(signal.SIGINT)
+        out, error = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0, error)
+        self.assertRegex(error, r"no force from \d+\.\d+ s on: no new pose for 100 ms\n")
+        self.assertRegex(out, r"let no force through in \d+ ticks, first at \S+ s: no new pose for 100 ms")
+
     def test_wrong_input_is_2_and_says_what(self):
         write("no_trace.csv", "x,y,z\n1,2,3\n")
         self.record("short.csv", seconds="0.05")
