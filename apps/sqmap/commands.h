@@ -10,20 +10,30 @@
 
 namespace sqmap::app {
 
-/// For check(): numbers above zero, or not below it, up to a greatest. CLI11's own say so with the largest double, in full.
-inline CLI::Validator above_zero(bool or_zero = false, double most = INFINITY)
+/// For check(): finite numbers that `allowed` lets pass, up to a greatest. CLI11's own say what they want with the largest
+/// double, in full.
+inline CLI::Validator number(const char* wanted, const char* name, bool (*allowed)(double), double most)
 {
-    return {[or_zero, most](std::string& text) {
+    return {[=](std::string& text) {
                 double value = 0;
-                if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && (value > 0 || (or_zero && value == 0))) {
-                    if (value <= most) return std::string();
-                    std::ostringstream limit;
-                    limit << most;
-                    return "is at most " + limit.str() + ", not " + text;
-                }
-                return std::string("must be a number ") + (or_zero ? "not below" : "above") + " zero, not '" + text + "'";
+                if (!CLI::detail::lexical_cast(text, value) || !std::isfinite(value) || !allowed(value))
+                    return std::string("must be a number ") + wanted + " zero, not '" + text + "'";
+                if (value <= most) return std::string();
+                std::ostringstream limit;
+                limit << most;
+                return "is at most " + limit.str() + ", not " + text;
             },
-            or_zero ? "NONNEGATIVE" : "POSITIVE"};
+            name};
+}
+inline CLI::Validator above_zero(double most = INFINITY)
+{
+    return number(
+        "above", "POSITIVE", [](double v) { return v > 0; }, most);
+}
+inline CLI::Validator not_below_zero(double most = INFINITY)
+{
+    return number(
+        "not below", "NONNEGATIVE", [](double v) { return v >= 0; }, most);
 }
 
 void add_bake(CLI::App& app, int& exit_code);

@@ -444,7 +444,7 @@ void add_touch(CLI::App& app, int& exit_code)
                      "travel, rate), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices")
         ->capture_default_str();
     auto* const size = command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
-                           ->check(above_zero(false, 1000))
+                           ->check(above_zero(1000))
                            ->capture_default_str();
     command->add_option("--unit", arguments->unit, "Or take a mesh unit as this many metres")
         ->transform(CLI::Transformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}}))

@@ -250,7 +250,7 @@ void add_force_options(CLI::App& command, TouchOptions& o)
 {
     const std::string group = "Forces";
     const auto number = [&](const char* name, double& value, const char* words) {
-        command.add_option(name, value, words)->check(above_zero(true, 1e6))->group(group)->capture_default_str();
+        command.add_option(name, value, words)->check(not_below_zero(1e6))->group(group)->capture_default_str();
     };
     const auto choice = [&](const char* name, auto& value, const auto& names, const char* words, const char* type) {
         command.add_option(name, value, words)

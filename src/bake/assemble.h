@@ -11,6 +11,15 @@
 
 namespace sqmap::bake {
 
+/// Behind what is there; returns where it begins.
+template <class T>
+std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
+{
+    const auto first = static_cast<std::uint32_t>(all.size());
+    all.insert(all.end(), some.begin(), some.end());
+    return first;
+}
+
 /// A small sphere about points: centre, radius.
 void bounding_sphere(std::span<const Vec3d> points, float sphere[4]);
 

@@ -28,36 +28,6 @@ namespace {
 
 constexpr double k_pi = std::numbers::pi;
 
-Superquadricf narrowed(const Superquadricd& sq)
-{
-    Superquadricf f;
-    f.a = cast<float>(sq.a);
-    f.eps1 = static_cast<float>(sq.eps1);
-    f.eps2 = static_cast<float>(sq.eps2);
-    for (int i = 0; i < 3; ++i) f.rotation.row[i] = cast<float>(sq.rotation.row[i]);
-    f.translation = cast<float>(sq.translation);
-    f.taper_x = static_cast<float>(sq.taper_x);
-    f.taper_y = static_cast<float>(sq.taper_y);
-    f.bend = static_cast<float>(sq.bend);
-    f.bend_angle = static_cast<float>(sq.bend_angle);
-    return f;
-}
-
-Superquadricd widened(const Superquadricf& f)
-{
-    Superquadricd sq;
-    sq.a = cast<double>(f.a);
-    sq.eps1 = static_cast<double>(f.eps1);
-    sq.eps2 = static_cast<double>(f.eps2);
-    for (int i = 0; i < 3; ++i) sq.rotation.row[i] = cast<double>(f.rotation.row[i]);
-    sq.translation = cast<double>(f.translation);
-    sq.taper_x = static_cast<double>(f.taper_x);
-    sq.taper_y = static_cast<double>(f.taper_y);
-    sq.bend = static_cast<double>(f.bend);
-    sq.bend_angle = static_cast<double>(f.bend_angle);
-    return sq;
-}
-
 double largest_axis(const Superquadricd& sq) { return std::max({sq.a.x, sq.a.y, sq.a.z}); }
 
 // Casting from surface places, and how far beyond the superquadric a ray can matter.
@@ -539,8 +509,8 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
                           const NormalMapOptions& options)
 {
     NormalMap map;
-    map.superquadric = narrowed(superquadric);
-    const Superquadricd sq = widened(map.superquadric);
+    map.superquadric = shape::cast<float>(superquadric);
+    const Superquadricd sq = shape::cast<double>(map.superquadric);
     const Caster caster(rays, sq);
     const double target = options.target_error * largest_axis(sq);
 

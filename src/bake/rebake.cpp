@@ -9,11 +9,11 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "stage_clock.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <string>
 
@@ -22,13 +22,6 @@ namespace sqmap::bake {
 namespace {
 
 constexpr double k_most_growth = 1.03;  ///< of a superquadric's axes, until it is fitted again
-
-double cpu_seconds()
-{
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 void check(const model::ModelData& before, std::span<const Vec3d> vertices)
 {
@@ -138,22 +131,6 @@ ChartDomain domain_of(const model::Part& part)
     return domain;
 }
 
-shape::Superquadricd superquadric_in_double(const model::Part& part)
-{
-    const shape::Superquadricf f = model::superquadric_of(part);
-    shape::Superquadricd sq;
-    sq.a = cast<double>(f.a);
-    sq.eps1 = static_cast<double>(f.eps1);
-    sq.eps2 = static_cast<double>(f.eps2);
-    for (int i = 0; i < 3; ++i) sq.rotation.row[i] = cast<double>(f.rotation.row[i]);
-    sq.translation = cast<double>(f.translation);
-    sq.taper_x = static_cast<double>(f.taper_x);
-    sq.taper_y = static_cast<double>(f.taper_y);
-    sq.bend = static_cast<double>(f.bend);
-    sq.bend_angle = static_cast<double>(f.bend_angle);
-    return sq;
-}
-
 template <class T>
 std::uint32_t append_slice(std::vector<T>& to, const std::vector<T>& from, std::size_t first, std::size_t count)
 {
@@ -202,7 +179,7 @@ bool keep(const SurfaceContext& context, const model::Part& was, PartWork& part)
 {
     const mesh::Mesh& mesh = context.mesh;
     const mesh::Bvh& bvh = context.bvh;
-    part.fit.superquadric = superquadric_in_double(was);
+    part.fit.superquadric = shape::cast<double>(model::superquadric_of(was));
     part.fit.certificate = certify_part(mesh, part, part.fit.superquadric);
     part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
     part.centre = model::vec3(was.chart_centre);
@@ -222,8 +199,8 @@ void make_map(const SurfaceContext& context, const model::Part& was, bool kept, 
 {
     const shape::Superquadricd& sq = part.fit.superquadric;
     const std::vector<Vec3d> corners = corners_of(context.mesh, part);
-    const bool stays =
-        kept && sq.a == superquadric_in_double(was).a && part.centre == model::vec3(was.chart_centre) && holds(was, corners);
+    const bool stays = kept && sq.a == shape::cast<double>(model::superquadric_of(was)).a &&
+                       part.centre == model::vec3(was.chart_centre) && holds(was, corners);
     CentralOptions same_base = central;
     same_base.least_base = same_base.most_base = was.base;
     part.map = bake_central_map(context, sq, part.centre, stays ? domain_of(was) : chart_domain(sq, part.centre, corners),
@@ -236,12 +213,8 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
 {
     check(before, vertices);
     RebakeResult result;
-    double last = cpu_seconds();
-    const auto lap = [&](const char* stage) {
-        const double now = cpu_seconds();
-        result.report.seconds.emplace_back(stage, now - last);
-        last = now;
-    };
+    StageClock clock;
+    const auto lap = [&](const char* stage) { clock.lap(stage, result.report.seconds); };
 
     const Meshes meshes(before, vertices);
     const mesh::Mesh& mesh = meshes.now;

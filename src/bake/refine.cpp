@@ -214,15 +214,14 @@ std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const
     return parts;
 }
 
-// What a part costs in all, as cost() tells, below which no cut is tried.
-constexpr double k_least_cost = 0.005;
-
 /// All parts of a partition.
 std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
                              const BakeOptions& options)
 {
     return *update(context, partition, history, options, [](const auto&) { return false; });
 }
+
+constexpr double k_least_cost = 0.005;  ///< no cut is tried for a part that costs less
 
 /// What a part costs: the volume its superquadric adds to the solid's own, and the area its projection cannot see.
 /// Both as shares of the whole object, so that a badly served finger does not outweigh a badly served torso.

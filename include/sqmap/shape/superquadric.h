@@ -34,6 +34,23 @@ struct Superquadric {
 using Superquadricf = Superquadric<float>;
 using Superquadricd = Superquadric<double>;
 
+/// In another number type, each parameter rounded to it.
+template <class To, class From>
+constexpr Superquadric<To> cast(const Superquadric<From>& sq)
+{
+    Superquadric<To> to;
+    to.a = cast<To>(sq.a);
+    to.eps1 = static_cast<To>(sq.eps1);
+    to.eps2 = static_cast<To>(sq.eps2);
+    for (int i = 0; i < 3; ++i) to.rotation.row[i] = cast<To>(sq.rotation.row[i]);
+    to.translation = cast<To>(sq.translation);
+    to.taper_x = static_cast<To>(sq.taper_x);
+    to.taper_y = static_cast<To>(sq.taper_y);
+    to.bend = static_cast<To>(sq.bend);
+    to.bend_angle = static_cast<To>(sq.bend_angle);
+    return to;
+}
+
 /// Local point of a model point.
 template <class Real>
 Vec3<Real> to_local(const Superquadric<Real>& sq, Vec3<Real> p)

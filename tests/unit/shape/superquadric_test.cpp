@@ -74,16 +74,7 @@ TEST(Superquadric, FloatAgreesWithDoubleAtEveryExponent)
 {
     std::mt19937 g(2);
     for (const Superquadricd& sq : test::sample_superquadrics()) {
-        Superquadricf f;
-        f.a = cast<float>(sq.a);
-        f.eps1 = static_cast<float>(sq.eps1);
-        f.eps2 = static_cast<float>(sq.eps2);
-        for (int i = 0; i < 3; ++i) f.rotation.row[i] = cast<float>(sq.rotation.row[i]);
-        f.translation = cast<float>(sq.translation);
-        f.taper_x = static_cast<float>(sq.taper_x);
-        f.taper_y = static_cast<float>(sq.taper_y);
-        f.bend = static_cast<float>(sq.bend);
-        f.bend_angle = static_cast<float>(sq.bend_angle);
+        const auto f = cast<float>(sq);
         for (int n = 0; n < 50; ++n) {
             const Vec3d p = to_model(sq, deform(sq, random_in_box(g, sq.a)));
             const double d = implicit(sq, p);
