@@ -40,7 +40,6 @@ constexpr double k_growth_room = 1.1;
 constexpr double k_seed_tolerance = 0.0005;
 // By how much of the target error a place's planes may miss the surface at its worst sample; at most points it is a tenth.
 constexpr double k_flat_share = 0.4;
-constexpr std::size_t k_most_planes = model::k_most_seeds;
 
 /// Where a place is sampled, in its sides from its centre: near its corners and the middles of its faces.
 constexpr Vec3d k_samples[] = {{0, 0, 0},        {-.48, -.48, -.48}, {.48, -.48, -.48}, {.48, .48, -.48},  {-.48, .48, -.48},
@@ -78,12 +77,19 @@ Grid grid_about(const mesh::Mesh& mesh, double cells)
     return grid;
 }
 
+/// A plane as stored, but for its part.
+struct PartPlane {
+    std::uint32_t plane, part;
+};
+
 /// What is known of a place before it is packed.
 struct Place {
     PlaceKind kind = PlaceKind::Free;
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
-    std::vector<Seed> seeds;
+    std::vector<PartPlane> planes;  ///< of a flat place
+    std::uint8_t rise = model::k_no_rise;
+    std::vector<Seed> seeds;     ///< of another
     std::uint32_t choices = 0;   ///< which seed comes first in each octant, three bits each
     std::vector<Place> eighths;  ///< of a place that is divided, x fastest
 };
@@ -151,6 +157,8 @@ public:
             data_.locator.bricks[k] = static_cast<std::uint32_t>(grid_.n[k] / model::k_brick);
         }
         data_.locator.cell = static_cast<float>(grid_.cell);
+        // Nothing is deeper than half the narrowest side; a plane is no farther below a place's centre than a sample, and a cell.
+        data_.locator.plane_reach = 0.5f * static_cast<float>(std::min({grid_.n[0], grid_.n[1], grid_.n[2]})) + 3;
         view_ = data_.view();
     }
 
@@ -210,7 +218,8 @@ public:
     std::size_t packed_bytes() const
     {
         const model::ModelView v = data_.view();
-        return v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes();
+        return v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.planes.size_bytes() +
+               v.seeds.size_bytes();
     }
 
     /// After run: the places of one cell that are not flat, in eighths; at most so many, those with the longest chains first.
@@ -224,7 +233,7 @@ public:
             for (std::size_t k = 0; k < k_places; ++k) {
                 const Place& place = bricks_[i].places[k];
                 if (!place.eighths.empty() || (!among.empty() && (among[i] >> k & 1u) == 0)) continue;
-                if (place.kind != PlaceKind::Free && (place.seeds.front().extent & model::k_flat) == 0)
+                if (!place.seeds.empty())
                     candidates.emplace_back(place.seeds.size(), i * k_places + k);
             }
         }
@@ -302,12 +311,13 @@ private:
             to.kind = deep ? Brick::Kind::Deep : Brick::Kind::Stored;
             const std::uint32_t first = brick & ~model::k_deep_brick;
             for (std::uint32_t k = 0; k < (deep ? 1u : static_cast<std::uint32_t>(k_places)); ++k)
-                to.places.push_back(unpacked(data_.places[first + k]));
+                to.places.push_back(unpacked(first + k));
         }
     }
 
-    Place unpacked(std::uint32_t word) const
+    Place unpacked(std::size_t index) const
     {
+        const std::uint32_t word = data_.places[index];
         Place place;
         place.kind = model::place_kind(word);
         if (place.kind == PlaceKind::Free) {
@@ -315,18 +325,23 @@ private:
             return place;
         }
         if (model::is_divided(word)) {
-            for (std::uint32_t e = 0; e < 8; ++e) place.eighths.push_back(unpacked(data_.places[model::place_seed(word) + e]));
+            for (std::uint32_t e = 0; e < 8; ++e) place.eighths.push_back(unpacked(model::place_first(word) + e));
             return place;
         }
         const std::uint32_t list = data_.part_lists[model::place_list(word)];
         for (std::uint32_t k = 0; k < model::k_list_length; ++k) place.parts[k] = static_cast<std::uint8_t>(list >> 8 * k);
-        std::uint32_t at = model::place_seed(word);
+        if (!data_.rises.empty()) place.rise = data_.rises[index];
+        std::uint32_t at = model::place_first(word);
+        for (std::uint32_t k = 0; k < model::place_planes(word); ++k) {
+            const std::uint32_t plane = data_.planes[at + k], slot = model::plane_slot(plane);
+            place.planes.push_back({plane & ~(3u << 29), place.parts[slot]});
+        }
+        if (!place.planes.empty()) return place;
         do {
             place.seeds.push_back(data_.locator_seeds[at]);
             place.seeds.back().extent &= ~model::k_last_seed;
         } while ((data_.locator_seeds[at++].extent & model::k_last_seed) == 0);
-        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
-        if (place.seeds.size() > 1 && !flat) place.choices = data_.locator_seeds[model::place_seed(word) - 1].direction;
+        if (place.seeds.size() > 1) place.choices = data_.locator_seeds[model::place_first(word) - 1].direction;
         return place;
     }
 
@@ -446,9 +461,8 @@ private:
                 other = update_parts(place.eighths[e], eighth_centre(centre, side, e), 0.5 * side, change) || other;
             return other;
         }
-        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
-        if (!flat && std::any_of(place.seeds.begin(), place.seeds.end(),
-                                 [&](const Seed& seed) { return change.remade(model::seed_part(seed)); })) {
+        if (std::any_of(place.seeds.begin(), place.seeds.end(),
+                        [&](const Seed& seed) { return change.remade(model::seed_part(seed)); })) {
             place = bake_place(centre, side);
             return true;
         }
@@ -483,7 +497,7 @@ private:
         }
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
         if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
-        choose_seeds(place, centre, side, nearest, inside);
+        choose_planes(place, centre, side, nearest, inside);
         if (crossed) list_parts(place, centre, side, part_of_triangle_[nearest.triangle]);
         return place;
     }
@@ -495,35 +509,34 @@ private:
         double best;  ///< distance that some seed finds
     };
 
-    void choose_seeds(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
+    /// Planes that are the surface; where none suffice, seeds.
+    void choose_planes(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
         std::vector<Sample> samples;
         sample(place, centre, side, k_samples, samples);
-        place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
         const std::size_t within = samples.size();
         if (place.kind == PlaceKind::Mixed) add_surface(samples, centre, side);
-        std::optional<double> least = add_planes(place.seeds, centre, samples);
-        if (least && place.seeds.size() > 1 && place.kind == PlaceKind::Mixed) {
+        std::optional<double> least;
+        if (const auto plane = plane_at(centre, centre, nearest, inside)) {
+            place.planes = {*plane};
+            least = add_planes(place.planes, centre, samples);
+        }
+        if (least && place.planes.size() > 1 && place.kind == PlaceKind::Mixed) {
             // Planes that are right at all of these may still meet in the wrong place between them.
             sample(place, centre, side, k_more_samples, samples);
-            least = add_planes(place.seeds, centre, samples);
+            least = add_planes(place.planes, centre, samples);
         }
+        if (least) {
+            // A surface that bends towards the point is met in the middle.
+            if (*least < -flat_tolerance_)
+                for (PartPlane& p : place.planes) p.plane = raised(p.plane, -*least - flat_tolerance_);
+            return;
+        }
+        place.planes.clear();
         samples.resize(within);
-        const bool flat = least.has_value();
-        // A surface that bends towards the point is met in the middle.
-        if (flat && *least < -flat_tolerance_)
-            for (Seed& seed : place.seeds)
-                seed.extent =
-                    extent_of(model::k_seed_distance_step * grid_.cell * model::seed_distance(seed) - *least - flat_tolerance_) |
-                    (seed.extent & model::k_joined);
-        if (!flat) {
-            place.seeds.resize(1);
-            add_seeds(place.seeds, centre, samples);
-        }
-        if (flat)
-            for (Seed& seed : place.seeds) seed.extent |= model::k_flat;
-        else if (place.seeds.size() > 1)
-            rank_seeds(place, centre, samples);
+        place.seeds = {seed_at(centre, centre, part_of_triangle_[nearest.triangle], nearest, inside)};
+        add_seeds(place.seeds, centre, samples);
+        if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
     }
 
     void sample(const Place& place, Vec3d centre, double side, std::span<const Vec3d> offsets, std::vector<Sample>& samples) const
@@ -575,15 +588,18 @@ private:
     /// Planes in groups, those of a group marked but for its first: a point is as deep as the lowest of the groups' highest. A
     /// surface that bends away is met by groups, one that bends towards the point by the planes of a group.
     /// The least that an inside sample's depth is above the planes' (negative), or nothing where planes do not suffice.
-    std::optional<double> add_planes(std::vector<Seed>& seeds, Vec3d centre, const std::vector<Sample>& samples) const
+    std::optional<double> add_planes(std::vector<PartPlane>& planes, Vec3d centre, const std::vector<Sample>& samples) const
     {
         const double tolerance = flat_tolerance_;
+        std::vector<std::uint32_t> words;
         for (;;) {
             const Sample* worst = nullptr;
             double worst_miss = 1, least = 0;
             std::size_t worst_group = 0;
+            words.clear();
+            for (const PartPlane& p : planes) words.push_back(p.plane);
             for (const Sample& sample : samples) {
-                const query::FlatGap lowest = query::flat_gap(view_.locator, seeds, cast<float>(sample.point - centre));
+                const query::FlatGap lowest = query::flat_gap(view_.locator, words, cast<float>(sample.point - centre));
                 const double gap = static_cast<double>(lowest.gap);
                 // Outside only the side counts.
                 const double excess = gap - (sample.inside ? sample.truth.distance : 0);
@@ -596,14 +612,11 @@ private:
                 }
             }
             if (worst == nullptr) return least;
-            if (seeds.size() == k_most_planes) return std::nullopt;
-            Seed seed = seed_at(centre, worst->point, part_of_triangle_[worst->truth.triangle], worst->truth, worst->inside);
-            if (worst_group > 0) {
-                seed.extent |= model::k_joined;
-                seeds.insert(seeds.begin() + static_cast<std::ptrdiff_t>(worst_group), seed);
-            } else {
-                seeds.push_back(seed);
-            }
+            if (planes.size() == model::k_most_planes) return std::nullopt;
+            std::optional<PartPlane> next = plane_at(centre, worst->point, worst->truth, worst->inside);
+            if (!next) return std::nullopt;
+            if (worst_group > 0) next->plane |= model::k_joined;
+            planes.insert(worst_group > 0 ? planes.begin() + static_cast<std::ptrdiff_t>(worst_group) : planes.end(), *next);
         }
     }
 
@@ -692,8 +705,8 @@ private:
         return std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
     }
 
-    /// The plane that touches the surface at the point nearest to p, told from the place's centre.
-    Seed seed_at(Vec3d centre, Vec3d p, std::uint32_t part, const mesh::ClosestPoint& nearest, bool inside) const
+    /// Outward normal of the surface at the point nearest to p.
+    Vec3d normal_at(Vec3d p, const mesh::ClosestPoint& nearest, bool inside) const
     {
         Vec3d n = inside ? nearest.point - p : p - nearest.point;
         if (norm(n) < 1e-4 * grid_.cell) {
@@ -701,14 +714,41 @@ private:
             const auto& v = solid_.mesh().vertices;
             n = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]);
         }
-        constexpr int cells = 1 << model::k_seed_normal_bits;
-        n = n / std::max(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), 1e-300);
-        const double x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
-        const double y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
-        const auto code = [](double v) {
-            return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1));
-        };
-        Seed seed{part | code(x) << 8 | code(y) << (8 + model::k_seed_normal_bits), 0};
+        return n;
+    }
+
+    /// The plane that touches the surface at the point nearest to p, told from the place's centre; nothing where it is farther
+    /// than planes can be stored.
+    std::optional<PartPlane> plane_at(Vec3d centre, Vec3d p, const mesh::ClosestPoint& nearest, bool inside) const
+    {
+        const std::uint32_t normal = query::octahedral_code<model::k_plane_normal_bits>(normal_at(p, nearest, inside));
+        // With the direction as stored.
+        const double distance = dot(cast<double>(query::plane_normal(normal)), nearest.point - centre) / grid_.cell;
+        if (distance < -1 || distance > static_cast<double>(view_.locator.plane_reach) - 1) return std::nullopt;
+        return PartPlane{normal | distance_code(distance), part_of_triangle_[nearest.triangle]};
+    }
+
+    /// distance: in cells.
+    std::uint32_t distance_code(double distance) const
+    {
+        const double share = std::sqrt(std::max(distance + 1, 0.0) / static_cast<double>(view_.locator.plane_reach));
+        const double code = std::round(share * model::k_plane_most_distance);
+        return static_cast<std::uint32_t>(std::min(code, static_cast<double>(model::k_plane_most_distance)))
+               << 2 * model::k_plane_normal_bits;
+    }
+
+    /// A plane moved outwards by so much.
+    std::uint32_t raised(std::uint32_t plane, double by) const
+    {
+        constexpr std::uint32_t distance = model::k_plane_most_distance << 2 * model::k_plane_normal_bits;
+        const auto before = static_cast<double>(model::plane_distance(plane, view_.locator.plane_reach));
+        return (plane & ~distance) | distance_code(before + by / grid_.cell);
+    }
+
+    /// The plane that touches the surface at the point nearest to p, told from the place's centre.
+    Seed seed_at(Vec3d centre, Vec3d p, std::uint32_t part, const mesh::ClosestPoint& nearest, bool inside) const
+    {
+        Seed seed{part | query::octahedral_code<model::k_seed_normal_bits>(normal_at(p, nearest, inside)) << 8, 0};
         // With the direction as stored.
         seed.extent = extent_of(dot(cast<double>(query::seed_normal(seed)), nearest.point - centre));
         return seed;
@@ -767,8 +807,13 @@ private:
         data_.bricks.clear();
         data_.places.clear();
         data_.part_lists.clear();
+        data_.planes.clear();
         data_.locator_seeds.clear();
+        data_.rises.clear();
         lists_.clear();
+        Place any;
+        any.parts[0] = 0;
+        (void)list_index(any);  // so that there is one
         for (const Brick& brick : bricks_) {
             const auto first = static_cast<std::uint32_t>(data_.places.size());
             if (brick.kind == Brick::Kind::Free) {
@@ -776,7 +821,7 @@ private:
                 continue;
             }
             data_.bricks.push_back(first | (brick.kind == Brick::Kind::Deep ? model::k_deep_brick : 0u));
-            for (const Place& place : brick.places) data_.places.push_back(pack_place(place));
+            for (const Place& place : brick.places) pack_place(place);
         }
         // The eighths of divided places, behind everything else.
         std::size_t at = 0;
@@ -784,45 +829,75 @@ private:
             if (brick.kind == Brick::Kind::Free) continue;
             for (const Place& place : brick.places) pack_eighths(at++, place);
         }
+        data_.rises.resize(model::padded_rises(data_.places.size()), model::k_no_rise);
     }
 
     void pack_eighths(std::size_t at, const Place& place)
     {
         if (place.eighths.empty()) return;
         const std::size_t first = data_.places.size();
-        if (first > model::k_most_seed_index)
+        if (first > model::k_most_place_index)
             throw mesh::InvalidInput("the locator needs more places than it can name: ask for a larger target error");
         data_.places[at] =
             static_cast<std::uint32_t>(PlaceKind::Ask) | model::k_divided_place << 2 | static_cast<std::uint32_t>(first) << 14;
-        for (const Place& eighth : place.eighths) data_.places.push_back(pack_place(eighth));
+        for (const Place& eighth : place.eighths) pack_place(eighth);
     }
 
-    std::uint32_t pack_place(const Place& place)
+    void pack_place(const Place& place)
+    {
+        data_.places.push_back(place_word(place));
+        data_.rises.push_back(place.rise);
+    }
+
+    std::uint32_t place_word(const Place& place)
     {
         if (place.kind == PlaceKind::Free) return gap_code(place.gap) << 2;
         if (!place.eighths.empty()) return 0;  // see divide
-        PlaceKind kind = place.kind;
-        std::uint32_t list = 0;
-        for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(place.parts[k]) << 8 * k;
-        std::uint32_t index = 0;
-        if (const auto found = lists_.find(list); found != lists_.end()) {
-            index = found->second;
-        } else if (lists_.size() < model::k_divided_place) {
-            index = static_cast<std::uint32_t>(lists_.size());
-            lists_.emplace(list, index);
-            data_.part_lists.push_back(list);
-        } else {
-            kind = PlaceKind::Ask;
+        const std::optional<std::uint32_t> list = list_index(place);
+        const auto planes = static_cast<std::uint32_t>(place.planes.size());
+        const auto first = static_cast<std::uint32_t>(planes > 0 ? data_.planes.size() : pack_chain(place));
+        if (first > model::k_most_place_index)
+            throw mesh::InvalidInput("the locator needs more planes than a place can name: ask for a larger target error");
+        // Too many lists for one more: all parts are asked, and a plane's part may be another.
+        const std::uint32_t index = list.value_or(0);
+        for (const PartPlane& p : place.planes) {
+            std::uint32_t slot = model::k_list_length;
+            for (std::uint32_t k = model::k_list_length; k-- > 0;)
+                if (((data_.part_lists[index] >> 8 * k) & 0xffu) == p.part) slot = k;
+            data_.planes.push_back(p.plane | (slot < model::k_list_length ? slot : 0u) << 29);
         }
+        const PlaceKind kind = list ? place.kind : PlaceKind::Ask;
+        return static_cast<std::uint32_t>(kind) | index << 2 | planes << 11 | first << 14;
+    }
+
+    /// Of the place's parts, and behind them its planes', which decide nothing.
+    std::optional<std::uint32_t> list_index(const Place& place)
+    {
+        auto parts = place.parts;
+        for (const PartPlane& p : place.planes) {
+            const auto part = static_cast<std::uint8_t>(p.part);
+            const auto at = std::find_if(parts.begin(), parts.end(), [&](auto q) { return q == part || q == model::k_no_part; });
+            if (at != parts.end()) *at = part;
+        }
+        std::uint32_t list = 0;
+        for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(parts[k]) << 8 * k;
+        if (const auto found = lists_.find(list); found != lists_.end()) return found->second;
+        if (lists_.size() == model::k_divided_place) return std::nullopt;
+        const auto index = static_cast<std::uint32_t>(lists_.size());
+        lists_.emplace(list, index);
+        data_.part_lists.push_back(list);
+        return index;
+    }
+
+    /// Returns the index of its first seed.
+    std::size_t pack_chain(const Place& place)
+    {
         auto& seeds = data_.locator_seeds;
-        const bool flat = (place.seeds.front().extent & model::k_flat) != 0;
-        if (place.seeds.size() > 1 && !flat) seeds.push_back({place.choices, 0});
-        const auto chain = static_cast<std::uint32_t>(seeds.size());
-        if (chain > model::k_most_seed_index)
-            throw mesh::InvalidInput("the locator needs more seeds than a place can name: ask for a larger target error");
+        if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
+        const std::size_t first = seeds.size();
         seeds.insert(seeds.end(), place.seeds.begin(), place.seeds.end());
         seeds.back().extent |= model::k_last_seed;
-        return static_cast<std::uint32_t>(kind) | index << 2 | chain << 14;
+        return first;
     }
 
     const mesh::Solid& solid_;

@@ -240,17 +240,16 @@ class Rise {
 public:
     explicit Rise(const mesh::Solid& solid) : solid_(solid) {}
 
-    std::uint32_t operator()(const model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
-                             const std::vector<std::uint32_t>& near)
+    std::uint8_t operator()(const model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+                            const std::vector<std::uint32_t>& near)
     {
         const double cell = static_cast<double>(data.locator.cell);
         planes_.clear();
-        for (std::uint32_t s = model::place_seed(place);; ++s) {
-            const model::Seed seed = data.locator_seeds[s];
-            planes_.push_back({cast<double>(query::seed_normal(seed)),
-                               static_cast<double>(model::k_seed_distance_step) * cell * model::seed_distance(seed),
-                               (seed.extent & model::k_joined) != 0, 0});
-            if ((seed.extent & model::k_last_seed) != 0) break;
+        for (std::uint32_t k = 0; k < model::place_planes(place); ++k) {
+            const std::uint32_t plane = data.planes[model::place_first(place) + k];
+            planes_.push_back({cast<double>(query::plane_normal(plane)),
+                               cell * static_cast<double>(model::plane_distance(plane, data.locator.plane_reach)),
+                               (plane & model::k_joined) != 0, 0});
         }
         const auto offer = [&](Vec3d p) {
             for (Plane& plane : planes_) plane.highest = std::max(plane.highest, dot(plane.normal, p) - plane.distance);
@@ -276,8 +275,8 @@ public:
             least = plane.joined ? std::min(least, plane.highest) : plane.highest;
         }
         highest = std::max(highest, least);
-        const double steps = std::ceil((highest / cell + 1e-3) / static_cast<double>(model::k_seed_rise_step));
-        return steps < model::k_no_rise ? static_cast<std::uint32_t>(steps) : static_cast<std::uint32_t>(model::k_no_rise);
+        const double steps = std::ceil((highest / cell + 1e-3) / static_cast<double>(model::k_rise_step));
+        return steps < model::k_no_rise ? static_cast<std::uint8_t>(steps) : model::k_no_rise;
     }
 
 private:
@@ -307,17 +306,17 @@ private:
 };
 
 /// Of a place, or of the eighths that it is divided in.
-void set_rises(Rise& rise, model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+void set_rises(Rise& rise, model::ModelData& data, std::uint32_t index, Vec3d centre, double h,
                const std::vector<std::uint32_t>& near)
 {
+    const std::uint32_t place = data.places[index];
     if (model::is_divided(place)) {
         for (std::uint32_t i = 0; i < 8; ++i) {
             const Vec3d offset = 0.5 * h * Vec3d{(i & 1) != 0 ? 1. : -1., (i & 2) != 0 ? 1. : -1., (i & 4) != 0 ? 1. : -1.};
-            set_rises(rise, data, data.places[model::place_seed(place) + i], centre + offset, 0.5 * h, near);
+            set_rises(rise, data, model::place_first(place) + i, centre + offset, 0.5 * h, near);
         }
-    } else if (model::place_kind(place) == PlaceKind::Mixed) {
-        std::uint32_t& extent = data.locator_seeds[model::place_seed(place)].extent;
-        if ((extent & model::k_flat) != 0) extent = (extent & ~0xff0000u) | rise(data, place, centre, h, near) << 16;
+    } else if (model::place_kind(place) == PlaceKind::Mixed && model::place_planes(place) > 0) {
+        data.rises[index] = rise(data, place, centre, h, near);
     }
 }
 
@@ -339,7 +338,7 @@ double near_budget(const model::ModelData& data)
                                v.pool.size_bytes() + v.vertices.size_bytes() + v.triangles16.size_bytes() +
                                v.triangles32.size_bytes() + v.triangle_part.size_bytes() + v.piece_triangle.size_bytes() +
                                v.pieces.size_bytes() + v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
-                               v.seeds.size_bytes() + 4 * v.bricks.size();
+                               v.planes.size_bytes() + v.seeds.size_bytes() + v.rises.size_bytes() + 4 * v.bricks.size();
     const double all = k_model_bytes * std::max(1.0, static_cast<double>(v.triangle_part.size()) / k_model_triangles);
     // A large map must not take them all: points would try every triangle.
     return std::max(all - static_cast<double>(others), k_least_near_share * all);
@@ -432,7 +431,10 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
 {
     data.near_bricks.clear();
     data.near.clear();
-    if (data.bricks.empty() || data.triangle_part.empty()) return;
+    if (data.bricks.empty() || data.triangle_part.empty()) {
+        data.rises.clear();
+        return;
+    }
     const model::Locator& l = data.locator;
     const bool wide = data.triangle_part.size() > 0x10000;
     std::vector<Record> records(data.bricks.size());
@@ -463,8 +465,8 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         const double half = deep ? 0.5 * n * cell : 0.5 * cell;
         const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
         for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
-            const std::uint32_t place = data.places[(brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k)];
-            if (model::place_kind(place) == PlaceKind::Free) continue;
+            const std::uint32_t place = (brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k);
+            if (model::place_kind(data.places[place]) == PlaceKind::Free) continue;
             record.occupied |= std::uint64_t{1} << k;
             places.push_back(place);
             numbers.push_back(static_cast<std::uint32_t>(k));

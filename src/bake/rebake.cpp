@@ -297,7 +297,9 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     data.bricks = before.bricks;
     data.places = before.places;
     data.part_lists = before.part_lists;
+    data.planes = before.planes;
     data.locator_seeds = before.locator_seeds;
+    data.rises = before.rises;
     data.made_by = before.made_by;
     data.source = before.source;
     data.options = before.options;

@@ -63,10 +63,12 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto bricks = builder.CreateVector(data.bricks);
     const auto places = builder.CreateVector(data.places);
     const auto part_lists = builder.CreateVector(data.part_lists);
+    const auto planes = builder.CreateVector(data.planes);
     const auto seeds =
         builder.CreateVectorOfStructs(reinterpret_cast<const fb::Seed*>(data.locator_seeds.data()), data.locator_seeds.size());
     const auto near_bricks = builder.CreateVector(data.near_bricks);
     const auto near = builder.CreateVector(data.near);
+    const auto rises = builder.CreateVector(data.rises);
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
                                              m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share);
@@ -76,8 +78,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
                                  smoothing, cells, blocks, splits, specials, pool, vertices, triangles16, triangles32,
-                                 triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists, seeds,
-                                 near_bricks, near, measured, made_by, source, options, data.mesh_hash));
+                                 triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists,
+                                 planes, seeds, near_bricks, near, rises, measured, made_by, source, options, data.mesh_hash));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -93,8 +95,9 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
                    n.gaps.size_bytes() + n.seeds.size_bytes() + n.smoothed.size_bytes();
     s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
             v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
-    s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.seeds.size_bytes();
-    s.exact = v.near_bricks.size_bytes() + v.near.size_bytes();
+    s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.planes.size_bytes() +
+                v.seeds.size_bytes();
+    s.exact = v.near_bricks.size_bytes() + v.near.size_bytes() + v.rises.size_bytes();
     s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes() +
              v.piece_triangle.size_bytes() + v.pieces.size_bytes();
     return s;

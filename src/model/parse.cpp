@@ -136,7 +136,7 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
     if (count > k_most_seeds) return false;
     for (std::uint32_t k = 0; k < count; ++k)
         if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
-    if (count == 1 || (v.seeds[first].extent & k_flat) != 0) return true;
+    if (count == 1) return true;
     if (first == 0) return false;
     for (std::uint32_t octant = 0; octant < 8; ++octant)
         if (seed_choice(v.seeds[first - 1].direction, octant) >= count) return false;
@@ -147,9 +147,9 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
 bool valid_divisions(const ModelView& v, std::uint32_t place, int left)
 {
     if (!is_divided(place)) return true;
-    if (left == 0 || !within(place_seed(place), 8, v.places.size())) return false;
+    if (left == 0 || !within(place_first(place), 8, v.places.size())) return false;
     for (std::uint32_t i = 0; i < 8; ++i)
-        if (!valid_divisions(v, v.places[place_seed(place) + i], left - 1)) return false;
+        if (!valid_divisions(v, v.places[place_first(place) + i], left - 1)) return false;
     return true;
 }
 
@@ -157,9 +157,11 @@ ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
     if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.seeds.empty() ? ParseStatus::Ok
-                                                                                               : ParseStatus::BadStructure;
-    if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0)) return ParseStatus::BadValue;
+        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()
+                   ? ParseStatus::Ok
+                   : ParseStatus::BadStructure;
+    if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0) || !std::isfinite(l.plane_reach) || !(l.plane_reach > 0))
+        return ParseStatus::BadValue;
     // A byte names a part, and what a place is asked with is a central map.
     if (v.parts.size() >= k_no_part || v.places.empty()) return ParseStatus::BadStructure;
     for (const Part& part : v.parts)
@@ -181,18 +183,26 @@ ParseStatus check_locator(const ModelView& v)
             if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_most_divisions))
                 return ParseStatus::BadStructure;
     }
-    for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !is_divided(p) &&
-            (place_list(p) >= v.part_lists.size() || place_seed(p) >= v.seeds.size()))
+    for (const std::uint32_t p : v.places) {
+        if (place_kind(p) == PlaceKind::Free || is_divided(p)) continue;
+        const std::uint32_t planes = place_planes(p);
+        if (place_list(p) >= v.part_lists.size() ||
+            (planes == 0 ? place_first(p) >= v.seeds.size() : !within(place_first(p), planes, v.planes.size())))
             return ParseStatus::BadStructure;
+        // Each plane is of a part of the list.
+        for (std::uint32_t k = 0; k < planes; ++k)
+            if (const std::uint32_t slot = plane_slot(v.planes[place_first(p) + k]);
+                ((v.part_lists[place_list(p)] >> 8 * slot) & 0xffu) == k_no_part)
+                return ParseStatus::BadStructure;
+    }
     for (const std::uint32_t list : v.part_lists)
         for (std::uint32_t k = 0; k < k_list_length; ++k)
             if (const std::uint32_t part = (list >> (8 * k)) & 0xffu; part != k_no_part && part >= v.parts.size())
                 return ParseStatus::BadStructure;
     // Every chain ends.
-    if (v.seeds.empty() || (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
+    if (!v.seeds.empty() && (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && !valid_chain(v, place_seed(p)))
+        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && place_planes(p) == 0 && !valid_chain(v, place_first(p)))
             return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
@@ -201,8 +211,8 @@ ParseStatus check_locator(const ModelView& v)
 ParseStatus check_near(const ModelView& v)
 {
     if (v.bricks.empty() || !has_exact(v))
-        return v.near_bricks.empty() && v.near.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
-    if (v.near_bricks.size() != v.bricks.size()) return ParseStatus::BadStructure;
+        return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
+    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.places.size())) return ParseStatus::BadStructure;
     const bool wide = near_is_wide(v);
     for (std::size_t i = 0; i < v.bricks.size(); ++i) {
         const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];
@@ -357,9 +367,11 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, view.bricks);
     hash_bytes(hash, view.places);
     hash_bytes(hash, view.part_lists);
+    hash_bytes(hash, view.planes);
     hash_bytes(hash, view.seeds);
     hash_bytes(hash, view.near_bricks);
     hash_bytes(hash, view.near);
+    hash_bytes(hash, view.rises);
     const Measured& m = view.measured;
     const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
                               m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
@@ -418,9 +430,11 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.bricks = span_of<std::uint32_t>(model->bricks());
     v.places = span_of<std::uint32_t>(model->places());
     v.part_lists = span_of<std::uint32_t>(model->part_lists());
+    v.planes = span_of<std::uint32_t>(model->planes());
     v.seeds = span_of<Seed>(model->seeds());
     v.near_bricks = span_of<std::uint32_t>(model->near_bricks());
     v.near = span_of<std::uint16_t>(model->near());
+    v.rises = span_of<std::uint8_t>(model->rises());
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
         v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),

@@ -13,16 +13,34 @@ inline constexpr int k_approach_steps = 5;
 /// point, with an error of second order.
 inline constexpr float k_approach_near = 1.01f;
 
-/// Outward normal of a seed's plane.
-inline Vec3f seed_normal(model::Seed seed)
+/// A unit vector in twice so many bits: the octahedron unfolded onto a square (Meyer et al. 2010).
+template <int bits>
+inline Vec3f octahedral_normal(std::uint32_t code)
 {
-    constexpr std::uint32_t mask = (1u << model::k_seed_normal_bits) - 1u;
-    constexpr float step = 2.f / static_cast<float>(1 << model::k_seed_normal_bits);
-    const float x = (static_cast<float>((seed.direction >> 8) & mask) + 0.5f) * step - 1.f;
-    const float y = (static_cast<float>((seed.direction >> (8 + model::k_seed_normal_bits)) & mask) + 0.5f) * step - 1.f;
+    constexpr std::uint32_t mask = (1u << bits) - 1u;
+    constexpr float step = 2.f / static_cast<float>(1 << bits), first = 0.5f * step - 1.f;
+    const float x = static_cast<float>(code & mask) * step + first;
+    const float y = static_cast<float>((code >> bits) & mask) * step + first;
     const float z = 1.f - std::abs(x) - std::abs(y), fold = std::max(-z, 0.f);
     return normalized(Vec3f{x < 0.f ? x + fold : x - fold, y < 0.f ? y + fold : y - fold, z});
 }
+
+/// The other way: n need not be of unit length.
+template <int bits>
+inline std::uint32_t octahedral_code(Vec3d n)
+{
+    constexpr int cells = 1 << bits;
+    n = n / std::max(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), 1e-300);
+    const double x = n.z < 0 ? (1 - std::abs(n.y)) * (n.x < 0 ? -1 : 1) : n.x;
+    const double y = n.z < 0 ? (1 - std::abs(n.x)) * (n.y < 0 ? -1 : 1) : n.y;
+    const auto code = [](double v) {
+        return static_cast<std::uint32_t>(std::clamp(static_cast<int>((v + 1) * 0.5 * cells), 0, cells - 1));
+    };
+    return code(x) | code(y) << bits;
+}
+
+/// Outward normal of a seed's plane.
+inline Vec3f seed_normal(model::Seed seed) { return octahedral_normal<model::k_seed_normal_bits>(seed.direction >> 8); }
 
 /// How far a point is below a seed's plane, model units. offset: from the centre of the seed's place.
 inline float seed_gap(const model::Locator& locator, model::Seed seed, Vec3f offset)
@@ -31,19 +49,31 @@ inline float seed_gap(const model::Locator& locator, model::Seed seed, Vec3f off
            dot(seed_normal(seed), offset);
 }
 
-/// How far a point is below the planes of a flat chain: the lowest of the groups' highest (see model::k_joined), and where that
-/// group ends in the chain.
+/// Outward normal of a flat place's plane.
+inline Vec3f plane_normal(std::uint32_t plane)
+{
+    return octahedral_normal<model::k_plane_normal_bits>(plane);
+}
+
+/// How far a point is below a plane, model units. offset: from the centre of its place.
+inline float plane_gap(const model::Locator& locator, std::uint32_t plane, Vec3f offset)
+{
+    return model::plane_distance(plane, locator.plane_reach) * locator.cell - dot(plane_normal(plane), offset);
+}
+
+/// How far a point is below the planes of a flat place: the lowest of the groups' highest (see model::k_joined), and where that
+/// group ends among them.
 struct FlatGap {
     float gap = INFINITY;
     std::size_t group_end = 0;
 };
-inline FlatGap flat_gap(const model::Locator& locator, std::span<const model::Seed> chain, Vec3f offset)
+inline FlatGap flat_gap(const model::Locator& locator, std::span<const std::uint32_t> planes, Vec3f offset)
 {
     FlatGap lowest;
-    for (std::size_t k = 0; k < chain.size();) {
+    for (std::size_t k = 0; k < planes.size();) {
         float highest = -INFINITY;
-        do highest = std::max(highest, seed_gap(locator, chain[k], offset));
-        while (++k < chain.size() && (chain[k].extent & model::k_joined) != 0);
+        do highest = std::max(highest, plane_gap(locator, planes[k], offset));
+        while (++k < planes.size() && (planes[k] & model::k_joined) != 0);
         if (highest < lowest.gap) lowest = {highest, k};
     }
     return lowest;

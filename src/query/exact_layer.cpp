@@ -197,7 +197,7 @@ Place place_of(const ModelView& model, Vec3f p)
             in_cells[k] -= static_cast<float>(static_cast<std::uint32_t>(in_cells[k] / half) / 2) * 2 * half;
             if (in_cells[k] >= half) eighth |= 1u << k;
         }
-        place = model.places[model::place_seed(place) + eighth];
+        place = model.places[model::place_first(place) + eighth];
     }
     found.free = !deep && model::place_kind(place) == model::PlaceKind::Free;
     found.inside = model::place_kind(place) == model::PlaceKind::Inside;

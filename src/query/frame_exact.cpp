@@ -49,28 +49,29 @@ private:
 
     HWY_NOINLINE void collect(std::size_t slot)
     {
-        Entered e;
-        if (!enter(slot, e)) return;
+        Entered e = enter(slot);
+        const M inside = is_inside(e.at.place, e.occupied);
+        divide(e.at.place, e.at.index, e.at.offset, e.occupied);
+        if (!any(e.occupied)) return;
         // Above the planes of a flat place by more than the solid reaches there: outside.
-        Planes lowest;
-        I extent;
-        const M flat = lowest_planes(e.at, hn::AndNot(e.inside, e.occupied), lowest, extent);
+        const M flat = is_flat(e.at.place, hn::AndNot(inside, e.occupied));
         if (any(flat)) {
-            const I code = hn::And(shift_right<16>(extent), set_int(0xff));
-            const F rise = hn::Mul(to_float(code), set(model::k_seed_rise_step * locator_.cell));
+            const F gap = lowest_planes(e.at.place, e.at.offset, flat).gap;
+            const I code = gather_byte(model_.rises.data(), blend(flat, e.at.index, hn::Zero(di)));
+            const F rise = hn::Mul(to_float(code), set(model::k_rise_step));
             const M bounded = hn::RebindMask(df, hn::Ne(code, set_int(model::k_no_rise)));
-            e.occupied = hn::AndNot(hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(lowest.gap, rise), hn::Zero(df))), e.occupied);
+            e.occupied = hn::AndNot(hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(gap, rise), hn::Zero(df))), e.occupied);
             if (!any(e.occupied)) return;
         }
         const I key = hn::Or(hn::Add(hn::ShiftLeft<6>(e.at.brick), e.at.within),
-                             hn::IfThenElseZero(hn::RebindMask(di, e.inside), set_int(static_cast<std::int32_t>(k_inside))));
+                             hn::IfThenElseZero(hn::RebindMask(di, inside), set_int(static_cast<std::int32_t>(k_inside))));
         const I point = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
-        const auto which = hn::RebindMask(di, e.occupied);
-        hn::CompressBlendedStore(e.p.x, e.occupied, df, x_ + queued_);
-        hn::CompressBlendedStore(e.p.y, e.occupied, df, y_ + queued_);
-        hn::CompressBlendedStore(e.p.z, e.occupied, df, z_ + queued_);
-        hn::CompressBlendedStore(key, which, di, reinterpret_cast<std::int32_t*>(key_) + queued_);
-        queued_ += hn::CompressBlendedStore(point, which, di, reinterpret_cast<std::int32_t*>(point_) + queued_);
+        pack(e.p.x, e.occupied, x_ + queued_);
+        pack(e.p.y, e.occupied, y_ + queued_);
+        pack(e.p.z, e.occupied, z_ + queued_);
+        pack(key, e.occupied, reinterpret_cast<std::int32_t*>(key_) + queued_);
+        pack(point, e.occupied, reinterpret_cast<std::int32_t*>(point_) + queued_);
+        queued_ += hn::CountTrue(df, e.occupied);
     }
 
     /// Place after place, so that the points of a vector share their triangles.

@@ -237,11 +237,11 @@ public:
 
     FrameResult run()
     {
-        const auto finish = [&] {
-            answer_entered();
-            flush();
-        };
-        each_near([&](std::size_t slot) { ask(slot); }, [] {},
+        each_near([&](std::size_t slot) { collect(slot); },
+                  [&] {
+                      // Between clusters only, whatever a vector holds of one: the order of the answers is the same for all.
+                      if (located_count_ > k_located - Probe::k_cluster) answer_located();
+                  },
                   [&] {
                       if (job_.first_only) finish();
                       return !job_.first_only || result_.contacts == 0;
@@ -251,116 +251,227 @@ public:
     }
 
 private:
-    static constexpr std::size_t k_queue = 1024;
+    static constexpr std::size_t k_queue = 1024, k_located = 512, k_room_located = k_located + 2 * Probe::k_cluster;
     static constexpr int k_first_steps = 2;
     enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4, k_single = 8 };
 
-    /// Asks one batch of points from a slot on, and queues those that are inside or have to be asked again.
-    HWY_NOINLINE void ask(std::size_t slot)
+    void finish()
     {
-        if (!enter(slot, entered_[entered_count_])) return;
-        entered_slot_[entered_count_] = slot;
-        if (++entered_count_ == k_entered) answer_entered();
+        answer_located();
+        if (queued_ > 0) search();
     }
 
-    /// What has been located, so many vectors at a time that the look-ups of one do not wait for another's.
-    HWY_NOINLINE void answer_entered()
+    /// Locates a vector of points from a slot on and keeps those that may be inside, side by side. Nothing here waits for what a
+    /// look-up finds, so that those of many vectors are under way at once.
+    HWY_NOINLINE void collect(std::size_t slot)
     {
-        for (std::size_t k = 0; k < entered_count_; ++k) {
-            // Between clusters only, whatever a vector holds of one.
-            const std::size_t cluster = entered_slot_[k] / Probe::k_cluster;
-            if (cluster != last_cluster_ && queued_ > k_queue - Probe::k_cluster) flush();
-            last_cluster_ = cluster;
-            answer(entered_slot_[k], entered_[k]);
+        const Entered e = enter(slot);
+        const std::size_t n = located_count_;
+        pack(e.p.x, e.occupied, located_[0] + n);
+        pack(e.p.y, e.occupied, located_[1] + n);
+        pack(e.p.z, e.occupied, located_[2] + n);
+        pack(e.at.offset.x, e.occupied, located_[3] + n);
+        pack(e.at.offset.y, e.occupied, located_[4] + n);
+        pack(e.at.offset.z, e.occupied, located_[5] + n);
+        pack(e.at.place, e.occupied, located_place_ + n);
+        pack(hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot)), e.occupied, located_point_ + n);
+        located_count_ += hn::CountTrue(df, e.occupied);
+    }
+
+    HWY_NOINLINE void answer_located()
+    {
+        if (queued_ > k_queue - k_located) search();
+        const std::size_t count = located_count_;
+        located_count_ = 0;
+        for (std::size_t first = 0; first < count; first += hn::Lanes(df)) {
+            const V3 p = load(located_, first);
+            V3 offset = load(located_ + 3, first);
+            I place = hn::LoadU(di, located_place_ + first), index = hn::Zero(di);
+            M occupied = hn::FirstN(df, std::min(count - first, hn::Lanes(df)));
+            divide(place, index, offset, occupied);
+            store(offset, located_ + 3, first);
+            hn::StoreU(sort_out(first, p, offset, place, occupied), di, located_place_ + first);
         }
-        entered_count_ = 0;
-    }
-
-    HWY_INLINE void answer(std::size_t slot, const Entered& e)
-    {
-        const auto& [p, at, occupied, inside] = e;
-        if (job_.layer == Layer::Three) {
-            // Where the surface is flat its planes tell depth and side at once; else the nearest surface tells the side as well.
-            const M settled = answer_flat(slot, p, at, occupied, inside);
-            const M rest = hn::AndNot(settled, occupied);
-            if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, inside, inside);
-            return;
+        if (model_.planes.empty()) return;
+        // Plane by plane, and not point by point: so none waits for the one before it.
+        std::size_t open = 0;
+        for (std::size_t first = 0; first < count; first += hn::Lanes(df)) {
+            const I place = hn::LoadU(di, located_place_ + first);
+            const FlatPlanes group = read_planes(first_plane(place), load(located_ + 3, first));
+            store(group, group_, first);
+            store({group.plane, set(INFINITY)}, lowest_, first);
+            open_[open] = static_cast<std::uint16_t>(first);
+            open += any(has_more(place, 1)) ? 1 : 0;
         }
-        const I kind = hn::And(at.place, set_int(3));
-        const M mixed = hn::And(occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
-        M in = inside, certain = inside;
-        M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
-        if (any(mixed)) verdicts(p, at.place, mixed, in, certain);
-        in = hn::AndNot(undecided, in);
-        const M rest = hn::Or(in, undecided);
-        if (any(rest)) enqueue(slot, p, at, start_of(at, rest), rest, in, certain);
+        for (std::int32_t k = 1; open > 0; ++k) {
+            std::size_t left = 0;
+            for (std::size_t i = 0; i < open; ++i) {
+                const std::size_t first = open_[i];
+                const I place = hn::LoadU(di, located_place_ + first);
+                const M more = has_more(place, k);
+                FlatPlanes group = load(group_, first), lowest = load(lowest_, first);
+                const I at = hn::Add(first_plane(place), blend(more, set_int(k), hn::Zero(di)));
+                add_planes(read_planes(at, load(located_ + 3, first)), more, group, lowest);
+                store(group, group_, first);
+                store(lowest, lowest_, first);
+                open_[left] = static_cast<std::uint16_t>(first);
+                left += any(has_more(place, k + 1)) ? 1 : 0;
+            }
+            open = left;
+        }
+        for (std::size_t first = 0; first < count; first += hn::Lanes(df)) write_flat(first);
     }
 
-    /// Answers the lanes whose place is flat: the lowest of its planes. Returns them.
-    HWY_INLINE M answer_flat(std::size_t slot, const V3& p, const Located& at, M occupied, M inside)
+    static V3 load(const float (*from)[k_room_located], std::size_t first)
     {
-        I extent;
-        Planes lowest;
-        const M flat = lowest_planes(at, occupied, lowest, extent);
-        if (!any(flat)) return flat;
-        const M contact = hn::And(flat, hn::Or(inside, hn::Gt(lowest.gap, hn::Zero(df))));
-        if (any(contact)) write_flat(slot, p, lowest, contact);
-        return flat;
+        return {hn::LoadU(df, from[0] + first), hn::LoadU(df, from[1] + first), hn::LoadU(df, from[2] + first)};
+    }
+    static void store(const V3& v, float (*to)[k_room_located], std::size_t first)
+    {
+        hn::StoreU(v.x, df, to[0] + first);
+        hn::StoreU(v.y, df, to[1] + first);
+        hn::StoreU(v.z, df, to[2] + first);
+    }
+    struct StoredPlanes {
+        std::int32_t plane[k_room_located];
+        float gap[k_room_located];
+    };
+    static FlatPlanes load(const StoredPlanes& from, std::size_t first)
+    {
+        return {hn::LoadU(di, from.plane + first), hn::LoadU(df, from.gap + first)};
+    }
+    static void store(const FlatPlanes& planes, StoredPlanes& to, std::size_t first)
+    {
+        hn::StoreU(planes.plane, di, to.plane + first);
+        hn::StoreU(planes.gap, df, to.gap + first);
+    }
+
+    /// What the planes of its place decide, for each lane: the place, with what is known of the side instead of its kind. 0 for
+    /// the others, which are free or queued.
+    HWY_INLINE I sort_out(std::size_t first, const V3& p, const V3& offset, I place, M occupied)
+    {
+        const M flat = is_flat(place, occupied), inside = is_inside(place, occupied);
+        M by_planes = flat, in = inside, certain = inside, rest = hn::AndNot(flat, occupied);
+        if (job_.layer == Layer::Two) {
+            // The nearest surface tells no side here.
+            const M mixed =
+                hn::And(occupied, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
+            M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
+            if (any(mixed)) verdicts(p, place, mixed, in, certain);
+            if (const M now = hn::And(undecided, flat); any(now)) {
+                ask_points(p, now, in, certain);
+                undecided = hn::AndNot(flat, undecided);
+            }
+            by_planes = hn::And(in, flat);
+            rest = hn::AndNot(flat, hn::Or(in, undecided));
+            in = hn::AndNot(undecided, in);
+        }
+        if (any(rest)) enqueue(first, p, offset, place, start_of(place, offset, rest), rest, in, certain);
+        const I known = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, in), set_int(k_inside)),
+                               hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)));
+        return hn::IfThenElseZero(hn::RebindMask(di, by_planes), hn::Or(hn::AndNot(set_int(3), place), known));
+    }
+
+    static HWY_INLINE I first_plane(I place)
+    {
+        return blend(has_more(place, 0), shift_right<14>(place), hn::Zero(di));
+    }
+
+    HWY_INLINE void write_flat(std::size_t first)
+    {
+        const I place = hn::LoadU(di, located_place_ + first);
+        FlatPlanes lowest = load(lowest_, first);
+        const M flat = has_more(place, 0);
+        close_group(load(group_, first), flat, lowest);
+        const F gap = hn::Mul(lowest.gap, set(locator_.cell)), zero = hn::Zero(df);
+        const M inside = hn::RebindMask(df, hn::Ne(hn::And(place, set_int(k_inside)), hn::Zero(di)));
+        const M contact = hn::And(flat, hn::Or(inside, hn::Gt(gap, zero)));
+        if (!any(contact)) return;
+        const V3 p = load(located_, first);
+        const V3 normal = octahedral_normal<model::k_plane_normal_bits>(lowest.plane);
+        const I sure = hn::IfThenElseZero(hn::RebindMask(di, hn::RebindMask(df, hn::Ne(hn::And(place, set_int(k_certain)), hn::Zero(di)))),
+                                          set_int(1 << 16));
+        write_lanes(contact, {mul_add(gap, normal.x, p.x), mul_add(gap, normal.y, p.y), mul_add(gap, normal.z, p.z)}, normal,
+                    hn::Max(gap, zero), hn::LoadU(di, located_point_ + first),
+                    hn::Or(part_of(place, lowest.plane, contact), sure));
+    }
+
+    /// Contacts as FrameContact has them: eight words, and a ninth of part (16 bits), certain and status.
+    HWY_INLINE void write_lanes(M which, const V3& point, const V3& normal, F depth, I index, I ninth)
+    {
+        static_assert(sizeof(FrameContact) == 36 && offsetof(FrameContact, normal) == 12 && offsetof(FrameContact, depth) == 24 &&
+                      offsetof(FrameContact, index) == 28 && offsetof(FrameContact, part) == 32 &&
+                      offsetof(FrameContact, certain) == 34 && k_ok == 0);
+        HWY_ALIGN float low[4 * k_lanes], high[4 * k_lanes];
+        HWY_ALIGN std::int32_t last[k_lanes];
+        const auto packed = [&](F v) { return hn::Compress(v, which); };
+        hn::StoreInterleaved4(packed(point.x), packed(point.y), packed(point.z), packed(normal.x), df, low);
+        hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(depth), packed(hn::BitCast(df, index)), df, high);
+        hn::Store(hn::Compress(ninth, hn::RebindMask(di, which)), di, last);
+        const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, job_.out.size()),
+                          room = std::min(count, job_.out.size() - at);
+        auto* to = reinterpret_cast<std::byte*>(job_.out.data() + at);
+        for (std::size_t i = 0; i < room; ++i, to += sizeof(FrameContact)) {
+            std::memcpy(to, low + 4 * i, 16);
+            std::memcpy(to + 16, high + 4 * i, 16);
+            std::memcpy(to + 32, last + i, 4);
+        }
+        result_.contacts += count;
+        if (room < count) result_.status |= k_frame_full;
+    }
+
+    /// Verdicts on lanes, one by one.
+    HWY_NOINLINE void ask_points(const V3& p, M which, M& in, M& certain) const
+    {
+        HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
+        HWY_ALIGN std::int32_t now_in[k_lanes] = {}, now_sure[k_lanes] = {};
+        hn::Store(p.x, df, x);
+        hn::Store(p.y, df, y);
+        hn::Store(p.z, df, z);
+        each_lane(which, [&](std::size_t i) {
+            const PointVerdict v = verdict_central(model_, {x[i], y[i], z[i]}, job_.layer);
+            now_in[i] = v.inside ? -1 : 0;
+            now_sure[i] = v.certain ? -1 : 0;
+        });
+        in = hn::Or(in, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, now_in))));
+        certain = hn::Or(certain, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, now_sure))));
     }
 
     /// Where a lane's search starts: at the only seed of its place, or of a chain at the one that its octant names.
     struct Start {
-        Planes planes;
+        SeedPlanes planes;
         M single;
         I chain;  // index of the chain's first seed
         F reach;  // a surface found within is the nearest, model units
     };
-    HWY_INLINE Start start_of(const Located& at, M occupied) const
+    HWY_INLINE Start start_of(I place, const V3& offset, M occupied) const
     {
         const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
         Start start;
-        start.chain = blend(occupied, shift_right<14>(at.place), hn::Zero(di));
+        start.chain = blend(occupied, shift_right<14>(place), hn::Zero(di));
         I word = hn::Add(start.chain, start.chain);
         I direction = gather_word(words, word), extent = gather_word(words + 1, word);
         start.single = hn::Not(not_negative(extent));
-        const M flat = hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di)));
-        const M chain = hn::AndNot(hn::Or(start.single, flat), occupied);
+        const M chain = hn::AndNot(start.single, occupied);
         if (any(chain)) {
             const I choices = gather_word(words, blend(chain, hn::Sub(word, set_int(2)), hn::Zero(di)));
             const auto upper = [&](F v, std::int32_t bit) { return blend(hn::Gt(v, hn::Zero(df)), set_int(bit), hn::Zero(di)); };
-            const I octant3 = hn::Add(hn::Add(upper(at.offset.x, 3), upper(at.offset.y, 6)), upper(at.offset.z, 12));
+            const I octant3 = hn::Add(hn::Add(upper(offset.x, 3), upper(offset.y, 6)), upper(offset.z, 12));
             const I choice = blend(chain, hn::And(hn::Shr(choices, octant3), set_int(7)), hn::Zero(di));
             word = hn::Add(word, hn::Add(choice, choice));
             direction = gather_word(words, word);
             extent = gather_word(words + 1, word);
         }
-        start.planes = planes_of(direction, extent, at.offset);
+        start.planes = planes_of(direction, extent, offset);
         start.reach =
             hn::Mul(to_float(hn::And(shift_right<16>(extent), set_int(0xff))), set(model::k_seed_reach_step * locator_.cell));
         return start;
     }
 
-    HWY_NOINLINE void write_flat(std::size_t slot, const V3& p, const Planes& planes, M contact)
-    {
-        HWY_ALIGN float v[7][k_lanes];
-        HWY_ALIGN std::int32_t parts[k_lanes];
-        hn::Store(mul_add(planes.gap, planes.normal.x, p.x), df, v[0]);
-        hn::Store(mul_add(planes.gap, planes.normal.y, p.y), df, v[1]);
-        hn::Store(mul_add(planes.gap, planes.normal.z, p.z), df, v[2]);
-        hn::Store(planes.normal.x, df, v[3]);
-        hn::Store(planes.normal.y, df, v[4]);
-        hn::Store(planes.normal.z, df, v[5]);
-        hn::Store(hn::Max(planes.gap, hn::Zero(df)), df, v[6]);
-        hn::Store(planes.part, di, parts);
-        each_lane(contact, [&](std::size_t i) {
-            write(job_.point[slot + i], parts[i], {v[0][i], v[1][i], v[2][i]}, {v[3][i], v[4][i], v[5][i]}, v[6][i], false);
-        });
-    }
-
     /// The verdict of the first part of each place's list that holds the point; held by none, it is free by the cover.
     void verdicts(const V3& p, I place, M mixed, M& inside, M& certain) const
     {
-        const I list_index = hn::And(shift_right<2>(place), set_int(0xfff));
+        const I list_index = hn::And(shift_right<2>(place), set_int(0x1ff));
         I list = gather_word(model_.part_lists.data(), blend(mixed, list_index, hn::Zero(di)));
         M open = mixed;
         for (std::uint32_t k = 0; k < model::k_list_length && any(open); ++k) {
@@ -376,32 +487,32 @@ private:
         }
     }
 
-    HWY_NOINLINE void enqueue(std::size_t slot, const V3& p, const Located& at, const Start& start, M which, M known_inside,
-                              M certain)
+    HWY_NOINLINE void enqueue(std::size_t first, const V3& p, const V3& offset, I place, const Start& start, M which,
+                              M known_inside, M certain)
     {
         const I flags = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, known_inside), set_int(k_inside)),
                                hn::Or(hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)),
                                       hn::IfThenElseZero(hn::RebindMask(di, start.single), set_int(k_single))));
-        const I point = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
-        const Planes& planes = start.planes;
+        const I point = hn::LoadU(di, located_point_ + first);
+        const SeedPlanes& planes = start.planes;
         const std::size_t n = queued_;
         const F floats[10] = {p.x,
                               p.y,
                               p.z,
-                              at.offset.x,
-                              at.offset.y,
-                              at.offset.z,
+                              offset.x,
+                              offset.y,
+                              offset.z,
                               mul_add(planes.gap, planes.normal.x, p.x),
                               mul_add(planes.gap, planes.normal.y, p.y),
                               mul_add(planes.gap, planes.normal.z, p.z),
                               start.reach};
-        for (int k = 0; k < 10; ++k) hn::CompressBlendedStore(floats[k], which, df, queue_[k] + n);
-        const auto which_int = hn::RebindMask(di, which);
-        hn::CompressBlendedStore(at.place, which_int, di, queue_place_ + n);
-        hn::CompressBlendedStore(point, which_int, di, queue_point_ + n);
-        hn::CompressBlendedStore(start.chain, which_int, di, queue_seed_ + n);
-        hn::CompressBlendedStore(planes.part, which_int, di, queue_part_ + n);
-        queued_ += hn::CompressBlendedStore(flags, which_int, di, queue_flags_ + n);
+        for (int k = 0; k < 10; ++k) pack(floats[k], which, queue_[k] + n);
+        pack(place, which, queue_place_ + n);
+        pack(point, which, queue_point_ + n);
+        pack(start.chain, which, queue_seed_ + n);
+        pack(planes.part, which, queue_part_ + n);
+        pack(flags, which, queue_flags_ + n);
+        queued_ += hn::CountTrue(df, which);
     }
 
     static std::int32_t first_of(I values, M mask)
@@ -467,7 +578,7 @@ private:
 
     /// Answers what is queued, part after part so that lanes are full: first each point by its first seed, which settles most,
     /// then the rest by its verdict and, round by round, by every seed of its chain.
-    HWY_NOINLINE void flush()
+    HWY_NOINLINE void search()
     {
         std::size_t open = queued_;
         for (std::size_t i = 0; i < queued_; ++i) todo_[i] = static_cast<std::uint16_t>(i);
@@ -641,7 +752,7 @@ private:
             const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
             const I seed = hn::GatherIndex(di, queue_seed_, at), word = hn::Add(seed, seed);
             const V3 offset{column(3), column(4), column(5)};
-            const Planes planes = planes_of(gather_word(words, word), gather_word(words + 1, word), offset);
+            const SeedPlanes planes = planes_of(gather_word(words, word), gather_word(words + 1, word), offset);
             plane_normal = planes.normal;
             plane_gap = hn::Max(planes.gap, hn::Zero(df));
             start = {mul_add(planes.gap, planes.normal.x, p.x), mul_add(planes.gap, planes.normal.y, p.y),
@@ -784,10 +895,12 @@ private:
     }
 
     FrameResult result_;
-    static constexpr std::size_t k_entered = 16;
-    std::size_t entered_count_ = 0, last_cluster_ = 0;
-    std::size_t entered_slot_[k_entered];
-    Entered entered_[k_entered];
+    // Points in places that are not free: the point, its offset from the place's centre in cells.
+    std::size_t located_count_ = 0;
+    float located_[6][k_room_located];
+    std::int32_t located_place_[k_room_located], located_point_[k_room_located];
+    StoredPlanes group_, lowest_;
+    std::uint16_t open_[k_located + 1];
     std::size_t queued_ = 0;
     // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's
     // reach.

@@ -11,6 +11,9 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
+#include <cstring>
+
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
@@ -56,6 +59,19 @@ HWY_INLINE I gather_word(const std::uint32_t* base, I index)
 {
     return hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(base), index);
 }
+/// A byte of an array that is padded to whole words.
+HWY_INLINE I gather_byte(const std::uint8_t* base, I index)
+{
+    const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(base), shift_right<2>(index));
+    return hn::And(hn::Shr(word, hn::ShiftLeft<3>(hn::And(index, set_int(3)))), set_int(0xff));
+}
+/// The lanes of a mask side by side; the rest of a vector behind them is overwritten. Not by storing and compressing in one, which
+/// some processors do lane by lane.
+HWY_INLINE void pack(F values, M which, float* to) { hn::StoreU(hn::Compress(values, which), df, to); }
+HWY_INLINE void pack(I values, M which, std::int32_t* to)
+{
+    hn::StoreU(hn::Compress(values, hn::RebindMask(di, which)), di, to);
+}
 HWY_INLINE I low(I pair) { return hn::And(pair, set_int(0xffff)); }
 HWY_INLINE I high(I pair) { return shift_right<16>(pair); }
 
@@ -84,10 +100,11 @@ HWY_INLINE V3 cross(const V3& a, const V3& b)
 template <class Do>
 HWY_INLINE void each_lane(M mask, Do&& action)
 {
-    HWY_ALIGN std::int32_t set_lanes[k_lanes];
-    hn::Store(hn::VecFromMask(di, hn::RebindMask(di, mask)), di, set_lanes);
-    for (std::size_t i = 0; i < hn::Lanes(df); ++i)
-        if (set_lanes[i] != 0) action(i);
+    HWY_ALIGN std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(df, mask, bytes);
+    std::uint64_t bits;
+    std::memcpy(&bits, bytes, sizeof(bits));
+    for (; bits != 0; bits &= bits - 1) action(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
 }  // namespace

@@ -100,8 +100,9 @@ public:
         const M touches_box = hn::Le(outside_sq, reach_sq);
         if (!any(touches_box)) return touches_box;
         const Located found = locate(at, touches_box);
-        const M far_away = hn::And(found.is_free, hn::Gt(found.gap, zero));
-        const F away = hn::Mul(found.gap, set(locator_.cell));
+        const F gap = gap_of(found);
+        const M far_away = hn::And(found.is_free, hn::Gt(gap, zero));
+        const F away = hn::Mul(gap, set(locator_.cell));
         return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, outside_sq), reach_sq)), touches_box);
     }
 
@@ -122,8 +123,9 @@ public:
     /// The place under each lane.
     struct Located {
         M is_free;
-        F gap;      // lower bound of the distance to the solid where it is free, in cells
-        I place;    // its word, where it is not
+        I gap_code;
+        I place;    // its word, where it is not free
+        I index;    // of that word
         V3 offset;  // from its centre, in cells
         I brick;    // index
         I within;   // of the place in its brick, 0 of a deep one
@@ -145,113 +147,162 @@ public:
         const I within =
             hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
         const I low_bits = hn::And(brick, set_int(0x3fffffff));
-        I place = gather_word(model_.places.data(),
-                              blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil));
+        const I index = blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil);
+        const I place = gather_word(model_.places.data(), index);
         Located found;
         const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
         const auto from_centre = [&](F v, I cell, I brick_at) {
             return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
         };
         found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
-        // Divided places, the kind and the list in one: into the eighth that holds the point.
-        const I divided_bits = set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3);
-        M divided = hn::AndNot(whole, hn::And(active, equal(hn::And(place, set_int(0x3fff)), divided_bits)));
-        float quarter = 0.25f;
-        for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
-            const F zero = hn::Zero(df);
-            const M up_x = hn::Ge(found.offset.x, zero), up_y = hn::Ge(found.offset.y, zero), up_z = hn::Ge(found.offset.z, zero);
-            const I eighth =
-                hn::Add(blend(up_x, set_int(1), nil), hn::Add(blend(up_y, set_int(2), nil), blend(up_z, set_int(4), nil)));
-            place = blend(divided,
-                          gather_word(model_.places.data(), blend(divided, hn::Add(shift_right<14>(place), eighth), nil)), place);
-            const auto move = [&](M up, F v) { return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v); };
-            found.offset = {move(up_x, found.offset.x), move(up_y, found.offset.y), move(up_z, found.offset.z)};
-            divided = hn::And(divided, equal(hn::And(place, set_int(0x3fff)), divided_bits));
-            quarter *= 0.5f;
-        }
         const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
         found.is_free = hn::Or(free_brick, hn::And(active, free_place));
         found.place = place;
+        found.index = index;
         found.brick = brick_index;
         found.within = blend(whole, nil, within);
-        const I code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
-        found.gap = hn::Sub(hn::Mul(to_float(code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
+        found.gap_code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
         return found;
     }
 
-    /// A plane of a seed for each lane.
-    struct Planes {
+    /// Points in divided places: into the eighth that holds them. Takes those off the mask where that is free.
+    HWY_INLINE void divide(I& place, I& index, V3& offset, M& occupied) const
+    {
+        const I divided_bits = set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3), nil = hn::Zero(di);
+        const auto is_divided = [&](M which) { return hn::And(which, equal(hn::And(place, set_int(0x7ff)), divided_bits)); };
+        float quarter = 0.25f;
+        M divided = is_divided(occupied);
+        for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
+            const F zero = hn::Zero(df);
+            const M up_x = hn::Ge(offset.x, zero), up_y = hn::Ge(offset.y, zero), up_z = hn::Ge(offset.z, zero);
+            const I eighth =
+                hn::Add(blend(up_x, set_int(1), nil), hn::Add(blend(up_y, set_int(2), nil), blend(up_z, set_int(4), nil)));
+            index = blend(divided, hn::Add(shift_right<14>(place), eighth), index);
+            place = blend(divided, gather_word(model_.places.data(), index), place);
+            const auto move = [&](M up, F v) { return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v); };
+            offset = {move(up_x, offset.x), move(up_y, offset.y), move(up_z, offset.z)};
+            occupied = hn::AndNot(hn::And(divided, equal(hn::And(place, set_int(3)), nil)), occupied);
+            divided = is_divided(hn::And(divided, occupied));
+            quarter *= 0.5f;
+        }
+    }
+
+    /// Where it is free: a lower bound of the distance to the solid, in cells.
+    HWY_INLINE static F gap_of(const Located& found)
+    {
+        return hn::Sub(hn::Mul(to_float(found.gap_code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
+    }
+
+    /// A vector out of the octahedron's square, not yet of unit length; see query/approach.h.
+    template <int bits>
+    HWY_INLINE static V3 octahedral(I code)
+    {
+        const I mask = set_int((1 << bits) - 1);
+        const F step = set(2.f / static_cast<float>(1 << bits)), first = set(1.f / static_cast<float>(1 << bits) - 1.f);
+        const F x = mul_add(to_float(hn::And(code, mask)), step, first);
+        const F y = mul_add(to_float(hn::And(shift_right<bits>(code), mask)), step, first);
+        const F z = hn::Sub(hn::Sub(set(1.f), hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), hn::Zero(df));
+        return {hn::Sub(x, hn::CopySign(fold, x)), hn::Sub(y, hn::CopySign(fold, y)), z};
+    }
+    HWY_INLINE static F inverse_norm(const V3& v) { return hn::Div(set(1.f), hn::Sqrt(dot(v, v))); }
+    template <int bits>
+    HWY_INLINE static V3 octahedral_normal(I code)
+    {
+        const V3 n = octahedral<bits>(code);
+        const F inverse = inverse_norm(n);
+        return times(n, {inverse, inverse, inverse});
+    }
+
+    /// The plane of a seed for each lane.
+    struct SeedPlanes {
         I part;
         V3 normal;  // outward, unit
         F gap;      // how far the point is below, model units
         F length;   // how far the place's centre is
     };
-    HWY_INLINE Planes planes_of(I direction, I extent, const V3& offset) const
+    HWY_INLINE SeedPlanes planes_of(I direction, I extent, const V3& offset) const
     {
-        constexpr int bits = model::k_seed_normal_bits;
-        const I mask = set_int((1 << bits) - 1);
-        const F step = set(2.f / static_cast<float>(1 << bits)), half = set(0.5f), one = set(1.f), zero = hn::Zero(df);
-        const F x = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8>(direction), mask)), half), step), one);
-        const F y = hn::Sub(hn::Mul(hn::Add(to_float(hn::And(shift_right<8 + bits>(direction), mask)), half), step), one);
-        const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), zero);
-        const V3 n{blend(hn::Lt(x, zero), hn::Add(x, fold), hn::Sub(x, fold)),
-                   blend(hn::Lt(y, zero), hn::Add(y, fold), hn::Sub(y, fold)), z};
-        const F inverse = hn::Div(one, hn::Sqrt(dot(n, n)));
-        Planes planes;
+        SeedPlanes planes;
         planes.part = hn::And(direction, set_int(0xff));
-        planes.normal = {hn::Mul(n.x, inverse), hn::Mul(n.y, inverse), hn::Mul(n.z, inverse)};
+        planes.normal = octahedral_normal<model::k_seed_normal_bits>(shift_right<8>(direction));
         planes.length = hn::Mul(to_float(hn::Sub(hn::And(extent, set_int(0xffff)), set_int(0x8000))),
                                 set(model::k_seed_distance_step * locator_.cell));
         planes.gap = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
         return planes;
     }
 
-    /// The lowest plane of the lanes whose place is flat, and the extent of its first seed. Returns those lanes.
-    HWY_INLINE M lowest_planes(const Located& at, M occupied, Planes& lowest, I& first_extent) const
+    static HWY_INLINE I plane_count(I place) { return hn::And(shift_right<11>(place), set_int(7)); }
+    static HWY_INLINE M is_flat(I place, M occupied)
     {
-        const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
-        I word = blend(occupied, hn::ShiftLeft<1>(shift_right<14>(at.place)), hn::Zero(di));
-        I direction = gather_word(words, word), extent = gather_word(words + 1, word);
-        first_extent = extent;
-        const M flat = hn::And(occupied, hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_flat)), hn::Zero(di))));
-        if (!any(flat)) return flat;
-        lowest = planes_of(direction, extent, at.offset);
-        Planes group = lowest;
-        lowest.gap = set(INFINITY);
-        const auto close_group = [&](M which) {
-            const M lower = hn::And(which, hn::Lt(group.gap, lowest.gap));
-            lowest.gap = blend(lower, group.gap, lowest.gap);
-            lowest.normal = blend(lower, group.normal, lowest.normal);
-            lowest.part = blend(lower, group.part, lowest.part);
-        };
-        for (M more = hn::And(flat, not_negative(extent)); any(more); more = hn::And(more, not_negative(extent))) {
-            word = hn::Add(word, blend(more, set_int(2), hn::Zero(di)));
-            direction = gather_word(words, word);
-            extent = gather_word(words + 1, word);
-            const Planes next = planes_of(direction, extent, at.offset);
-            const M joined = hn::RebindMask(df, hn::Ne(hn::And(extent, set_int(model::k_joined)), hn::Zero(di)));
-            const M fresh = hn::AndNot(joined, more);
-            close_group(fresh);
-            // The first of a group, or higher than it.
-            const M taken = hn::Or(fresh, hn::And(more, hn::Gt(next.gap, group.gap)));
-            group.gap = blend(taken, next.gap, group.gap);
-            group.normal = blend(taken, next.normal, group.normal);
-            group.part = blend(taken, next.part, group.part);
-        }
-        close_group(flat);
-        return flat;
+        return hn::And(occupied, hn::RebindMask(df, hn::Gt(plane_count(place), hn::Zero(di))));
     }
 
-    /// The points from a slot on that are in places which are not Free.
+    /// A flat place's plane that counts, for each lane: its word, and how far the point is below, in cells.
+    struct FlatPlanes {
+        I plane;
+        F gap;
+    };
+    /// The planes at, words of their array, below which points are.
+    HWY_INLINE FlatPlanes read_planes(I at, const V3& offset) const
+    {
+        constexpr int bits = model::k_plane_normal_bits;
+        constexpr float k_most = static_cast<float>(model::k_plane_most_distance);
+        const I plane = gather_word(model_.planes.data(), at);
+        const V3 n = octahedral<bits>(plane);
+        const F code = to_float(hn::And(shift_right<2 * bits>(plane), set_int(static_cast<std::int32_t>(model::k_plane_most_distance))));
+        const F distance = hn::Sub(hn::Mul(hn::Mul(code, code), set(locator_.plane_reach / (k_most * k_most))), set(1.f));
+        return {plane, hn::Sub(distance, hn::Mul(dot(n, offset), inverse_norm(n)))};
+    }
+    /// What is lower, of a group that ends there.
+    static HWY_INLINE void close_group(const FlatPlanes& group, M which, FlatPlanes& lowest)
+    {
+        const M lower = hn::And(which, hn::Lt(group.gap, lowest.gap));
+        lowest = {blend(lower, group.plane, lowest.plane), blend(lower, group.gap, lowest.gap)};
+    }
+    /// One more plane for the lanes of a mask.
+    static HWY_INLINE void add_planes(const FlatPlanes& next, M more, FlatPlanes& group, FlatPlanes& lowest)
+    {
+        const M fresh = hn::And(more, not_negative(next.plane));  // not joined to the one before
+        close_group(group, fresh, lowest);
+        // The first of a group, or higher than it.
+        const M taken = hn::Or(fresh, hn::And(more, hn::Gt(next.gap, group.gap)));
+        group = {blend(taken, next.plane, group.plane), blend(taken, next.gap, group.gap)};
+    }
+    /// Places of more than k planes.
+    static HWY_INLINE M has_more(I place, std::int32_t k)
+    {
+        return hn::RebindMask(df, hn::Gt(plane_count(place), set_int(k)));
+    }
+    /// The lowest of the groups' highest planes, for lanes in flat places.
+    HWY_INLINE FlatPlanes lowest_planes(I place, const V3& offset, M flat) const
+    {
+        I at = blend(flat, shift_right<14>(place), hn::Zero(di));
+        FlatPlanes group = read_planes(at, offset), lowest{group.plane, set(INFINITY)};
+        std::int32_t k = 1;
+        for (M more = hn::And(flat, has_more(place, k)); any(more); more = hn::And(flat, has_more(place, ++k))) {
+            at = hn::Add(at, blend(more, set_int(1), hn::Zero(di)));
+            add_planes(read_planes(at, offset), more, group, lowest);
+        }
+        close_group(group, flat, lowest);
+        return lowest;
+    }
+
+    /// The part that a plane is of.
+    HWY_INLINE I part_of(I place, I plane, M flat) const
+    {
+        const I list = gather_word(model_.part_lists.data(), blend(flat, hn::And(shift_right<2>(place), set_int(0x1ff)), hn::Zero(di)));
+        return hn::And(hn::Shr(list, hn::ShiftLeft<3>(hn::And(shift_right<29>(plane), set_int(3)))), set_int(0xff));
+    }
+
+    /// The points from a slot on that are in places which are not Free; those may be divided.
     struct Entered {
         V3 p;  // model space
         Located at;
         M occupied;
-        M inside;  // their places are wholly in the solid
     };
-    /// False where there are none.
-    HWY_INLINE bool enter(std::size_t slot, Entered& e) const
+    HWY_INLINE Entered enter(std::size_t slot) const
     {
+        Entered e;
         e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
         const V3 g = in_cells(e.p);
         const F zero = hn::Zero(df);
@@ -261,12 +312,14 @@ public:
         // The padding of the last cluster is nobody.
         if (slot + hn::Lanes(df) > job_.points)
             in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
-        if (!any(in_grid)) return false;
         e.at = locate(g, in_grid);
         e.occupied = hn::AndNot(e.at.is_free, in_grid);
-        const I kind = hn::And(e.at.place, set_int(3));
-        e.inside = hn::And(e.occupied, equal(kind, set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
-        return any(e.occupied);
+        return e;
+    }
+
+    static HWY_INLINE M is_inside(I place, M occupied)
+    {
+        return hn::And(occupied, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
     }
 
     const FrameJob& job_;

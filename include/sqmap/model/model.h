@@ -13,7 +13,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 5;
+inline constexpr std::uint32_t k_format_version = 6;
 inline constexpr int k_faces = 6;            ///< faces of the central chart's cube: +x -x +y -y +z -z of the part frame
 inline constexpr int k_block = 2;            ///< base cells along the side of a block of the pyramid
 inline constexpr int k_max_split_depth = 4;  ///< a base cell is halved at most this often
@@ -153,7 +153,7 @@ struct Locator {
     float origin[3];          ///< lowest corner, model space
     float cell;               ///< side of a cell, model units
     std::uint32_t bricks[3];  ///< along x, y, z; 0: the model has no locator
-    std::uint32_t reserved;
+    float plane_reach;        ///< how far the planes' distances go, and one, in cells; see plane_distance
 };
 inline constexpr int k_brick = 4;                        ///< cells along a brick's side
 inline constexpr std::uint32_t k_free_brick = 1u << 31;  ///< set in a brick that is free; the rest is its gap
@@ -161,12 +161,14 @@ inline constexpr std::uint32_t k_deep_brick = 1u << 30;  ///< set in a brick tha
 inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
-inline constexpr std::uint32_t k_divided_place = 0xfff;      ///< in place of a list: see is_divided
+inline constexpr std::uint32_t k_divided_place = 0x1ff;      ///< in place of a list: see is_divided
 inline constexpr int k_most_divisions = 1;                   ///< of a cell
-inline constexpr std::uint32_t k_most_seed_index = 0x3ffff;  ///< greatest index of seeds that a place can hold
+inline constexpr std::uint32_t k_most_place_index = 0x3ffff;  ///< greatest index of planes or seeds that a place can hold
+inline constexpr std::uint32_t k_most_planes = 7;             ///< of a place
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
-/// from the cell's centre to the solid. Else 12 bits of index into part_lists and 18 bits of index into seeds.
+/// from the cell's centre to the solid. Else 9 bits of index into part_lists, how many planes are the surface there (3 bits; the
+/// place is flat), and 18 bits of index into planes, or into seeds where there are none.
 enum class PlaceKind : std::uint32_t {
     Free = 0,    ///< no point of the cell is in the solid
     Inside = 1,  ///< every point of it is
@@ -175,24 +177,42 @@ enum class PlaceKind : std::uint32_t {
 };
 constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKind>(place & 3u); }
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
-constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0xfffu; }
-constexpr std::uint32_t place_seed(std::uint32_t place) { return place >> 14; }
-/// True of a place that is divided in eight: what would be its seed is the first of them in places, x fastest.
+constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0x1ffu; }
+constexpr std::uint32_t place_planes(std::uint32_t place) { return (place >> 11) & 7u; }
+constexpr std::uint32_t place_first(std::uint32_t place) { return place >> 14; }
+/// True of a place that is divided in eight: what would be its first seed is the first of them in places, x fastest.
 constexpr bool is_divided(std::uint32_t place)
 {
     return place_kind(place) == PlaceKind::Ask && place_list(place) == k_divided_place;
 }
-/// A plane that touches the surface where it is nearest to a place's centre, and the part whose chart shows it: the start of
-/// the search for the nearest surface, or, where the plane is the surface to within the map's own error all over the place
-/// (k_flat), the answer. A place may have a chain of several, up to and with the one that has k_last_seed; where they are not
-/// flat, the words before the chain say which comes first in an octant of the place.
+/// A plane of a flat place, where planes are the surface to within the map's own error. 9 + 9 bits outward unit normal,
+/// octahedral; 11 bits distance of the place's centre below it; 2 bits: which part of the place's list shows that surface; a flag.
+inline constexpr int k_plane_normal_bits = 9;
+inline constexpr int k_plane_distance_bits = 11;
+inline constexpr std::uint32_t k_plane_most_distance = (1u << k_plane_distance_bits) - 1;
+inline constexpr std::uint32_t k_joined = 1u << 31;  ///< of this plane and the one before it the higher counts
+constexpr std::uint32_t plane_slot(std::uint32_t plane) { return (plane >> 29) & 3u; }
+/// In cells, from -1 on; finer the nearer to the surface.
+constexpr float plane_distance(std::uint32_t plane, float plane_reach)
+{
+    const auto code = static_cast<float>((plane >> 2 * k_plane_normal_bits) & k_plane_most_distance);
+    return code * code * (plane_reach / (float(k_plane_most_distance) * float(k_plane_most_distance))) - 1.f;
+}
+/// Of a flat place, with the exact layer: no point of the solid in the place is farther above the lowest plane; k_no_rise says
+/// nothing.
+inline constexpr float k_rise_step = 1.f / 1024;  ///< of the locator's cell
+inline constexpr std::uint8_t k_no_rise = 0xff;
+/// Rises of so many places, to whole words.
+constexpr std::size_t padded_rises(std::size_t places) { return (places + 3) / 4 * 4; }
+
+/// A plane that touches the surface where it is nearest to some point of a place, and the part whose chart shows it: the start
+/// of the search for the nearest surface where the place is not flat. A place may have a chain of several, up to and with the
+/// one that has k_last_seed; then the words before the chain say which comes first in an octant of the place.
 struct Seed {
     std::uint32_t direction;  ///< 8 bits part, 12 + 12 bits outward unit normal, octahedral
-    std::uint32_t extent;     ///< 16 bits signed distance of the centre below the plane, 8 bits reach, flags
+    std::uint32_t extent;     ///< 16 bits signed distance of the centre below the plane, 8 bits reach, flag
 };
 inline constexpr std::uint32_t k_last_seed = 1u << 31;
-inline constexpr std::uint32_t k_flat = 1u << 30;
-inline constexpr std::uint32_t k_joined = 1u << 29;  ///< of a flat chain: of this plane and the one before it the higher counts
 inline constexpr int k_seed_normal_bits = 12;
 inline constexpr float k_seed_distance_step = 1.f / 512;  ///< of the locator's cell
 inline constexpr float k_seed_reach_step = 1.f / 8;       ///< of the locator's cell
@@ -201,10 +221,6 @@ constexpr std::uint32_t seed_part(Seed seed) { return seed.direction & 0xffu; }
 constexpr int seed_distance(Seed seed) { return static_cast<int>(seed.extent & 0xffffu) - 0x8000; }
 /// A surface found from the seed within this distance is the nearest, whatever the rest of the chain finds.
 constexpr std::uint32_t seed_reach(Seed seed) { return (seed.extent >> 16) & 0xffu; }
-/// In the place of a flat chain's first reach, with the exact layer: no point of the solid in the place is farther above the
-/// lowest plane; k_no_rise says nothing.
-inline constexpr float k_seed_rise_step = 1.f / 1024;  ///< of the locator's cell
-inline constexpr std::int32_t k_no_rise = 0xff;
 /// choices: direction of the pair before a chain; octant: 1 upper x, 2 upper y, 4 upper z.
 constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
 
@@ -257,9 +273,11 @@ struct ModelView {
     std::span<const std::uint32_t> bricks;      ///< first place of a brick, or k_free_brick and its gap; x fastest
     std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
+    std::span<const std::uint32_t> planes;      ///< of flat places, see plane_slot
     std::span<const Seed> seeds;
     std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: a brick's record in near, or k_no_near
     std::span<const std::uint16_t> near;         ///< see NearRecord
+    std::span<const std::uint8_t> rises;         ///< with near: beside places, see k_rise_step
     Measured measured{};                         ///< by bake
     std::string_view made_by, source, options;   ///< provenance
     std::uint64_t mesh_hash = 0;                 ///< mesh::content_hash of the mesh that was baked; 0: not known

@@ -34,10 +34,11 @@ struct ModelData {
     std::vector<FootSeed> seeds;
     std::vector<SmoothedSample> normal_smoothed;
     Locator locator{};
-    std::vector<std::uint32_t> bricks, places, part_lists;
+    std::vector<std::uint32_t> bricks, places, part_lists, planes;
     std::vector<Seed> locator_seeds;
     std::vector<std::uint32_t> near_bricks;
     std::vector<std::uint16_t> near;
+    std::vector<std::uint8_t> rises;
 
     Measured measured;
     std::string made_by, source, options;
@@ -67,9 +68,11 @@ struct ModelData {
                 bricks,
                 places,
                 part_lists,
+                planes,
                 locator_seeds,
                 near_bricks,
                 near,
+                rises,
                 measured,
                 made_by,
                 source,
