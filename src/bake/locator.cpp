@@ -604,7 +604,9 @@ private:
                 // Outside only the side counts.
                 const double excess = gap - (sample.inside ? sample.truth.distance : 0);
                 if (sample.inside) least = std::min(least, excess);
-                const double miss = excess > 0 ? excess / tolerance : (sample.inside ? -excess / (2 * tolerance) : 0);
+                double miss = excess > 0 ? excess / tolerance : (sample.inside ? -excess / (2 * tolerance) : 0);
+                // On the wrong side, and not because it is so near.
+                if (excess > 0 && !sample.inside && sample.truth.distance > tolerance) miss += 1;
                 if (miss > worst_miss) {
                     worst_miss = miss;
                     worst = &sample;

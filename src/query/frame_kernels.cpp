@@ -10,7 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "locate-inl.h"
+#include "flat-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -233,14 +233,14 @@ struct StoredLeaves {
 
 class FrameKernel : Places {
 public:
-    explicit FrameKernel(const FrameJob& job) : Places(job) {}
+    explicit FrameKernel(const FrameJob& job) : Places(job), lowest_planes_(*this) {}
 
     FrameResult run()
     {
         each_near([&](std::size_t slot) { collect(slot); },
                   [&] {
                       // Between clusters only, whatever a vector holds of one: the order of the answers is the same for all.
-                      if (located_count_ > k_located - Probe::k_cluster) answer_located();
+                      if (located_.count > LocatedPoints::k_size - Probe::k_cluster) answer_located();
                   },
                   [&] {
                       if (job_.first_only) finish();
@@ -251,7 +251,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t k_queue = 1024, k_located = 512, k_room_located = k_located + 2 * Probe::k_cluster;
+    static constexpr std::size_t k_queue = 1024;
     static constexpr int k_first_steps = 2;
     enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4, k_single = 8 };
 
@@ -266,90 +266,29 @@ private:
     HWY_NOINLINE void collect(std::size_t slot)
     {
         const Entered e = enter(slot);
-        const std::size_t n = located_count_;
-        pack(e.p.x, e.occupied, located_[0] + n);
-        pack(e.p.y, e.occupied, located_[1] + n);
-        pack(e.p.z, e.occupied, located_[2] + n);
-        pack(e.at.offset.x, e.occupied, located_[3] + n);
-        pack(e.at.offset.y, e.occupied, located_[4] + n);
-        pack(e.at.offset.z, e.occupied, located_[5] + n);
-        pack(e.at.place, e.occupied, located_place_ + n);
-        pack(hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot)), e.occupied, located_point_ + n);
-        located_count_ += hn::CountTrue(df, e.occupied);
+        located_.add(e.p, e.at.offset, e.at.place, hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot)),
+                     e.occupied);
     }
 
     HWY_NOINLINE void answer_located()
     {
-        if (queued_ > k_queue - k_located) search();
-        const std::size_t count = located_count_;
-        located_count_ = 0;
-        for (std::size_t first = 0; first < count; first += hn::Lanes(df)) {
-            const V3 p = load(located_, first);
-            V3 offset = load(located_ + 3, first);
-            I place = hn::LoadU(di, located_place_ + first), index = hn::Zero(di);
-            M occupied = hn::FirstN(df, std::min(count - first, hn::Lanes(df)));
+        if (queued_ > k_queue - LocatedPoints::k_size) search();
+        for (std::size_t first = 0; first < located_.count; first += hn::Lanes(df)) {
+            V3 offset = LocatedPoints::load(located_.offset, first);
+            I place = hn::LoadU(di, located_.place + first), index = hn::Zero(di);
+            M occupied = located_.present(first);
             divide(place, index, offset, occupied);
-            store(offset, located_ + 3, first);
-            hn::StoreU(sort_out(first, p, offset, place, occupied), di, located_place_ + first);
+            located_.set(first, offset, sort_out(first, offset, place, occupied));
         }
-        if (model_.planes.empty()) return;
-        // Plane by plane, and not point by point: so none waits for the one before it.
-        std::size_t open = 0;
-        for (std::size_t first = 0; first < count; first += hn::Lanes(df)) {
-            const I place = hn::LoadU(di, located_place_ + first);
-            const FlatPlanes group = read_planes(first_plane(place), load(located_ + 3, first));
-            store(group, group_, first);
-            store({group.plane, set(INFINITY)}, lowest_, first);
-            open_[open] = static_cast<std::uint16_t>(first);
-            open += any(has_more(place, 1)) ? 1 : 0;
-        }
-        for (std::int32_t k = 1; open > 0; ++k) {
-            std::size_t left = 0;
-            for (std::size_t i = 0; i < open; ++i) {
-                const std::size_t first = open_[i];
-                const I place = hn::LoadU(di, located_place_ + first);
-                const M more = has_more(place, k);
-                FlatPlanes group = load(group_, first), lowest = load(lowest_, first);
-                const I at = hn::Add(first_plane(place), blend(more, set_int(k), hn::Zero(di)));
-                add_planes(read_planes(at, load(located_ + 3, first)), more, group, lowest);
-                store(group, group_, first);
-                store(lowest, lowest_, first);
-                open_[left] = static_cast<std::uint16_t>(first);
-                left += any(has_more(place, k + 1)) ? 1 : 0;
-            }
-            open = left;
-        }
-        for (std::size_t first = 0; first < count; first += hn::Lanes(df)) write_flat(first);
+        lowest_planes_.find(located_, [&](std::size_t first, M flat, const FlatPlanes& lowest) { write_flat(first, flat, lowest); });
+        located_.count = 0;
     }
 
-    static V3 load(const float (*from)[k_room_located], std::size_t first)
+    /// What the planes of its place answer, for each lane: the place, with what is known of the side instead of its kind. 0 for
+    /// the others, which are free, or queued for the charts.
+    HWY_INLINE I sort_out(std::size_t first, const V3& offset, I place, M occupied)
     {
-        return {hn::LoadU(df, from[0] + first), hn::LoadU(df, from[1] + first), hn::LoadU(df, from[2] + first)};
-    }
-    static void store(const V3& v, float (*to)[k_room_located], std::size_t first)
-    {
-        hn::StoreU(v.x, df, to[0] + first);
-        hn::StoreU(v.y, df, to[1] + first);
-        hn::StoreU(v.z, df, to[2] + first);
-    }
-    struct StoredPlanes {
-        std::int32_t plane[k_room_located];
-        float gap[k_room_located];
-    };
-    static FlatPlanes load(const StoredPlanes& from, std::size_t first)
-    {
-        return {hn::LoadU(di, from.plane + first), hn::LoadU(df, from.gap + first)};
-    }
-    static void store(const FlatPlanes& planes, StoredPlanes& to, std::size_t first)
-    {
-        hn::StoreU(planes.plane, di, to.plane + first);
-        hn::StoreU(planes.gap, df, to.gap + first);
-    }
-
-    /// What the planes of its place decide, for each lane: the place, with what is known of the side instead of its kind. 0 for
-    /// the others, which are free or queued.
-    HWY_INLINE I sort_out(std::size_t first, const V3& p, const V3& offset, I place, M occupied)
-    {
+        const V3 p = LocatedPoints::load(located_.p, first);
         const M flat = is_flat(place, occupied), inside = is_inside(place, occupied);
         M by_planes = flat, in = inside, certain = inside, rest = hn::AndNot(flat, occupied);
         if (job_.layer == Layer::Two) {
@@ -366,33 +305,27 @@ private:
             rest = hn::AndNot(flat, hn::Or(in, undecided));
             in = hn::AndNot(undecided, in);
         }
-        if (any(rest)) enqueue(first, p, offset, place, start_of(place, offset, rest), rest, in, certain);
+        if (any(rest))
+            enqueue(p, offset, place, hn::LoadU(di, located_.point + first), start_of(place, offset, rest), rest, in, certain);
         const I known = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, in), set_int(k_inside)),
                                hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)));
         return hn::IfThenElseZero(hn::RebindMask(di, by_planes), hn::Or(hn::AndNot(set_int(3), place), known));
     }
 
-    static HWY_INLINE I first_plane(I place)
+    HWY_INLINE void write_flat(std::size_t first, M flat, const FlatPlanes& lowest)
     {
-        return blend(has_more(place, 0), shift_right<14>(place), hn::Zero(di));
-    }
-
-    HWY_INLINE void write_flat(std::size_t first)
-    {
-        const I place = hn::LoadU(di, located_place_ + first);
-        FlatPlanes lowest = load(lowest_, first);
-        const M flat = has_more(place, 0);
-        close_group(load(group_, first), flat, lowest);
+        const I place = hn::LoadU(di, located_.place + first);
         const F gap = hn::Mul(lowest.gap, set(locator_.cell)), zero = hn::Zero(df);
         const M inside = hn::RebindMask(df, hn::Ne(hn::And(place, set_int(k_inside)), hn::Zero(di)));
         const M contact = hn::And(flat, hn::Or(inside, hn::Gt(gap, zero)));
         if (!any(contact)) return;
-        const V3 p = load(located_, first);
+        const F depth = hn::Max(gap, zero);
+        const V3 p = LocatedPoints::load(located_.p, first);
         const V3 normal = octahedral_normal<model::k_plane_normal_bits>(lowest.plane);
         const I sure = hn::IfThenElseZero(hn::RebindMask(di, hn::RebindMask(df, hn::Ne(hn::And(place, set_int(k_certain)), hn::Zero(di)))),
                                           set_int(1 << 16));
-        write_lanes(contact, {mul_add(gap, normal.x, p.x), mul_add(gap, normal.y, p.y), mul_add(gap, normal.z, p.z)}, normal,
-                    hn::Max(gap, zero), hn::LoadU(di, located_point_ + first),
+        write_lanes(contact, {mul_add(depth, normal.x, p.x), mul_add(depth, normal.y, p.y), mul_add(depth, normal.z, p.z)}, normal,
+                    depth, hn::LoadU(di, located_.point + first),
                     hn::Or(part_of(place, lowest.plane, contact), sure));
     }
 
@@ -487,13 +420,12 @@ private:
         }
     }
 
-    HWY_NOINLINE void enqueue(std::size_t first, const V3& p, const V3& offset, I place, const Start& start, M which,
-                              M known_inside, M certain)
+    HWY_NOINLINE void enqueue(const V3& p, const V3& offset, I place, I point, const Start& start, M which, M known_inside,
+                              M certain)
     {
         const I flags = hn::Or(hn::IfThenElseZero(hn::RebindMask(di, known_inside), set_int(k_inside)),
                                hn::Or(hn::IfThenElseZero(hn::RebindMask(di, certain), set_int(k_certain)),
                                       hn::IfThenElseZero(hn::RebindMask(di, start.single), set_int(k_single))));
-        const I point = hn::LoadU(di, located_point_ + first);
         const SeedPlanes& planes = start.planes;
         const std::size_t n = queued_;
         const F floats[10] = {p.x,
@@ -895,12 +827,8 @@ private:
     }
 
     FrameResult result_;
-    // Points in places that are not free: the point, its offset from the place's centre in cells.
-    std::size_t located_count_ = 0;
-    float located_[6][k_room_located];
-    std::int32_t located_place_[k_room_located], located_point_[k_room_located];
-    StoredPlanes group_, lowest_;
-    std::uint16_t open_[k_located + 1];
+    LocatedPoints located_;  // in places that are not free
+    LowestPlanes lowest_planes_;
     std::size_t queued_ = 0;
     // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's
     // reach.

@@ -18,6 +18,12 @@ namespace {
 using model::ModelView;
 using model::PlaceKind;
 
+/// A flat place's plane that counts, for each lane: its word, and how far the point is below, in cells.
+struct FlatPlanes {
+    I plane;
+    F gap;
+};
+
 class Places {
 public:
     explicit Places(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
@@ -237,11 +243,6 @@ public:
         return hn::And(occupied, hn::RebindMask(df, hn::Gt(plane_count(place), hn::Zero(di))));
     }
 
-    /// A flat place's plane that counts, for each lane: its word, and how far the point is below, in cells.
-    struct FlatPlanes {
-        I plane;
-        F gap;
-    };
     /// The planes at, words of their array, below which points are.
     HWY_INLINE FlatPlanes read_planes(I at, const V3& offset) const
     {

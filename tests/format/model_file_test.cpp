@@ -155,9 +155,11 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     EXPECT_TRUE(same_array(v.bricks, data.bricks));
     EXPECT_TRUE(same_array(v.places, data.places));
     EXPECT_TRUE(same_array(v.part_lists, data.part_lists));
+    EXPECT_TRUE(same_array(v.planes, data.planes));
     EXPECT_TRUE(same_array(v.seeds, data.locator_seeds));
     EXPECT_TRUE(same_array(v.near_bricks, data.near_bricks));
     EXPECT_TRUE(same_array(v.near, data.near));
+    EXPECT_TRUE(same_array(v.rises, data.rises));
     EXPECT_TRUE(model::has_locator(v));
     interrogate(v, 3);
 }
@@ -326,6 +328,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                     break;
                 case 10:
                     damage(data.locator_seeds);
+                    damage(data.planes);
                     break;
                 case 11: {
                     std::span<model::Locator> locator(&data.locator, 1);
@@ -397,12 +400,23 @@ std::uint32_t& occupied_place(ModelData& m)
     return *it;
 }
 
+/// The first place that planes answer for, with a list that has room for another part.
+std::uint32_t& flat_place(ModelData& m)
+{
+    const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
+        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) && model::place_planes(p) > 0 &&
+               m.part_lists[model::place_list(p)] >> 24 == model::k_no_part;
+    });
+    if (it == m.places.end()) throw std::logic_error("the model has no flat place");
+    return *it;
+}
+
 /// The first place that is searched from several seeds.
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
         return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) &&
-               (m.locator_seeds[model::place_seed(p)].extent & (model::k_last_seed | model::k_flat)) == 0;
+               model::place_planes(p) == 0 && (m.locator_seeds[model::place_first(p)].extent & model::k_last_seed) == 0;
     });
     if (it == m.places.end()) throw std::logic_error("the model has no place that is searched from several seeds");
     return *it;
@@ -535,6 +549,7 @@ const Lie k_lies[] = {
          m.bricks.clear();
          m.places.clear();
          m.part_lists.clear();
+         m.planes.clear();
          m.locator_seeds.clear();
      }},
     {"places_without_bricks",
@@ -594,13 +609,25 @@ const Lie k_lies[] = {
     {"place_list_beyond_end",
      [](ModelData& m) {
          std::uint32_t& place = occupied_place(m);
-         place = (place & ~(0xfffu << 2)) | static_cast<std::uint32_t>(m.part_lists.size()) << 2;
+         place = (place & ~(0x1ffu << 2)) | static_cast<std::uint32_t>(m.part_lists.size()) << 2;
      }},
     {"place_seed_beyond_end",
      [](ModelData& m) {
-         std::uint32_t& place = occupied_place(m);
+         std::uint32_t& place = place_of_a_chain(m);
          place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.locator_seeds.size()) << 14;
      }},
+    {"place_planes_beyond_end",
+     [](ModelData& m) {
+         std::uint32_t& place = flat_place(m);
+         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.planes.size() - model::place_planes(place) + 1) << 14;
+     }},
+    {"planes_missing", [](ModelData& m) { m.planes.clear(); }},
+    {"plane_of_no_part",
+     [](ModelData& m) { m.planes[model::place_first(flat_place(m))] |= 3u << 29; }},
+    {"plane_reach_of_nothing", [](ModelData& m) { m.locator.plane_reach = 0; }},
+    {"plane_reach_nan", [](ModelData& m) { m.locator.plane_reach = NAN; }},
+    {"rises_missing", [](ModelData& m) { m.rises.clear(); }},
+    {"rises_missing_some", [](ModelData& m) { m.rises.resize(m.rises.size() - 4); }},
     {"place_seed_far_away", [](ModelData& m) { occupied_place(m) |= 0xffffc000u; }},
     {"part_lists_missing", [](ModelData& m) { m.part_lists.clear(); }},
     {"list_of_no_part",
@@ -608,24 +635,24 @@ const Lie k_lies[] = {
     {"seeds_missing", [](ModelData& m) { m.locator_seeds.clear(); }},
     {"seed_of_no_part",
      [](ModelData& m) {
-         std::uint32_t& direction = m.locator_seeds[model::place_seed(occupied_place(m))].direction;
+         std::uint32_t& direction = m.locator_seeds[model::place_first(place_of_a_chain(m))].direction;
          direction = (direction & ~0xffu) | static_cast<std::uint32_t>(m.parts.size());
      }},
     {"seed_chain_without_end", [](ModelData& m) { m.locator_seeds.back().extent &= ~model::k_last_seed; }},
     {"seed_chain_too_long",
      [](ModelData& m) {
-         const std::uint32_t first = model::place_seed(place_of_a_chain(m));
+         const std::uint32_t first = model::place_first(place_of_a_chain(m));
          for (std::uint32_t k = 0; k < model::k_most_seeds; ++k) {
              m.locator_seeds[first + k].extent &= ~model::k_last_seed;
              m.locator_seeds[first + k].direction &= ~0xffu;
          }
      }},
-    {"seed_choice_beyond_chain", [](ModelData& m) { m.locator_seeds[model::place_seed(place_of_a_chain(m)) - 1].direction |= 7u << 21; }},
+    {"seed_choice_beyond_chain", [](ModelData& m) { m.locator_seeds[model::place_first(place_of_a_chain(m)) - 1].direction |= 7u << 21; }},
     {"seed_chain_without_choices",
      [](ModelData& m) {
          // The chain starts the array, so that nothing stands before it.
          std::uint32_t& place = place_of_a_chain(m);
-         m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::place_seed(place));
+         m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::place_first(place));
          const std::uint32_t kept = place & 0x3fffu;
          for (std::uint32_t& p : m.places) p = model::place_kind(p) == model::PlaceKind::Free ? p : kept;
      }},
@@ -691,15 +718,17 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     m.bricks = central.bricks;
     m.places = central.places;
     m.part_lists = central.part_lists;
+    m.planes = central.planes;
     m.locator_seeds = central.locator_seeds;
     // Whatever that model's parts: the first alone.
     for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
     for (model::Seed& seed : m.locator_seeds) seed.direction &= ~0xffu;
+    for (std::uint32_t& plane : m.planes) plane &= ~(3u << 29);
     for (std::uint32_t& p : m.places)
         if (model::is_divided(p)) {
             p = 0;
-        } else if (model::place_kind(p) != model::PlaceKind::Free) {
-            std::uint32_t last = model::place_seed(p);
+        } else if (model::place_kind(p) != model::PlaceKind::Free && model::place_planes(p) == 0) {
+            std::uint32_t last = model::place_first(p);
             while ((m.locator_seeds[last].extent & model::k_last_seed) == 0) ++last;
             p = (p & 0x3fffu) | last << 14;
         }

@@ -53,7 +53,7 @@ std::vector<Place> places_of(const ModelView& v)
                     continue;
                 }
                 for (std::uint32_t e = 0; e < 8; ++e)
-                    add(v.places[model::place_seed(word) + e],
+                    add(v.places[model::place_first(word) + e],
                         centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.5 * cell);
             }
         }
@@ -66,10 +66,16 @@ Vec3d point_in(const Place& place, test::Random& random)
     return place.centre + 0.4999 * place.side * random.in_box({-1, -1, -1}, {1, 1, 1});
 }
 
+std::span<const std::uint32_t> planes_of(const ModelView& v, const Place& place)
+{
+    return v.planes.subspan(model::place_first(place.word), model::place_planes(place.word));
+}
+
+/// Of a place that is not flat.
 std::vector<model::Seed> chain_of(const ModelView& v, const Place& place)
 {
     std::vector<model::Seed> chain;
-    for (std::uint32_t i = model::place_seed(place.word);; ++i) {
+    for (std::uint32_t i = model::place_first(place.word);; ++i) {
         chain.push_back(v.seeds[i]);
         if ((v.seeds[i].extent & model::k_last_seed) != 0) return chain;
     }
@@ -192,16 +198,12 @@ TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
             const Place& place = places[i];
             if (place.kind == PlaceKind::Free) continue;
             ++all;
-            const std::vector<model::Seed> chain = chain_of(v, place);
-            const bool is_flat = (chain.front().extent & model::k_flat) != 0;
-            for (const model::Seed& seed : chain)
-                ASSERT_EQ((seed.extent & model::k_flat) != 0, is_flat) << name << ": a chain is flat as a whole";
-            if (!is_flat) continue;
+            if (model::place_planes(place.word) == 0) continue;
             ++flat;
             for (int k = 0; k < 3; ++k) {
                 const Vec3d p = point_in(place, random);
                 if (!m.solid().inside(p)) continue;
-                const float lowest = query::flat_gap(v.locator, chain, cast<float>(p - place.centre)).gap;
+                const float lowest = query::flat_gap(v.locator, planes_of(v, place), cast<float>(p - place.centre)).gap;
                 errors.push_back(std::abs(static_cast<double>(lowest) - m.solid().closest_boundary(p).distance));
             }
         }
@@ -218,6 +220,28 @@ TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
     });
 }
 
+TEST(Locator, APlaneIsOfThePartThatOwnsItsSurface)
+{
+    each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
+        test::Random random(6);
+        const ModelView& v = m.view();
+        std::size_t checked = 0, right = 0;
+        const std::vector<Place> places = places_of(v);
+        for (std::size_t i = 0; i < places.size(); i += stride) {
+            const Place& place = places[i];
+            if (place.kind == PlaceKind::Free || model::place_planes(place.word) != 1) continue;
+            const std::uint32_t plane = planes_of(v, place).front();
+            const std::uint32_t part = v.part_lists[model::place_list(place.word)] >> 8 * model::plane_slot(plane) & 0xffu;
+            const mesh::ClosestPoint nearest = m.solid().closest_boundary(place.centre);
+            ++checked;
+            right += (v.triangle_part[nearest.triangle] & model::k_part_mask) == part ? 1u : 0u;
+        }
+        ASSERT_GT(checked, 50u) << name;
+        // Where an edge is nearest, two triangles are.
+        EXPECT_GE(100 * right, 99 * checked) << name;
+    });
+}
+
 TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
@@ -227,9 +251,8 @@ TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
         const std::vector<Place> places = places_of(v);
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind == PlaceKind::Free) continue;
+            if (place.kind == PlaceKind::Free || model::place_planes(place.word) > 0) continue;
             const std::vector<model::Seed> chain = chain_of(v, place);
-            if ((chain.front().extent & model::k_flat) != 0) continue;
             const Vec3d p = point_in(place, random);
             if (!m.solid().inside(p)) continue;
             double best = INFINITY;
@@ -263,6 +286,8 @@ TEST(Locator, IsTheSameOnAnyNumberOfThreads)
     EXPECT_EQ(a.part_lists, b.part_lists);
     EXPECT_EQ(a.near_bricks, b.near_bricks);
     EXPECT_EQ(a.near, b.near);
+    EXPECT_EQ(a.planes, b.planes);
+    EXPECT_EQ(a.rises, b.rises);
     ASSERT_EQ(a.locator_seeds.size(), b.locator_seeds.size());
     for (std::size_t i = 0; i < a.locator_seeds.size(); ++i) {
         ASSERT_EQ(a.locator_seeds[i].direction, b.locator_seeds[i].direction);

@@ -19,7 +19,7 @@ using model::PlaceKind;
 struct Place {
     Vec3d centre;
     double half;
-    std::uint32_t word;
+    std::uint32_t index, word;
     model::NearList near;
 };
 
@@ -29,8 +29,9 @@ std::vector<Place> places_of(const ModelView& v)
     const model::Locator& l = v.locator;
     const double cell = l.cell;
     constexpr std::uint32_t n = model::k_brick;
-    const auto add = [&](Vec3d centre, double half, std::uint32_t word, const model::NearList& near) {
-        if (model::place_kind(word) != PlaceKind::Free) out.push_back({centre, half, word, near});
+    const auto add = [&](Vec3d centre, double half, std::uint32_t index, const model::NearList& near) {
+        const std::uint32_t word = v.places[index];
+        if (model::place_kind(word) != PlaceKind::Free) out.push_back({centre, half, index, word, near});
     };
     for (std::uint32_t i = 0; i < v.bricks.size(); ++i) {
         if ((v.bricks[i] & model::k_free_brick) != 0) continue;
@@ -39,7 +40,7 @@ std::vector<Place> places_of(const ModelView& v)
         const bool deep = (v.bricks[i] & model::k_deep_brick) != 0;
         const std::uint32_t first = v.bricks[i] & ~model::k_deep_brick;
         if (deep) {
-            add(corner + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell, v.places[first], model::near_list(v, i, 0));
+            add(corner + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell, first, model::near_list(v, i, 0));
             continue;
         }
         for (std::uint32_t k = 0; k < n * n * n; ++k) {
@@ -48,12 +49,12 @@ std::vector<Place> places_of(const ModelView& v)
             const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
             const model::NearList near = model::near_list(v, i, k);
             if (!model::is_divided(word)) {
-                add(centre, 0.5 * cell, word, near);
+                add(centre, 0.5 * cell, first + k, near);
                 continue;
             }
             for (std::uint32_t e = 0; e < 8; ++e)
                 add(centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.25 * cell,
-                    v.places[model::place_seed(word) + e], near);
+                    model::place_first(word) + e, near);
         }
     }
     return out;
@@ -105,17 +106,13 @@ TEST(NearLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
         std::size_t inside = 0, outside = 0, dropped = 0;
         for (const Place& place : places_of(v)) {
             if (model::place_kind(place.word) != PlaceKind::Mixed) continue;
-            std::vector<model::Seed> chain;
-            for (std::uint32_t i = model::place_seed(place.word);; ++i) {
-                chain.push_back(v.seeds[i]);
-                if ((v.seeds[i].extent & model::k_last_seed) != 0) break;
-            }
-            const auto code = static_cast<std::int32_t>(chain.front().extent >> 16 & 0xffu);
-            if ((chain.front().extent & model::k_flat) == 0 || code == model::k_no_rise) continue;
-            const float rise = static_cast<float>(code) * model::k_seed_rise_step * v.locator.cell;
+            const std::uint8_t code = v.rises[place.index];
+            if (model::place_planes(place.word) == 0 || code == model::k_no_rise) continue;
+            const auto planes = v.planes.subspan(model::place_first(place.word), model::place_planes(place.word));
+            const float rise = static_cast<float>(code) * model::k_rise_step * v.locator.cell;
             for (int k = 0; k < 8; ++k) {
                 const Vec3d p = place.centre + place.half * random.in_box({-1, -1, -1}, {1, 1, 1});
-                const float gap = query::flat_gap(v.locator, chain, cast<float>(p - place.centre)).gap;
+                const float gap = query::flat_gap(v.locator, planes, cast<float>(p - place.centre)).gap;
                 const bool is_inside = m.solid().inside(p);
                 (is_inside ? inside : outside) += 1;
                 if (is_inside) {

@@ -102,6 +102,8 @@ void expect_same_arrays(const model::ModelData& a, const model::ModelData& b)
     EXPECT_TRUE(same(a.locator_seeds, b.locator_seeds));
     EXPECT_TRUE(same(a.near_bricks, b.near_bricks));
     EXPECT_TRUE(same(a.near, b.near));
+    EXPECT_TRUE(same(a.planes, b.planes));
+    EXPECT_TRUE(same(a.rises, b.rises));
 }
 
 /// The exact layer is right everywhere, layer 3 beyond half a percent of R_max, points singly and as a frame; every certificate
