@@ -441,8 +441,9 @@ private:
             const RaySample quadrant[4] = {r[0], r[1], r[3], r[4]};
             children[q] = bake_cell(face, s, t, half, depth + 1, inside, quadrant);
         }
-        for (std::size_t i = 0; i < model::k_split_cells; ++i) out_.splits[record + i] = stored_sample(rays[i]);
-        std::copy(children, children + 4, out_.splits.begin() + static_cast<std::ptrdiff_t>(record + model::k_split_cells));
+        auto stored = out_.splits.begin() + static_cast<std::ptrdiff_t>(record);
+        for (const int i : {1, 3, 4, 5, 7}) *stored++ = stored_sample(rays[i]);
+        std::copy(children, children + 4, stored);
         cell = make_cell(CellKind::Split, static_cast<std::uint32_t>(record / model::k_split_size));
         return true;
     }

@@ -231,14 +231,15 @@ public:
               size = cell_size_;
         std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split) return side_at(base_leaf(cell, face, column, row), s, t);
-        const std::uint16_t* corner = nullptr;
+        std::uint16_t corner[4];
+        base_samples(face, column, row, corner);
         while (model::cell_kind(cell) == model::CellKind::Split) {
             const std::uint16_t* split = splits_ + model::k_split_size * model::cell_payload(cell);
             size *= 0.5f;
             const int right = s >= s0 + size ? 1 : 0, up = t >= t0 + size ? 1 : 0;
             s0 += size * static_cast<float>(right);
             t0 += size * static_cast<float>(up);
-            corner = split + right + 3 * up;
+            child_samples(split, right + 2 * up, corner);
             cell = split[model::k_split_cells + static_cast<std::uint32_t>(right + 2 * up)];
         }
         return side_at(child_leaf(cell, corner, s0, t0, size), s, t);
@@ -251,9 +252,12 @@ public:
         const std::uint16_t cell = base_cell(face, column, row);
         if (model::cell_kind(cell) != model::CellKind::Split)
             visit_sides(base_leaf(cell, face, column, row), visit);
-        else
-            each_child(cell, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
-                       cell_size_, visit);
+        else {
+            std::uint16_t corner[4];
+            base_samples(face, column, row, corner);
+            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column),
+                       -1.f + cell_size_ * static_cast<float>(row), cell_size_, visit);
+        }
     }
 
     /// Layer 2: the base samples of a cell whatever it was refined to; false where a corner has no surface.
@@ -410,27 +414,40 @@ private:
         v[3] = p[base_ + 2];
     }
 
-    /// corner: the quadrant's first sample in its split's three by three.
-    Leaf child_leaf(std::uint16_t cell, const std::uint16_t* corner, float s0, float t0, float size) const
+    /// Corners of a cell -> corners of a quadrant of it.
+    static void child_samples(const std::uint16_t* split, int quadrant, std::uint16_t corner[4])
+    {
+        const std::uint16_t grid[9] = {corner[0], split[0],  corner[1], split[1], split[2],
+                                       split[3],  corner[2], split[4],  corner[3]};
+        const std::uint16_t* p = grid + (quadrant & 1) + 3 * (quadrant >> 1);
+        corner[0] = p[0];
+        corner[1] = p[1];
+        corner[2] = p[3];
+        corner[3] = p[4];
+    }
+
+    Leaf child_leaf(std::uint16_t cell, const std::uint16_t corner[4], float s0, float t0, float size) const
     {
         Leaf leaf = leaf_frame(cell, s0, t0, size);
         if (leaf.kind == model::CellKind::Single)
-            for (int i = 0; i < 4; ++i) leaf.corner[i] = decode(corner[i % 2 + 3 * (i / 2)]);
+            for (int i = 0; i < 4; ++i) leaf.corner[i] = decode(corner[i]);
         return leaf;
     }
 
     template <class Visit>
-    void each_child(std::uint16_t cell, float s0, float t0, float size, Visit&& visit) const
+    void each_child(std::uint16_t cell, const std::uint16_t corner[4], float s0, float t0, float size, Visit&& visit) const
     {
         const std::uint16_t* split = splits_ + model::k_split_size * model::cell_payload(cell);
         size *= 0.5f;
         for (int q = 0; q < 4; ++q) {
             const std::uint16_t child = split[model::k_split_cells + static_cast<std::uint32_t>(q)];
             const float s = s0 + size * static_cast<float>(q & 1), t = t0 + size * static_cast<float>(q >> 1);
+            std::uint16_t of_child[4] = {corner[0], corner[1], corner[2], corner[3]};
+            child_samples(split, q, of_child);
             if (model::cell_kind(child) == model::CellKind::Split)
-                each_child(child, s, t, size, visit);
+                each_child(child, of_child, s, t, size, visit);
             else
-                visit_sides(child_leaf(child, split + (q & 1) + 3 * (q >> 1), s, t, size), visit);
+                visit_sides(child_leaf(child, of_child, s, t, size), visit);
         }
     }
 

@@ -85,7 +85,6 @@ public:
           samples_(view.samples.data() + part.first_sample),
           cells_(view.cells.data() + part.first_cell),
           splits_(view.splits.data() + model::k_split_size * static_cast<std::size_t>(part.first_split)),
-          split_shift_(static_cast<std::int32_t>(splits_ - samples_)),
           base_(static_cast<std::int32_t>(part.base))
     {
     }
@@ -146,8 +145,11 @@ public:
         Leaves leaf;
         leaf.cell = low(gather_pair(cells_, index));
         const I sample = hn::Add(hn::Mul(hn::Add(hn::Mul(face, set_int(base_ + 1)), row), set_int(base_ + 1)), column);
-        // The corners' place, in values from the base samples on: their own array's, or the last split's.
-        I corner = sample, stride = set_int(base_ + 1);
+        const I bottom = gather_pair(samples_, sample), top = gather_pair(samples_, hn::Add(sample, set_int(base_ + 1)));
+        leaf.c00 = low(bottom);
+        leaf.c10 = high(bottom);
+        leaf.c01 = low(top);
+        leaf.c11 = high(top);
         leaf.s0 = mul_add(size0, to_float(column), set(-1.f));
         leaf.t0 = mul_add(size0, to_float(row), set(-1.f));
         leaf.inverse_size = set(0.5f * static_cast<float>(base_));
@@ -167,16 +169,20 @@ public:
                 const I x = blend(right, set_int(1), hn::Zero(di)), y = blend(up, set_int(1), hn::Zero(di));
                 const I cell = hn::Add(hn::Add(record, set_int(model::k_split_cells)), hn::Add(x, hn::Add(y, y)));
                 leaf.cell = blend(split, low(gather_pair(splits_, cell)), leaf.cell);
-                corner =
-                    blend(split, hn::Add(hn::Add(record, set_int(split_shift_)), hn::Add(x, hn::Add(y, hn::Add(y, y)))), corner);
-                stride = blend(split, set_int(3), stride);
+                // The samples below the middle, left of it, in it, right of it and above it.
+                const I first = gather_pair(splits_, record), second = gather_pair(splits_, hn::Add(record, set_int(2)));
+                const I s_low = low(first), t_low = high(first), middle = low(second), t_high = high(second),
+                        s_high = low(gather_pair(splits_, hn::Add(record, set_int(4))));
+                const auto choose = [&](I old, I lower_left, I lower_right, I upper_left, I upper_right) {
+                    return blend(split, blend(up, blend(right, upper_right, upper_left), blend(right, lower_right, lower_left)),
+                                 old);
+                };
+                leaf.c00 = choose(leaf.c00, leaf.c00, s_low, t_low, middle);
+                leaf.c10 = choose(leaf.c10, s_low, leaf.c10, middle, t_high);
+                leaf.c01 = choose(leaf.c01, t_low, middle, leaf.c01, s_high);
+                leaf.c11 = choose(leaf.c11, middle, t_high, s_high, leaf.c11);
             }
         }
-        const I bottom = gather_pair(samples_, corner), top = gather_pair(samples_, hn::Add(corner, stride));
-        leaf.c00 = low(bottom);
-        leaf.c10 = high(bottom);
-        leaf.c01 = low(top);
-        leaf.c11 = high(top);
         return leaf;
     }
 
@@ -209,7 +215,6 @@ private:
     const std::uint16_t* samples_;
     const std::uint16_t* cells_;
     const std::uint16_t* splits_;
-    std::int32_t split_shift_;  // from the samples to the splits, in values: both lie in one blob
     std::int32_t base_;
 };
 

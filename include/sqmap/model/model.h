@@ -113,8 +113,9 @@ constexpr BorderPoint border_point(std::uint32_t code)
     }
 }
 
-/// A split cell's record: three by three samples, row by row, and the four cells between them.
-inline constexpr std::uint32_t k_split_cells = 9;
+/// A split cell's record: of three by three samples the five that are not the cell's own corners, row by row, and the four cells
+/// between them.
+inline constexpr std::uint32_t k_split_cells = 5;
 inline constexpr std::uint32_t k_split_size = k_split_cells + 4;
 
 /// A block of k_block x k_block base cells: the least and greatest stored w of the part's own surface over it; lo > hi:
