@@ -2,6 +2,7 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { h } from './dom';
+import { meter } from './meter';
 import type { Frame } from './net';
 
 const SECONDS = 6, RATE = 1000, N = SECONDS * RATE;
@@ -13,6 +14,8 @@ export class Charts {
   private series: Series[];
   private x = Float64Array.from({ length: N }, (_, i) => (i - N) / RATE);
   private dirty = false;
+  private drawn = 0;
+  private seen = false;
 
   constructor() {
     const make = (title: string, unit: string, pick: number, scale: number, least: number): Series => {
@@ -26,13 +29,13 @@ export class Charts {
     this.element = h('section', { class: 'charts', 'aria-label': 'Strip charts of the last six seconds' },
       ...this.series.map((s) => h('figure', { class: 'chart' }, h('figcaption', {}, h('span', {}, s.title), s.now, h('span', { class: 'unit' }, s.unit)), s.box)));
     new ResizeObserver(() => this.layout()).observe(this.element);
-    setInterval(() => { if (this.dirty && this.element.offsetParent) this.draw(); }, 50);
   }
 
   theme(): void { for (const s of this.series) { s.plot?.destroy(); s.plot = null; } this.layout(); }
 
   private layout(): void {
-    if (!this.element.offsetParent) return;
+    this.seen = !!this.element.offsetParent;
+    if (!this.seen) return;
     const style = getComputedStyle(document.documentElement);
     const ink = style.getPropertyValue('--soft').trim(), line = style.getPropertyValue('--accent').trim(), grid = style.getPropertyValue('--line').trim();
     for (const s of this.series) {
@@ -50,8 +53,13 @@ export class Charts {
     }
   }
 
-  private draw(): void {
+  /// Every animation frame; draws twenty times a second.
+  frame(now: number): void {
+    if (!this.dirty || now - this.drawn < 48 || !this.seen) return;
+    this.drawn = now;
     this.dirty = false;
+    ++meter.chartDraws;
+    for (const s of this.series) s.now.textContent = s.values[N - 1].toFixed(s.pick === 3 ? 0 : 2);
     for (const s of this.series) s.plot?.setData([this.x, s.values] as unknown as uPlot.AlignedData);
   }
 
@@ -61,11 +69,10 @@ export class Charts {
     for (const s of this.series) {
       s.values.copyWithin(0, n);
       for (let i = 0; i < n; ++i) s.values[N - n + i] = s.scale * frame.ticks[4 * i + s.pick];
-      s.now.textContent = s.values[N - 1].toFixed(s.pick === 3 ? 0 : 2);
     }
     this.dirty = true;
   }
 
-  clear(): void { for (const s of this.series) { s.values.fill(0); s.now.textContent = '0'; } this.dirty = true; }
+  clear(): void { for (const s of this.series) s.values.fill(0); this.dirty = true; }
   latest(series: number): number { return this.series[series].values[N - 1]; }
 }

@@ -6,6 +6,7 @@ import { Costume } from './costume';
 import { announce, bytes, digits, fill, h, save } from './dom';
 import { Hand } from './hand';
 import { MapView } from './map';
+import { meter } from './meter';
 import { address, fetchBytes, Link, upload, type Frame, type ObjectFacts, type Settings, type Status } from './net';
 import { Recognise } from './recognise';
 import { Recorder } from './recorder';
@@ -25,7 +26,7 @@ let lastFrame: Frame | null = null;
 let frames = 0;
 let first = true;
 
-const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins.' });
+const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins.' });
 const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
@@ -127,7 +128,7 @@ const toolSelect = h('select', { id: 'tool', onchange: () => { const v = toolSel
 const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
 const deviceTable = h('tbody', { id: 'devices' });
 const deviceFacts = h('p', { class: 'note', id: 'device-facts' });
-const counters = h('p', { class: 'note', id: 'counters' });
+const counters = h('p', { class: 'note', id: 'counters' }), pageCost = h('p', { class: 'note', id: 'page-cost' });
 const pressRead = slider('Press', 'mm', [-2, 12, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
 const ballRows = [slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * settings.toolRadius, (x) => { settings.toolRadius = x / 1000; }, false),
   slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * settings.smoothing, (x) => { settings.smoothing = x / 1000; }, false)];
@@ -185,7 +186,7 @@ function showRecorder(at = 0): void {
     recorder.count ? `${recorder.seconds.toFixed(1)} s recorded.` : 'Nothing recorded yet.';
 }
 recorder.onFrame = (frame, at) => { show(frame); showRecorder(at); };
-recorder.onEnd = () => { world.showTool(null); sound.quiet(); forceRead.textContent = ''; showRecorder(); };
+recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
 
 const touchPanel = h('div', {},
   card('Feel', pressRead,
@@ -199,7 +200,7 @@ const touchPanel = h('div', {},
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
     h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
   card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords),
-  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts, counters,
+  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
   card('Other senses', senses()));
 
@@ -220,7 +221,7 @@ const sharePanel = card('Files', h('div', { class: 'row wrap' },
 
 const dressPanel = h('div', {}, card('Costume', costume.element));
 
-panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), sharePanel);
+panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), card('Timing', counters, pageCost), sharePanel);
 
 const main = h('main', {}, stage, panel, charts.element);
 document.getElementById('app')!.replaceChildren(
@@ -255,7 +256,8 @@ function setMode(next: Mode): void {
   factsBox.hidden = mode === 'recognise' || mode === 'dress';
   if (before !== mode && mode === 'dress') { world.mark(null); if (costume.last) hint.hidden = true; costume.enter(); }
   if (before === 'dress' && mode !== 'dress') { costume.leave(); world.mark(null); world.frame(); }
-  if (mode === 'look' || mode === 'dress') { world.showTool(null); forceRead.textContent = ''; }
+  if (mode === 'look' || mode === 'dress') hideTool();
+  world.dims = mode === 'look';
   void world.paint();
 }
 
@@ -264,13 +266,12 @@ function setMode(next: Mode): void {
 // The newest aim, at most once a frame of the stream; to grasp and to let go is told at once.
 let aim: object | null = null, wasHeld = false;
 setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
-hand.onAim = (target, held, hit) => {
+hand.onAim = (target, held) => {
   aim = { say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held };
   if (held !== wasHeld) { link.say(aim); aim = null; }
   wasHeld = held;
   if (held) hint.hidden = true;
-  if (mode !== 'recognise' && hit) map.show(hit.point);
-};
+  };
 hand.onKeyTouch = (text) => { announce(text); if (mode === 'touch') sliders.forEach((s) => s.set()); };
 
 function stop(): void {
@@ -314,26 +315,45 @@ function onFrame(frame: Frame): void {
   if (!recorder.replaying) show(frame);
 }
 
-/// A frame of now, or of a recording.
+/// A frame of now, or of a recording: heard at once, drawn with the next picture.
+let toDraw: Frame | null = null;
 function show(frame: Frame): void {
   charts.add(frame);
   if (mode === 'look' || mode === 'dress') return;
-  world.showTool(frame);
+  toDraw = frame;
   const force = Math.hypot(...frame.force);
-  const side = world.project(new THREE.Vector3(...(frame.tool as [number, number, number]))).x;
-  sound.play(frame, side);
+  sound.play(frame, world.project(toolPlace.set(...(frame.tool as [number, number, number]))).x);
   rumble.play(force, settings.forceLimit);
   game.feel(frame);
-  const part = frame.object >= 0 ? facts[frame.object]?.parts[frame.part] : undefined;
-  const name = frame.contacts > 0 ? part?.name ?? 'surface' : '';
+  const name = frame.contacts > 0 ? touchedName(frame) : '';
   voice.touch(mode === 'recognise' && !game.running ? '' : name);
+  if (frame.faults & 16 && !recorder.replaying) showResume('Stopped: there is no force.');
+}
+const toolPlace = new THREE.Vector3();
+const touchedName = (frame: Frame): string => (frame.object >= 0 ? facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
+
+function hideTool(): void { toDraw = null; world.showTool(null); forceRead.textContent = ''; }
+
+function draw(frame: Frame): void {
+  world.showTool(frame);
+  const force = Math.hypot(...frame.force);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
-    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
-  forceRead.textContent = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
-  if (frame.faults & 16 && !recorder.replaying) showResume('Stopped: there is no force.');
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : touchedName(frame)}` : 'free';
+  const text = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
+  if (forceRead.textContent !== text) forceRead.textContent = text;
 }
+
+let costDue = 0;
+world.onFrame = (now) => {
+  if (toDraw) meter.spend('message', () => draw(toDraw as Frame));
+  toDraw = null;
+  meter.spend('charts', () => charts.frame(now));
+  if (now < costDue) return;
+  costDue = now + 1000;
+  pageCost.textContent = meter.words();
+};
 voice.onSay = (text) => { if (text && mode !== 'look') announce(text); };
 
 // ---- Facts, parts, numbers
@@ -423,7 +443,7 @@ async function click(hit: Hit | null): Promise<void> {
 
 let pressed: { x: number; y: number } | null = null;
 const ndc = (e: PointerEvent): [number, number] => { const b = canvas.getBoundingClientRect(); return [(2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height]; };
-canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; });
+canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; if (mode === 'look') hint.hidden = true; });
 canvas.addEventListener('pointerup', (e) => {
   if (mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) void click(world.cast(...ndc(e)));
   pressed = null;
@@ -432,6 +452,23 @@ canvas.addEventListener('pointermove', (e) => {
   if (mode !== 'look' || pressed || !selected || facts[selected.object]?.edited) return;
   const hit = world.cast(...ndc(e));
   if (hit && hit.object === selected.object && hit.part === selected.part) { map.show(hit.point); world.mark(hit.point); }
+});
+// The same without a pointer.
+canvas.addEventListener('keydown', (e) => {
+  if (mode !== 'look' || e.ctrlKey || e.altKey || e.metaKey) return;
+  const step = e.shiftKey ? Math.PI / 90 : Math.PI / 24;
+  const turns: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
+  if (turns[e.key]) world.turn(...turns[e.key]);
+  else if (e.key === '+' || e.key === '=') world.zoom(0.87);
+  else if (e.key === '-') world.zoom(1.15);
+  else if (e.key === 'Home') world.frame();
+  else if (e.key === 'Enter') {
+    const hit = world.cast(0, 0);
+    if (!hit) announce('Nothing in the middle of the view.');
+    void click(hit);
+  } else return;
+  e.preventDefault();
+  hint.hidden = true;
 });
 map.onPoint = (p) => world.mark(p);
 map.onPick = (p) => { if (selected) void click(world.nearest(selected.object, p)); };
@@ -508,6 +545,11 @@ function showResume(text: string): void {
 }
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
 world.onTrouble = trouble;
+world.onWait = (kind, done, of) => {
+  const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature' };
+  legend.hidden = false;
+  fill(legend, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
+};
 world.onScale = (scale: Scale | null) => {
   const q2 = world.hiddenShare.length ? h('span', { class: 'note', id: 'q2' }, `Magenta: hidden from its part's projection (Q2), of the surface: ${world.hiddenShare.join(', ')}`) : '';
   legend.hidden = !scale && !q2;
@@ -524,7 +566,7 @@ game.onRound = (object) => {
   hand.letGo();
   hand.only = object;
   world.hidden = playing && mode === 'recognise';
-  world.showTool(null);
+  hideTool();
   world.frame(playing ? object : -1);
   if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; (touchPanel.querySelector('#sound') as HTMLInputElement).checked = true; (touchPanel.querySelector('#voice') as HTMLInputElement).checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
   else sound.quiet();
@@ -574,7 +616,7 @@ const link = new Link({
     const d = s.devices[s.device];
     deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
     const c = s.counters;
-    counters.textContent = c ? `${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
+    counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
     if (s.stopped) showResume('Stopped: there is no force.');
     else hideResume();
     stopButton.setAttribute('aria-pressed', String(s.stopped));
@@ -593,7 +635,7 @@ const link = new Link({
   connected(yes) {
     connection.textContent = yes ? 'connected' : 'connection lost: no force; trying again …';
     connection.className = yes ? 'pill good' : 'pill bad';
-    if (!yes) { sound.quiet(); world.showTool(null); announce('The connection is lost. There is no force.', true); }
+    if (!yes) { sound.quiet(); hideTool(); announce('The connection is lost. There is no force.', true); }
     else { wasHeld = false; toolShown = -1; hand.again(); costume.again(); }
   },
 });
@@ -606,4 +648,4 @@ showExports();
 theme();
 
 // For the browser tests.
-Object.assign(window, { sqmap: { world, hand, charts, game, link, costume, recorder, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });
+Object.assign(window, { sqmap: { meter, world, hand, charts, game, link, costume, recorder, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });

@@ -1,4 +1,5 @@
 // The connection to the program: JSON both ways, and a binary stream of what is felt.
+import { meter } from './meter';
 
 export interface Part {
   name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;
@@ -81,8 +82,8 @@ export class Link {
     socket.onmessage = (event) => {
       if (event.data instanceof ArrayBuffer) {
         const data = new Float32Array(event.data);
-        if (data[0] === 2) this.handlers.cloth(readCloth(data));
-        else this.handlers.frame(readFrame(data));
+        meter.heard(event.data.byteLength);
+        meter.spend('message', () => { if (data[0] === 2) this.handlers.cloth(readCloth(data)); else this.handlers.frame(readFrame(data)); });
         return;
       }
       const message = JSON.parse(event.data as string);
