@@ -180,6 +180,7 @@ std::optional<Message> read_message(std::string_view text)
     if (name == "settings") return done(Say::Settings, read_settings(in, m.settings));
     if (name == "stop") return done(Say::Stop, in.size() == 1);
     if (name == "resume") return done(Say::Resume, in.size() == 1);
+    if (name == "record") return done(Say::Record, flag(in, "on", m.held) && in.size() == 2);
     if (name == "device") return done(Say::Device, index(in, "device", m.device) && in.size() == 2);
     if (name == "split") return done(Say::Split, index(in, "object", m.object) && index(in, "part", m.part) && in.size() == 3);
     if (name == "merge")

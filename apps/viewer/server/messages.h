@@ -48,6 +48,7 @@ enum class Say : std::uint8_t {
     Redo,
     Bake,     ///< the edited parts become the object's model
     Remove,   ///< the object
+    Record,   ///< every tick from here on, in place of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
     Cloth,    ///< what is done to it
     Undress,  ///< the figure and its cloth are no longer wanted
@@ -59,7 +60,7 @@ enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew,
 struct Message {
     Say say = Say::Stop;
     Vec3d target{};  ///< m, world
-    bool held = false;
+    bool held = false;  ///< of Record: on
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
     double distance = 0;  ///< m, of MoveCut, 0 to 0.1

@@ -9,7 +9,7 @@ import { MapView } from './map';
 import { meter } from './meter';
 import { address, fetchBytes, Link, upload, type Frame, type ObjectFacts, type Settings, type Status } from './net';
 import { Recognise } from './recognise';
-import { Recorder } from './recorder';
+import { readAgain, Recorder } from './recorder';
 import { Rumble, Sound, Voice } from './senses';
 import { World, type Hit } from './world';
 
@@ -161,7 +161,7 @@ async function fetchTool(revision: number): Promise<void> {
 // ---- Recordings
 
 const recordButton = h('button', { id: 'record', onclick: () => {
-  if (recorder.recording) recorder.stop(); else { recorder.halt(); recorder.start(); }
+  if (recorder.recording) endRecording(); else { recorder.halt(); recorder.start(); againWords.textContent = ''; link.say({ say: 'record', on: true }); }
   showRecorder();
 } });
 const replayButton = h('button', { id: 'replay', onclick: () => {
@@ -176,14 +176,35 @@ const recordingInput = h('input', { type: 'file', id: 'recording-file', class: '
   recordingInput.value = '';
   showRecorder();
 } });
-const recordingWords = h('p', { class: 'note', id: 'recording' });
+const recordingWords = h('p', { class: 'note', id: 'recording' }), againWords = h('p', { id: 'again-words', role: 'status' });
+function endRecording(): void { recorder.stop(); link.say({ say: 'record', on: false }); }
+recorder.onFull = () => { endRecording(); showRecorder(); };
+const againButton = h('button', { id: 'again', onclick: () => void computeAgain() }, 'Compute again');
+
+/// First with all as it was: that must give the same bits. Then with the objects and settings of now.
+async function computeAgain(): Promise<void> {
+  againButton.disabled = true;
+  againWords.textContent = 'Computing every tick again …';
+  try {
+    const then = readAgain(await fetchBytes('/api/again/then')), now = readAgain(await fetchBytes('/api/again/now')), ticks = then.ticks.length / 3;
+    recorder.again = now;
+    const n = ticks.toLocaleString('en');
+    const proof = then.different === 0 ? `✓ ${n} ticks, computed again: every force is the same to the bit.` :
+      `✗ ${n} ticks, computed again: ${then.different.toLocaleString('en')} differ, by at most ${digits(then.largestForce)} N.${then.lost ? ` ${then.lost} ticks were lost while recording: what has a memory may differ after them.` : ''}`;
+    const change = now.different === 0 ? 'With the objects and settings of now: the same.' :
+      `With the objects and settings of now the force differs by at most ${digits(now.largestForce)} N (root mean square ${digits(now.rmsForce)} N), the depth by ${digits(1000 * now.largestDepth)} mm.`;
+    againWords.textContent = `${proof} ${change} Replay draws it dashed, before the safety filter.`;
+  } catch (e) { againWords.textContent = ''; trouble(String(e)); }
+  showRecorder();
+}
 function showRecorder(at = 0): void {
   recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
   recordButton.setAttribute('aria-pressed', String(recorder.recording));
   replayButton.textContent = recorder.replaying ? 'Stop replay' : 'Replay';
   replayButton.disabled = saveButton.disabled = recorder.count === 0 || recorder.recording;
+  againButton.disabled = !recorder.known || recorder.recording;
   recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `Replaying: ${at.toFixed(1)} of ${recorder.seconds.toFixed(1)} s` :
-    recorder.count ? `${recorder.seconds.toFixed(1)} s recorded.` : 'Nothing recorded yet.';
+    recorder.count ? `${recorder.seconds.toFixed(1)} s ${recorder.known ? 'recorded' : 'opened: the poses of every tick stay with the program that felt them, so it cannot be computed again'}.` : 'Nothing recorded yet.';
 }
 recorder.onFrame = (frame, at) => { show(frame); showRecorder(at); };
 recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
@@ -199,7 +220,7 @@ const touchPanel = h('div', {},
     slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * settings.zone, (x) => { settings.zone = x / 1000; }, false),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
     h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
-  card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords),
+  card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords, againWords),
   card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
   card('Other senses', senses()));
@@ -318,7 +339,7 @@ function onFrame(frame: Frame): void {
 /// A frame of now, or of a recording: heard at once, drawn with the next picture.
 let toDraw: Frame | null = null;
 function show(frame: Frame): void {
-  charts.add(frame);
+  charts.add(frame, recorder.replaying ? recorder.againOf(frame) : null);
   if (mode === 'look' || mode === 'dress') return;
   toDraw = frame;
   const force = Math.hypot(...frame.force);
@@ -365,7 +386,7 @@ function showFacts(): void {
     const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
     const warn = f.measured.missed + f.measured.false > 0;
     return h('li', {}, title,
-      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} triangles`),
+      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} faces`),
       h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
         `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
