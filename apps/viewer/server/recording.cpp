@@ -35,8 +35,8 @@ Again compute_again(const Recording& recording, const std::optional<Other>& othe
             sum += force * force;
             out.largest_force = std::max(out.largest_force, force);
             out.largest_depth = std::max(out.largest_depth, std::abs(depth - tick.depth));
-            out.ticks.push_back({static_cast<float>(norm(wrench.force)), static_cast<float>(norm(wrench.torque)),
-                                 static_cast<float>(depth)});
+            out.ticks.push_back(
+                {static_cast<float>(norm(wrench.force)), static_cast<float>(norm(wrench.torque)), static_cast<float>(depth)});
         }
     }
     if (!out.ticks.empty()) out.rms_force = std::sqrt(sum / static_cast<double>(out.ticks.size()));

@@ -116,7 +116,8 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
 {
     Work& w = *work_;
     w.settings = settings;
-    if (take != nullptr) *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
+    if (take != nullptr)
+        *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
     w.take = std::move(take);
     w.feeling = std::make_unique<Feeling>(std::move(objects), settings);
     w.hand.start = start;

@@ -594,10 +594,16 @@ void Viewer::dress(const Message& message)
     fitting_->tell(message);
 }
 
-/// Elsewhere: its thread may be baking a bone, and STOP must not wait for that.
+/// The figure stays for the next visit. Where it is not made yet, the making ends, elsewhere: its thread may be baking a bone,
+/// and STOP must not wait for that.
 void Viewer::undress()
 {
     if (fitting_ == nullptr) return;
+    if (fitting_->ready()) {
+        Message message;
+        message.say = Say::Undress;
+        return fitting_->tell(message);
+    }
     pictures_.work([gone = std::move(fitting_)]() mutable { gone.reset(); });
     fitting_ = nullptr;
     told_fitting_.clear();
@@ -606,9 +612,9 @@ void Viewer::undress()
 void Viewer::stream_cloth()
 {
     if (fitting_ == nullptr) return;
-    if (const std::string state = text_of(fitting_->status()); state != "null" && state != told_fitting_) {
+    if (const std::string state = text_of(fitting_->status()); state != told_fitting_) {
         told_fitting_ = state;
-        tell_progress("the figure", "done", 1);
+        if (state != "null") tell_progress("the figure", "done", 1);
         tell_all(status_text());
     }
     const auto bytes = fitting_->frame();

@@ -26,7 +26,7 @@ let lastFrame: Frame | null = null;
 let frames = 0;
 let first = true;
 
-const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins.' });
+const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins, C begins a cut and ends it.' });
 const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
