@@ -206,7 +206,7 @@ function showRecorder(at = 0): void {
   recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `Replaying: ${at.toFixed(1)} of ${recorder.seconds.toFixed(1)} s` :
     recorder.count ? `${recorder.seconds.toFixed(1)} s ${recorder.known ? 'recorded' : 'opened: the poses of every tick stay with the program that felt them, so it cannot be computed again'}.` : 'Nothing recorded yet.';
 }
-recorder.onFrame = (frame, at) => { show(frame); showRecorder(at); };
+recorder.onFrame = (frame, at) => { show(frame); draw(frame); showRecorder(at); };
 recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
 
 const touchPanel = h('div', {},
