@@ -15,6 +15,7 @@ export class Hand {
   private target = new THREE.Vector3();
   onAim: (target: THREE.Vector3, held: boolean, hit: Hit | null) => void = () => {};
   onKeyTouch: (text: string) => void = () => {};
+  onAsk: () => void = () => {};  ///< what is touched?
 
   constructor(private world: World, private canvas: HTMLCanvasElement) {
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
@@ -140,6 +141,8 @@ export class Hand {
       e.preventDefault();
       this.deeper(e.key === 'PageDown' ? 0.0005 : -0.0005);
       this.onKeyTouch(`Press ${(1000 * this.press).toFixed(1)} millimetres`);
+    } else if (e.key === 'n') {
+      this.onAsk();
     } else if (e.key === 'q' || e.key === 'e') {
       // Walk round the object.
       const offset = this.world.camera.position.clone().sub(this.world.controls.target);

@@ -26,7 +26,7 @@ let lastFrame: Frame | null = null;
 let frames = 0;
 let first = true;
 
-const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins, C begins a cut and ends it.' });
+const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins, C begins a cut and ends it.' });
 const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
@@ -223,16 +223,16 @@ const touchPanel = h('div', {},
   card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords, againWords),
   card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
-  card('Other senses', senses()));
+  card('Other senses', h('div', { class: 'senses' })));
 
-function senses(): HTMLElement {
-  return h('div', {},
-    check('Force as sound', false, (on) => { if (on) sound.start(); else sound.stop(); }, 'sound'),
-    check('Say the touched part', false, (on) => { voice.on = on; voice.forget(); }, 'voice'),
-    check('Rumble of a game pad', true, (on) => { rumble.on = on; }, 'rumble'));
-}
+/// One set of switches, in whichever panel is shown.
+const senses = h('div', {},
+  check('Force as sound', false, (on) => { if (on) sound.start(); else sound.stop(); }, 'sound'),
+  check('Say the touched part', false, (on) => { voice.on = on; voice.forget(); }, 'voice'),
+  check('Rumble of a game pad', true, (on) => { rumble.on = on; }, 'rumble'),
+  h('p', { class: 'note' }, 'On the stage, N says the touched part and the force.'));
 
-const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game; switch them in Touch.')));
+const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game.'), h('div', { class: 'senses' })));
 
 const sharePanel = card('Files', h('div', { class: 'row wrap' },
   h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open a mesh …'), fileInput,
@@ -266,6 +266,7 @@ function setMode(next: Mode): void {
   mode = next;
   for (const [m, b] of Object.entries(tabs)) { b.setAttribute('aria-selected', String(m === mode)); b.tabIndex = m === mode ? 0 : -1; }
   document.getElementById('mode-panel')!.replaceChildren(mode === 'look' ? lookPanel : mode === 'touch' ? touchPanel : mode === 'dress' ? dressPanel : gamePanel);
+  panel.querySelector('.senses')?.append(senses);
   panel.setAttribute('aria-labelledby', `tab-${mode}`);
   main.dataset.mode = mode;
   hint.textContent = hints[mode];
@@ -293,6 +294,11 @@ hand.onAim = (target, held) => {
   wasHeld = held;
   if (held) hint.hidden = true;
   };
+/// Asked for, also where nothing has changed.
+hand.onAsk = () => {
+  const f = lastFrame, name = f && f.contacts > 0 ? touchedName(f) : '';
+  voice.say(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);
+};
 hand.onKeyTouch = (text) => { announce(text); if (mode === 'touch') sliders.forEach((s) => s.set()); };
 
 function stop(): void {
@@ -589,7 +595,7 @@ game.onRound = (object) => {
   world.hidden = playing && mode === 'recognise';
   hideTool();
   world.frame(playing ? object : -1);
-  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; (touchPanel.querySelector('#sound') as HTMLInputElement).checked = true; (touchPanel.querySelector('#voice') as HTMLInputElement).checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
+  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; for (const id of ['sound', 'voice']) senses.querySelector<HTMLInputElement>(`#${id}`)!.checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
   else sound.quiet();
   showFacts();
   void world.paint();
