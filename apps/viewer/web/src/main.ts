@@ -230,7 +230,11 @@ const senses = h('div', {},
   check('Force as sound', false, (on) => { if (on) sound.start(); else sound.stop(); }, 'sound'),
   check('Say the touched part', false, (on) => { voice.on = on; voice.forget(); }, 'voice'),
   check('Rumble of a game pad', true, (on) => { rumble.on = on; }, 'rumble'),
+  h('p', { class: 'note', id: 'pads' }),
   h('p', { class: 'note' }, 'On the stage, N says the touched part and the force.'));
+function showPads(): void { senses.querySelector('#pads')!.textContent = rumble.available() ? 'A game pad that rumbles is here.' : 'No game pad that rumbles was found: press one of its buttons.'; }
+for (const type of ['gamepadconnected', 'gamepaddisconnected']) addEventListener(type, showPads);
+showPads();
 
 const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game.'), h('div', { class: 'senses' })));
 
