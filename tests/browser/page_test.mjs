@@ -218,6 +218,10 @@ test('a drag is felt: force, arrow and trace agree', async () => {
   assert.ok(Math.abs(felt.chart[1] - 1000 * felt.depth) < 1e-3);
   // The push is outwards: within the friction cone about the normal.
   assert.ok(unit.reduce((sum, c, i) => sum + c * felt.normal[i], 0) > Math.cos(Math.atan(0.4) + 0.1));
+  await until(page, () => [0, 1, 2].every((i) => window.sqmap.charts.top(i) > window.sqmap.charts.latest(i)), undefined);
+  await page.evaluate(() => { window.sqmap.hand.press = 0.009; window.sqmap.hand.deeper(0); });
+  await until(page, () => window.sqmap.charts.latest(1) > 2.4 && window.sqmap.charts.top(1) > window.sqmap.charts.latest(1));  // beyond where the axis begins
+  await page.evaluate(() => { window.sqmap.hand.press = 0.004; window.sqmap.hand.deeper(0); });
   assert.match(felt.words, /N · .* mm deep/);
   await page.screenshot({ path: path.join(folder, 'touch.png') });
   // However many messages come, the page draws once a frame, and a message is as long as its ticks need.

@@ -9,6 +9,13 @@ const SECONDS = 6, RATE = 1000, N = SECONDS * RATE;
 
 interface Series { title: string; scale: number; least: number; pick: number; plot: uPlot | null; values: Float64Array; again: Float64Array; of: number; box: HTMLElement; now: HTMLElement; unit: string; }
 
+/// Of both lines; where nothing was computed again there is no number.
+function peak(s: Series): number {
+  let most = 0;
+  for (const line of [s.values, s.again]) for (const x of line) if (x > most) most = x;
+  return most;
+}
+
 export class Charts {
   readonly element: HTMLElement;
   private series: Series[];
@@ -43,7 +50,7 @@ export class Charts {
       if (s.plot) { s.plot.setSize(size); continue; }
       s.plot = new uPlot({
         ...size, cursor: { show: false }, legend: { show: false }, padding: [9, 14, 0, 0],
-        scales: { x: { time: false, range: [-SECONDS, 0] }, y: { range: (_u, _min, max) => [0, Math.max(s.least, 1.15 * (max || 0))] } },
+        scales: { x: { time: false, range: [-SECONDS, 0] }, y: { range: () => [0, Math.max(s.least, 1.15 * peak(s))] } },
         axes: [
           { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { show: false }, size: 20, font: '11px system-ui', values: (_u, v) => v.map((x) => (x === 0 ? 'now' : `${x} s`)) },
           { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { show: false }, size: 34, font: '11px system-ui' },
@@ -79,5 +86,7 @@ export class Charts {
 
   clear(): void { for (const s of this.series) { s.values.fill(0); s.again.fill(NaN); } this.dirty = true; }
   latest(series: number): number { return this.series[series].values[N - 1]; }
+  /// Where the axis ends.
+  top(series: number): number { return this.series[series].plot?.scales.y.max ?? 0; }
   latestAgain(series: number): number { return this.series[series].again[N - 1]; }
 }

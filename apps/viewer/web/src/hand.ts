@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import type { Hit, World } from './world';
 
 const LIFT = 0.018;  // m above the surface when let go
+const NUMB = 700;    // ms without a force, until it is lifted
 
 export class Hand {
   press = 0.004;    ///< m below the surface that the hand wants to be
@@ -88,11 +89,22 @@ export class Hand {
   }
 
   private downAt = 0;
-  /// Down to the surface as soon as the program has taken hold of the tool.
-  heard(engaged: boolean): void {
-    if (!this.downAt || !engaged || performance.now() < this.downAt) return;
-    this.downAt = 0;
-    if (this.held) this.aim();
+  private numbSince = 0;
+  /// Down to the surface as soon as the program has taken hold of the tool. numb: it touches, but came there before that, and the
+  /// force begins off the surface only: up and down again, which a slow machine would else leave to the user.
+  heard(engaged: boolean, numb: boolean): void {
+    const now = performance.now();
+    if (this.downAt) {
+      if (!engaged || now < this.downAt) return;
+      this.downAt = 0;
+      if (this.held) this.aim();
+      return;
+    }
+    if (!this.held || !numb) { this.numbSince = 0; return; }
+    this.numbSince ||= now;
+    if (now - this.numbSince < NUMB) return;
+    this.numbSince = 0;
+    this.begin();
   }
 
   deeper(by: number): void {

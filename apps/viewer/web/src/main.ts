@@ -340,7 +340,7 @@ const REASONS: [number, string][] = [
 function onFrame(frame: Frame): void {
   ++frames;
   lastFrame = frame;
-  hand.heard(frame.engaged);
+  hand.heard(frame.engaged, frame.contacts > 0 && !frame.engaged && frame.faults === 0);
   recorder.add(frame);
   if (recorder.recording) recordingWords.textContent = `Recording every tick: ${recorder.seconds.toFixed(0)} s`;
   if (!recorder.replaying) show(frame);
@@ -516,6 +516,7 @@ function showExports(): void {
 
 async function drop(file: File, repair: '' | 'holes' | 'surface' = ''): Promise<void> {
   dialog.hidden = false;
+  dialog.className = 'card verdict';
   dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
   try {
     const v = await upload(file, repair, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
