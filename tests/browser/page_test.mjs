@@ -546,6 +546,11 @@ test('a round of recognition is played by keyboard alone', async () => {
       for (let i = 0; i < 40 && !(await page.evaluate(() => window.sqmap.frame()?.contacts > 0)); ++i) { await page.keyboard.press('ArrowRight'); await page.waitForTimeout(60); }
       await until(page, () => window.sqmap.frame()?.contacts > 0);
       await page.screenshot({ path: path.join(folder, 'recognise.png') });
+      // Asked, it says again what is touched; sound and speech are switched where one plays.
+      await page.evaluate(() => { document.querySelector('#live').textContent = ''; });
+      await page.keyboard.press('n');
+      await until(page, () => /, \d\.\d newtons$/.test(document.querySelector('#live').textContent) || window.sqmap.frame().contacts === 0);
+      assert.ok((await page.isChecked('#panel #sound')) && (await page.isChecked('#panel #voice')));
       // The hidden object is nowhere told.
       const name = await page.evaluate((t) => window.sqmap.facts()[t].name, target);
       assert.ok(!(await page.textContent('#force')).includes(name) && await page.isHidden('#facts'));

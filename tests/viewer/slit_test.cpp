@@ -135,7 +135,7 @@ TEST(Slit, KeepsSeamsAndWaistOnBothSides)
     const Vec3d middle = shirt.start[shirt.seams[0].pairs[shirt.seams[0].pairs.size() / 2][0]];
     const auto from_seam = slit(shirt, shirt.start, straight(middle, middle - Vec3d{0, 0.2, 0}), "cut 1");
     ASSERT_TRUE(from_seam);
-    EXPECT_GE(from_seam->garment.seams[0].pairs.size(), shirt.seams[0].pairs.size());
+    EXPECT_GT(from_seam->garment.seams[0].pairs.size(), shirt.seams[0].pairs.size()) << "both sides stay sewn";
 }
 
 TEST(Slit, RefusesWhatCutsNothing)
