@@ -82,6 +82,14 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
     ASSERT_TRUE(m);
     EXPECT_EQ(m->handling, Handling::Sew);
     EXPECT_EQ(m->part, 1u);
+    m = read_message(R"({"say":"cloth","do":"slit","line":[[0,1.2,0.1],[0,1,0.1]]})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->handling, Handling::Slit);
+    EXPECT_EQ(m->line, (std::vector<Vec3d>{{0, 1.2, 0.1}, {0, 1, 0.1}}));
+    m = read_message(R"({"say":"record","on":true})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::Record);
+    EXPECT_TRUE(m->held);
     EXPECT_TRUE(read_message(R"({"say":"cloth","do":"release"})"));
     EXPECT_TRUE(read_message(R"({"say":"undress"})"));
     for (const char* const wrong :
@@ -90,10 +98,15 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
           R"({"say":"name","object":0,"part":3,"name":"a\nb"})", R"({"say":"name","object":0,"part":3,"name":7})",
           R"({"say":"fit","garment":"/etc/passwd","fabric":"silk","walks":true})",
           R"({"say":"fit","garment":"shirt","fabric":"steel","walks":true})", R"({"say":"cloth","do":"grasp"})",
+          R"({"say":"record"})", R"({"say":"record","on":1})", R"({"say":"cloth","do":"slit","line":[[0,1,0]]})",
+          R"({"say":"cloth","do":"slit","line":[[0,1,0],[0,1]]})", R"({"say":"cloth","do":"slit","line":[[0,1,0],[0,1,1e9]]})",
           R"({"say":"cloth","do":"burn"})", R"({"say":"cloth","do":"cut","seam":-1})",
           R"({"say":"cloth","do":"drag","p":[0,0,1000]})"})
         EXPECT_FALSE(read_message(wrong)) << wrong;
     EXPECT_FALSE(read_message(R"({"say":"name","object":0,"part":3,"name":")" + std::string(61, 'x') + "\"}"));
+    std::string line = R"({"say":"cloth","do":"slit","line":[[0,0,0])";
+    for (std::size_t i = 0; i < k_most_line; ++i) line += ",[0,0,0]";
+    EXPECT_FALSE(read_message(line + "]}")) << "a point too many";
     EXPECT_FALSE(read_message(replaced(k_settings, "\"tool\":3", "\"tool\":\"spear\"")));
     EXPECT_FALSE(read_message(replaced(k_settings, "\"toolSize\":0.1", "\"toolSize\":3")));
 }

@@ -65,6 +65,53 @@ TEST(Touch, APressedBallPushesBackAlongItsNormal)
     EXPECT_EQ(norm(stopped.force), 0);
 }
 
+TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
+{
+    Settings settings{.friction = 0.4, .texture = 0.0002};
+    const auto take = std::make_shared<Take>();
+    {
+        Touch touch({ball()}, settings, nullptr, {0, 0, 0.08}, take);
+        (void)wait_for(touch, [](const TouchFrame& f) { return f.engaged; });
+        touch.aim({0.004, 0, 0.05 + settings.tool_radius - 0.003});
+        (void)wait_for(touch, [](const TouchFrame& f) { return norm(f.force) > 0.3; });
+        settings.stiffness = 250;  // while it touches
+        ASSERT_TRUE(touch.adjust(settings));
+        touch.aim({-0.01, 0.005, 0.05 + settings.tool_radius - 0.003});
+        const std::size_t then = take->ticks.size();
+        (void)wait_for(touch, [&](const TouchFrame&) { return take->ticks.size() > then + 300; });
+    }
+    ASSERT_GT(take->ticks.size(), 300u);
+    if (take->lost > 0) GTEST_SKIP() << "the machine was too busy to hear of every tick";
+    const Again again = compute_again({take}, std::nullopt);
+    EXPECT_EQ(again.ticks.size(), take->ticks.size());
+    EXPECT_EQ(again.different, 0u);
+    EXPECT_EQ(again.largest_force, 0);
+    // Twice, one after the other: each take begins with an empty memory.
+    EXPECT_EQ(compute_again({take, take}, std::nullopt).different, 0u);
+
+    // Without the object there is no force: the difference is what was felt.
+    double most = 0;
+    for (const Take::Tick& t : take->ticks) most = std::max(most, norm(t.asked.force));
+    EXPECT_GT(most, 0.3);
+    const Again away = compute_again({take}, Other{{}, settings});
+    EXPECT_EQ(away.largest_force, most);
+    EXPECT_GT(away.different, 0u);
+    // Where the depth is the same, the spring's stiffness is in proportion to the force: 250 to 500 at the end, without friction.
+    Settings soft = settings, hard = settings;
+    soft.friction = hard.friction = soft.texture = hard.texture = soft.damping = hard.damping = 0;
+    hard.stiffness = 2 * soft.stiffness;
+    const Again one = compute_again({take}, Other{{ball()}, soft}), two = compute_again({take}, Other{{ball()}, hard});
+    ASSERT_GT(one.ticks.back().force, 0.1f);
+    EXPECT_NEAR(two.ticks.back().force / one.ticks.back().force, 2, 1e-3);
+    EXPECT_EQ(two.ticks.back().depth, one.ticks.back().depth);
+
+    // What is found different is: one bit of one tick.
+    auto wrong = std::make_shared<Take>(*take);
+    Vec3d& force = wrong->ticks[wrong->ticks.size() / 2].asked.force;
+    force.x = std::nextafter(force.x, 1e9);
+    EXPECT_EQ(compute_again({wrong}, std::nullopt).different, 1u);
+}
+
 TEST(Touch, NothingIsFeltAway)
 {
     Touch touch({ball()}, {}, nullptr, {0, 0, 0.2});

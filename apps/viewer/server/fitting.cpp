@@ -2,6 +2,7 @@
 
 #include "bytes.h"
 #include "dress/avatar.h"
+#include "slit.h"
 #include "sqmap/sim/cloth.h"
 
 #include <sys/resource.h>
@@ -10,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <cstring>
 #include <deque>
 #include <limits>
@@ -28,6 +30,7 @@ constexpr double k_grip = 0.02, k_pin = 0.02;    // m about a place that is take
 constexpr double k_near_body = 0.06;             // m: a pin goes into the body up to there, else into the air
 constexpr int k_niceness = 10;                   // the servo and the page come first
 constexpr std::uint32_t k_vertices = 3000;
+constexpr std::size_t k_most_seams = 24;  // cuts are seams that are open
 
 /// The closing of a program ends the baking of the figure.
 struct Ended {};
@@ -67,7 +70,8 @@ struct Fitting::Work {
     std::deque<Message> told;
     std::shared_ptr<const std::string> newest, shape;
     nlohmann::ordered_json state;
-    std::atomic<bool> quit{false};
+    std::condition_variable wake;
+    std::atomic<bool> quit{false}, made{false};
 
     // The thread's own.
     app::Avatar avatar;
@@ -86,7 +90,9 @@ struct Fitting::Work {
     std::thread thread;  // last
 
     void run();
-    void dress(bool anew);
+    void dress(bool anew, std::vector<Vec3d> start = {});
+    void cut(const std::vector<Vec3d>& line);
+    void publish_shapes();
     void take(const Message& m);
     void pose(bool first);
     void publish(const sim::StepReport& report, double speed, double step_ms);
@@ -105,15 +111,16 @@ void Fitting::Work::pose(bool first)
     }
 }
 
-/// anew: in the pattern's own place on a figure with stretched arms; else in the folds of now.
-void Fitting::Work::dress(bool anew)
+/// anew: in the pattern's own place on a figure with stretched arms; else in the folds of now, or of `start`.
+void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
 {
     sim::Garment garment = worn.garment;
     if (anew || cloth == nullptr) {
         pose_time = 0;
         pose(true);
     } else {
-        garment.start.assign(cloth->positions().begin(), cloth->positions().end());
+        if (start.empty()) start.assign(cloth->positions().begin(), cloth->positions().end());
+        garment.start = std::move(start);
     }
     for (std::size_t s = 0; s < sewn.size() && !anew; ++s) garment.seams[s].sewn = sewn[s] != 0;
     cloth = std::make_unique<sim::Cloth>(garment, fabric);
@@ -129,7 +136,11 @@ void Fitting::Work::dress(bool anew)
         const std::uint32_t bone = bone_near(cloth->positions()[n]);
         cloth->pin({&n, 1}, bone, bone == sim::Cloth::k_world ? query::Pose{} : poses[bone]);
     }
-    if (!anew) return;
+    if (anew) publish_shapes();
+}
+
+void Fitting::Work::publish_shapes()
+{
     ++number;
     Bytes out("SQC1");
     out.count(number);
@@ -148,6 +159,25 @@ void Fitting::Work::dress(bool anew)
     for (const Vec3d& v : worn.garment.flat) out.point(cast<float>(v));
     const std::lock_guard lock(mutex);
     shape = std::make_shared<const std::string>(out.take());
+}
+
+void Fitting::Work::cut(const std::vector<Vec3d>& line)
+{
+    if (worn.garment.seams.size() >= k_most_seams) return trouble("It has been cut often enough: start again.");
+    int cuts = 1;
+    for (const sim::Seam& s : worn.garment.seams) cuts += s.name.starts_with("cut ") ? 1 : 0;
+    auto after = slit(worn.garment, cloth->positions(), line, "cut " + std::to_string(cuts));
+    if (!after) return trouble("Nothing was cut: the line is too short, or leaves its panel of the cloth.");
+    const auto before = static_cast<std::uint32_t>(cloth->size());
+    worn.garment = std::move(after->garment);
+    sewn.push_back(0);
+    const std::size_t pins = pinned.size();
+    for (std::uint32_t i = 0; i < after->from.size(); ++i)
+        if (std::find(pinned.begin(), pinned.begin() + static_cast<std::ptrdiff_t>(pins), after->from[i]) !=
+            pinned.begin() + static_cast<std::ptrdiff_t>(pins))
+            pinned.push_back(before + i);
+    dress(false, std::move(after->positions));
+    publish_shapes();
 }
 
 std::uint32_t Fitting::Work::nearest(Vec3d p) const
@@ -183,6 +213,11 @@ std::uint32_t Fitting::Work::bone_near(Vec3d p) const
 
 void Fitting::Work::take(const Message& m)
 {
+    if (m.say == Say::Undress) {
+        cloth.reset();
+        garment_name = fabric_name = "";
+        return;
+    }
     if (m.say == Say::Fit) {
         const bool anew = m.garment != garment_name;
         const bool other = anew || m.fabric != fabric_name;
@@ -233,7 +268,11 @@ void Fitting::Work::take(const Message& m)
             m.handling == Handling::Sew ? cloth->sew(m.part) : cloth->cut(m.part);
             sewn[m.part] = m.handling == Handling::Sew ? 1 : 0;
             break;
+        case Handling::Slit:
+            cut(m.line);
+            break;
         case Handling::Restart:
+            worn = costume(garment_name);  // whole again
             dress(true);
             break;
     }
@@ -241,6 +280,12 @@ void Fitting::Work::take(const Message& m)
 
 void Fitting::Work::say_state()
 {
+    if (cloth == nullptr) {
+        const std::lock_guard lock(mutex);
+        state = nullptr;
+        shape = newest = nullptr;
+        return;
+    }
     nlohmann::ordered_json out{
         {"garment", garment_name}, {"fabric", fabric_name}, {"walks", walks}, {"pinned", pinned.size()}, {"number", number}};
     out["seams"] = nlohmann::ordered_json::array();
@@ -288,18 +333,19 @@ void Fitting::Work::run()
     poses.resize(avatar.parts.size());
     for (const app::AvatarPart& part : avatar.parts) solids.push_back({&part.model, {}, {}});
     pose(true);
+    made = true;
     Clock::time_point next = Clock::now(), since = next;
     double simulated = 0, speed = 1, step_ms = 0;
     while (!quit) {
         std::deque<Message> now;
         {
-            const std::lock_guard lock(mutex);
+            std::unique_lock lock(mutex);
+            if (cloth == nullptr) wake.wait(lock, [this] { return quit || !told.empty(); });
             now.swap(told);
         }
         for (const Message& m : now) take(m);
         if (!now.empty()) say_state();
         if (cloth == nullptr) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
             next = since = Clock::now();
             continue;
         }
@@ -347,7 +393,11 @@ Fitting::Fitting(std::function<void(double)> progress, std::function<void(const 
 
 Fitting::~Fitting()
 {
-    work_->quit = true;
+    {
+        const std::lock_guard lock(work_->mutex);
+        work_->quit = true;
+    }
+    work_->wake.notify_all();
     work_->thread.join();
 }
 
@@ -360,7 +410,10 @@ void Fitting::tell(const Message& message)
         work_->told.back() = message;
     else if (work_->told.size() < 64)
         work_->told.push_back(message);
+    work_->wake.notify_all();
 }
+
+bool Fitting::ready() const { return work_->made; }
 
 std::shared_ptr<const std::string> Fitting::frame()
 {

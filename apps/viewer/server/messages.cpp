@@ -58,16 +58,30 @@ bool one_of(const json& in, const char* key, const std::array<const char*, N>& w
 }
 
 /// Within 100 m of the origin.
-bool place(const json& in, Vec3d& out)
+bool point(const json& p, Vec3d& out)
 {
-    const auto p = in.find("p");
-    if (p == in.end() || !p->is_array() || p->size() != 3) return false;
+    if (!p.is_array() || p.size() != 3) return false;
     for (int i = 0; i < 3; ++i) {
-        const json& c = (*p)[static_cast<std::size_t>(i)];
+        const json& c = p[static_cast<std::size_t>(i)];
         if (!c.is_number()) return false;
         out[i] = c.get<double>();
         if (!(std::abs(out[i]) <= 100)) return false;
     }
+    return true;
+}
+
+bool place(const json& in, Vec3d& out)
+{
+    const auto p = in.find("p");
+    return p != in.end() && point(*p, out);
+}
+
+bool line(const json& in, std::vector<Vec3d>& out)
+{
+    const auto all = in.find("line");
+    if (all == in.end() || !all->is_array() || all->size() < 2 || all->size() > k_most_line) return false;
+    for (const json& p : *all)
+        if (!point(p, out.emplace_back())) return false;
     return true;
 }
 
@@ -95,7 +109,8 @@ bool read_fit(const json& in, Message& m)
 
 bool read_cloth(const json& in, Message& m)
 {
-    static constexpr std::array<const char*, 8> k_handlings{"grasp", "drag", "release", "pin", "unpin", "cut", "sew", "restart"};
+    static constexpr std::array<const char*, 9> k_handlings{"grasp", "drag", "release", "pin",    "unpin",
+                                                            "cut",   "sew",  "slit",    "restart"};
     std::size_t which = 0;
     if (!one_of(in, "do", k_handlings, which)) return false;
     m.handling = static_cast<Handling>(which);
@@ -107,6 +122,8 @@ bool read_cloth(const json& in, Message& m)
         case Handling::Cut:
         case Handling::Sew:
             return index(in, "seam", m.part) && in.size() == 3;
+        case Handling::Slit:
+            return line(in, m.line) && in.size() == 3;
         default:
             return in.size() == 2;
     }
@@ -180,6 +197,7 @@ std::optional<Message> read_message(std::string_view text)
     if (name == "settings") return done(Say::Settings, read_settings(in, m.settings));
     if (name == "stop") return done(Say::Stop, in.size() == 1);
     if (name == "resume") return done(Say::Resume, in.size() == 1);
+    if (name == "record") return done(Say::Record, flag(in, "on", m.held) && in.size() == 2);
     if (name == "device") return done(Say::Device, index(in, "device", m.device) && in.size() == 2);
     if (name == "split") return done(Say::Split, index(in, "object", m.object) && index(in, "part", m.part) && in.size() == 3);
     if (name == "merge")

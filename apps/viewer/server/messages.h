@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace sqmap::viewer {
 
@@ -48,18 +49,21 @@ enum class Say : std::uint8_t {
     Redo,
     Bake,     ///< the edited parts become the object's model
     Remove,   ///< the object
+    Record,   ///< every tick from here on, in place of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
     Cloth,    ///< what is done to it
     Undress,  ///< the figure and its cloth are no longer wanted
 };
 
 /// What is done to the cloth.
-enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew, Restart };
+enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew, Slit, Restart };
+
+inline constexpr std::size_t k_most_line = 64;
 
 struct Message {
     Say say = Say::Stop;
-    Vec3d target{};  ///< m, world
-    bool held = false;
+    Vec3d target{};     ///< m, world
+    bool held = false;  ///< of Record: on
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
     double distance = 0;  ///< m, of MoveCut, 0 to 0.1
@@ -67,6 +71,7 @@ struct Message {
     std::string garment{}, fabric{};
     bool walks = false;
     Handling handling = Handling::Release;  ///< target: where; part: which seam
+    std::vector<Vec3d> line{};              ///< of Slit: 2 to k_most_line points on the cloth, m, world
 };
 
 /// Nothing for what is not JSON, not an object, nested deeper than 4, of an unknown kind, with a number missing, out of its range

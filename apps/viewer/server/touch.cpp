@@ -2,33 +2,16 @@
 
 #include "sqmap/device/handover.h"
 #include "sqmap/device/simulated.h"
-#include "sqmap/haptic/step.h"
 #include "sqmap/query/query.h"
-#include "tool.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <system_error>
 
 namespace sqmap::viewer {
 namespace {
 
 constexpr int k_priority = 40;
-
-/// Settings that the next tick can take.
-struct Live {
-    query::Layer layer = query::Layer::Auto;
-    double stiffness = 400, damping = 0.3, friction = 0.3;
-};
-
-query::Layer layer_of(query::Layer layer, haptic::Averaging averaging)
-{
-    if (layer != query::Layer::Auto) return layer;
-    return averaging == haptic::Averaging::Patch ? query::Layer::Three : query::Layer::Exact;
-}
-
-Live live_of(const Settings& s) { return {s.layer, s.stiffness, s.damping, s.friction}; }
 
 bool same_tool(const Settings& a, const Settings& b)
 {
@@ -41,9 +24,14 @@ bool same_tool(const Settings& a, const Settings& b)
 struct Felt {
     std::uint64_t tick = 0;
     double depth = 0;
-    std::uint32_t contacts = 0;
+    std::uint32_t contacts = 0, live = 0;
     Vec3d point{}, normal{};
 };
+
+FeltInput felt_input(const device::Sample& sample, double dt, bool degraded)
+{
+    return {sample.poses[0], sample.twists[0], dt, sample.has_twist, degraded};
+}
 
 /// The hand: goes to where it is told, at a hand's speed.
 struct Hand {
@@ -74,97 +62,64 @@ struct Hand {
 }  // namespace
 
 struct Touch::Work {
-    std::vector<ObjectPtr> objects;
     Settings settings;
-    std::vector<haptic::Solid> solids;
-    std::vector<float> weights, texture_values;
-    haptic::Texture texture{};
-    std::unique_ptr<query::Probe> probe;
-    std::unique_ptr<haptic::State> state;
+    std::unique_ptr<Feeling> feeling;
     Hand hand;
     device::Newest<Live> live;
     device::Ring<Felt, 1024> felt;
     Felt now{};  ///< the servo's thread
     std::unique_ptr<device::Device> device;
-    std::unique_ptr<device::Servo> servo;  // last: it ends first
+    std::unique_ptr<device::Servo> servo;  // last but for what frame() reads: it ends first
     device::ServoTick tick{};
     Felt last{};
     double depth = 0;
+    std::uint32_t lives = 0;  ///< that were told
+    std::shared_ptr<Take> take;
+    std::uint64_t heard = 0;  ///< the newest tick of the take
 
-    void make_tool();
     static std::uint32_t feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept;
+    void keep(bool known);
 };
-
-void Touch::Work::make_tool()
-{
-    haptic::ZoneOptions zone{
-        .stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness};
-    const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects.size();
-    if (settings.tool == ToolKind::Ball || (settings.tool == ToolKind::Mesh && !held)) {
-        zone.averaging = settings.smoothing > 0 ? haptic::Averaging::Stencil : haptic::Averaging::Ball;
-        zone.smoothing = haptic::ball_of(settings.tool_radius);
-        if (settings.smoothing > 0) {
-            zone.smoothing = {};
-            zone.smoothing.radius = settings.smoothing;
-        }
-        probe = std::make_unique<query::Probe>(haptic::stencil_points(zone.smoothing));
-    } else {
-        Tool tool = viewer::make_tool(settings, held ? objects[settings.tool_object].get() : nullptr);
-        weights = std::move(tool.weights);
-        probe = std::make_unique<query::Probe>(tool.mesh.vertices);
-    }
-    zone.layer = layer_of(settings.layer, zone.averaging);
-    const haptic::Zone whole{.probe = probe.get(),
-                             .weights = weights,
-                             .radius = settings.zone > 0 ? settings.zone : std::numeric_limits<double>::infinity(),
-                             .options = zone};
-    if (settings.texture > 0)
-        texture = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values);
-    haptic::Material material{.mu_static = 1.33 * settings.friction, .mu_dynamic = settings.friction};
-    if (settings.texture > 0) material.texture = &texture;
-    for (ObjectPtr& object : objects) {
-        if (held && object == objects[settings.tool_object]) continue;
-        solids.push_back({.model = &object->metres, .pose = object->pose(), .material = material});
-    }
-    if (held) objects[settings.tool_object] = nullptr;
-    state = std::make_unique<haptic::State>(
-        std::span(&whole, 1),
-        haptic::StateOptions{.most_contacts = probe->size(), .most_solids = std::max<std::size_t>(1, solids.size())});
-}
 
 std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
 {
     Work& w = *static_cast<Work*>(context);
     if (w.live.take()) {
-        const Live& now = w.live.value();
-        haptic::ZoneOptions& zone = w.state->options(0);
-        zone.layer = layer_of(now.layer, zone.averaging);
-        zone.stiffness = zone.tangential_stiffness = now.stiffness;
-        zone.damping = now.damping;
-        for (haptic::Solid& solid : w.solids) {
-            solid.material.mu_dynamic = now.friction;
-            solid.material.mu_static = 1.33 * now.friction;
-        }
+        w.feeling->adjust(w.live.value());
+        w.now.live = w.live.value().number;
     }
-    haptic::StepInput step{.solids = w.solids, .poses = {input.sample.poses.data(), 1}, .twists = {}, .dt = input.dt};
-    if (input.sample.has_twist) step.twists = {input.sample.twists.data(), 1};
-    step.degraded = input.degraded;
-    const haptic::StepResult result = haptic::step(*w.state, step, wrenches.first(1));
-    const haptic::ZoneReport& report = w.state->report(0);
+    const haptic::StepResult result = w.feeling->step(felt_input(input.sample, input.dt, input.degraded), wrenches[0]);
+    const haptic::ZoneReport& report = w.feeling->report();
     // Old planes answer for a force, not for what is touched: that stays.
-    if (!input.degraded) w.now = {0, result.deepest, result.contacts, report.point, report.normal};
+    if (!input.degraded) w.now = {0, result.deepest, result.contacts, w.now.live, report.point, report.normal};
     w.now.tick = input.tick;
     (void)w.felt.push(w.now);
     return result.status;
 }
 
-Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start)
+/// known: the servo felt in this tick, and told.
+void Touch::Work::keep(bool known)
+{
+    if (take == nullptr || take->ticks.size() >= k_most_recorded) return;
+    const bool begun = !take->ticks.empty();
+    if (begun && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
+    heard = tick.tick;
+    if (known)
+        take->ticks.push_back({felt_input(tick.sample, tick.dt, tick.degraded), tick.asked[0], last.depth, last.live});
+    else if (begun && tick.connected && tick.sample.sequence != 0)
+        ++take->lost;
+}
+
+Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start,
+             std::shared_ptr<Take> take)
     : work_(std::make_unique<Work>())
 {
     Work& w = *work_;
-    w.objects = std::move(objects);
     w.settings = settings;
-    w.make_tool();
+    if (take != nullptr)
+        *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
+    w.take = std::move(take);
+    w.feeling = std::make_unique<Feeling>(std::move(objects), settings);
     w.hand.start = start;
     w.hand.told.put(start);
     w.device =
@@ -193,7 +148,9 @@ bool Touch::adjust(const Settings& settings)
 {
     if (!same_tool(work_->settings, settings)) return false;
     work_->settings = settings;
-    work_->live.put(live_of(settings));
+    const Live live = live_of(settings, ++work_->lives);
+    work_->live.put(live);
+    if (work_->take != nullptr) work_->take->live.push_back(live);
     return true;
 }
 
@@ -215,6 +172,8 @@ double Touch::safe_stiffness() const
         .largest;
 }
 
+void Touch::end_take() { work_->take = nullptr; }
+
 bool Touch::frame(TouchFrame& out)
 {
     Work& w = *work_;
@@ -226,10 +185,12 @@ bool Touch::frame(TouchFrame& out)
         while (w.last.tick < w.tick.tick && w.felt.pop(w.last)) {
         }
         const bool known = w.last.tick == w.tick.tick;
+        w.keep(known);
         out.late = std::max(out.late, w.tick.late);
         out.degraded = out.degraded || w.tick.degraded;
         if (known) w.depth = w.last.depth;
-        if (out.ticks.size() < 256)
+        out.cut = out.ticks.size() == 256;
+        if (!out.cut)
             out.ticks.push_back({static_cast<float>(norm(w.tick.sent[0].force)), static_cast<float>(norm(w.tick.sent[0].torque)),
                                  static_cast<float>(w.depth), static_cast<float>(1e6 * w.tick.cpu)});
     }
@@ -251,9 +212,9 @@ bool Touch::frame(TouchFrame& out)
     out.normal = w.last.normal;
     // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
     for (const double below : {2e-4, 1e-3, 2e-3, 4e-3})
-        for (std::size_t i = 0; i < w.objects.size() && out.object < 0; ++i) {
-            if (w.objects[i] == nullptr) continue;
-            const Object& object = *w.objects[i];
+        for (std::size_t i = 0; i < w.feeling->objects().size() && out.object < 0; ++i) {
+            if (w.feeling->objects()[i] == nullptr) continue;
+            const Object& object = *w.feeling->objects()[i];
             const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
             const query::Contact contact =
                 query::query_point(object.metres, model::to_model_space(object.metres.header, in_metres), query::Layer::Three);

@@ -4,6 +4,7 @@
 
 #include "messages.h"
 #include "object.h"
+#include "recording.h"
 #include "sqmap/device/device.h"
 #include "sqmap/device/servo.h"
 
@@ -32,15 +33,17 @@ struct TouchFrame {
     int object = -1, part = -1;  ///< that is touched
     bool engaged = false, degraded = false, connected = true;
     std::vector<TickPoint> ticks;  ///< at most 256
+    bool cut = false;              ///< there were more: those that came last are left out
 };
 
 /// Runs from construction to destruction.
 class Touch {
 public:
     /// device: null for the simulated one, which starts at `start`.
-    /// An object that is held as the tool (settings) is not there to be touched.
+    /// An object that is held as the tool (settings) is not there to be touched. take: where frame() records what it hears.
     /// @throw std::invalid_argument, std::system_error as Servo does
-    Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start);
+    Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start,
+          std::shared_ptr<Take> take = nullptr);
     ~Touch();
     Touch(const Touch&) = delete;
     Touch& operator=(const Touch&) = delete;
@@ -51,6 +54,7 @@ public:
     bool adjust(const Settings& settings);
     void stop();
     void resume();
+    void end_take();              ///< records no more
     bool frame(TouchFrame& out);  ///< false where no tick has been since the last one
     [[nodiscard]] const device::Capabilities& capabilities() const;
     [[nodiscard]] device::ServoCounters counters() const;

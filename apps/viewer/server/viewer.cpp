@@ -19,6 +19,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t k_most_history = 64;
 constexpr int k_most_jobs = 16;
+constexpr std::size_t k_most_takes = 256;
 #ifdef SQMAP_VIEWER_HAS_CLOTH
 constexpr bool k_has_cloth = true;
 #else
@@ -202,6 +203,21 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
         return answer(shapes != nullptr ? HttpReply{.type = "application/octet-stream", .body = *shapes} : no_such());
     }
 #endif
+    // What was recorded, computed again: as it was, or with the objects and settings of now.
+    if (pieces.size() == 3 && pieces[0] == "api" && pieces[1] == "again" && (pieces[2] == "then" || pieces[2] == "now")) {
+        if (recording_ || recorded() == 0) return answer(no_such());
+        if (pictures_.waiting() >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
+        std::optional<Other> other;
+        if (pieces[2] == "now") {
+            other.emplace();
+            for (const Entry& entry : entries_) other->objects.push_back(entry.object);
+            other->settings = settings_;
+        }
+        return pictures_.work([this, answer, other, takes = Recording(takes_.begin(), takes_.end())] {
+            answer({.type = "application/octet-stream",
+                    .body = again_bytes(compute_again(takes, other, [this] { return pictures_.quits(); }))});
+        });
+    }
     if (pieces.size() < 4 || pieces[0] != "api" || pieces[1] != "object") return answer(no_such());
     const auto index = number_of(pieces[2]);
     if (!index || *index >= entries_.size()) return answer(no_such());
@@ -339,7 +355,10 @@ void Viewer::on_close(ConnectionId connection)
     connections_.erase(connection);
     // A page that is gone holds nothing: the force ends with it.
     if (connection == holder_ || connections_.empty()) stop_touch();
-    if (connections_.empty()) undress();
+    if (connections_.empty()) {
+        undress();
+        record(false);
+    }
 }
 
 bool Viewer::on_text(ConnectionId connection, std::string_view text)
@@ -374,6 +393,9 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
             touch_.reset();
             restart_touch();
             tell_all(status_text());
+            return true;
+        case Say::Record:
+            record(message->held);
             return true;
         case Say::Fit:
         case Say::Cloth:
@@ -572,10 +594,16 @@ void Viewer::dress(const Message& message)
     fitting_->tell(message);
 }
 
-/// Elsewhere: its thread may be baking a bone, and STOP must not wait for that.
+/// The figure stays for the next visit. Where it is not made yet, the making ends, elsewhere: its thread may be baking a bone,
+/// and STOP must not wait for that.
 void Viewer::undress()
 {
     if (fitting_ == nullptr) return;
+    if (fitting_->ready()) {
+        Message message;
+        message.say = Say::Undress;
+        return fitting_->tell(message);
+    }
     pictures_.work([gone = std::move(fitting_)]() mutable { gone.reset(); });
     fitting_ = nullptr;
     told_fitting_.clear();
@@ -584,9 +612,9 @@ void Viewer::undress()
 void Viewer::stream_cloth()
 {
     if (fitting_ == nullptr) return;
-    if (const std::string state = text_of(fitting_->status()); state != "null" && state != told_fitting_) {
+    if (const std::string state = text_of(fitting_->status()); state != told_fitting_) {
         told_fitting_ = state;
-        tell_progress("the figure", "done", 1);
+        if (state != "null") tell_progress("the figure", "done", 1);
         tell_all(status_text());
     }
     const auto bytes = fitting_->frame();
@@ -623,6 +651,25 @@ void Viewer::stop_touch()
     holder_ = 0;
 }
 
+/// The touch begins anew, so that nothing that was felt before has a part in what is recorded.
+void Viewer::record(bool on)
+{
+    recording_ = on;
+    if (on) {
+        takes_.clear();
+        restart_touch();
+    } else if (touch_ != nullptr) {
+        touch_->end_take();
+    }
+}
+
+std::size_t Viewer::recorded() const
+{
+    std::size_t ticks = 0;
+    for (const auto& take : takes_) ticks += take->ticks.size();
+    return ticks;
+}
+
 void Viewer::restart_touch(bool begin)
 {
     const bool wanted = begin || touch_ != nullptr || device_ > 0;
@@ -634,7 +681,10 @@ void Viewer::restart_touch(bool begin)
     try {
         std::unique_ptr<device::Device> device;
         if (device_ > 0) device = device::open_device(device_specs_[device_ - 1]);
-        touch_ = std::make_unique<Touch>(std::move(objects), settings_, std::move(device), target_);
+        std::shared_ptr<Take> take;
+        if (recording_ && recorded() < k_most_recorded && takes_.size() < k_most_takes)
+            takes_.push_back(take = std::make_shared<Take>());
+        touch_ = std::make_unique<Touch>(std::move(objects), settings_, std::move(device), target_, take);
         if (stopped_) touch_->stop();
     } catch (const std::exception& e) {
         device_ = 0;
@@ -661,7 +711,8 @@ void Viewer::on_frame()
     vector(f.normal);
     for (const double x : {f.depth, static_cast<double>(f.contacts), static_cast<double>(f.object), static_cast<double>(f.part),
                            static_cast<double>(f.acted), static_cast<double>(f.faults), f.late * 1e3, f.degraded ? 1.0 : 0.0,
-                           f.engaged ? 1.0 : 0.0, f.connected ? 1.0 : 0.0, static_cast<double>(f.ticks.size())})
+                           f.engaged ? 1.0 : 0.0, f.connected ? 1.0 : 0.0, static_cast<double>(f.ticks.size()),
+                           recording_ && !f.cut && recorded() < k_most_recorded ? static_cast<double>(recorded()) : 0.0})
         out.push_back(static_cast<float>(x));
     for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
     for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu});

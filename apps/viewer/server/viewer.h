@@ -104,6 +104,8 @@ private:
     void touch(ConnectionId connection, const Message& message);
     void restart_touch(bool begin = false);  ///< where there is one, or one is to begin
     void stop_touch();
+    void record(bool on);
+    [[nodiscard]] std::size_t recorded() const;  ///< ticks
     [[nodiscard]] std::string scene_text() const;
     [[nodiscard]] std::string status_text() const;
     void list_devices();
@@ -118,6 +120,8 @@ private:
     std::unique_ptr<Touch> touch_;
     Vec3d target_{};
     bool stopped_ = false;
+    std::vector<std::shared_ptr<Take>> takes_;  ///< of the recording; the last one may still grow
+    bool recording_ = false;
     TouchFrame frame_{};
     std::uint64_t frames_ = 0;
     std::string devices_ = "[]";

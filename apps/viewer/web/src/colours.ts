@@ -28,7 +28,9 @@ export const divergingColour = (t: number): Rgb => ramp([0x2166ac, 0x92c5de, 0xf
 export const MISSED: Rgb = [0.14, 0.34, 0.84];
 export const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
 
-export interface Scale { title: string; ticks: [number, string][]; colour: (t: number) => Rgb; colours: Rgb[]; }
+export interface Scale { title: string; ticks: [number, string][]; colour: (t: number) => Rgb; colours: Rgb[];
+  key: string;  ///< the same for the same colours of the same values
+}
 
 const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.abs(x) < 0.01) ? x.toExponential(1) : Number(x.toPrecision(2)).toString());
 
@@ -38,7 +40,7 @@ export function colourField(kind: string, values: Float32Array): Scale {
     const at = (v: number) => Math.log(Math.max(v, 0.01) / 0.01) / Math.log(100);
     return {
       title: 'Depth error of layer 3, % of R_max', colour: errorColour,
-      ticks: [[0, '< 0.01'], [0.5, '0.1'], [1, '> 1']],
+      ticks: [[0, '< 0.01'], [0.5, '0.1'], [1, '> 1']], key: '',
       colours: Array.from(values, (v) => (v === -1 ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v)))),
     };
   }
@@ -46,7 +48,7 @@ export function colourField(kind: string, values: Float32Array): Scale {
   const low = sorted[0], high = sorted[sorted.length - 1];
   if (kind === 'protrusion')
     return {
-      title: 'Protrusion, over its mean (eq. 4)', colour: sequentialColour, ticks: [[0, shown(low)], [1, shown(high)]],
+      title: 'Protrusion, over its mean (eq. 4)', colour: sequentialColour, ticks: [[0, shown(low)], [1, shown(high)]], key: `${low} ${high}`,
       colours: Array.from(values, (v) => sequentialColour((v - low) / Math.max(high - low, 1e-9))),
     };
   const sizes = Float32Array.from(values, Math.abs).sort();
@@ -54,7 +56,7 @@ export function colourField(kind: string, values: Float32Array): Scale {
   const spread = (v: number) => Math.sign(v) * Math.sqrt(Math.min(Math.abs(v) / end, 1));
   return {
     title: 'Gaussian curvature × R_max² (eq. 6)', colour: (t) => divergingColour(2 * t - 1),
-    ticks: [[0, `< −${shown(end)}`], [0.5, '0'], [1, `> ${shown(end)}`]],
+    ticks: [[0, `< −${shown(end)}`], [0.5, '0'], [1, `> ${shown(end)}`]], key: `${end}`,
     colours: Array.from(values, (v) => divergingColour(spread(v))),
   };
 }

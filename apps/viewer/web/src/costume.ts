@@ -7,12 +7,15 @@ import type { World } from './world';
 const GARMENTS: [string, string][] = [['shirt', 'Shirt'], ['skirt', 'Skirt'], ['poncho', 'Poncho']];
 const FABRICS: [string, string, number][] = [['cotton', 'Cotton', 0x3b6ea5], ['silk', 'Silk', 0xb08ad0], ['denim', 'Denim', 0x2b4a78], ['wool', 'Wool', 0xb5563c], ['leather', 'Leather', 0x6b4a32]];
 
+const MOST_LINE = 64, LINE_STEP = 0.012;  // points that the program takes, m between them
+
 export class Costume {
   readonly element: HTMLElement;
   private garment = h('select', { id: 'garment', onchange: () => this.fit() }, ...GARMENTS.map(([v, t]) => h('option', { value: v }, t)));
   private fabric = h('select', { id: 'fabric', onchange: () => this.fit() }, ...FABRICS.map(([v, t]) => h('option', { value: v }, t)));
   private walks = h('input', { type: 'checkbox', id: 'walks', onchange: () => this.fit() });
   private pins = h('input', { type: 'radio', name: 'grip', id: 'grip-pin' });
+  private cuts = h('input', { type: 'radio', name: 'grip', id: 'grip-cut' });
   private pulls = h('input', { type: 'radio', name: 'grip', id: 'grip-pull', checked: true });
   private seams = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Seams' });
   private facts = h('dl', { class: 'numbers', id: 'cloth-facts' });
@@ -23,6 +26,9 @@ export class Costume {
   private at = new THREE.Vector3();
   private cursor = new THREE.Vector2();
   private dragged: THREE.Vector3 | null = null;
+  private line: THREE.Vector3[] | null = null;
+  private draws = false;
+  private drawn = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd4145a, depthTest: false }));
   private seamText = '';
   private factsDue = 0;
   held = false;
@@ -37,22 +43,27 @@ export class Costume {
       h('label', { class: 'field' }, h('span', {}, 'Garment'), this.garment),
       h('label', { class: 'field' }, h('span', {}, 'Fabric'), this.fabric),
       h('label', { class: 'check' }, this.walks, h('span', {}, 'The figure walks')),
-      h('fieldset', {}, h('legend', {}, 'A press on the cloth'), radio(this.pulls, 'takes it and pulls'), radio(this.pins, 'pins it to the body, or to the air where the body is far')),
+      h('fieldset', {}, h('legend', {}, 'A press on the cloth'), radio(this.pulls, 'takes it and pulls'), radio(this.pins, 'pins it to the body, or to the air where the body is far'), radio(this.cuts, 'cuts it along the drag')),
       this.seams,
       h('div', { class: 'row wrap' }, h('button', { id: 'unpin', onclick: () => { this.say({ say: 'cloth', do: 'unpin' }); announce('Pins taken out.'); } }, 'Take pins out'),
         h('button', { id: 'dress-again', onclick: () => { this.say({ say: 'cloth', do: 'restart' }); announce('Dressed anew.'); } }, 'Start again')),
       this.facts,
-      h('p', { class: 'note' }, 'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, Q and E walk round.'));
+      h('p', { class: 'note' }, 'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, C begins a cut and ends it, Q and E walk round.'));
+    this.drawn.frustumCulled = false;
+    this.drawn.renderOrder = 9;
+    this.drawn.visible = false;
+    world.extra.add(this.drawn);
     world.extra.visible = false;
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
-    canvas.addEventListener('pointermove', (e) => { if (this.held && this.active) { this.place(e); this.drag(); } });
-    for (const type of ['pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => this.release());
+    canvas.addEventListener('pointermove', (e) => { if (!this.active) return; if (this.held) { this.place(e); this.drag(); } else if (this.line && this.draws) { this.place(e); this.extend(); } });
+    for (const type of ['pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => { if (this.line && this.draws) this.endCut(type === 'pointerup'); this.release(); });
     canvas.addEventListener('keydown', (e) => this.key(e));
     setInterval(() => { if (this.dragged) this.say({ say: 'cloth', do: 'drag', p: this.dragged.toArray().map((x) => Number(x.toFixed(5))) }); this.dragged = null; }, 16);
   }
 
   enter(): void {
     this.active = true;
+    this.number = -1;  // whatever the program numbers next is to be fetched
     this.world.extra.visible = true;
     this.world.groundAt(0);
     this.world.frameBox(new THREE.Box3(new THREE.Vector3(-0.75, 0, -0.3), new THREE.Vector3(0.75, 1.75, 0.3)));
@@ -62,6 +73,7 @@ export class Costume {
     if (!this.active) return;
     this.active = false;
     this.release();
+    this.endCut(false);
     this.world.showArrow(null);
     this.world.extra.visible = false;
     this.world.groundUnder();
@@ -82,9 +94,9 @@ export class Costume {
     if (text === this.seamText) return;
     this.seamText = text;
     fill(this.seams, ...(worn?.seams ?? []).map((seam, i) => h('button', {
-      id: `seam-${seam.name}`, 'aria-pressed': String(!seam.sewn),
-      onclick: () => { this.say({ say: 'cloth', do: seam.sewn ? 'cut' : 'sew', seam: i }); announce(`${seam.name}: ${seam.sewn ? 'cut open' : 'sewn'}.`); },
-    }, `${seam.sewn ? 'Cut' : 'Sew'} the ${seam.name}`)));
+      id: `seam-${seam.name.replaceAll(' ', '-')}`, 'aria-pressed': String(!seam.sewn),
+      onclick: () => { this.say({ say: 'cloth', do: seam.sewn ? 'cut' : 'sew', seam: i }); announce(`${seam.name}: ${seam.sewn ? 'opened' : 'sewn'}.`); },
+    }, `${seam.sewn ? 'Open' : 'Sew'} the ${seam.name}`)));
   }
 
   frame(f: ClothFrame): void {
@@ -121,6 +133,7 @@ export class Costume {
       const data = await fetchBytes('/api/fitting');
       const head = new Uint32Array(data, 0, 5), [, number, bones, vertices, triangles] = head;
       let at = 20;
+      const fresh = !this.cloth;
       for (const m of [...this.bones, ...(this.cloth ? [this.cloth] : [])]) { this.world.extra.remove(m); m.geometry.dispose(); }
       this.bones = [];
       for (let b = 0; b < bones; ++b) {
@@ -143,7 +156,7 @@ export class Costume {
       this.world.extra.add(this.cloth);
       this.number = number;
       this.colour();
-      this.onReady();
+      if (fresh) this.onReady();
     } catch { /* the next frame asks again */ } finally { this.loading = false; }
   }
 
@@ -170,10 +183,34 @@ export class Costume {
     this.canvas.focus();
     this.canvas.setPointerCapture(e.pointerId);
     if (this.pins.checked) this.pin(p);
+    else if (this.cuts.checked) { this.draws = true; this.beginCut(p); }
     else this.grasp(p);
   }
   private pin(p: THREE.Vector3): void { this.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
   private grasp(p: THREE.Vector3): void { this.at.copy(p); this.held = true; this.say({ say: 'cloth', do: 'grasp', p: p.toArray() }); }
+  /// A line of places on the cloth, as it is drawn; draws: by the pointer, else by keys.
+  private beginCut(p: THREE.Vector3): void { this.line = [p]; this.drawLine(); }
+  private extend(): void {
+    const p = this.under();
+    if (!p || !this.line || this.line.length >= MOST_LINE || p.distanceTo(this.line[this.line.length - 1]) < LINE_STEP) return;
+    this.line.push(p);
+    this.drawLine();
+  }
+  private endCut(done: boolean): void {
+    const line = this.line;
+    this.line = null;
+    this.draws = false;
+    this.drawLine();
+    if (!done || !line) return;
+    if (line.length < 2) { announce('Nothing was cut: the line is too short.'); return; }
+    this.say({ say: 'cloth', do: 'slit', line: line.map((p) => p.toArray().map((x) => Number(x.toFixed(5)))) });
+    announce('Cut along the line.');
+  }
+  private drawLine(): void {
+    this.drawn.visible = (this.line?.length ?? 0) > 1;
+    if (this.drawn.visible) { this.drawn.geometry.dispose(); this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line as THREE.Vector3[]); }
+    this.world.redraw();
+  }
   private drag(): void { this.at.copy(this.world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); }
   private release(): void {
     if (!this.held) return;
@@ -192,7 +229,16 @@ export class Costume {
       e.stopPropagation();
       this.cursor.set(Math.min(Math.max(this.cursor.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.cursor.y + move[1], -1), 1));
       if (this.held) this.drag();
+      else if (this.line) { this.extend(); this.world.mark(this.under() ?? this.line[this.line.length - 1]); }
       else this.world.mark(this.under() ?? this.world.beside(this.cursor.x, this.cursor.y, this.world.controls.target));
+    } else if (e.key === 'c' || e.key === 'C') {
+      e.preventDefault();
+      if (this.line) { this.endCut(true); return; }
+      const p = this.under();
+      if (!p) { announce('No cloth here: move the cross with the arrow keys.'); return; }
+      this.draws = false;
+      this.beginCut(p);
+      announce('A cut begins here: arrow keys draw it, C cuts.');
     } else if (e.key === 'Enter' || e.key === 'p' || e.key === 'P') {
       e.preventDefault();
       if (this.held) { this.release(); announce('Let go'); return; }

@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import type { Hit, World } from './world';
 
 const LIFT = 0.018;  // m above the surface when let go
+const NUMB = 700;    // ms without a force, until it is lifted
 
 export class Hand {
   press = 0.004;    ///< m below the surface that the hand wants to be
@@ -15,6 +16,7 @@ export class Hand {
   private target = new THREE.Vector3();
   onAim: (target: THREE.Vector3, held: boolean, hit: Hit | null) => void = () => {};
   onKeyTouch: (text: string) => void = () => {};
+  onAsk: () => void = () => {};  ///< what is touched?
 
   constructor(private world: World, private canvas: HTMLCanvasElement) {
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
@@ -87,11 +89,22 @@ export class Hand {
   }
 
   private downAt = 0;
-  /// Down to the surface as soon as the program has taken hold of the tool.
-  heard(engaged: boolean): void {
-    if (!this.downAt || !engaged || performance.now() < this.downAt) return;
-    this.downAt = 0;
-    if (this.held) this.aim();
+  private numbSince = 0;
+  /// Down to the surface as soon as the program has taken hold of the tool. numb: it touches, but came there before that, and the
+  /// force begins off the surface only: up and down again, which a slow machine would else leave to the user.
+  heard(engaged: boolean, numb: boolean): void {
+    const now = performance.now();
+    if (this.downAt) {
+      if (!engaged || now < this.downAt) return;
+      this.downAt = 0;
+      if (this.held) this.aim();
+      return;
+    }
+    if (!this.held || !numb) { this.numbSince = 0; return; }
+    this.numbSince ||= now;
+    if (now - this.numbSince < NUMB) return;
+    this.numbSince = 0;
+    this.begin();
   }
 
   deeper(by: number): void {
@@ -140,6 +153,8 @@ export class Hand {
       e.preventDefault();
       this.deeper(e.key === 'PageDown' ? 0.0005 : -0.0005);
       this.onKeyTouch(`Press ${(1000 * this.press).toFixed(1)} millimetres`);
+    } else if (e.key === 'n') {
+      this.onAsk();
     } else if (e.key === 'q' || e.key === 'e') {
       // Walk round the object.
       const offset = this.world.camera.position.clone().sub(this.world.controls.target);

@@ -6,9 +6,10 @@ import { Costume } from './costume';
 import { announce, bytes, digits, fill, h, save } from './dom';
 import { Hand } from './hand';
 import { MapView } from './map';
+import { meter } from './meter';
 import { address, fetchBytes, Link, upload, type Frame, type ObjectFacts, type Settings, type Status } from './net';
 import { Recognise } from './recognise';
-import { Recorder } from './recorder';
+import { readAgain, Recorder } from './recorder';
 import { Rumble, Sound, Voice } from './senses';
 import { World, type Hit } from './world';
 
@@ -25,7 +26,7 @@ let lastFrame: Frame | null = null;
 let frames = 0;
 let first = true;
 
-const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins.' });
+const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins, C begins a cut and ends it.' });
 const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
@@ -127,7 +128,7 @@ const toolSelect = h('select', { id: 'tool', onchange: () => { const v = toolSel
 const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
 const deviceTable = h('tbody', { id: 'devices' });
 const deviceFacts = h('p', { class: 'note', id: 'device-facts' });
-const counters = h('p', { class: 'note', id: 'counters' });
+const counters = h('p', { class: 'note', id: 'counters' }), pageCost = h('p', { class: 'note', id: 'page-cost' });
 const pressRead = slider('Press', 'mm', [-2, 12, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
 const ballRows = [slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * settings.toolRadius, (x) => { settings.toolRadius = x / 1000; }, false),
   slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * settings.smoothing, (x) => { settings.smoothing = x / 1000; }, false)];
@@ -160,7 +161,7 @@ async function fetchTool(revision: number): Promise<void> {
 // ---- Recordings
 
 const recordButton = h('button', { id: 'record', onclick: () => {
-  if (recorder.recording) recorder.stop(); else { recorder.halt(); recorder.start(); }
+  if (recorder.recording) endRecording(); else { recorder.halt(); recorder.start(); againWords.textContent = ''; link.say({ say: 'record', on: true }); }
   showRecorder();
 } });
 const replayButton = h('button', { id: 'replay', onclick: () => {
@@ -175,17 +176,38 @@ const recordingInput = h('input', { type: 'file', id: 'recording-file', class: '
   recordingInput.value = '';
   showRecorder();
 } });
-const recordingWords = h('p', { class: 'note', id: 'recording' });
+const recordingWords = h('p', { class: 'note', id: 'recording' }), againWords = h('p', { id: 'again-words', role: 'status' });
+function endRecording(): void { recorder.stop(); link.say({ say: 'record', on: false }); }
+recorder.onFull = () => { endRecording(); showRecorder(); };
+const againButton = h('button', { id: 'again', onclick: () => void computeAgain() }, 'Compute again');
+
+/// First with all as it was: that must give the same bits. Then with the objects and settings of now.
+async function computeAgain(): Promise<void> {
+  againButton.disabled = true;
+  againWords.textContent = 'Computing every tick again …';
+  try {
+    const then = readAgain(await fetchBytes('/api/again/then')), now = readAgain(await fetchBytes('/api/again/now')), ticks = then.ticks.length / 3;
+    recorder.again = now;
+    const n = ticks.toLocaleString('en');
+    const proof = then.different === 0 ? `✓ ${n} ticks, computed again: every force is the same to the bit.` :
+      `✗ ${n} ticks, computed again: ${then.different.toLocaleString('en')} differ, by at most ${digits(then.largestForce)} N.${then.lost ? ` ${then.lost} ticks were lost while recording: what has a memory may differ after them.` : ''}`;
+    const change = now.different === 0 ? 'With the objects and settings of now: the same.' :
+      `With the objects and settings of now the force differs by at most ${digits(now.largestForce)} N (root mean square ${digits(now.rmsForce)} N), the depth by ${digits(1000 * now.largestDepth)} mm.`;
+    againWords.textContent = `${proof} ${change} Replay draws it dashed, before the safety filter.`;
+  } catch (e) { againWords.textContent = ''; trouble(String(e)); }
+  showRecorder();
+}
 function showRecorder(at = 0): void {
   recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
   recordButton.setAttribute('aria-pressed', String(recorder.recording));
   replayButton.textContent = recorder.replaying ? 'Stop replay' : 'Replay';
   replayButton.disabled = saveButton.disabled = recorder.count === 0 || recorder.recording;
+  againButton.disabled = !recorder.known || recorder.recording;
   recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `Replaying: ${at.toFixed(1)} of ${recorder.seconds.toFixed(1)} s` :
-    recorder.count ? `${recorder.seconds.toFixed(1)} s recorded.` : 'Nothing recorded yet.';
+    recorder.count ? `${recorder.seconds.toFixed(1)} s ${recorder.known ? 'recorded' : 'opened: the poses of every tick stay with the program that felt them, so it cannot be computed again'}.` : 'Nothing recorded yet.';
 }
-recorder.onFrame = (frame, at) => { show(frame); showRecorder(at); };
-recorder.onEnd = () => { world.showTool(null); sound.quiet(); forceRead.textContent = ''; showRecorder(); };
+recorder.onFrame = (frame, at) => { show(frame); draw(frame); showRecorder(at); };
+recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
 
 const touchPanel = h('div', {},
   card('Feel', pressRead,
@@ -198,19 +220,23 @@ const touchPanel = h('div', {},
     slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * settings.zone, (x) => { settings.zone = x / 1000; }, false),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => settings.forceLimit, (x) => { settings.forceLimit = x; }, false),
     h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
-  card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords),
-  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts, counters,
+  card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords, againWords),
+  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
-  card('Other senses', senses()));
+  card('Other senses', h('div', { class: 'senses' })));
 
-function senses(): HTMLElement {
-  return h('div', {},
-    check('Force as sound', false, (on) => { if (on) sound.start(); else sound.stop(); }, 'sound'),
-    check('Say the touched part', false, (on) => { voice.on = on; voice.forget(); }, 'voice'),
-    check('Rumble of a game pad', true, (on) => { rumble.on = on; }, 'rumble'));
-}
+/// One set of switches, in whichever panel is shown.
+const senses = h('div', {},
+  check('Force as sound', false, (on) => { if (on) sound.start(); else sound.stop(); }, 'sound'),
+  check('Say the touched part', false, (on) => { voice.on = on; voice.forget(); }, 'voice'),
+  check('Rumble of a game pad', true, (on) => { rumble.on = on; }, 'rumble'),
+  h('p', { class: 'note', id: 'pads' }),
+  h('p', { class: 'note' }, 'On the stage, N says the touched part and the force.'));
+function showPads(): void { senses.querySelector('#pads')!.textContent = rumble.available() ? 'A game pad that rumbles is here.' : 'No game pad that rumbles was found: press one of its buttons.'; }
+for (const type of ['gamepadconnected', 'gamepaddisconnected']) addEventListener(type, showPads);
+showPads();
 
-const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game; switch them in Touch.')));
+const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game.'), h('div', { class: 'senses' })));
 
 const sharePanel = card('Files', h('div', { class: 'row wrap' },
   h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open a mesh …'), fileInput,
@@ -220,7 +246,7 @@ const sharePanel = card('Files', h('div', { class: 'row wrap' },
 
 const dressPanel = h('div', {}, card('Costume', costume.element));
 
-panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), sharePanel);
+panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), card('Timing', counters, pageCost), sharePanel);
 
 const main = h('main', {}, stage, panel, charts.element);
 document.getElementById('app')!.replaceChildren(
@@ -244,6 +270,7 @@ function setMode(next: Mode): void {
   mode = next;
   for (const [m, b] of Object.entries(tabs)) { b.setAttribute('aria-selected', String(m === mode)); b.tabIndex = m === mode ? 0 : -1; }
   document.getElementById('mode-panel')!.replaceChildren(mode === 'look' ? lookPanel : mode === 'touch' ? touchPanel : mode === 'dress' ? dressPanel : gamePanel);
+  panel.querySelector('.senses')?.append(senses);
   panel.setAttribute('aria-labelledby', `tab-${mode}`);
   main.dataset.mode = mode;
   hint.textContent = hints[mode];
@@ -255,7 +282,8 @@ function setMode(next: Mode): void {
   factsBox.hidden = mode === 'recognise' || mode === 'dress';
   if (before !== mode && mode === 'dress') { world.mark(null); if (costume.last) hint.hidden = true; costume.enter(); }
   if (before === 'dress' && mode !== 'dress') { costume.leave(); world.mark(null); world.frame(); }
-  if (mode === 'look' || mode === 'dress') { world.showTool(null); forceRead.textContent = ''; }
+  if (mode === 'look' || mode === 'dress') hideTool();
+  world.dims = mode === 'look';
   void world.paint();
 }
 
@@ -264,12 +292,16 @@ function setMode(next: Mode): void {
 // The newest aim, at most once a frame of the stream; to grasp and to let go is told at once.
 let aim: object | null = null, wasHeld = false;
 setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
-hand.onAim = (target, held, hit) => {
+hand.onAim = (target, held) => {
   aim = { say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held };
   if (held !== wasHeld) { link.say(aim); aim = null; }
   wasHeld = held;
   if (held) hint.hidden = true;
-  if (mode !== 'recognise' && hit) map.show(hit.point);
+  };
+/// Asked for, also where nothing has changed.
+hand.onAsk = () => {
+  const f = lastFrame, name = f && f.contacts > 0 ? touchedName(f) : '';
+  voice.say(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);
 };
 hand.onKeyTouch = (text) => { announce(text); if (mode === 'touch') sliders.forEach((s) => s.set()); };
 
@@ -308,32 +340,51 @@ const REASONS: [number, string][] = [
 function onFrame(frame: Frame): void {
   ++frames;
   lastFrame = frame;
-  hand.heard(frame.engaged);
+  hand.heard(frame.engaged, frame.contacts > 0 && !frame.engaged && frame.faults === 0);
   recorder.add(frame);
   if (recorder.recording) recordingWords.textContent = `Recording every tick: ${recorder.seconds.toFixed(0)} s`;
   if (!recorder.replaying) show(frame);
 }
 
-/// A frame of now, or of a recording.
+/// A frame of now, or of a recording: heard at once, drawn with the next picture.
+let toDraw: Frame | null = null;
 function show(frame: Frame): void {
-  charts.add(frame);
+  charts.add(frame, recorder.replaying ? recorder.againOf(frame) : null);
   if (mode === 'look' || mode === 'dress') return;
-  world.showTool(frame);
+  toDraw = frame;
   const force = Math.hypot(...frame.force);
-  const side = world.project(new THREE.Vector3(...(frame.tool as [number, number, number]))).x;
-  sound.play(frame, side);
+  sound.play(frame, world.project(toolPlace.set(...(frame.tool as [number, number, number]))).x);
   rumble.play(force, settings.forceLimit);
   game.feel(frame);
-  const part = frame.object >= 0 ? facts[frame.object]?.parts[frame.part] : undefined;
-  const name = frame.contacts > 0 ? part?.name ?? 'surface' : '';
+  const name = frame.contacts > 0 ? touchedName(frame) : '';
   voice.touch(mode === 'recognise' && !game.running ? '' : name);
+  if (frame.faults & 16 && !recorder.replaying) showResume('Stopped: there is no force.');
+}
+const toolPlace = new THREE.Vector3();
+const touchedName = (frame: Frame): string => (frame.object >= 0 ? facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
+
+function hideTool(): void { toDraw = null; world.showTool(null); forceRead.textContent = ''; }
+
+function draw(frame: Frame): void {
+  world.showTool(frame);
+  const force = Math.hypot(...frame.force);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
-    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : name}` : 'free';
-  forceRead.textContent = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
-  if (frame.faults & 16 && !recorder.replaying) showResume('Stopped: there is no force.');
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : touchedName(frame)}` : 'free';
+  const text = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
+  if (forceRead.textContent !== text) forceRead.textContent = text;
 }
+
+let costDue = 0;
+world.onFrame = (now) => {
+  if (toDraw) meter.spend('message', () => draw(toDraw as Frame));
+  toDraw = null;
+  meter.spend('charts', () => charts.frame(now));
+  if (now < costDue) return;
+  costDue = now + 1000;
+  pageCost.textContent = meter.words();
+};
 voice.onSay = (text) => { if (text && mode !== 'look') announce(text); };
 
 // ---- Facts, parts, numbers
@@ -345,7 +396,7 @@ function showFacts(): void {
     const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
     const warn = f.measured.missed + f.measured.false > 0;
     return h('li', {}, title,
-      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} triangles`),
+      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} faces`),
       h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
         `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
@@ -423,7 +474,7 @@ async function click(hit: Hit | null): Promise<void> {
 
 let pressed: { x: number; y: number } | null = null;
 const ndc = (e: PointerEvent): [number, number] => { const b = canvas.getBoundingClientRect(); return [(2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height]; };
-canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; });
+canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; if (mode === 'look') hint.hidden = true; });
 canvas.addEventListener('pointerup', (e) => {
   if (mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) void click(world.cast(...ndc(e)));
   pressed = null;
@@ -432,6 +483,23 @@ canvas.addEventListener('pointermove', (e) => {
   if (mode !== 'look' || pressed || !selected || facts[selected.object]?.edited) return;
   const hit = world.cast(...ndc(e));
   if (hit && hit.object === selected.object && hit.part === selected.part) { map.show(hit.point); world.mark(hit.point); }
+});
+// The same without a pointer.
+canvas.addEventListener('keydown', (e) => {
+  if (mode !== 'look' || e.ctrlKey || e.altKey || e.metaKey) return;
+  const step = e.shiftKey ? Math.PI / 90 : Math.PI / 24;
+  const turns: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
+  if (turns[e.key]) world.turn(...turns[e.key]);
+  else if (e.key === '+' || e.key === '=') world.zoom(0.87);
+  else if (e.key === '-') world.zoom(1.15);
+  else if (e.key === 'Home') world.frame();
+  else if (e.key === 'Enter') {
+    const hit = world.cast(0, 0);
+    if (!hit) announce('Nothing in the middle of the view.');
+    void click(hit);
+  } else return;
+  e.preventDefault();
+  hint.hidden = true;
 });
 map.onPoint = (p) => world.mark(p);
 map.onPick = (p) => { if (selected) void click(world.nearest(selected.object, p)); };
@@ -448,6 +516,7 @@ function showExports(): void {
 
 async function drop(file: File, repair: '' | 'holes' | 'surface' = ''): Promise<void> {
   dialog.hidden = false;
+  dialog.className = 'card verdict';
   dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
   try {
     const v = await upload(file, repair, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
@@ -508,6 +577,11 @@ function showResume(text: string): void {
 }
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
 world.onTrouble = trouble;
+world.onWait = (kind, done, of) => {
+  const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature' };
+  legend.hidden = false;
+  fill(legend, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
+};
 world.onScale = (scale: Scale | null) => {
   const q2 = world.hiddenShare.length ? h('span', { class: 'note', id: 'q2' }, `Magenta: hidden from its part's projection (Q2), of the surface: ${world.hiddenShare.join(', ')}`) : '';
   legend.hidden = !scale && !q2;
@@ -524,9 +598,9 @@ game.onRound = (object) => {
   hand.letGo();
   hand.only = object;
   world.hidden = playing && mode === 'recognise';
-  world.showTool(null);
+  hideTool();
   world.frame(playing ? object : -1);
-  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; (touchPanel.querySelector('#sound') as HTMLInputElement).checked = true; (touchPanel.querySelector('#voice') as HTMLInputElement).checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
+  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; for (const id of ['sound', 'voice']) senses.querySelector<HTMLInputElement>(`#${id}`)!.checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
   else sound.quiet();
   showFacts();
   void world.paint();
@@ -574,7 +648,7 @@ const link = new Link({
     const d = s.devices[s.device];
     deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
     const c = s.counters;
-    counters.textContent = c ? `${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
+    counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
     if (s.stopped) showResume('Stopped: there is no force.');
     else hideResume();
     stopButton.setAttribute('aria-pressed', String(s.stopped));
@@ -593,7 +667,7 @@ const link = new Link({
   connected(yes) {
     connection.textContent = yes ? 'connected' : 'connection lost: no force; trying again …';
     connection.className = yes ? 'pill good' : 'pill bad';
-    if (!yes) { sound.quiet(); world.showTool(null); announce('The connection is lost. There is no force.', true); }
+    if (!yes) { sound.quiet(); hideTool(); announce('The connection is lost. There is no force.', true); }
     else { wasHeld = false; toolShown = -1; hand.again(); costume.again(); }
   },
 });
@@ -606,4 +680,4 @@ showExports();
 theme();
 
 // For the browser tests.
-Object.assign(window, { sqmap: { world, hand, charts, game, link, costume, recorder, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });
+Object.assign(window, { sqmap: { meter, world, hand, charts, game, link, costume, recorder, facts: () => facts, status: () => status, frame: () => lastFrame, frames: () => frames } });

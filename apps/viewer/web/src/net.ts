@@ -1,4 +1,5 @@
 // The connection to the program: JSON both ways, and a binary stream of what is felt.
+import { meter } from './meter';
 
 export interface Part {
   name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;
@@ -26,6 +27,7 @@ export interface Frame {
   tool: number[]; turn: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
   depth: number; contacts: number; object: number; part: number; acted: number; faults: number;
   late: number; degraded: boolean; engaged: boolean; connected: boolean; ticks: Float32Array;
+  recorded: number;  ///< ticks that the program has recorded, these included; 0: it does not
 }
 export interface ClothFrame {
   status: number; speed: number; stepMs: number; tension: number[]; fastest: number; contacts: number; gap: number; pinned: number;
@@ -48,14 +50,14 @@ export interface Handlers {
 const token = new URLSearchParams(location.search).get('token') ?? '';
 export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
 
-const HEAD = 37, CLOTH_HEAD = 16;
+const HEAD = 38, CLOTH_HEAD = 16;
 
 export function readFrame(data: Float32Array): Frame {
   const v = (i: number) => [data[i], data[i + 1], data[i + 2]];
   return {
-    tool: v(2), turn: Array.from(data.subarray(28, 37)), force: v(5), torque: v(8), point: v(11), normal: v(14),
+    tool: v(2), turn: Array.from(data.subarray(29, 38)), force: v(5), torque: v(8), point: v(11), normal: v(14),
     depth: data[17], contacts: data[18], object: data[19], part: data[20], acted: data[21], faults: data[22], late: data[23],
-    degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, ticks: data.subarray(HEAD, HEAD + 4 * data[27]),
+    degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, recorded: data[28], ticks: data.subarray(HEAD, HEAD + 4 * data[27]),
   };
 }
 
@@ -81,8 +83,8 @@ export class Link {
     socket.onmessage = (event) => {
       if (event.data instanceof ArrayBuffer) {
         const data = new Float32Array(event.data);
-        if (data[0] === 2) this.handlers.cloth(readCloth(data));
-        else this.handlers.frame(readFrame(data));
+        meter.heard(event.data.byteLength);
+        meter.spend('message', () => { if (data[0] === 2) this.handlers.cloth(readCloth(data)); else this.handlers.frame(readFrame(data)); });
         return;
       }
       const message = JSON.parse(event.data as string);

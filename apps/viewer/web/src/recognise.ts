@@ -70,7 +70,7 @@ export class Recognise {
       h('div', { class: 'row' }, h('button', { class: 'primary', type: 'submit' }, 'Guess'),
         h('button', { type: 'button', onclick: () => { this.running = false; this.target = -1; this.onRound(-1); this.idle(); } }, 'Leave the game')));
     this.body.replaceChildren(
-      h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, Space stops.'),
+      h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops.'),
       form);
     this.onRound(this.target);
     announce(`Round ${i + 1} of ${this.order.length}. An object is hidden in the stage. Arrow keys move over it, Enter touches and lifts.`);

@@ -9,6 +9,14 @@ const COLUMNS = ['tick', 'time_s', ...PER_TICK, ...VECTORS.flatMap((v) => ['x', 
   ...Array.from({ length: 9 }, (_, i) => `frame_turn_${Math.floor(i / 3)}${i % 3}`), ...NUMBERS.map((n) => `frame_${n}`), ...FLAGS.map((n) => `frame_${n}`)];
 const MOST_SECONDS = 600;
 
+export interface Again { different: number; lost: number; largestForce: number; rmsForce: number; largestDepth: number; ticks: Float32Array; }
+
+/// What /api/again sends.
+export function readAgain(data: ArrayBuffer): Again {
+  const [, , different, lost] = new Uint32Array(data, 0, 4), [largestForce, rmsForce, largestDepth] = new Float32Array(data, 16, 3);
+  return { different, lost, largestForce, rmsForce, largestDepth, ticks: new Float32Array(data, 28) };
+}
+
 interface Kept { at: number; frame: Frame; }
 
 export class Recorder {
@@ -16,20 +24,23 @@ export class Recorder {
   private began = 0;
   private timer = 0;
   recording = false;
+  /// The same poses computed again by the program, if they were: what each tick felt then.
+  again: Again | null = null;
   replaying = false;
   onFrame: (frame: Frame, at: number, of: number) => void = () => {};
   onEnd: () => void = () => {};
+  onFull: () => void = () => {};  ///< as long as a recording may be
 
   get seconds(): number { return this.kept.length ? this.kept[this.kept.length - 1].at : 0; }
   get count(): number { return this.kept.length; }
 
-  start(): void { this.kept = []; this.recording = true; this.began = performance.now(); }
+  start(): void { this.kept = []; this.again = null; this.recording = true; this.began = performance.now(); }
   stop(): void { this.recording = false; }
 
   add(frame: Frame): void {
     if (!this.recording) return;
     const at = (performance.now() - this.began) / 1000;
-    if (at > MOST_SECONDS) { this.recording = false; this.onEnd(); return; }
+    if (at > MOST_SECONDS) { this.onFull(); return; }
     this.kept.push({ at, frame: { ...frame, ticks: frame.ticks.slice() } });
   }
 
@@ -85,7 +96,7 @@ export class Recorder {
       let at = 2 + PER_TICK.length;
       if (cells[at] === '') return;
       const take = (n: number) => Array.from({ length: n }, () => number(at++));
-      const frame = { ticks: Float32Array.from(ticks) } as Frame;
+      const frame = { ticks: Float32Array.from(ticks), recorded: 0 } as Frame;
       for (const v of VECTORS) frame[v] = take(3);
       frame.turn = take(9);
       for (const k of NUMBERS) frame[k] = number(at++);
@@ -99,5 +110,13 @@ export class Recorder {
     this.halt();
     this.recording = false;
     this.kept = kept;
+    this.again = null;
   }
+
+  /// Of a frame's own ticks, force, torque and depth as computed again; null where they were not.
+  againOf(frame: Frame): Float32Array | null {
+    const n = frame.ticks.length / 4, end = frame.recorded;
+    return this.again && end >= n && end <= this.again.ticks.length / 3 ? this.again.ticks.subarray(3 * (end - n), 3 * end) : null;
+  }
+  get known(): boolean { return this.kept.some((k) => k.frame.recorded > 0); }
 }

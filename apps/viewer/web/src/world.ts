@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
 import { colourField, partColour, type Rgb, type Scale } from './colours';
+import { meter } from './meter';
 import { fetchBytes, type Frame, type ObjectFacts } from './net';
 
 THREE.Mesh.prototype.raycast = acceleratedRaycast;
@@ -13,9 +14,27 @@ export interface Hit { object: number; part: number; triangle: number; point: TH
 
 interface Shown {
   id: number; revision: number;
-  surface: THREE.Mesh | null; superquadrics: THREE.Group; spheres: THREE.Group; partOf: Uint32Array; fields: Map<string, Float32Array>;
-  indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null;
+  surface: THREE.Mesh | null; superquadrics: Pieces<THREE.Mesh>; spheres: Pieces<THREE.LineSegments>; partOf: Uint32Array; fields: Map<string, Float32Array>;
+  indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
 }
+
+/// One thing a part, all drawn in one call: colours are of vertices, piece p has those from first[p] to first[p + 1].
+interface Pieces<T extends THREE.Mesh | THREE.LineSegments> { all: T; first: number[]; }
+
+/// How much of each piece is seen, 0 to 1.
+function setOpacity(pieces: Pieces<THREE.Mesh | THREE.LineSegments>, of: (piece: number) => number): void {
+  const colour = pieces.all.geometry.getAttribute('color') as THREE.BufferAttribute, array = colour.array as Float32Array;
+  let changed = false;
+  for (let p = 0; p + 1 < pieces.first.length; ++p) {
+    const opacity = Math.fround(of(p)), from = pieces.first[p];
+    if (from === pieces.first[p + 1] || array[4 * from + 3] === opacity) continue;
+    for (let v = from; v < pieces.first[p + 1]; ++v) array[4 * v + 3] = opacity;
+    changed = true;
+  }
+  if (changed) colour.needsUpdate = true;
+}
+
+const linearPart = (part: number, scale = 1): THREE.Color => new THREE.Color().setRGB(...(partColour(part).map((x) => scale * x) as Rgb), THREE.SRGBColorSpace);
 
 const HIDDEN: Rgb = [0.85, 0.05, 0.62];
 
@@ -56,12 +75,16 @@ export class World {
   inHand = -1;         ///< the object that is held as the tool
   hiddenShare: string[] = [];
   hidden = false;  ///< recognition: nothing but the tool
+  dims = true;     ///< parts beside the selected one are pale
   onScale: (scale: Scale | null) => void = () => {};
+  onWait: (kind: string, done: number, of: number) => void = () => {};  ///< fields that the program computes
+  onFrame: (now: number) => void = () => {};  ///< before each draw
   onTrouble: (text: string) => void = () => {};
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.renderer.debug.checkShaderErrors = false;  // to ask would wait for the graphics card
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
@@ -103,14 +126,19 @@ export class World {
     this.camera.position.set(0.25, 0.2, 0.6);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as HTMLElement);
     this.resize();
-    const loop = () => {
+    const loop = (now: number) => {
       requestAnimationFrame(loop);
-      this.controls.update();
-      if (!this.dirty) return;
-      this.dirty = false;
-      this.renderer.render(this.scene, this.camera);
+      meter.frame(now);
+      this.onFrame(now);
+      meter.spend('draw', () => {
+        this.controls.update();
+        if (!this.dirty) return;
+        this.dirty = false;
+        this.renderer.render(this.scene, this.camera);
+        meter.drawn(this.renderer.info.render.calls, this.renderer.info.render.triangles);
+      });
     };
-    loop();
+    requestAnimationFrame(loop);
   }
 
   redraw(): void { this.dirty = true; }
@@ -152,6 +180,25 @@ export class World {
     this.dirty = true;
   }
 
+  /// About the middle of the view, radians to the right and down.
+  turn(right: number, down: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target), s = new THREE.Spherical().setFromVector3(offset);
+    s.theta += right;
+    s.phi = Math.min(Math.max(s.phi - down, 0.02), Math.PI - 0.02);
+    this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(s));
+    this.controls.update();
+    this.camera.updateMatrixWorld();
+    this.dirty = true;
+  }
+
+  /// Brings the eye to that share of its distance.
+  zoom(share: number): void {
+    this.camera.position.sub(this.controls.target).multiplyScalar(share).add(this.controls.target);
+    this.controls.update();
+    this.camera.updateMatrixWorld();
+    this.dirty = true;
+  }
+
   pose(): number[] { return [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((x) => Number(x.toFixed(4))); }
   setPose(p: number[]): void {
     if (p.length !== 6 || !p.every(Number.isFinite)) return;
@@ -181,8 +228,7 @@ export class World {
     if (s.surface) { this.scene.remove(s.surface); s.surface.geometry.dispose(); }
     for (const o of [s.samples, s.shell]) if (o) { this.scene.remove(o); o.geometry.dispose(); }
     s.indexed?.dispose();
-    this.scene.remove(s.superquadrics, s.spheres);
-    s.superquadrics.children.forEach((c) => (c as THREE.Mesh).geometry.dispose());
+    for (const { all } of [s.superquadrics, s.spheres]) { this.scene.remove(all); all.geometry.dispose(); }
   }
 
   private build(f: ObjectFacts, meshData: ArrayBuffer, sqData: ArrayBuffer): Shown {
@@ -203,54 +249,82 @@ export class World {
       surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: f.solid ? THREE.FrontSide : THREE.DoubleSide }));
       this.scene.add(surface);
     }
-    const superquadrics = new THREE.Group();
-    const count = new Uint32Array(sqData, 4, 1)[0];
-    let at = 8;
+    const superquadrics = this.buildSuperquadrics(sqData), spheres = this.buildSpheres(f);
+    this.scene.add(superquadrics.all, spheres.all);
+    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), indexed, samples: null, shell: null, hidden: null, painted: '' };
+  }
+
+  private buildSuperquadrics(data: ArrayBuffer): Pieces<THREE.Mesh> {
+    const count = new Uint32Array(data, 4, 1)[0], sizes: [number, number, number][] = [], first = [0];
+    let at = 8, corners = 0;
     for (let p = 0; p < count; ++p) {
-      const [v, t] = new Uint32Array(sqData, at, 2);
-      const g = new THREE.BufferGeometry();
-      g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(sqData, at + 8, 3 * v), 3));
-      g.setIndex(new THREE.BufferAttribute(new Uint32Array(sqData, at + 8 + 12 * v, 3 * t), 1));
-      g.computeVertexNormals();
+      const [v, t] = new Uint32Array(data, at, 2);
+      sizes.push([at, v, t]);
+      first.push(first[p] + v);
+      corners += 3 * t;
       at += 8 + 12 * v + 12 * t;
-      const colour = new THREE.Color().setRGB(...partColour(p), THREE.SRGBColorSpace);
-      const m = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ color: colour, transparent: true, opacity: 0.38, roughness: 0.5, depthWrite: false }));
-      m.raycast = () => {};
-      superquadrics.add(m);
     }
-    this.scene.add(superquadrics);
-    // Two levels, as section 4.1 has them: one about the object, one about each superquadric.
-    const spheres = new THREE.Group(), ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1);
-    [f.sphere, ...f.parts.map((p) => p.sphere)].forEach((sphere, i) => {
-      const colour = i === 0 ? new THREE.Color(0x888888) : new THREE.Color().setRGB(...partColour(i - 1), THREE.SRGBColorSpace);
-      const line = new THREE.LineSegments(ring, new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: i === 0 ? 0.35 : 0.6 }));
-      line.position.set(sphere[0], sphere[1], sphere[2]);
-      line.scale.setScalar(sphere[3]);
-      line.raycast = () => {};
-      spheres.add(line);
+    const positions = new Float32Array(3 * first[count]), colours = new Float32Array(4 * first[count]), index = new Uint32Array(corners);
+    let next = 0;
+    sizes.forEach(([from, v, t], p) => {
+      positions.set(new Float32Array(data, from + 8, 3 * v), 3 * first[p]);
+      for (const corner of new Uint32Array(data, from + 8 + 12 * v, 3 * t)) index[next++] = corner + first[p];
+      const c = linearPart(p);
+      for (let k = first[p]; k < first[p + 1]; ++k) colours.set([c.r, c.g, c.b, 1], 4 * k);
     });
-    this.scene.add(spheres);
-    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), indexed, samples: null, shell: null, hidden: null };
+    const g = new THREE.BufferGeometry();
+    g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    g.setAttribute('color', new THREE.BufferAttribute(colours, 4));
+    g.setIndex(new THREE.BufferAttribute(index, 1));
+    g.computeVertexNormals();
+    const all = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 0.5, depthWrite: false }));
+    all.raycast = () => {};
+    return { all, first };
+  }
+
+  /// Two levels, as section 4.1 has them: piece 0 about the object, the others about each superquadric.
+  private buildSpheres(f: ObjectFacts): Pieces<THREE.LineSegments> {
+    const ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1).getAttribute('position'), n = ring.count;
+    const all = [f.sphere, ...f.parts.map((p) => p.sphere)], first = all.map((_, i) => i * n).concat(all.length * n);
+    const positions = new Float32Array(3 * n * all.length), colours = new Float32Array(4 * n * all.length);
+    all.forEach(([x, y, z, r], i) => {
+      const c = i === 0 ? new THREE.Color(0x888888) : linearPart(i - 1);
+      for (let k = 0; k < n; ++k) {
+        positions.set([x + r * ring.getX(k), y + r * ring.getY(k), z + r * ring.getZ(k)], 3 * (i * n + k));
+        colours.set([c.r, c.g, c.b, 1], 4 * (i * n + k));
+      }
+    });
+    const g = new THREE.BufferGeometry();
+    g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    g.setAttribute('color', new THREE.BufferAttribute(colours, 4));
+    const lines = new THREE.LineSegments(g, new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
+    lines.raycast = () => {};
+    return { all: lines, first };
   }
 
   /// Colours and visibility as asked.
   async paint(): Promise<void> {
-    let scale: Scale | null = null;
-    const shares: string[] = [];
-    const kind = this.colourBy;
+    const shares: string[] = [], kind = this.colourBy;
+    if (kind !== 'parts') await this.fields(kind);
+    if (this.colourBy !== kind) return;
+    // One scale for all objects, so that the legend is true of each.
+    const values = this.shown.map((s) => (kind === 'parts' ? undefined : s?.fields.get(kind)));
+    const known = values.filter((v) => v !== undefined), joined = new Float32Array(known.reduce((n, v) => n + v.length, 0));
+    known.reduce((at, v) => { joined.set(v, at); return at + v.length; }, 0);
+    const scale = joined.length ? colourField(kind, joined) : null;
+    let next = 0;
+    const starts = values.map((v) => { const at = next; next += v?.length ?? 0; return at; });
     await Promise.all(this.shown.map(async (s, i) => {
       if (!s) return;
-      s.superquadrics.visible = this.withSuperquadrics && !this.hidden;
-      s.superquadrics.children.forEach((c, p) => {
-        const on = !this.selected || this.selected.object !== i || this.selected.part < 0 || this.selected.part === p;
-        ((c as THREE.Mesh).material as THREE.MeshStandardMaterial).opacity = on ? 0.42 : 0.16;
-      });
       const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited && this.facts[i].central;
-      s.superquadrics.visible = s.superquadrics.visible && i !== this.inHand;
-      s.spheres.visible = this.withSpheres && there;
-      s.spheres.children.forEach((c, p) => { c.visible = !this.selected || this.selected.object !== i || this.selected.part < 0 || this.selected.part === p - 1; });
+      const chosen = this.dims && this.selected?.object === i ? this.selected.part : -1;
+      s.superquadrics.all.visible = this.withSuperquadrics && there;
+      setOpacity(s.superquadrics, (p) => (chosen < 0 || chosen === p ? 0.42 : 0.16));
+      s.spheres.all.visible = this.withSpheres && there;
+      setOpacity(s.spheres, (p) => (chosen >= 0 && chosen !== p - 1 ? 0 : p === 0 ? 0.35 : 0.6));
       if (!s.surface) return;
       if (baked) await this.overlays(s, i);
+      if (this.colourBy !== kind) return;
       if (s.samples) s.samples.visible = this.withSamples && there && baked;
       if (s.shell) s.shell.visible = this.withOffset && there && baked;
       const hidden = this.withHidden && baked ? s.hidden : null;
@@ -265,39 +339,14 @@ export class World {
         shares[i] = `${this.facts[i].name} ${(100 * q2 / Math.max(all, 1e-12)).toFixed(1)} %`;
       }
       s.surface.visible = this.surfaceAs !== 'off' && there;
-      const material = s.surface.material as THREE.MeshStandardMaterial;
-      material.transparent = this.surfaceAs === 'clear';
-      material.opacity = this.surfaceAs === 'clear' ? 0.35 : 1;
-      material.needsUpdate = true;
-      let colours: (t: number) => Rgb;
-      if (kind === 'parts') {
-        colours = (t) => {
-          const part = s.partOf[t], c = partColour(part);
-          const other = this.selected && this.selected.object === i && this.selected.part >= 0 && this.selected.part !== part;
-          return other ? (c.map((x) => 0.45 * x + 0.4) as Rgb) : c;
-        };
-      } else {
-        let values = s.fields.get(kind);
-        if (!values) {
-          try {
-            const data = await fetchBytes(`/api/object/${i}/field/${kind}`);
-            values = new Float32Array(data, 8);
-          } catch (e) { this.onTrouble(String(e)); return; }
-          s.fields.set(kind, values);
-        }
-        const painted = colourField(kind, values);
-        scale = painted;
-        colours = (t) => painted.colours[t];
-      }
-      if (this.colourBy !== kind) return;
-      const attribute = s.surface.geometry.getAttribute('color') as THREE.BufferAttribute;
-      const array = attribute.array as Float32Array;
-      const linear = new THREE.Color();
-      for (let t = 0; t < s.partOf.length; ++t) {
-        linear.setRGB(...(hidden && hidden[t] === 1 ? HIDDEN : colours(t)), THREE.SRGBColorSpace);
-        for (let k = 0; k < 3; ++k) { array[9 * t + 3 * k] = linear.r; array[9 * t + 3 * k + 1] = linear.g; array[9 * t + 3 * k + 2] = linear.b; }
-      }
-      attribute.needsUpdate = true;
+      const material = s.surface.material as THREE.MeshStandardMaterial, clear = this.surfaceAs === 'clear';
+      if (material.transparent !== clear) material.needsUpdate = true;
+      material.transparent = clear;
+      material.opacity = clear ? 0.35 : 1;
+      const field = scale && values[i] ? scale.colours : null;
+      // What decides the colours; the same is not painted twice.
+      const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}`;
+      if (s.painted !== key) { s.painted = key; meter.spend('colours', () => this.colour(s, field, starts[i], chosen, hidden)); }
     }));
     this.ground.visible = true;
     this.hiddenShare = shares.filter((x) => x);
@@ -305,13 +354,40 @@ export class World {
     this.dirty = true;
   }
 
+  /// Each triangle by its field's colour, or its part's.
+  private colour(s: Shown, field: Rgb[] | null, start: number, chosen: number, hidden: Float32Array | null): void {
+    const attribute = s.surface!.geometry.getAttribute('color') as THREE.BufferAttribute, array = attribute.array as Float32Array;
+    const magenta = new THREE.Color().setRGB(...HIDDEN, THREE.SRGBColorSpace), own = new THREE.Color(), parts: THREE.Color[] = [];
+    for (let t = 0; t < s.partOf.length; ++t) {
+      const part = s.partOf[t];
+      let c: THREE.Color;
+      if (hidden && hidden[t] === 1) c = magenta;
+      else if (field) c = own.setRGB(...field[start + t], THREE.SRGBColorSpace);
+      else c = parts[part] ??= chosen >= 0 && chosen !== part ? new THREE.Color().setRGB(...(partColour(part).map((x) => 0.45 * x + 0.4) as Rgb), THREE.SRGBColorSpace) : linearPart(part);
+      for (let k = 9 * t; k < 9 * t + 9; k += 3) { array[k] = c.r; array[k + 1] = c.g; array[k + 2] = c.b; }
+    }
+    meter.coloured += s.partOf.length;
+    attribute.needsUpdate = true;
+  }
+
+  /// The program needs seconds for some: each arrives as it is ready, and onWait tells how many have.
+  private async fields(kind: string): Promise<void> {
+    const missing = this.shown.flatMap((s, i) => (s?.surface && !s.fields.has(kind) ? [[s, i] as const] : []));
+    let done = 0;
+    if (missing.length) this.onWait(kind, 0, missing.length);
+    await Promise.all(missing.map(async ([s, i]) => {
+      try { s.fields.set(kind, new Float32Array(await fetchBytes(`/api/object/${i}/field/${kind}`), 8)); } catch (e) { this.onTrouble(String(e)); }
+      if (this.colourBy === kind) this.onWait(kind, ++done, missing.length);
+    }));
+  }
+
   /// What the toggles ask for, fetched once.
   private async overlays(s: Shown, i: number): Promise<void> {
     try {
       if (this.withSamples && !s.samples) {
         const data = await fetchBytes(`/api/object/${i}/samples`), n = new Uint32Array(data, 4, 1)[0];
-        const g = new THREE.BufferGeometry(), part = new Uint32Array(data, 8 + 12 * n, n), colours = new Float32Array(3 * n), c = new THREE.Color();
-        for (let k = 0; k < n; ++k) { c.setRGB(...(partColour(part[k]).map((x) => 0.45 * x) as Rgb), THREE.SRGBColorSpace); colours.set([c.r, c.g, c.b], 3 * k); }
+        const g = new THREE.BufferGeometry(), part = new Uint32Array(data, 8 + 12 * n, n), colours = new Float32Array(3 * n);
+        for (let k = 0; k < n; ++k) { const c = linearPart(part[k], 0.45); colours.set([c.r, c.g, c.b], 3 * k); }
         g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, 8, 3 * n), 3));
         g.setAttribute('color', new THREE.BufferAttribute(colours, 3));
         if (!s.samples) {
@@ -350,7 +426,7 @@ export class World {
     return {
       samples: s?.samples?.visible ? s.samples.geometry.getAttribute('position').count : 0,
       moved: s?.shell?.visible ? moved : 0, hidden: s?.hidden && this.withHidden ? s.hidden.filter((x) => x === 1).length : 0,
-      spheres: s?.spheres.visible ?? false,
+      spheres: s?.spheres.all.visible ?? false,
     };
   }
 
