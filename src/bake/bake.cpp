@@ -260,7 +260,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     }
     if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.target_error, options.threads, result.model);
     lap("locate");
-    bake_near_lists(solid, options.threads, result.model);
+    bake_near_lists(solid, options.target_error, options.threads, result.model);
     lap("near");
     measured.q2_share = 0;
     for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;

@@ -13,4 +13,10 @@ namespace sqmap::bake {
     return 480e3 * (0.5 / target_error) * std::max(1.0, static_cast<double>(triangles) / 10e3);
 }
 
+/// Of all of a model, the exact layer with its triangles and their lists included.
+[[nodiscard]] inline double model_byte_budget(std::size_t triangles, double target_error)
+{
+    return 2 * byte_budget(triangles, std::min(target_error, 0.5));
+}
+
 }  // namespace sqmap::bake

@@ -1,5 +1,6 @@
 #include "near_lists.h"
 
+#include "budget.h"
 #include "parallel.h"
 #include "query/approach.h"
 #include "query/triangle_offsets.h"
@@ -324,13 +325,10 @@ void set_rises(Rise& rise, model::ModelData& data, std::uint32_t index, Vec3d ce
 
 namespace {
 
-// Bytes of a model of ten thousand triangles or fewer.
-constexpr double k_model_bytes = 960e3;
-constexpr double k_model_triangles = 10e3;
 constexpr double k_least_near_share = 0.4;
 
 /// What is left for the lists.
-double near_budget(const model::ModelData& data)
+double near_budget(const model::ModelData& data, double target_error)
 {
     const model::ModelView v = data.view();
     const std::size_t others = v.parts.size_bytes() + v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() +
@@ -339,8 +337,8 @@ double near_budget(const model::ModelData& data)
                                v.triangles32.size_bytes() + v.triangle_part.size_bytes() + v.piece_triangle.size_bytes() +
                                v.pieces.size_bytes() + v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
                                v.planes.size_bytes() + v.seeds.size_bytes() + v.rises.size_bytes() + 4 * v.bricks.size();
-    const double all = k_model_bytes * std::max(1.0, static_cast<double>(v.triangle_part.size()) / k_model_triangles);
-    // A large map must not take them all: points would try every triangle.
+    const double all = model_byte_budget(v.triangle_part.size(), target_error);
+    // A large map must not take them all.
     return std::max(all - static_cast<double>(others), k_least_near_share * all);
 }
 
@@ -352,13 +350,13 @@ struct Record {
 
     void add(const std::vector<std::uint32_t>& near)
     {
-        // Where a brick's lists are too long, the rest of its places tries all triangles.
-        if (refs.size() + near.size() <= 0xffff)
-            for (const std::uint32_t t : near) {
-                const auto at = std::find(triangles.begin(), triangles.end(), t);
-                refs.push_back(static_cast<std::uint32_t>(at - triangles.begin()));
-                if (at == triangles.end()) triangles.push_back(t);
-            }
+        // Where a brick's lists are too long, the rest of its places tries all of the brick's triangles.
+        const bool room = refs.size() + near.size() <= 0xffff;
+        for (const std::uint32_t t : near) {
+            const auto at = std::find(triangles.begin(), triangles.end(), t);
+            if (room) refs.push_back(static_cast<std::uint32_t>(at - triangles.begin()));
+            if (at == triangles.end()) triangles.push_back(t);
+        }
         starts.push_back(static_cast<std::uint32_t>(refs.size()));
     }
     bool narrow() const { return triangles.size() <= 256; }
@@ -368,13 +366,24 @@ struct Record {
         return model::k_near_head + starts.size() + triangles.size() * (wide ? 2 : 1) +
                (narrow() ? (refs.size() + 1) / 2 : refs.size());
     }
-    void drop_lists()
+    /// Each place tries all of the brick's triangles.
+    void drop_lists(bool wide)
     {
-        if (!packed.empty()) starts.resize(static_cast<std::size_t>(std::popcount(occupied)) + 1);
+        if (!packed.empty()) {
+            const model::NearRecord r = model::near_record(packed.data(), wide);
+            const model::NearList all{r.table, nullptr, 0, r.triangles, wide, false};
+            for (std::uint32_t i = 0; i < all.count; ++i) triangles.push_back(all[i]);
+            starts.resize(static_cast<std::size_t>(std::popcount(occupied)) + 1);
+        }
         packed = {};
-        triangles.clear();
         refs.clear();
         std::fill(starts.begin(), starts.end(), 0u);
+    }
+    /// Each place tries all triangles of the mesh.
+    void drop_triangles(bool wide)
+    {
+        drop_lists(wide);
+        triangles.clear();
     }
     void pack(bool wide, std::vector<std::uint16_t>& out) const
     {
@@ -404,30 +413,37 @@ std::span<const std::uint16_t> packed_record(const model::ModelView& view, std::
     return {first, static_cast<std::size_t>(r.refs - first) + (r.triangles <= 256 ? (refs + 1) / 2 : refs)};
 }
 
-/// Where the lists take more bytes, the longest go: their bricks try all triangles.
+/// Where they take more bytes, the longest bricks' lists go, and then, if that does not do, their triangles.
 void keep_within(double budget, bool wide, std::vector<Record>& records)
 {
-    const auto bytes_of = [&](const Record& r) { return 2.0 * static_cast<double>(r.values(wide)); };
-    double bytes = 0;
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < records.size(); ++i) {
-        if (records[i].occupied == 0) continue;
-        bytes += bytes_of(records[i]);
-        order.push_back(i);
-    }
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return bytes_of(records[a]) > bytes_of(records[b]); });
-    for (std::size_t k = 0; k < order.size() && bytes > budget; ++k) {
-        Record& record = records[order[k]];
-        bytes -= bytes_of(record);
-        record.drop_lists();
-        bytes += bytes_of(record);
+    for (Record& record : records)
+        if (record.triangles.size() > 0xffff) record.drop_triangles(wide);
+    for (const bool lists : {true, false}) {
+        const auto bytes_of = [&](const Record& r) { return 2.0 * static_cast<double>(r.values(wide)); };
+        double bytes = 0;
+        std::vector<std::size_t> order;
+        for (std::size_t i = 0; i < records.size(); ++i) {
+            if (records[i].occupied == 0) continue;
+            bytes += bytes_of(records[i]);
+            order.push_back(i);
+        }
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::size_t a, std::size_t b) { return bytes_of(records[a]) > bytes_of(records[b]); });
+        for (std::size_t k = 0; k < order.size() && bytes > budget; ++k) {
+            Record& record = records[order[k]];
+            bytes -= bytes_of(record);
+            if (lists)
+                record.drop_lists(wide);
+            else
+                record.drop_triangles(wide);
+            bytes += bytes_of(record);
+        }
     }
 }
 
 /// before, update: null, or what was there, of which places that are not reached keep their lists.
-void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const LocatorUpdate* update, unsigned threads,
-                model::ModelData& data)
+void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const LocatorUpdate* update, double target_error,
+                unsigned threads, model::ModelData& data)
 {
     data.near_bricks.clear();
     data.near.clear();
@@ -484,12 +500,12 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             near_triangles.begin(0.5 * (lo + hi), slack * (0.5 * side + half), centres);
         }
         // A brick whose lists were too long to keep has none to take over, and gets none.
-        const bool dropped = [&] {
-            if (was == LocatorUpdate::k_no_brick || before->near_bricks[was] == model::k_no_near) return false;
-            const model::NearRecord r =
-                model::near_record(before->near.data() + before->near_bricks[was], model::near_is_wide(*before));
-            return reached != ~std::uint64_t{0} && r.occupied != 0 && r.triangles == 0;
-        }();
+        bool no_lists = false, no_triangles = false;
+        if (was != LocatorUpdate::k_no_brick && before->near_bricks[was] != model::k_no_near && reached != ~std::uint64_t{0}) {
+            const model::NearRecord r = model::near_record(before->near.data() + before->near_bricks[was], wide);
+            no_lists = r.starts[std::popcount(r.occupied)] == 0;
+            no_triangles = r.triangles == 0;
+        }
         for (std::size_t i = 0, fresh = 0; i < places.size(); ++i) {
             if ((reached >> numbers[i] & 1u) == 0) {
                 const model::NearList list = model::near_list(*before, was, numbers[i]);
@@ -503,9 +519,10 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             record.add(near);
             ++fresh;
         }
-        if (dropped) record.drop_lists();
+        if (no_lists) record.drop_lists(wide);
+        if (no_triangles) record.drop_triangles(wide);
     });
-    keep_within(near_budget(data), wide, records);
+    keep_within(near_budget(data, target_error), wide, records);
     for (std::size_t b = 0; b < records.size(); ++b) {
         const bool free = (data.bricks[b] & model::k_free_brick) != 0;
         data.near_bricks.push_back(free ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
@@ -515,15 +532,15 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
 
 }  // namespace
 
-void bake_near_lists(const mesh::Solid& solid, unsigned threads, model::ModelData& data)
+void bake_near_lists(const mesh::Solid& solid, double target_error, unsigned threads, model::ModelData& data)
 {
-    bake_lists(solid, nullptr, nullptr, threads, data);
+    bake_lists(solid, nullptr, nullptr, target_error, threads, data);
 }
 
-void update_near_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update, unsigned threads,
-                       model::ModelData& data)
+void update_near_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update, double target_error,
+                       unsigned threads, model::ModelData& data)
 {
-    bake_lists(solid, &before, &update, threads, data);
+    bake_lists(solid, &before, &update, target_error, threads, data);
 }
 
 }  // namespace sqmap::bake

@@ -309,7 +309,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     const LocatorUpdate update =
         update_locator(solid, partition.part_of_triangle, options.target_error, change, options.threads, data);
     lap("locate");
-    update_near_lists(solid, before.view(), update, options.threads, data);
+    update_near_lists(solid, before.view(), update, options.target_error, options.threads, data);
     lap("near");
     data.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, mesh.triangles});
     return result;

@@ -293,22 +293,22 @@ struct ModelView {
     return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
 }
 /// Triangles by which an exact answer is found in a place of a brick: one of them is the nearest, for any point of it, and no
-/// buried one is among them. Empty where there are too many to list: all are tried.
+/// buried one is among them. Empty where there are too many to list: all of the mesh are tried.
 struct NearList {
     const std::uint16_t* table;  ///< of the brick's triangles: two values each, the low one first, if wide
-    const std::uint16_t* refs;   ///< indices into it: two in a value, the low one first, if narrow
+    const std::uint16_t* refs;   ///< indices into it: two in a value, the low one first, if narrow; null: all of the table
     std::uint32_t first, count;  ///< of refs
     bool wide, narrow;
     [[nodiscard]] constexpr std::uint32_t operator[](std::uint32_t i) const
     {
         const std::uint32_t at = first + i;
-        const std::uint32_t t = narrow ? (refs[at >> 1] >> (8 * (at & 1u))) & 0xffu : refs[at];
+        const std::uint32_t t = refs == nullptr ? at : narrow ? (refs[at >> 1] >> (8 * (at & 1u))) & 0xffu : refs[at];
         return wide ? table[2 * t] | std::uint32_t{table[2 * t + 1]} << 16 : table[t];
     }
     /// n of them from i on.
     constexpr void read(std::uint32_t i, std::uint32_t n, std::int32_t* out) const
     {
-        if (wide) {
+        if (wide || refs == nullptr) {
             for (std::uint32_t k = 0; k < n; ++k) out[k] = static_cast<std::int32_t>((*this)[i + k]);
         } else if (narrow) {
             for (std::uint32_t k = 0, at = first + i; k < n; ++k, ++at)
@@ -320,7 +320,8 @@ struct NearList {
 };
 constexpr bool near_is_wide(const ModelView& view) { return view.triangle_part.size() > 0x10000; }
 /// A brick's record in ModelView::near: which of its places are not Free, one bit each; how many triangles it has; where each
-/// such place's refs start, and where the last ones end; the triangles; the refs, bytes where there are 256 triangles or fewer.
+/// such place's refs start, and where the last ones end; the triangles; the refs, bytes where there are 256 triangles or fewer. A
+/// place without refs has all triangles of the brick.
 struct NearRecord {
     std::uint64_t occupied;
     std::uint32_t triangles;
@@ -343,6 +344,7 @@ constexpr NearRecord near_record(const std::uint16_t* values, bool wide)
     const bool wide = near_is_wide(view);
     const NearRecord r = near_record(view.near.data() + view.near_bricks[brick], wide);
     const std::uint16_t* start = r.starts + std::popcount(r.occupied & ((std::uint64_t{1} << place) - 1));
+    if (start[0] == start[1]) return {r.table, nullptr, 0, r.triangles, wide, false};
     return {r.table, r.refs, start[0], static_cast<std::uint32_t>(start[1] - start[0]), wide, r.triangles <= 256};
 }
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
