@@ -19,6 +19,20 @@ struct BodyLoad {
         for (int a = 0; a < 6; ++a)
             for (int b = 0; b < 6; ++b) stiffness[a][b] += k * j[a] * j[b];
     }
+    /// The same in the plane across n.
+    void stiffen_across(double k, Vec3d n, Vec3d r)
+    {
+        const Vec3d least = std::fabs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, t = normalized(cross(n, least));
+        stiffen(k, t, r);
+        stiffen(k, cross(n, t), r);
+    }
+    /// A damper along n to what moves by `away` towards the body, over a step of dt: what it does at the end of the step.
+    void damp(double b, double dt, Vec3d away, Vec3d n, Vec3d r)
+    {
+        stiffen(b / dt, n, r);
+        const Vec3d push = -b * dot(away, n) * n;
+        wrench = wrench + Wrench{push, cross(r, push)};
+    }
 };
 
 /// Moves the body one step of dt; the wrench on the hand. False where the numbers have left the finite: nothing is moved.

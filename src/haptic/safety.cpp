@@ -113,13 +113,23 @@ const char* describe(StiffnessReason reason) noexcept
     return "unknown reason";
 }
 
+DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept
+{
+    DeviceLimits d = device;
+    d.damping = or_unknown(device.damping, 0.1);
+    d.coulomb_friction = or_unknown(device.coulomb_friction, 0.02);
+    d.resolution = or_unknown(device.resolution, 50e-6);
+    d.period = or_unknown(device.period, 1e-3);
+    return d;
+}
+
 StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping) noexcept
 {
     StiffnessCheck check;
     const bool told = device.damping > 0 && device.coulomb_friction > 0 && device.resolution > 0;
     check.assumed = !told;
-    const double b = or_unknown(device.damping, 0.1), friction = or_unknown(device.coulomb_friction, 0.02),
-                 resolution = or_unknown(device.resolution, 50e-6), period = or_unknown(device.period, 1e-3),
+    const DeviceLimits d = with_careful_numbers(device);
+    const double b = d.damping, friction = d.coulomb_friction, resolution = d.resolution, period = d.period,
                  delay = std::max(device.delay, 0.), left = b - std::fabs(virtual_damping);
     if (!(sane(b) && sane(friction) && sane(resolution) && sane(period) && sane(device.delay) && left > 0)) {
         check.reason = StiffnessReason::VirtualDamping;

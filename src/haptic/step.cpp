@@ -381,12 +381,23 @@ struct Stepper {
             const Wrench spring{o.stiffness * felt.force, (o.torque_share * o.stiffness) * felt.torque};
             const double spring_size = o.stiffness * size;
             const double approach = -dot(velocity_over(twist, solid, at, contact), normal);
-            const double damped = o.damping * approach * std::min(1., felt.depth / k_damping_depth);
-            const double extra = std::max(damped, -spring_size);
-            const Vec3d other = extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const double damping = o.damping * std::min(1., felt.depth / k_damping_depth);
+            const double extra = std::max(damping * approach, -spring_size);
+            const Vec3d rub = friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const Vec3d other = extra * normal + rub;
             const Wrench side{other, o.torque_share * cross(contact, other)};
             springs = springs + spring;
-            rest = rest + side;
+            if (load == nullptr) {
+                rest = rest + side;
+            } else {
+                // Implicit: a light body is damped by far more than its mass over a tick.
+                rest = rest + Wrench{rub, o.torque_share * cross(contact, rub)};
+                // The body lands without bouncing: drag is where it touches, not in free air.
+                const double landing = std::max(damping, 2 * std::sqrt(o.mass * o.stiffness));
+                if (approach > 0) load->damp(landing, in.dt, velocity_over({}, solid, at, contact), normal, contact);
+                if (t.stuck && solid.material.friction == Friction::Coulomb)
+                    load->stiffen_across(o.tangential_stiffness, normal, contact);
+            }
             add_to_solid(s, spring + side, at.translation);
             t.touching = true;
             t.spring = spring_size;
@@ -452,7 +463,7 @@ struct Stepper {
         const Pose at = m.body;
         state.reports_[z].body = at;
         push(z, at, m.body_twist, springs, rest, &load, free_change);
-        load.wrench = springs + rest;
+        load.wrench = load.wrench + springs + rest;
         m.body_before = at;
         if (!step_body(o, in.poses[z], m.device_twist, load, in.dt, m.body, m.body_twist, on_hand)) {
             m.has_body = false;
@@ -606,9 +617,8 @@ struct Stepper {
                 continue;
             }
             const Pose& device = in.poses[z];
-            m.device_twist = z < in.twists.size() ? in.twists[z]
-                             : m.known            ? twist_between(m.device_before, device, in.dt)
-                                                  : Twist{};
+            m.track.add(device, in.dt);
+            m.device_twist = z < in.twists.size() ? in.twists[z] : m.track.twist(state.zones_[z].options.resolution);
             report.body = device;
             Wrench w;
             switch (state.zones_[z].options.mode) {
@@ -624,7 +634,6 @@ struct Stepper {
                     w = coupled(z);
                     break;
             }
-            m.device_before = device;
             m.known = true;
             for (std::size_t s = 0; s < solids; ++s) {
                 touch(z, s).solid_before = in.solids[s].pose;

@@ -86,6 +86,9 @@ struct StiffnessCheck {
 /// N s/m. Unknown b, f_c, Delta: 0.1 N s/m, 0.02 N, 50 um.
 [[nodiscard]] StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping = 0) noexcept;
 
+/// The same with the careful numbers of check_stiffness where the device tells none.
+[[nodiscard]] DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept;
+
 /// One tick's input.
 struct SafetyInput {
     double time = 0;                  ///< s, monotonic: now
