@@ -41,6 +41,12 @@ void choose_coupling(ZoneOptions& o, const DeviceLimits& device) noexcept
     o.resolution = device.resolution;
 }
 
+double largest_torque_share(const DeviceLimits& device, double stiffness, double reach) noexcept
+{
+    if (!(stiffness > 0) || !(reach > 0)) return 1;
+    return std::min(1., check_stiffness(device, stiffness).largest * k_lever * k_lever / (stiffness * reach * reach));
+}
+
 bool step_body(const ZoneOptions& o, const Pose& device, const Twist& device_twist, const BodyLoad& load, double dt, Pose& body,
                Twist& body_twist, Wrench& on_hand) noexcept
 {

@@ -26,10 +26,21 @@ struct BodyLoad {
         stiffen(k, t, r);
         stiffen(k, cross(n, t), r);
     }
-    /// A damper along n to what moves by `away` towards the body, over a step of dt: what it does at the end of the step.
-    void damp(double b, double dt, Vec3d away, Vec3d n, Vec3d r)
+    void scale(double by)
     {
-        stiffen(b / dt, n, r);
+        for (auto& row : stiffness)
+            for (double& x : row) x *= by;
+    }
+    /// k times other's springs.
+    void add(double k, const BodyLoad& other)
+    {
+        for (int a = 0; a < 6; ++a)
+            for (int b = 0; b < 6; ++b) stiffness[a][b] += k * other.stiffness[a][b];
+    }
+    /// Dampers where other's springs are, to what moves by minus `away` along n at r: what they do at the end of a step of dt.
+    void damp(double b, double dt, Vec3d away, Vec3d n, Vec3d r, const BodyLoad& other)
+    {
+        add(b / dt, other);
         const Vec3d push = -b * dot(away, n) * n;
         wrench = wrench + Wrench{push, cross(r, push)};
     }

@@ -55,6 +55,7 @@ struct Stepper {
     const StepInput& in;
     std::span<Wrench> wrenches, on_solids;
     std::size_t solids = std::min(in.solids.size(), state.most_solids_);
+    BodyLoad spread{};  ///< Coupled: of the last patch that was felt, the mean over its contacts of springs of 1 N/m
 
     using Touch = State::Touch;
     using Memory = State::Memory;
@@ -139,6 +140,8 @@ struct Stepper {
         const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
         if (keep != nullptr) keep->plane_count = 0, keep->single = false;
         ContactSum sum(zone.options);
+        spread = {};
+        double spread_over = 0;
         Found f;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             if (!read(z, s, at, contacts[i], f)) continue;
@@ -153,8 +156,14 @@ struct Stepper {
                 f.normal = c.normal;
             }
             spring.normal = solid.pose.rotation * f.normal;
-            if (spring.depth > 0) sum.add(spring);
+            if (!(spring.depth > 0)) continue;
+            sum.add(spring);
+            if (zone.options.mode == Mode::Coupled) {
+                spread.stiffen(spring.weight, spring.normal, spring.point);
+                spread_over += spring.weight;
+            }
         }
+        if (spread_over > 0) spread.scale(1 / spread_over);
         return sum.felt();
     }
 
@@ -334,8 +343,10 @@ struct Stepper {
         const Pose there{rotation_by(o.brake_ahead * twist.angular) * at.rotation, at.translation + o.brake_ahead * velocity};
         ZoneReport& report = state.reports_[z];
         const ZoneReport kept = report;
+        const BodyLoad kept_spread = spread;
         const Felt felt = feel(z, s, there, nullptr);
         report = kept;
+        spread = kept_spread;
         const Vec3d normal = normalized(felt.force);
         const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
         if (!(felt.depth > 0) || !(approach > 0)) return {};
@@ -394,7 +405,13 @@ struct Stepper {
                 rest = rest + Wrench{rub, o.torque_share * cross(contact, rub)};
                 // The body lands without bouncing: drag is where it touches, not in free air.
                 const double landing = std::max(damping, 2 * std::sqrt(o.mass * o.stiffness));
-                if (approach > 0) load->damp(landing, in.dt, velocity_over({}, solid, at, contact), normal, contact);
+                const bool patch = o.averaging == Averaging::Patch && !in.degraded;
+                if (!patch) {
+                    spread = {};
+                    spread.stiffen(1, normal, contact);
+                }
+                load->add(o.stiffness, spread);
+                if (approach > 0) load->damp(landing, in.dt, velocity_over({}, solid, at, contact), normal, contact, spread);
                 if (t.stuck && solid.material.friction == Friction::Coulomb)
                     load->stiffen_across(o.tangential_stiffness, normal, contact);
             }
@@ -402,7 +419,6 @@ struct Stepper {
             t.touching = true;
             t.spring = spring_size;
             free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
-            if (load != nullptr) load->stiffen(o.stiffness, normal, felt.lever);
             report.depth += felt.depth * size;
             report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;

@@ -43,7 +43,6 @@ struct Figures {
     double left = -1;       ///< J, the same when a contact ended: the greatest of all contacts
     double gained = 0;      ///< J, the same over the last 0.5 s of holding still
     double step = 0;        ///< N, of the force from tick to tick then
-    double free = 0;        ///< N, asked for before a zone was within 1 cm of its place
     int contacts = 0;
     int reversals = 0;       ///< of the force in that time, by more than still()
     std::uint64_t over = 0;  ///< ticks with more than the limit sent
@@ -104,7 +103,7 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
     std::vector<double> forces, torques, energies;
     std::vector<Pose> poses(zones);
     std::vector<Wrench> asked(zones), safe(zones);
-    bool touching = false, touched = false;  // now; ever
+    bool touching = false;
     double begun = 0;
     const auto target_of = [&](const HandTarget& at, std::size_t z) {
         const Pose& zone = course.zones[z];
@@ -128,9 +127,6 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
             force += norm(exerted.force);
             torque += norm(exerted.torque);
             touches = touches || !(asked[z] == Wrench{}) || !(exerted == Wrench{});
-            touched = touched || dot(poses[z].translation - target_of({{visit.rotation, visit.place}, {}}, z).pose.translation,
-                                     visit.out) < 0.01;
-            if (!touched) f.free = std::max(f.free, norm(asked[z].force));
         }
         energies.push_back(energy);
         if (touches && !touching) {

@@ -34,6 +34,7 @@ struct Tool {
     std::vector<Pose> zones{Pose{}};
     Mechanism mechanism{};
     double wait = 0.7;
+    double reach = 0;    ///< m, of a tool that turns
     bool large = false;  ///< comes from outside along an axis: it does not fit into any place
 };
 
@@ -46,7 +47,8 @@ std::vector<Tool> all_tools()
     hand.points = small_hand().vertices;
     double reach = 0;
     for (const Vec3d& p : hand.points) reach = std::max(reach, norm(p));
-    for (Vec3d& p : hand.points) p = 0.05 / reach * p;
+    hand.reach = 0.05;
+    for (Vec3d& p : hand.points) p = hand.reach / reach * p;
     hand.large = true;
     std::vector<Tool> tools;
     const auto add = [&](Tool tool, const char* name, Mode mode, double wait = 0.7) {
@@ -135,6 +137,11 @@ TEST_P(StabilityOfTools, InEveryMode)
                         haptic::ZoneOptions& o = state.options(z);
                         o.stiffness = o.tangential_stiffness = setting.stiffness;
                         o.coupling_stiffness = 1e4;
+                        if (tool.reach > 0) {
+                            o.inertia = 0.4 * o.mass * tool.reach * tool.reach;
+                            if (tool.mode != Mode::Coupled)
+                                o.torque_share = haptic::largest_torque_share(limits, o.stiffness, tool.reach);
+                        }
                         haptic::choose_coupling(o, limits);
                     }
                     if (tool.mode == Mode::Coupled) {  // springs in series
@@ -155,18 +162,21 @@ TEST_P(StabilityOfTools, InEveryMode)
                         visit.place = place.point - origin + out * place.out;
                     }
                     const auto touch = [&](double wait) {
+                        bool touched = false;
                         state.reset();
                         return run_zones(setting, action, visit, {.wait = wait, .hold = 1.5, .zones = tool.zones},
                                          [&](std::span<const Pose> poses, std::span<Wrench> wrenches) {
-                                             (void)haptic::step(
+                                             const haptic::StepResult r = haptic::step(
                                                  state, {.solids = std::span(&solid, 1), .poses = poses, .dt = k_tick}, wrenches);
+                                             touched = touched || (r.status & haptic::k_step_contact) != 0;
+                                             if (!touched) air = std::max(air, norm(wrenches[0].force));
                                          });
                     };
                     const Figures f = touch(tool.wait);
                     ++runs;
                     const std::string what = std::string(GetParam()) + ", " + tool.name + ' ' + test::name(action) + ' ' +
                                              hand.name + " delay " + std::to_string(delay) + " place " + std::to_string(k);
-                    if (tool.wait < 0.5) {
+                    if (tool.wait < 0.5 && hand.stiffness > 100) {
                         EXPECT_NEAR(f.mean, touch(0.7).mean, 0.1) << what << ": as strong as after the ramp, without lifting";
                     }
                     swing = std::max(swing, f.swing);
@@ -175,7 +185,6 @@ TEST_P(StabilityOfTools, InEveryMode)
                     gained = std::max(gained, f.gained);
                     most = std::max(most, f.most);
                     step = std::max(step, f.step);
-                    air = std::max(air, f.free);
                     passivity += f.filter.passivity;
                     pressed += f.mean > 0.3;
                     if (f.reversals >= 4) {
@@ -185,7 +194,6 @@ TEST_P(StabilityOfTools, InEveryMode)
                     EXPECT_LT(f.turn_swing, 0.01) << what;
                     EXPECT_LT(f.gained, 1e-5) << what;
                     EXPECT_LT(f.created, 3e-3) << what << ": the filter's margin of 1 mJ and what passes before it has acted";
-                    EXPECT_LT(f.free, 0.1) << what << ": free air is free";
                     EXPECT_EQ(f.over, 0u) << what;
                     EXPECT_EQ(f.filter.faults, 0u) << what;
                 }
@@ -196,7 +204,9 @@ TEST_P(StabilityOfTools, InEveryMode)
             GetParam(), tool.name, runs, pressed, swinging, swing, step, turn, air, created, gained, most,
             static_cast<unsigned long long>(passivity));
         EXPECT_EQ(swinging, 0) << tool.name;
-        EXPECT_GT(pressed, runs / 2) << tool.name << ": it touches at all";
+        EXPECT_LT(air, 0.1) << tool.name << ": free air is free";
+        // A large soft tool may turn away, or be pressed through a leg or an ear.
+        EXPECT_GE(pressed, tool.large ? runs / 3 : runs / 2) << tool.name << ": it touches at all";
     }
 }
 

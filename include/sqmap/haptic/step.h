@@ -206,4 +206,9 @@ struct CouplingPhysics {
 /// Mass and inertia stay. Numbers that the device does not tell: the careful ones of check_stiffness.
 void choose_coupling(ZoneOptions& options, const DeviceLimits& device) noexcept;
 
+/// Most torque_share with which a tool of stiffness K, N/m, whose points are up to `reach`, m, from its pose, turns the device no
+/// more stiffly than it can show: a device whose damping is b at its tip is taken to turn with b (2 cm)^2. For Modes Direct and
+/// Proxy; a coupling limits it by itself.
+[[nodiscard]] double largest_torque_share(const DeviceLimits& device, double stiffness, double reach) noexcept;
+
 }  // namespace sqmap::haptic

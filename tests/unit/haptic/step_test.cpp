@@ -652,6 +652,15 @@ TEST(Step, AChosenCouplingIsWithinWhatTheDeviceCanShow)
                 }
 }
 
+TEST(Step, ATorqueShareKeepsTheTurningSpringWithinWhatTheDeviceShows)
+{
+    const DeviceLimits device{.damping = 1, .coulomb_friction = 0.05, .resolution = 25e-6, .delay = 0.001, .period = 0.001};
+    EXPECT_EQ(largest_torque_share(device, 500, 0.01), 1);
+    const double reach = 0.1, share = largest_torque_share(device, 500, reach);
+    EXPECT_NEAR(share * 500 * reach * reach * 0.0015, 1 * 0.02 * 0.02, 1e-9);  // K (T/2 + delay) = b, turning
+    EXPECT_EQ(largest_torque_share(device, 0, reach), 1);
+}
+
 TEST(Step, AnEncodersStepsAreNotFeltThroughACoupling)
 {
     // In free air at 5 mm/s an encoder of 25 um gives one step in 5 ticks: 25 mm/s for one tick, 0 for four.
