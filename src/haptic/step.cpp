@@ -516,9 +516,12 @@ struct Stepper {
         m.body.rotation = in.poses[z].rotation;
         const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.most_solids_, solids);
         // A surface that moves carries along what lies on it.
+        double motion = m.track.step();
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching && touches[s].known) {
-                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
+                const Vec3d still = m.body.translation;
+                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, still));
+                motion += norm(m.body.translation - still);
                 break;
             }
         const Vec3d before = m.body.translation;
@@ -573,12 +576,16 @@ struct Stepper {
             m.body.translation += (t.stuck || length == 0 ? 1 : material.mu_dynamic * load / length) * back;
         }
         report.body = m.body;
-        if (!(load > 0)) return {};
+        if (!(load > 0)) {
+            (void)blended(z, {}, 0);
+            return {};
+        }
         report.status |= k_step_contact;
         report.normal = normal;
         report.depth = norm(m.body.translation - goal);
         report.potential = 0.5 * o.stiffness * report.depth * report.depth;
-        Wrench w{o.stiffness * (m.body.translation - goal), {}};
+        // Between walls it may lie on the one or the other, and off an edge it drops: such jumps are blended.
+        Wrench w = blended(z, {o.stiffness * (m.body.translation - goal), {}}, k_free_slope * o.stiffness * motion);
         const double approach = -dot(m.device_twist.linear, normal);
         const double damped = o.damping * approach * std::min(1., load / k_damping_depth);
         w.force += std::max(damped, -o.stiffness * load) * normal;

@@ -19,6 +19,9 @@ public:
         count_ = std::min(count_ + 1, k_most + 1);
     }
 
+    /// m since the last tick
+    [[nodiscard]] double step() const { return count_ > 1 ? norm(past_[0].pose.translation - past_[1].pose.translation) : 0; }
+
     /// resolution: m, of the encoder; 0: the difference of the last two poses. A turn counts at k_arm.
     [[nodiscard]] Twist twist(double resolution) const
     {
