@@ -88,6 +88,7 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
 
 int run(const Arguments& arguments)
 {
+    check_plot_name(arguments.plot);
     TouchOptions options;
     {
         const device::TraceReader reader(arguments.trace);
