@@ -411,6 +411,11 @@ void touch(const Arguments& arguments)
     std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
                 totals.largest_force);
+    if (totals.ticks > 0 && totals.contact == 0)
+        std::fprintf(stderr, "warning: nothing was touched%s\n",
+                     options.zone_radius > 0
+                         ? ": what touches may lie outside the impact zone\n  cure: a larger --zone, or 0 for the whole tool"
+                         : "");
     if (totals.ticks > 0)
         std::printf("  CPU time a tick: mean %.1f us, most %.1f us\n", 1e6 * totals.cpu / static_cast<double>(totals.ticks),
                     1e6 * totals.most_cpu);

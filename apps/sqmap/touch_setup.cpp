@@ -199,8 +199,17 @@ std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
     for (std::size_t z = 0; hand_ && z < zones.size(); ++z) {
         zones[z].first = hand_->first(z);
         zones[z].count = hand_->first(z + 1) - hand_->first(z);
+        zones[z].options = options_of(z);
     }
     return zones;
+}
+
+/// How far a finger is closed follows from how its tip lies: a torque there would bend it, and the loop would swing.
+haptic::ZoneOptions TouchSetup::options_of(std::size_t zone) const
+{
+    haptic::ZoneOptions o = options_.zone;
+    if (hand_ && zone + 1 < zones_) o.torque_share = 0;
+    return o;
 }
 
 /// A glove's six zones and a hand with joints: one probe, moved as the hand is posed.
@@ -208,7 +217,7 @@ void TouchSetup::load_hand(device::HandMesh mesh)
 {
     hand_ = std::make_unique<device::HandSkin>(mesh, options_.hand_length);
     weights_.assign(hand_->weights().begin(), hand_->weights().end());
-    for (std::size_t z = 0; z < zones_; ++z) reach_ = std::max(reach_, hand_->reach(z));
+    reach_ = hand_->reach(zones_ - 1);  // the palm: fingertips carry force alone
     std::vector<Vec3d> middle(hand_->points().begin(), hand_->points().end());
     for (Vec3d& p : middle) p.y -= 0.45 * options_.hand_length;
     probe_ = std::make_unique<query::Probe>(middle);
@@ -255,7 +264,7 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
                       zone.coupling_stiffness, zone.coupling_damping, zone.coupling_rotational, zone.coupling_rotational_damping);
         notes_.push_back(text);
     }
-    for (std::size_t z = 0; z < zones_; ++z) state_->options(z) = zone;
+    for (std::size_t z = 0; z < zones_; ++z) state_->options(z) = options_of(z);
 }
 
 void TouchSetup::load_tool(const std::filesystem::path& beside)
@@ -297,15 +306,23 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         notes_.push_back("warning: --zone counts for a mesh only: " + options_.tool + " is felt as a whole");
     } else if (!hand_) {
         double nearest = INFINITY;
-        for (const Vec3d& p : tool.vertices) nearest = std::min(nearest, norm(p));
-        if (nearest >= options_.zone_radius) {
-            char text[200];
-            std::snprintf(text, sizeof text,
-                          "--zone %g: no point of %s is so near to its centre (the nearest: %.3g m), nothing would "
-                          "be felt\n  cure: a larger zone, or 0 for the whole tool",
-                          options_.zone_radius, options_.tool.c_str(), nearest);
+        std::size_t count = 0;
+        for (const Vec3d& p : tool.vertices) {
+            nearest = std::min(nearest, norm(p));
+            count += norm(p) < options_.zone_radius;
+        }
+        char text[300];
+        if (count == 0) {
+            std::snprintf(
+                text, sizeof text,
+                "--zone %g: no point of %s is so near to its centre (the nearest: %.3g m), nothing would be felt\n  cure: a "
+                "larger zone, or 0 for the whole tool",
+                options_.zone_radius, options_.tool.c_str(), nearest);
             throw BadTouch(text);
         }
+        std::snprintf(text, sizeof text, "--zone %g: %zu of the tool's %zu points count, the nearest %.3g m from its centre",
+                      options_.zone_radius, count, tool.vertices.size(), nearest);
+        notes_.push_back(text);
     }
 }
 

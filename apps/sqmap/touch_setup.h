@@ -104,6 +104,7 @@ private:
     void load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh& tool);
     void load_hand(device::HandMesh mesh);
     [[nodiscard]] std::vector<haptic::Zone> zones_of_tool() const;
+    [[nodiscard]] haptic::ZoneOptions options_of(std::size_t zone) const;
     void place(std::size_t object) noexcept;
     void move_objects(double dt) noexcept;
 

@@ -2,9 +2,10 @@
 // a coupling, and of touches that come before the filter's ramp has ended.
 #include "loop.h"
 #include "places.h"
-#include "sqmap/device/glove.h"
+#include "sqmap/device/hand_skin.h"
 #include "sqmap/haptic/step.h"
 #include "support/parsed.h"
+#include "support/tube_hand.h"
 
 #include <gtest/gtest.h>
 
@@ -21,6 +22,7 @@ using haptic::Mode;
 
 constexpr double k_size = 0.3;   // m, R_max
 constexpr double k_share = 0.8;  // of the bound, as baked_test
+constexpr double k_hand_length = 0.19;
 constexpr std::size_t k_hands = device::k_hand_profiles.size();
 
 /// What touches: zones that share a probe.
@@ -35,6 +37,7 @@ struct Tool {
     Mechanism mechanism{};
     double wait = 0.7;
     double reach = 0;    ///< m, of a tool that turns
+    bool posed = false;  ///< a skinned hand that the zones pose every tick: one deforming probe
     bool large = false;  ///< comes from outside along an axis: it does not fit into any place
 };
 
@@ -72,6 +75,13 @@ std::vector<Tool> all_tools()
     glove.large = true;
     glove.mechanism = {.mass = 0.02, .damping = 0.5, .coulomb_friction = 0.1};  // as device::simulated_glove
     add(glove, "glove", Mode::Direct);
+    Tool skinned = glove;
+    skinned.averaging = Averaging::Patch;
+    skinned.layer = query::Layer::Three;
+    skinned.smoothing = {};
+    skinned.posed = true;
+    skinned.points.clear();
+    add(skinned, "hand on a glove", Mode::Direct);
     return tools;
 }
 
@@ -80,6 +90,7 @@ Vec3d first_touch(const Tool& tool, const haptic::Solid& solid, Vec3d point, con
 {
     point -= dot(point, out) * out;
     std::vector<Vec3d> points;
+    if (tool.posed) points = tube_hand(k_hand_length, [](const Vec3d& p) { return p; }).points;
     for (const Pose& zone : tool.zones)
         for (const Vec3d& p : tool.points) points.push_back(zone.rotation * p + zone.translation);
     const query::Probe probe(points);
@@ -113,14 +124,22 @@ TEST_P(StabilityOfTools, InEveryMode)
     ASSERT_EQ(places.size(), 2u);
 
     for (const Tool& tool : all_tools()) {
-        const query::Probe probe(tool.points);
-        haptic::Zone zone{.probe = &probe};
+        std::optional<device::HandSkin> skin;
+        if (tool.posed) skin.emplace(tube_hand(k_hand_length, [](const Vec3d& p) { return p; }), k_hand_length);
+        query::Probe probe(skin ? std::vector<Vec3d>(skin->points().begin(), skin->points().end()) : tool.points);
+        haptic::Zone zone{.probe = &probe, .in_world = tool.posed};
         zone.options.averaging = tool.averaging;
         zone.options.smoothing = tool.smoothing;
         zone.options.mode = tool.mode;
         zone.options.layer = tool.layer;
         const std::size_t zones = tool.zones.size();
-        haptic::State state(std::vector<haptic::Zone>(zones, zone), {.most_contacts = tool.points.size(), .most_solids = 1});
+        std::vector<haptic::Zone> all(zones, zone);
+        const double reach = skin ? skin->reach(zones - 1) : tool.reach;
+        for (std::size_t z = 0; skin && z < zones; ++z) {
+            all[z].first = skin->first(z);
+            all[z].count = skin->first(z + 1) - skin->first(z);
+        }
+        haptic::State state(all, {.most_contacts = probe.size(), .most_solids = 1});
         double swing = 0, turn = 0, created = -1, gained = -1, most = 0, step = 0, air = 0;
         std::uint64_t passivity = 0;
         int runs = 0, swinging = 0, pressed = 0;
@@ -137,10 +156,11 @@ TEST_P(StabilityOfTools, InEveryMode)
                         haptic::ZoneOptions& o = state.options(z);
                         o.stiffness = o.tangential_stiffness = setting.stiffness;
                         o.coupling_stiffness = 1e4;
-                        if (tool.reach > 0) {
-                            o.inertia = 0.4 * o.mass * tool.reach * tool.reach;
+                        if (reach > 0) {
+                            o.inertia = 0.4 * o.mass * reach * reach;
                             if (tool.mode != Mode::Coupled)
-                                o.torque_share = haptic::largest_torque_share(limits, o.stiffness, tool.reach);
+                                o.torque_share =
+                                    skin && z + 1 < zones ? 0 : haptic::largest_torque_share(limits, o.stiffness, reach);
                         }
                         haptic::choose_coupling(o, limits);
                     }
@@ -166,6 +186,10 @@ TEST_P(StabilityOfTools, InEveryMode)
                         state.reset();
                         return run_zones(setting, action, visit, {.wait = wait, .hold = 1.5, .zones = tool.zones},
                                          [&](std::span<const Pose> poses, std::span<Wrench> wrenches) {
+                                             if (skin) {
+                                                 skin->pose(poses.first<device::k_glove_zones>());
+                                                 probe.move(skin->points());
+                                             }
                                              const haptic::StepResult r = haptic::step(
                                                  state, {.solids = std::span(&solid, 1), .poses = poses, .dt = k_tick}, wrenches);
                                              touched = touched || (r.status & haptic::k_step_contact) != 0;
