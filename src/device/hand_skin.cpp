@@ -127,7 +127,7 @@ HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
         joints_.push_back(mesh.joints[i]);
         shares_.push_back(mesh.shares[i]);
         for (std::size_t k = zones[i] + 1; k < first_.size(); ++k) ++first_[k];
-        reach_[zones[i]] = std::max(reach_[zones[i]], norm(rest_.back() - flat[zones[i]].translation));
+        for (const std::size_t k : {zones[i], k_palm}) reach_[k] = std::max(reach_[k], norm(rest_.back() - flat[k].translation));
     }
     posed_ = rest_;
 }

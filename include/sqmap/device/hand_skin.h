@@ -38,7 +38,7 @@ public:
     [[nodiscard]] std::span<const float> weights() const noexcept { return weights_; }
     /// The points of a zone are [first(zone), first(zone + 1)).
     [[nodiscard]] std::uint32_t first(std::size_t zone) const noexcept { return first_[zone]; }
-    /// How far a zone's points are from its pose in the flat hand, m.
+    /// How far what a zone moves is from its pose in the flat hand, m: its points; of the palm all.
     [[nodiscard]] double reach(std::size_t zone) const noexcept { return reach_[zone]; }
 
 private:
