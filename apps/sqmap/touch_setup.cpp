@@ -379,7 +379,12 @@ void TouchSetup::move_objects(double dt) noexcept
 void TouchSetup::step(device::TraceRow& row) noexcept
 {
     move_objects(row.dt);
-    if (hand_) {
+    // A zone without a pose has no force, and the hand stays as it was.
+    const auto finite = [](const haptic::Pose& p) {
+        return std::isfinite(norm_sq(p.translation) + norm_sq(p.rotation.row[0]) + norm_sq(p.rotation.row[1]) +
+                             norm_sq(p.rotation.row[2]));
+    };
+    if (hand_ && std::all_of(row.poses.begin(), row.poses.begin() + device::k_glove_zones, finite)) {
         hand_->pose(std::span<const haptic::Pose, device::k_glove_zones>(row.poses.data(), device::k_glove_zones));
         probe_->move(hand_->points());
     }
