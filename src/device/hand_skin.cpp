@@ -83,6 +83,25 @@ Vec3d turn_of(const Mat3d& m)
     return sine > 1e-9 ? std::atan2(sine, 0.5 * (m.row[0].x + m.row[1].y + m.row[2].z - 1)) / sine * s : s;
 }
 
+/// y from the wrist to the middle finger's knuckle, x to the thumb's side, z out of the back: left-handed in a right hand.
+struct Axes {
+    Vec3d x, y, z;
+};
+Axes axes_of(const std::array<Vec3d, k_hand_joints>& places)
+{
+    Axes a;
+    a.y = normalized(places[k_middle_knuckle] - places[0]);
+    const Vec3d across = places[k_index_knuckle] - places[k_little_knuckle];
+    a.x = normalized(across - dot(across, a.y) * a.y);
+    // Which side the back is, only the thumb and the fingers' bend tell: they lie towards the palm.
+    Vec3d palm = places[k_tip_joints[0]] - places[0];
+    for (const Bones& bones : k_bones)
+        palm += places[bones.knuckle + static_cast<std::size_t>(bones.count)] - places[bones.knuckle];
+    a.z = cross(a.x, a.y);
+    if (dot(palm, a.z) > 0) a.z = -1. * a.z;
+    return a;
+}
+
 Vec3d along(const Pose& pose, const Vec3d& p) { return pose.rotation * p + pose.translation; }
 
 }  // namespace
@@ -91,21 +110,16 @@ const char* hand_joint_name(std::size_t joint) noexcept { return joint < k_hand_
 
 HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
 {
-    // The hand's frame: y from the wrist to the middle finger's knuckle, x to the thumb's side, z out of the back of a left hand.
-    const Vec3d wrist = mesh.places[0], y = normalized(mesh.places[k_middle_knuckle] - wrist);
-    Vec3d x = mesh.places[k_index_knuckle] - mesh.places[k_little_knuckle];
-    x = normalized(x - dot(x, y) * y);
-    // Which side the back is, only the thumb and the fingers' bend tell: they lie towards the palm.
-    Vec3d palm{};
-    for (const Bones& bones : k_bones)
-        palm += mesh.places[bones.knuckle + static_cast<std::size_t>(bones.count)] - mesh.places[bones.knuckle];
-    Vec3d z = cross(x, y);
-    const double scale = length / norm(mesh.places[k_middle_tip] - wrist);
-    const Vec3d thumb = mesh.places[k_tip_joints[0]] - wrist;
-    if (dot(palm + thumb, z) > 0) z = -1. * z;
+    // The same axes in the mesh and in the hand that hand_joints is.
+    std::array<Vec3d, k_hand_joints> bones;
+    const auto joints = hand_joints({}, length);
+    for (std::size_t j = 0; j < k_hand_joints; ++j) bones[j] = joints[j].translation;
+    const Axes from = axes_of(mesh.places), to = axes_of(bones);
+    const Vec3d wrist = mesh.places[0];
+    const double scale = norm(bones[k_middle_tip]) / norm(mesh.places[k_middle_tip] - wrist);
     const auto in_hand = [&](const Vec3d& p) {
         const Vec3d d = scale * (p - wrist);
-        return Vec3d{dot(d, x), dot(d, y), dot(d, z)};
+        return dot(d, from.x) * to.x + dot(d, from.y) * to.y + dot(d, from.z) * to.z;
     };
     for (std::size_t j = 0; j < k_hand_joints; ++j) places_[j] = in_hand(mesh.places[j]);
     for (std::size_t f = 0; f < k_bones.size(); ++f) {

@@ -734,13 +734,15 @@ TEST(SafetyDuty, WhatIsHeldAboveTheContinuousForceFallsSmoothlyToItAndNotToNothi
         EXPECT_GT(bench.force().x, continuous) << "a touch may be stronger";
         std::vector<double> squares;
         double sum = 0, worst = 0, before = bench.force().x, fall = 0;
+        double lowest = 2, highest = 0;
+        bool told = true;
         for (int i = 0; i < 90000; ++i) {
             bench.tick();
             const double f = bench.force().x;
-            EXPECT_GE(f, 0.82 * continuous);
+            lowest = std::min(lowest, f);
             if (i > 10000) {
-                EXPECT_NE(bench.report.acted & k_acted_duty, 0u) << "and it is told";
-                EXPECT_LE(f, continuous);
+                highest = std::max(highest, f);
+                told = told && (bench.report.acted & k_acted_duty) != 0;
             }
             fall = std::max(fall, before - f);
             before = f;
@@ -749,6 +751,9 @@ TEST(SafetyDuty, WhatIsHeldAboveTheContinuousForceFallsSmoothlyToItAndNotToNothi
             if (i >= 10000) sum -= squares[static_cast<std::size_t>(i) - 10000];
             worst = std::max(worst, std::sqrt(sum / 10000));
         }
+        EXPECT_GE(lowest, 0.82 * continuous);
+        EXPECT_LE(highest, continuous);
+        EXPECT_TRUE(told);
         EXPECT_LE(worst, continuous);
         EXPECT_LT(fall, 0.02 * 2) << "no step";
         EXPECT_GT(bench.force().x, 0.9 * continuous) << "it rises again to what can be held";
