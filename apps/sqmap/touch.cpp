@@ -445,7 +445,9 @@ void add_touch(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("touch", "Touch models with a device, a scripted or a recorded path, and record it");
     command->add_option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m")
         ->required();
-    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")
+    command
+        ->add_option("--tool", arguments->touch.tool,
+                     "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh; with a glove a glTF hand of 25 joints")
         ->capture_default_str();
     command
         ->add_option("--tool-spacing", arguments->touch.tool_spacing,

@@ -230,6 +230,12 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
     const bool mesh = zone.averaging == haptic::Averaging::Patch, coupled = zone.mode == haptic::Mode::Coupled;
     zone.inertia = w.inertia.value_or(mesh ? 0.4 * zone.mass * reach_ * reach_ : zone.inertia);
     if (w.stiffness) zone.coupling_stiffness = *w.stiffness;
+    if (!coupled && (w.stiffness || w.damping || w.rotational || w.rotational_damping || w.inertia))
+        notes_.push_back("warning: the coupling's options count in --mode coupled only");
+    if (mesh && (options_.tolerance >= 0 || options_.kernel != haptic::Kernel::Ball))
+        notes_.push_back(
+            "warning: --smoothing-kernel and --smoothing-tolerance are of a sphere or a point; a mesh feels the mean of its "
+            "contacts");
     if (device != nullptr) {
         zone.resolution = device->resolution;
         if (coupled) {

@@ -312,6 +312,10 @@ class Touch(unittest.TestCase):
         self.assertLess(max(free, default=0), 0.2, "it does not keep the filter from engaging")
         result = self.record("stiff.csv", "--mode", "coupled", "--coupling-stiffness", "2000", device="simulated:press", seconds="0.2")
         self.assertIn("--coupling-stiffness 2000: this device carries 467 N/m", result.stdout)
+        result = self.record("direct.csv", "--coupling-stiffness", "300", seconds="0.1")
+        self.assertIn("warning: the coupling's options count in --mode coupled only", result.stdout)
+        result = self.record("direct.csv", "--smoothing-tolerance", "0.001", "--tool", "torus.obj", seconds="0.1")
+        self.assertIn("--smoothing-tolerance are of a sphere or a point", result.stdout)
 
     def test_a_glove_poses_a_hand_of_25_joints_and_replays(self):
         write_hand("hand.gltf")
