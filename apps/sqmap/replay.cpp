@@ -49,8 +49,16 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
     TouchSetup setup(options, zones, std::filesystem::path(arguments.trace).parent_path());
     Outcome o;
     device::TraceRow recorded;
+    double time = -INFINITY;
     if (rows) std::printf("line,time,columns,recorded_depth,depth,recorded_force,force,force_difference,torque_difference\n");
     while (reader.next(recorded)) {
+        // A pose or a force may be NaN, as in a recording of a fault; a clock never is, nor does it run back.
+        if (!std::isfinite(recorded.time) || recorded.time < time || !std::isfinite(recorded.dt) || recorded.dt < 0)
+            throw BadTouch(
+                arguments.trace + ":" + std::to_string(reader.line()) +
+                ": time must be finite and not run back, dt finite and not below 0\n  cure: record again, or remove the row "
+                "and count the last line's rows anew");
+        time = recorded.time;
         device::TraceRow row = recorded;
         setup.step(row);
         ++o.ticks;
@@ -88,6 +96,7 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
 
 int run(const Arguments& arguments)
 {
+    check_plot_name(arguments.plot);
     TouchOptions options;
     {
         const device::TraceReader reader(arguments.trace);

@@ -1,5 +1,7 @@
 #include "strip_chart.h"
 
+#include "touch_setup.h"
+
 #include "sqmap/device/trace.h"
 #include "sqmap/io/replace_file.h"
 
@@ -167,6 +169,14 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
     words(0.5 * (k_left + k_width - k_right), height - 8, "middle", 12, k_ink, "time, s");
     out += "</svg>\n";
     io::replace_file(svg, std::as_bytes(std::span(out)));
+}
+
+void check_plot_name(const std::filesystem::path& svg)
+{
+    const std::string end = svg.extension().string();
+    if (svg.empty() || end == ".svg" || end == ".SVG") return;
+    throw BadTouch("--plot " + svg.string() + ": the picture is an SVG\n  cure: --plot " +
+                   std::filesystem::path(svg).replace_extension(".svg").string());
 }
 
 }  // namespace sqmap::app

@@ -9,4 +9,7 @@ namespace sqmap::app {
 /// @throw device::TraceError, io::ModelFileError
 void plot_trace(const std::filesystem::path& trace, const std::filesystem::path& svg);
 
+/// @throw BadTouch for a name that another kind of picture would have; empty is none.
+void check_plot_name(const std::filesystem::path& svg);
+
 }  // namespace sqmap::app

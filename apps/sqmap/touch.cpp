@@ -141,7 +141,7 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         spec.allow({"sway", "curl", "length"});
         hand.glove.sway = {0, 0, spec.number("sway", hand.glove.sway.z, 0, 1)};
         hand.glove.curl = spec.number("curl", hand.glove.curl, 0, 1.5);
-        hand.glove.length = spec.number("length", hand.glove.length, 0.05, 0.4);
+        hand.glove.length = setup.options().hand_length;
         const std::vector<haptic::Pose> top =
             device::scripted_path(setup.first_model(), setup.tool(), device::Script::Press,
                                   {.seconds = 1, .depth = 1e-6, .gap = 0, .direction = {0, 0, 1}});
@@ -192,6 +192,7 @@ struct Totals {
     std::uint64_t ticks = 0, contact = 0, faulty = 0;  ///< faulty: the filter let nothing through
     double first_fault = 0;                            ///< s
     std::uint32_t faults = 0;                          ///< bits of SafetyFault
+    std::uint64_t hot = 0, braked = 0;                 ///< ticks in which the filter's duty and passivity steps acted
     double largest_force = 0, deepest = 0, cpu = 0, most_cpu = 0;
     bool gone = false;
     device::ServoCounters servo{};
@@ -200,6 +201,8 @@ struct Totals {
     {
         ++ticks;
         contact += row.contacts > 0;
+        hot += (row.filter & haptic::k_acted_duty) != 0;
+        braked += (row.filter & haptic::k_acted_passivity) != 0;
         if (const std::uint32_t now = row.filter >> 16; now != 0) {
             if (faulty++ == 0) first_fault = row.time;
             faults |= now;
@@ -350,7 +353,9 @@ const char* note(const device::Capabilities& capabilities)
 void touch(const Arguments& arguments)
 {
     if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
+    check_plot_name(arguments.plot);
     TouchOptions options = arguments.touch;
+    check(options, "");
     for (const std::string& text : arguments.objects) options.objects.push_back(object_from(text));
     for (TouchObject& object : options.objects) {
         const io::MappedModel model(object.file);
@@ -364,6 +369,7 @@ void touch(const Arguments& arguments)
     const device::DeviceSpec spec = device::parse_spec(arguments.device);
     const bool glove = spec.kind == "glove";
     const bool over = k_scripts.contains(spec.kind) || spec.kind == "simulated" || glove;
+    if (glove) options.hand_length = spec.number("length", options.hand_length, 0.05, 0.4);
     HandPath hand;
     std::unique_ptr<device::Device> device;
     if (!over) device = open_device(arguments);
@@ -376,12 +382,14 @@ void touch(const Arguments& arguments)
     std::printf("%s%s, %zu zone%s; R_max of %s is %.4g m\n", capabilities.name.c_str(), note(capabilities), capabilities.zones,
                 capabilities.zones == 1 ? "" : "s", options.objects.front().file.c_str(),
                 static_cast<double>(setup->first_model().header.r_max) * setup->first_model().header.unit);
-    const haptic::StiffnessCheck check = haptic::check_stiffness(device::safety_limits(capabilities, arguments.servo.period),
-                                                                 options.zone.stiffness, options.zone.damping);
+    const haptic::DeviceLimits limits = device::safety_limits(capabilities, arguments.servo.period);
+    const haptic::StiffnessCheck check = haptic::check_stiffness(limits, options.zone.stiffness, options.zone.damping);
     const bool path = dynamic_cast<device::PathDevice*>(device.get()) != nullptr;
+    setup->suit(path ? nullptr : &limits);
+    for (const std::string& note : setup->notes()) std::printf("  %s\n", note.c_str());
     device::ServoOptions servo = arguments.servo;
     servo.safety.softest = softest_spring(setup->options());
-    if (!path && !check.safe)
+    if (!path && !check.safe && options.zone.mode != haptic::Mode::Coupled)
         std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
                     haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "",
                     options.zone.stiffness);
@@ -403,6 +411,11 @@ void touch(const Arguments& arguments)
     std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
                 totals.largest_force);
+    if (totals.ticks > 0 && totals.contact == 0)
+        std::fprintf(stderr, "warning: nothing was touched%s\n",
+                     options.zone_radius > 0
+                         ? ": what touches may lie outside the impact zone\n  cure: a larger --zone, or 0 for the whole tool"
+                         : "");
     if (totals.ticks > 0)
         std::printf("  CPU time a tick: mean %.1f us, most %.1f us\n", 1e6 * totals.cpu / static_cast<double>(totals.ticks),
                     1e6 * totals.most_cpu);
@@ -410,6 +423,9 @@ void touch(const Arguments& arguments)
         std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
                     static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),
                     1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped));
+    if (totals.hot > 0 || totals.braked > 0)
+        std::printf("  the safety filter held force back in %llu ticks for the motors' heat, in %llu for passivity\n",
+                    static_cast<unsigned long long>(totals.hot), static_cast<unsigned long long>(totals.braked));
     if (totals.faulty > 0)
         std::printf("  the safety filter let no force through in %llu ticks, first at %.3f s: %s\n",
                     static_cast<unsigned long long>(totals.faulty), totals.first_fault, reasons(totals.faults).c_str());
@@ -429,7 +445,9 @@ void add_touch(CLI::App& app, int& exit_code)
     CLI::App* command = app.add_subcommand("touch", "Touch models with a device, a scripted or a recorded path, and record it");
     command->add_option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m")
         ->required();
-    command->add_option("--tool", arguments->touch.tool, "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh")
+    command
+        ->add_option("--tool", arguments->touch.tool,
+                     "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh; with a glove a glTF hand of 25 joints")
         ->capture_default_str();
     command
         ->add_option("--tool-spacing", arguments->touch.tool_spacing,

@@ -1,6 +1,7 @@
 #include "touch_setup.h"
 
 #include "commands.h"
+#include "hand_file.h"
 #include "load_mesh.h"
 #include "sqmap/haptic/patch.h"
 
@@ -18,7 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double k_default_radius = 0.005;
+constexpr double k_default_radius = 0.005, k_two_pi = 6.283185307179586;
 
 const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
@@ -26,6 +27,7 @@ const std::map<std::string, haptic::Shading> k_shadings{{"levelled", haptic::Sha
                                                         {"consistent", haptic::Shading::Consistent}};
 const std::map<std::string, haptic::Friction> k_frictions{
     {"none", haptic::Friction::None}, {"coulomb", haptic::Friction::Coulomb}, {"paper", haptic::Friction::Paper}};
+const std::map<std::string, haptic::Kernel> k_kernels{{"ball", haptic::Kernel::Ball}, {"shell", haptic::Kernel::Shell}};
 const std::map<std::string, query::Layer> k_layers{
     {"auto", query::Layer::Auto}, {"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
 
@@ -59,7 +61,24 @@ void each_number(Options& o, Visit visit)
     visit("f_c", o.material.f_c);
     visit("k_f", o.material.k_f);
     visit("tool_size", o.tool_size);
+}
+
+/// Those that traces of before do not have: what their defaults say was done then.
+template <class Options, class Visit>
+void each_later_number(Options& o, Visit visit)
+{
     visit("tool_spacing", o.tool_spacing);
+    visit("resolution", o.zone.resolution);
+    visit("tolerance", o.tolerance);
+    visit("hand_length", o.hand_length);
+    visit("texture_depth", o.texture.depth);
+    visit("texture_wavelength", o.texture.wavelength);
+    visit("object_mass", o.body.mass);
+    visit("object_spring", o.body.spring);
+    visit("sway_x", o.body.sway.x);
+    visit("sway_y", o.body.sway.y);
+    visit("sway_z", o.body.sway.z);
+    visit("sway_period", o.body.sway_period);
 }
 
 std::string hex(std::uint64_t hash)
@@ -75,6 +94,25 @@ std::uint64_t from_hex(const std::string& text)
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), hash, 16);
     if (error != std::errc() || end != text.data() + text.size()) throw BadTouch("'" + text.substr(0, 20) + "' is no hash");
     return hash;
+}
+
+/// Axis times angle, 0 to less than pi.
+Vec3d turn_of(const Mat3d& m)
+{
+    const Vec3d s = 0.5 * Vec3d{m.row[2].y - m.row[1].z, m.row[0].z - m.row[2].x, m.row[1].x - m.row[0].y};
+    const double sine = norm(s);
+    return sine > 1e-9 ? std::atan2(sine, 0.5 * (m.row[0].x + m.row[1].y + m.row[2].z - 1)) / sine * s : s;
+}
+
+/// m turned further by |by| about by, and still a rotation: to first order, which a tick's turn is.
+Mat3d turned(const Mat3d& m, const Vec3d& by)
+{
+    Vec3d x{m.row[0].x, m.row[1].x, m.row[2].x}, y{m.row[0].y, m.row[1].y, m.row[2].y};
+    x = normalized(x + cross(by, x));
+    y += cross(by, y);
+    y = normalized(y - dot(x, y) * x);
+    const Vec3d z = cross(x, y);
+    return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
 }
 
 /// FNV-1a over the bits of points: tells one tool from another.
@@ -94,9 +132,12 @@ bool is_shape(const std::string& tool, const std::string& name, double& radius)
     const char* const last = tool.data() + tool.size();
     const auto [end, error] = std::from_chars(tool.data() + name.size() + 1, last, radius);
     if (error != std::errc() || end != last || !(radius > 0 && radius < 10))
-        throw BadTouch("--tool " + tool + ": the radius in metres must be above zero, as in sphere:0.005");
+        throw BadTouch("--tool " + tool + ": the radius must be above 0 and below 10 m\n  cure: metres, as in " + name +
+                       ":0.005");
     return true;
 }
+
+}  // namespace
 
 std::filesystem::path found(const std::string& file, const std::filesystem::path& beside)
 {
@@ -105,8 +146,6 @@ std::filesystem::path found(const std::string& file, const std::filesystem::path
     if (!beside.empty() && !std::filesystem::exists(file, ignored) && std::filesystem::exists(other, ignored)) return other;
     return file;
 }
-
-}  // namespace
 
 TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std::filesystem::path& beside)
     : options_(options), zones_(zones)
@@ -128,14 +167,110 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
             {.pose = {{}, object.place - Vec3d{h.origin[0], h.origin[1], h.origin[2]}}, .material = options_.material});
     }
     for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].model = &views_[i];
+    texture_ = make_texture(options_.texture, beside);
+    if (options_.texture_hash != 0 && options_.texture_hash != texture_.hash)
+        throw BadTouch("--texture " + options_.texture.kind + " is not the texture that was recorded: its hash is " +
+                       hex(texture_.hash) + ", the trace has " + hex(options_.texture_hash));
+    options_.texture_hash = texture_.hash;
+    if (texture_.texture.n > 0)
+        for (haptic::Solid& solid : solids_) solid.material.texture = &texture_.texture;
+    for (std::size_t i = 0; i < solids_.size(); ++i) {
+        const model::Header& h = views_[i].header;
+        const double radius = 0.5 * h.unit * h.r_max;
+        bodies_.push_back(
+            {.centre = {h.origin[0], h.origin[1], h.origin[2]}, .inertia = 0.4 * options_.body.mass * radius * radius});
+        place(i);
+    }
+    pushes_.resize(solids_.size());
     load_tool(beside);
+    state_ = std::make_unique<haptic::State>(
+        zones_of_tool(),
+        haptic::StateOptions{.most_contacts = probe_->size(), .most_solids = std::max<std::size_t>(1, solids_.size())});
+}
+
+std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
+{
     const haptic::Zone zone{.probe = probe_.get(),
+                            .in_world = hand_ != nullptr,
                             .weights = weights_,
                             .radius = options_.zone_radius > 0 ? options_.zone_radius : std::numeric_limits<double>::infinity(),
                             .options = options_.zone};
-    state_ = std::make_unique<haptic::State>(
-        std::vector<haptic::Zone>(zones, zone),
-        haptic::StateOptions{.most_contacts = probe_->size(), .most_solids = std::max<std::size_t>(1, solids_.size())});
+    std::vector<haptic::Zone> zones(zones_, zone);
+    for (std::size_t z = 0; hand_ && z < zones.size(); ++z) {
+        zones[z].first = hand_->first(z);
+        zones[z].count = hand_->first(z + 1) - hand_->first(z);
+        zones[z].options = options_of(z);
+    }
+    return zones;
+}
+
+/// How far a finger is closed follows from how its tip lies: a torque there would bend it, and the loop would swing.
+haptic::ZoneOptions TouchSetup::options_of(std::size_t zone) const
+{
+    haptic::ZoneOptions o = options_.zone;
+    if (hand_ && zone + 1 < zones_) o.torque_share = 0;
+    return o;
+}
+
+/// A glove's six zones and a hand with joints: one probe, moved as the hand is posed.
+void TouchSetup::load_hand(device::HandMesh mesh)
+{
+    hand_ = std::make_unique<device::HandSkin>(mesh, options_.hand_length);
+    weights_.assign(hand_->weights().begin(), hand_->weights().end());
+    reach_ = hand_->reach(zones_ - 1);  // the palm: fingertips carry force alone
+    std::vector<Vec3d> middle(hand_->points().begin(), hand_->points().end());
+    for (Vec3d& p : middle) p.y -= 0.45 * options_.hand_length;
+    probe_ = std::make_unique<query::Probe>(middle);
+}
+
+void TouchSetup::suit(const haptic::DeviceLimits* device)
+{
+    haptic::ZoneOptions& zone = options_.zone;
+    const CouplingWishes& w = options_.coupling;
+    const bool mesh = zone.averaging == haptic::Averaging::Patch, coupled = zone.mode == haptic::Mode::Coupled;
+    zone.inertia = w.inertia.value_or(mesh ? 0.4 * zone.mass * reach_ * reach_ : zone.inertia);
+    if (w.stiffness) zone.coupling_stiffness = *w.stiffness;
+    if (!coupled && (w.stiffness || w.damping || w.rotational || w.rotational_damping || w.inertia))
+        notes_.push_back("warning: the coupling's options count in --mode coupled only");
+    if (mesh && (options_.tolerance >= 0 || options_.kernel != haptic::Kernel::Ball))
+        notes_.push_back(
+            "warning: --smoothing-kernel and --smoothing-tolerance are of a sphere or a point; a mesh feels the mean of its "
+            "contacts");
+    if (device != nullptr) {
+        zone.resolution = device->resolution;
+        if (coupled) {
+            if (!w.stiffness) zone.coupling_stiffness = 1e6;  // as stiff as the device carries
+            haptic::choose_coupling(zone, *device);
+            if (w.stiffness && zone.coupling_stiffness < *w.stiffness) {
+                char text[200];
+                std::snprintf(text, sizeof text,
+                              "warning: --coupling-stiffness %g: this device carries %.0f N/m; what was asked for may swing",
+                              *w.stiffness, zone.coupling_stiffness);
+                notes_.push_back(text);
+                zone.coupling_stiffness = *w.stiffness;
+            }
+        } else if (mesh && device->max_torque > 0) {
+            zone.torque_share = std::min(zone.torque_share, haptic::largest_torque_share(*device, zone.stiffness, reach_));
+            if (zone.torque_share < 1) {
+                char text[200];
+                std::snprintf(
+                    text, sizeof text,
+                    "torque is scaled by %.2g: a tool that reaches %.3g m would turn this device more stiffly than it can show",
+                    zone.torque_share, reach_);
+                notes_.push_back(text);
+            }
+        }
+    }
+    zone.coupling_damping = w.damping.value_or(zone.coupling_damping);
+    zone.coupling_rotational = w.rotational.value_or(zone.coupling_rotational);
+    zone.coupling_rotational_damping = w.rotational_damping.value_or(zone.coupling_rotational_damping);
+    if (coupled) {
+        char text[200];
+        std::snprintf(text, sizeof text, "coupled by %.0f N/m and %.2g N s/m, %.2g N m/rad and %.2g N m s/rad",
+                      zone.coupling_stiffness, zone.coupling_damping, zone.coupling_rotational, zone.coupling_rotational_damping);
+        notes_.push_back(text);
+    }
+    for (std::size_t z = 0; z < zones_; ++z) state_->options(z) = options_of(z);
 }
 
 void TouchSetup::load_tool(const std::filesystem::path& beside)
@@ -143,6 +278,8 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     mesh::Mesh tool;
     options_.zone.averaging = haptic::Averaging::Patch;
     haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
+    if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
+    ball.kernel = point.kernel = options_.kernel;
     if (is_shape(options_.tool, "sphere", ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;
@@ -152,17 +289,15 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         options_.zone.smoothing = point;
         tool.vertices = haptic::stencil_points(point);
         point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
+    } else if (std::optional<device::HandMesh> hand;
+               zones_ == device::k_glove_zones && (hand = read_hand(found(options_.tool, beside)))) {
+        tool.vertices = hand->points;
+        load_hand(std::move(*hand));
     } else {
-        LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
-        if (loaded.refused()) throw BadTouch(options_.tool + ": " + report(loaded));
-        tool = std::move(loaded.mesh);
-        // Turned about the centre of its surface, and as large as asked.
-        const Vec3d centre = mesh::normalization_of(tool).origin;
-        const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
-        for (Vec3d& v : tool.vertices) v = scale * (v - centre);
-        haptic::PatchPoints patch = haptic::patch_points(tool.vertices, tool.triangles, options_.tool_spacing);
-        tool.vertices = std::move(patch.points);
-        weights_ = std::move(patch.weights);
+        if (zones_ > 1)
+            notes_.push_back("warning: each of the " + std::to_string(zones_) + " zones carries the whole of " + options_.tool +
+                             (zones_ == device::k_glove_zones ? "; a glove poses a glTF hand with WebXR's 25 joints" : ""));
+        load_mesh_tool(beside, tool);
     }
     const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
     if (options_.zone.layer == query::Layer::Auto) options_.zone.layer = patch ? query::Layer::Three : query::Layer::Exact;
@@ -171,18 +306,128 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hex(hash) + ", the trace has " +
                        hex(options_.tool_hash));
     options_.tool_hash = hash;
-    probe_ = std::make_unique<query::Probe>(tool.vertices);
+    if (!hand_) probe_ = std::make_unique<query::Probe>(tool.vertices);
+    if (!(options_.zone_radius > 0)) return;
+    if (!patch) {
+        notes_.push_back("warning: --zone counts for a mesh only: " + options_.tool + " is felt as a whole");
+    } else if (!hand_) {
+        double nearest = INFINITY;
+        std::size_t count = 0;
+        for (const Vec3d& p : tool.vertices) {
+            nearest = std::min(nearest, norm(p));
+            count += norm(p) < options_.zone_radius;
+        }
+        char text[300];
+        if (count == 0) {
+            std::snprintf(
+                text, sizeof text,
+                "--zone %g: no point of %s is so near to its centre (the nearest: %.3g m), nothing would be felt\n  cure: a "
+                "larger zone, or 0 for the whole tool",
+                options_.zone_radius, options_.tool.c_str(), nearest);
+            throw BadTouch(text);
+        }
+        std::snprintf(text, sizeof text, "--zone %g: %zu of the tool's %zu points count, the nearest %.3g m from its centre",
+                      options_.zone_radius, count, tool.vertices.size(), nearest);
+        notes_.push_back(text);
+    }
+}
+
+void TouchSetup::load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh& tool)
+{
+    LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
+    if (loaded.refused()) throw BadTouch(options_.tool + ": " + report(loaded));
+    tool = std::move(loaded.mesh);
+    // Turned about the centre of its surface, and as large as asked.
+    const Vec3d centre = mesh::normalization_of(tool).origin;
+    const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
+    for (Vec3d& v : tool.vertices) v = scale * (v - centre);
+    haptic::PatchPoints patch = haptic::patch_points(tool.vertices, tool.triangles, options_.tool_spacing);
+    tool.vertices = std::move(patch.points);
+    weights_ = std::move(patch.weights);
+    for (const Vec3d& v : tool.vertices) reach_ = std::max(reach_, norm(v));
+}
+
+void TouchSetup::place(std::size_t object) noexcept
+{
+    const BodyOptions& o = options_.body;
+    const Body& b = bodies_[object];
+    haptic::Solid& solid = solids_[object];
+    const double phase = k_two_pi * time_ / o.sway_period;
+    const Vec3d centre = options_.objects[object].place + std::sin(phase) * o.sway + b.off;
+    const Vec3d speed = (k_two_pi / o.sway_period * std::cos(phase)) * o.sway + b.speed;
+    const Vec3d arm = b.turn * b.centre;  // from the mesh's origin to the centre
+    solid.pose = {b.turn, centre - arm};
+    solid.twist = {speed - cross(b.spin, arm), b.spin};
+}
+
+/// Backward Euler in spring and damper, what touches held over the tick.
+void TouchSetup::move_objects(double dt) noexcept
+{
+    time_ += dt;
+    const BodyOptions& o = options_.body;
+    if (!(o.mass > 0) && norm_sq(o.sway) == 0) return;
+    for (std::size_t i = 0; i < solids_.size(); ++i) {
+        Body& b = bodies_[i];
+        if (o.mass > 0) {
+            const double per_mass = o.spring / o.mass, drag = 2 * std::sqrt(per_mass);
+            const double give = 1 / (1 + dt * drag + dt * dt * per_mass);
+            const haptic::Wrench& push = pushes_[i];
+            const Vec3d torque = push.torque - cross(b.turn * b.centre, push.force);
+            b.speed = give * (b.speed + dt * (push.force / o.mass - per_mass * b.off));
+            b.spin = give * (b.spin + dt * (torque / b.inertia - per_mass * turn_of(b.turn)));
+            b.off += dt * b.speed;
+            b.turn = turned(b.turn, dt * b.spin);
+        }
+        place(i);
+    }
 }
 
 void TouchSetup::step(device::TraceRow& row) noexcept
 {
+    move_objects(row.dt);
+    // A zone without a pose has no force, and the hand stays as it was.
+    const auto finite = [](const haptic::Pose& p) {
+        return std::isfinite(norm_sq(p.translation) + norm_sq(p.rotation.row[0]) + norm_sq(p.rotation.row[1]) +
+                             norm_sq(p.rotation.row[2]));
+    };
+    if (hand_ && std::all_of(row.poses.begin(), row.poses.begin() + device::k_glove_zones, finite)) {
+        hand_->pose(std::span<const haptic::Pose, device::k_glove_zones>(row.poses.data(), device::k_glove_zones));
+        probe_->move(hand_->points());
+    }
     haptic::StepInput input{.solids = solids_, .poses = {row.poses.data(), zones_}, .twists = {}, .dt = row.dt};
     if ((row.input & device::k_trace_measured_twist) != 0) input.twists = {row.twists.data(), zones_};
     input.degraded = (row.input & device::k_trace_degraded) != 0;
-    const haptic::StepResult result = haptic::step(*state_, input, {row.computed.data(), zones_});
+    const haptic::StepResult result = haptic::step(*state_, input, {row.computed.data(), zones_}, pushes_);
     row.contacts = result.contacts;
     row.depth = result.deepest;
     row.status = result.status;
+}
+
+void check(const TouchOptions& o, const std::string& what)
+{
+    const auto number = [&](const std::string& name, double value) {
+        const bool signed_too = name == "tolerance" || name.starts_with("sway_");
+        const bool at_least = signed_too ? std::isfinite(value) : value >= 0;
+        const bool above = value > 0 || (name != "mass" && name != "inertia" && name != "tool_size" && name != "hand_length" &&
+                                         name != "sway_period" && name != "texture_wavelength");
+        if (at_least && above && std::fabs(value) <= 1e6) return;
+        char text[40];
+        std::snprintf(text, sizeof text, "%g", value);
+        throw BadTouch(what + name + " is " + text + ": it must be " + (above ? "0" : "above 0") + " to 1e6\n  cure: " +
+                       (what.empty() ? "another number" : "record again, or mend the number in the trace's line '# setup'"));
+    };
+    each_number(o, number);
+    each_later_number(o, number);
+    if (o.material.mu_static < o.material.mu_dynamic) {
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "%s %g is below %s %g: nothing would ever stick\n  cure: give both, static at least dynamic",
+                      what.empty() ? "--mu-static" : (what + "mu_static").c_str(), o.material.mu_static,
+                      what.empty() ? "--mu-dynamic" : "mu_dynamic", o.material.mu_dynamic);
+        throw BadTouch(text);
+    }
+    if (o.body.mass > 0 && o.body.mass < 0.01)
+        throw BadTouch(what + "--object-mass must be 0 (fixed) or at least 0.01 kg: a lighter one would swing on the contact");
 }
 
 double softest_spring(const TouchOptions& o)
@@ -211,7 +456,13 @@ std::string setup_text(const TouchOptions& o)
     out["shading"] = name_of(k_shadings, o.zone.shading);
     out["layer"] = name_of(k_layers, o.zone.layer);
     out["friction"] = name_of(k_frictions, o.material.friction);
-    each_number(o, [&](const char* name, double value) { out[name] = value; });
+    out["kernel"] = name_of(k_kernels, o.kernel);
+    out["texture"] = o.texture.kind;
+    out["texture_seed"] = o.texture.seed;
+    out["texture_hash"] = hex(o.texture_hash);
+    const auto number = [&](const char* name, double value) { out[name] = value; };
+    each_number(o, number);
+    each_later_number(o, number);
     return out.dump();
 }
 
@@ -234,15 +485,19 @@ TouchOptions setup_from(const std::string& text)
         o.zone.shading = k_shadings.at(in.at("shading"));
         o.zone.layer = k_layers.at(in.at("layer"));
         o.material.friction = k_frictions.at(in.at("friction"));
-        // A trace from before a number was there has what was done then.
-        each_number(o, [&](const char* name, double& value) {
-            if (name != std::string_view("tool_spacing") || in.contains(name)) value = in.at(name);
-        });
+        each_number(o, [&](const char* name, double& value) { value = in.at(name); });
+        // A trace from before something was there has what was done then.
+        each_later_number(o, [&](const char* name, double& value) { value = in.value(name, value); });
+        if (in.contains("kernel")) o.kernel = k_kernels.at(in.at("kernel"));
+        o.texture.kind = in.value("texture", o.texture.kind);
+        o.texture.seed = in.value("texture_seed", o.texture.seed);
+        if (in.contains("texture_hash")) o.texture_hash = from_hex(in.at("texture_hash"));
+        check(o, "the trace's setup: ");
         return o;
     } catch (const ordered_json::exception& e) {
         throw BadTouch(std::string("the trace's setup does not read: ") + e.what());
     } catch (const std::out_of_range&) {
-        throw BadTouch("the trace's setup names a mode, shading, layer or friction that this program does not have");
+        throw BadTouch("the trace's setup names a mode, shading, kernel, layer or friction that this program does not have");
     }
 }
 
@@ -273,6 +528,59 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     number("--k-f", o.material.k_f, "k_f of eq. 33, 1/m");
     number("--brake", o.zone.brake, "N s/m against the approach before contact; 0: none");
     number("--blend", o.zone.blend_time, "s in which a jump of the foot point fades to 1/e; 0: jumps pass");
+    const auto wish = [&](const char* name, std::optional<double>& value, const char* words, const char* of) {
+        command.add_option(name, value, words)->check(not_below_zero(1e6))->group(of);
+    };
+    const char* const coupling = "Coupling (--mode coupled); default: taken from the device";
+    wish("--coupling-stiffness", o.coupling.stiffness, "N/m between device and body", coupling);
+    wish("--coupling-damping", o.coupling.damping, "N s/m", coupling);
+    wish("--coupling-turn-stiffness", o.coupling.rotational, "N m/rad", coupling);
+    wish("--coupling-turn-damping", o.coupling.rotational_damping, "N m s/rad", coupling);
+    command.add_option("--mass", o.zone.mass, "kg of the body")->check(above_zero(1e6))->group(coupling)->capture_default_str();
+    command.add_option("--inertia", o.coupling.inertia, "kg m^2; default: from mass and tool")
+        ->check(above_zero(1e6))
+        ->group(coupling);
+    const char* const surface = "Surface";
+    command
+        .add_option("--texture", o.texture.kind, "none, gaussian, image:FILE.png (square, black is deep), ridges, weave or bumps")
+        ->group(surface)
+        ->capture_default_str();
+    command.add_option("--texture-depth", o.texture.depth, "m, of the deepest; of noise two standard deviations")
+        ->check(above_zero(0.1))
+        ->group(surface)
+        ->capture_default_str();
+    command.add_option("--texture-wavelength", o.texture.wavelength, "m: shortest of the noise, a period, of an image a pixel")
+        ->check(above_zero(1))
+        ->group(surface)
+        ->capture_default_str();
+    command.add_option("--texture-seed", o.texture.seed, "Of the noise")->group(surface)->capture_default_str();
+    choice("--smoothing-kernel", o.kernel, k_kernels, "Direction from depths alone, or from the map's normals (sphere, point)",
+           "ball|shell");
+    command.add_option("--smoothing-tolerance", o.tolerance, "m, by which smoothed depth may differ from true (sphere, point)")
+        ->check(not_below_zero(0.1))
+        ->default_str("0.0003 of a sphere, 0.0002 of a point")
+        ->group(group);
+    const char* const moving = "Objects that move";
+    command.add_option("--object-mass", o.body.mass, "kg; the tool pushes them; 0: they are fixed")
+        ->check(not_below_zero(1e6))
+        ->group(moving)
+        ->capture_default_str();
+    command.add_option("--object-spring", o.body.spring, "N/m that holds each at its place, critically damped; 0: free")
+        ->check(not_below_zero(1e6))
+        ->group(moving)
+        ->capture_default_str();
+    command
+        .add_option_function<std::vector<double>>(
+            "--sway",
+            [&o](const std::vector<double>& v) {
+                o.body.sway = {v[0], v[1], v[2]};
+            },
+            "m along x, y, z, to and fro")
+        ->delimiter('/')
+        ->expected(3)
+        ->type_name("X/Y/Z")
+        ->group(moving);
+    command.add_option("--sway-period", o.body.sway_period, "s")->check(above_zero(1e6))->group(moving)->capture_default_str();
     number("--zone", o.zone_radius, "Impact zone of a mesh: m about its centre that count; 0: the whole tool");
 }
 

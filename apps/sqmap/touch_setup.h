@@ -1,15 +1,19 @@
 // What a touch is made of, the same for touching and for replaying: the solids, the tool, the forces' options.
 #pragma once
 
+#include "sqmap/device/hand_skin.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/mesh/mesh.h"
+#include "surface_texture.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -29,6 +33,19 @@ struct TouchObject {
     std::uint64_t hash = 0;      ///< of the model's content; 0: any
 };
 
+/// How the objects move: all alike.
+struct BodyOptions {
+    double mass = 0;         ///< kg; 0: what touches does not move them
+    double spring = 200;     ///< N/m that holds each at its place, critically damped, in turning with the same frequency; 0: free
+    Vec3d sway{};            ///< m, to either side of the place
+    double sway_period = 2;  ///< s
+};
+
+/// What the user says of the coupling; what is not said is taken from the device.
+struct CouplingWishes {
+    std::optional<double> stiffness, damping, rotational, rotational_damping, inertia;
+};
+
 struct TouchOptions {
     std::vector<TouchObject> objects;
     std::string tool = "sphere";                            ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
@@ -38,6 +55,13 @@ struct TouchOptions {
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
     double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
+    haptic::Kernel kernel = haptic::Kernel::Ball;  ///< of a sphere's or point's smoothing
+    double tolerance = -1;                         ///< m, of it; below zero: the tool's own
+    double hand_length = 0.19;                     ///< m, of a skinned hand on a glove
+    TextureOptions texture{};
+    std::uint64_t texture_hash = 0;  ///< of its table; 0: any
+    BodyOptions body{};
+    CouplingWishes coupling{};  ///< not in a trace: the numbers in zone are
 };
 
 /// Everything that step() reads, owned.
@@ -47,31 +71,65 @@ public:
     /// @throw BadTouch for files that cannot be read, or other content than their hash says; @throw io::ModelFileError
     explicit TouchSetup(const TouchOptions& options, std::size_t zones, const std::filesystem::path& beside = {});
 
+    /// Fits what depends on the device: the coupling, the share of the torque, the encoder. Null: a path, which nothing swings.
+    void suit(const haptic::DeviceLimits* device);
+
     /// As given, with hashes and scales filled in: goes into a trace.
     [[nodiscard]] const TouchOptions& options() const { return options_; }
     /// The first object in metres, and where its frame is.
     [[nodiscard]] const model::ModelView& first_model() const { return views_.front(); }
     [[nodiscard]] const haptic::Pose& first_pose() const { return solids_.front().pose; }
-    /// What a script brings into contact: the tool's points; of a point the point alone, not the samples of its smoothing.
+    /// What a script brings into contact: the tool's points; of a point the point alone, not the samples of its smoothing; of a
+    /// hand on a glove the flat hand, its middle at the origin.
     [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : *probe_; }
+    /// A glove poses a skinned hand every tick.
+    [[nodiscard]] bool has_hand() const { return hand_ != nullptr; }
+    /// What the user should know of these options; a line each.
+    [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
     /// One tick: fills computed, depth, contacts and status of a row from its poses, twists, dt and input.
     void step(device::TraceRow& row) noexcept;
-    /// Forgets what was felt: the start of another recording.
-    void reset() noexcept { state_->reset(); }
 
 private:
+    /// An object that moves: its centre and what of it has moved.
+    struct Body {
+        Vec3d centre{};        ///< mesh frame, m
+        Vec3d off{}, speed{};  ///< of the centre, from the place
+        Mat3d turn{};
+        Vec3d spin{};
+        double inertia = 0;  ///< kg m^2
+    };
+
     void load_tool(const std::filesystem::path& beside);
+    void load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh& tool);
+    void load_hand(device::HandMesh mesh);
+    [[nodiscard]] std::vector<haptic::Zone> zones_of_tool() const;
+    [[nodiscard]] haptic::ZoneOptions options_of(std::size_t zone) const;
+    void place(std::size_t object) noexcept;
+    void move_objects(double dt) noexcept;
 
     TouchOptions options_;
     std::vector<io::MappedModel> models_;
     std::vector<model::ModelView> views_;  // in metres
     std::vector<haptic::Solid> solids_;
     std::unique_ptr<query::Probe> probe_, point_;
+    std::unique_ptr<device::HandSkin> hand_;
     std::vector<float> weights_;
+    double reach_ = 0;  // m, of the points of a mesh from their zone's pose
+    SurfaceTexture texture_;
+    std::vector<Body> bodies_;
+    std::vector<haptic::Wrench> pushes_;  // on the objects
+    double time_ = 0;                     // s
+    std::vector<std::string> notes_;
     std::unique_ptr<haptic::State> state_;
     std::size_t zones_;
 };
+
+/// A file as named, or of that name in the folder beside.
+[[nodiscard]] std::filesystem::path found(const std::string& file, const std::filesystem::path& beside);
+
+/// @throw BadTouch for numbers that do not go together or are out of range. what: what has them, "" for options.
+void check(const TouchOptions& options, const std::string& what);
 
 /// The softest spring, N/m, that these forces show to the hand: what SafetyOptions::softest wants to know.
 [[nodiscard]] double softest_spring(const TouchOptions& options);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "stencil_sum.h"
+#include "track.h"
 
 namespace sqmap::haptic {
 
@@ -37,9 +38,10 @@ struct State::Asked {
 };
 
 struct State::Memory {
-    Pose device_before{}, body_before{};  ///< body_before: where the points stood
+    Pose body_before{};  ///< where the points stood
     Twist device_twist{};
-    bool known = false;  ///< the three above are
+    Track track{};       ///< of the device
+    bool known = false;  ///< the above are
     Pose body{};         ///< proxy or coupled body
     Twist body_twist{};
     bool has_body = false;

@@ -13,6 +13,7 @@ namespace {
 constexpr double k_absurd = 1e9;                      // no metre, newton or second of a haptic device: counts as not finite
 constexpr double k_smoothing = 0.003;                 // s, of the velocity
 constexpr double k_store = 0.02;                      // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_ramp_store = 0.05;                 // J, most that a ramp may give: half of 2 N over 5 cm
 constexpr double k_slack = 1.25;                      // of what its springs hold: what a delay and an encoder may hide
 constexpr double k_damping = 5;                       // N s/m, most that the passivity step adds
 constexpr double k_least_valve = 1e-4;                // J, over which the valve closes where the margin is less
@@ -20,9 +21,9 @@ constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owe
 constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
 constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
 constexpr double k_lever = 0.02;                      // m: a spring that turns is as stiff as one of K at the end of it
-constexpr double k_bin = 0.1;                         // s
+constexpr double k_longest_tick = k_stale_zero;       // s: a later one is silent
 constexpr double k_bad_window = 0.1;                  // s
-constexpr double k_duty_begins = 0.8;                 // share of the window's heat at which force begins to fall
+constexpr double k_duty_slack = 0.01;                 // what steps of a tick cost
 constexpr double k_grain = 1e-6;                      // s, of a clock: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
@@ -70,6 +71,7 @@ Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
 /// What a spring of stiffness K holds that asks for a force, where no more than most is exerted.
 double stored(double asked, double most, double stiffness)
 {
+    if (!(stiffness > 0)) return 0;
     return asked <= most ? 0.5 * asked * asked / stiffness : most * (asked - 0.5 * most) / stiffness;
 }
 
@@ -111,13 +113,23 @@ const char* describe(StiffnessReason reason) noexcept
     return "unknown reason";
 }
 
+DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept
+{
+    DeviceLimits d = device;
+    d.damping = or_unknown(device.damping, 0.1);
+    d.coulomb_friction = or_unknown(device.coulomb_friction, 0.02);
+    d.resolution = or_unknown(device.resolution, 50e-6);
+    d.period = or_unknown(device.period, 1e-3);
+    return d;
+}
+
 StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping) noexcept
 {
     StiffnessCheck check;
     const bool told = device.damping > 0 && device.coulomb_friction > 0 && device.resolution > 0;
     check.assumed = !told;
-    const double b = or_unknown(device.damping, 0.1), friction = or_unknown(device.coulomb_friction, 0.02),
-                 resolution = or_unknown(device.resolution, 50e-6), period = or_unknown(device.period, 1e-3),
+    const DeviceLimits d = with_careful_numbers(device);
+    const double b = d.damping, friction = d.coulomb_friction, resolution = d.resolution, period = d.period,
                  delay = std::max(device.delay, 0.), left = b - std::fabs(virtual_damping);
     if (!(sane(b) && sane(friction) && sane(resolution) && sane(period) && sane(device.delay) && left > 0)) {
         check.reason = StiffnessReason::VirtualDamping;
@@ -161,7 +173,13 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     }
     force_limit_ = options.force_limit.value_or(std::min(k_default_force, most_force));
     torque_limit_ = options.torque_limit.value_or(std::min(k_default_torque, most_torque));
-    continuous_ = device.continuous_force > 0 ? device.continuous_force : 0.5 * force_limit_;
+    const double continuous = device.continuous_force > 0 ? device.continuous_force : 0.5 * force_limit_;
+    per_heat_force_ = 1 / (continuous * continuous);
+    per_heat_torque_ = per_heat_force_ * (force_limit_ / torque_limit_) * (force_limit_ / torque_limit_);
+    // Force alone may begin at its limit; both at their limits have twice the heat.
+    const double most = force_limit_ * force_limit_ * per_heat_force_;
+    peak_ = std::max(most, std::min(2 * most, 2.));
+    if (peak_ > 1) duty_time_ = std::min(k_duty_window, (1 - k_duty_slack) * 2 * k_duty_window * peak_ / (peak_ * peak_ - 1));
     force_slew_ = options.slew;
     torque_slew_ = options.slew * torque_limit_ / force_limit_;
     margin_ = options.energy_margin;
@@ -187,7 +205,8 @@ struct SafetyFilter::Tick {
     std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
     std::array<double, k_most_safe_zones> speed{}, spin{};
     std::array<bool, k_most_safe_zones> jumped{};
-    std::array<double, k_most_safe_zones> springs{};  // J, most that the springs behind what is asked hold
+    std::array<double, k_most_safe_zones> springs{};    // J, most that the springs behind what is asked hold
+    std::array<double, k_most_safe_zones> stiffened{};  // J that the ramp adds to them where they are
 };
 
 SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
@@ -219,6 +238,18 @@ void SafetyFilter::latch(std::uint32_t fault) noexcept
 {
     if ((faults_ & fault) == 0) ++counters_.faults;
     faults_ |= fault;
+}
+
+double SafetyFilter::stored(const Wrench& asked, double share) const noexcept
+{
+    const double k = share * softest_;
+    return haptic::stored(norm(asked.force), force_limit_, k) +
+           haptic::stored(norm(asked.torque), torque_limit_, k * k_lever * k_lever);
+}
+
+double SafetyFilter::heat(const Wrench& w) const noexcept
+{
+    return per_heat_force_ * norm_sq(w.force) + per_heat_torque_ * norm_sq(w.torque);
 }
 
 const Wrench& SafetyFilter::sent_before(const Zone& zone, std::size_t ticks) const noexcept
@@ -360,11 +391,14 @@ void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
             zone.calm = calm ? zone.calm + 1 : 0;
             if (zone.calm > k_engage_ticks) {
                 zone.phase = Phase::Ramping;
+                zone.ramp_store = k_ramp_store;
                 ++counters_.engagements;
             }
         }
         if (zone.phase == Phase::Ramping && !tick.off) {
-            zone.ramp += std::min(tick.dt, 2 * device_.period) / k_engage_ramp;
+            const double before = zone.ramp;
+            zone.ramp = std::min(zone.ramp + std::min(tick.dt, 2 * device_.period) / k_engage_ramp, 1.);
+            tick.stiffened[z] = stored(zone.ramp * tick.wrench[z], zone.ramp) - stored(before * tick.wrench[z], before);
             if (zone.ramp >= 1) zone.phase = Phase::Engaged;
         }
         if (zone.phase == Phase::Engaged) continue;
@@ -380,8 +414,7 @@ void SafetyFilter::clamp(Tick& tick) noexcept
 {
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
-        tick.springs[z] = stored(norm(tick.wrench[z].force), force_limit_, softest_) +
-                          stored(norm(tick.wrench[z].torque), torque_limit_, softest_ * k_lever * k_lever);
+        tick.springs[z] = stored(tick.wrench[z], tick.share[z]);
         const Wrench w{shortened(tick.wrench[z].force, force_limit_), shortened(tick.wrench[z].torque, torque_limit_)};
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;
@@ -451,10 +484,11 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         Wrench& wrench = tick.wrench[z];
         // No more is saved up than springs hold, so that what friction has taken cannot pay for what something else gives; out of
         // contact nothing.
-        const double springs =
-            std::max(tick.springs[z], stored(norm(then.force), force_limit_, softest_) +
-                                          stored(norm(then.torque), torque_limit_, softest_ * k_lever * k_lever));
-        zone.energy = std::max(zone.energy, -k_slack * springs);
+        const double springs = std::max(tick.springs[z], stored(then, tick.share[z]));
+        // A spring that the ramp stiffens while it is pressed in pushes the hand out: that much is the filter's own doing.
+        const double stiffened = std::min(tick.stiffened[z], zone.ramp_store);
+        zone.ramp_store -= stiffened;
+        zone.energy = std::max(zone.energy - stiffened, -k_slack * springs);
         const bool free = is_zero(wrench) && is_zero(then);
         // What is owed is forgiven slowly, in contact down to the margin, or a zone that owes would be dead for ever.
         const double kept = free ? 0 : margin_, rate = tick.dt / (free ? k_forgive_free : k_forgive);
@@ -472,37 +506,21 @@ void SafetyFilter::passivity(Tick& tick) noexcept
     ++counters_.passivity;
 }
 
-/// Step 8. The motors' heat: the mean square over 10 s never exceeds that of the continuous force; the most that may go out falls
-/// as the window fills.
+/// Step 8. The motors' heat. spare is what is left of what the window may take, as a first-order thermal model keeps it; the most
+/// that may go out, squared and over the continuous force's square, is 1 - spare + peak spare^3. So it falls smoothly from the
+/// limits to just below the continuous force and from there rises to it. With duty_time at most 2 window peak / (peak^2 - 1) no
+/// window's mean square passes the continuous force's: docs/algorithms/safety.md.
 void SafetyFilter::duty(Tick& tick) noexcept
 {
-    const double torque_share = torque_limit_ / force_limit_;  // continuous torque to continuous force
-    const double dt = std::clamp(tick.dt, device_.period, k_bin);
-    bool next = false;
-    bin_time_ += dt;
-    if (bin_time_ >= k_bin) {
-        bin_time_ -= k_bin;
-        bin_ = (bin_ + 1) % k_duty_bins;
-        next = true;
-    }
+    if (!(peak_ > 1)) return;
+    const double dt = std::clamp(tick.dt, device_.period, k_longest_tick);
     bool acted = false;
-    for (std::size_t z = 0; z < k_most_safe_zones; ++z) {
-        Zone& zone = zones_[z];
-        if (next) {
-            zone.bin[bin_] = 0;
-            zone.load = 0;
-            for (const double load : zone.bin) zone.load += load;
-        }
-        if (z >= tick.zones) continue;
-        const double left = std::max(k_duty_window - zone.load, 0.);  // s of continuous force
-        const double force_sq = norm_sq(tick.wrench[z].force) + norm_sq(tick.wrench[z].torque) / (torque_share * torque_share);
-        double most_sq = continuous_ * continuous_ * left / dt;
-        if (left < (1 - k_duty_begins) * k_duty_window)
-            most_sq = std::min(most_sq, 2 * force_limit_ * force_limit_ * left / ((1 - k_duty_begins) * k_duty_window));
-        if (force_sq > most_sq) {
-            acted = true;
-            tick.wrench[z] = std::sqrt(most_sq / force_sq) * tick.wrench[z];
-        }
+    for (std::size_t z = 0; z < tick.zones; ++z) {
+        const double e = zones_[z].spare;
+        const double most = 1 - e + std::min(peak_ * e * e * e, e * duty_time_ / dt), asked = heat(tick.wrench[z]);
+        if (!(asked > most)) continue;
+        acted = true;
+        tick.wrench[z] = std::sqrt(most / asked) * tick.wrench[z];
     }
     if (!acted) return;
     tick.acted |= k_acted_duty;
@@ -536,18 +554,13 @@ SafetyReport SafetyFilter::finish(Tick& tick, std::span<Wrench> safe) noexcept
     }
     SafetyReport report{.acted = tick.acted, .faults = faults_, .engaged = !off && tick.zones > 0, .age = tick.age};
     for (std::size_t z = 0; z < safe.size(); ++z) safe[z] = off || z >= tick.zones ? Wrench{} : tick.wrench[z];
-    const double dt = std::clamp(tick.dt, device_.period, k_bin),
-                 torque_share = torque_limit_ > 0 ? torque_limit_ / force_limit_ : 1;
+    const double dt = std::clamp(tick.dt, device_.period, k_longest_tick);
     for (std::size_t z = 0; z < k_most_safe_zones; ++z) {
         Zone& zone = zones_[z];
         const Wrench w = z < safe.size() ? safe[z] : Wrench{};
         zone.sent[ticks_ % k_history] = w;
         if (z < tick.zones) report.engaged = report.engaged && zone.phase == Phase::Engaged;
-        if (continuous_ <= 0) continue;
-        const double load =
-            (norm_sq(w.force) + norm_sq(w.torque) / (torque_share * torque_share)) / (continuous_ * continuous_) * dt;
-        zone.bin[bin_] += load;
-        zone.load += load;
+        if (peak_ > 1) zone.spare = std::clamp(zone.spare + dt / duty_time_ * (1 - zone.spare - heat(w)), 0., 1.);
     }
     return report;
 }

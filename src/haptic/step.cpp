@@ -55,6 +55,7 @@ struct Stepper {
     const StepInput& in;
     std::span<Wrench> wrenches, on_solids;
     std::size_t solids = std::min(in.solids.size(), state.most_solids_);
+    BodyLoad spread{};  ///< Coupled: of the last patch that was felt, the mean over its contacts of springs of 1 N/m
 
     using Touch = State::Touch;
     using Memory = State::Memory;
@@ -139,6 +140,8 @@ struct Stepper {
         const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
         if (keep != nullptr) keep->plane_count = 0, keep->single = false;
         ContactSum sum(zone.options);
+        spread = {};
+        double spread_over = 0;
         Found f;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             if (!read(z, s, at, contacts[i], f)) continue;
@@ -153,8 +156,14 @@ struct Stepper {
                 f.normal = c.normal;
             }
             spring.normal = solid.pose.rotation * f.normal;
-            if (spring.depth > 0) sum.add(spring);
+            if (!(spring.depth > 0)) continue;
+            sum.add(spring);
+            if (zone.options.mode == Mode::Coupled) {
+                spread.stiffen(spring.weight, spring.normal, spring.point);
+                spread_over += spring.weight;
+            }
         }
+        if (spread_over > 0) spread.scale(1 / spread_over);
         return sum.felt();
     }
 
@@ -334,8 +343,10 @@ struct Stepper {
         const Pose there{rotation_by(o.brake_ahead * twist.angular) * at.rotation, at.translation + o.brake_ahead * velocity};
         ZoneReport& report = state.reports_[z];
         const ZoneReport kept = report;
+        const BodyLoad kept_spread = spread;
         const Felt felt = feel(z, s, there, nullptr);
         report = kept;
+        spread = kept_spread;
         const Vec3d normal = normalized(felt.force);
         const double approach = -dot(velocity_over(twist, solid, at, felt.lever), normal);
         if (!(felt.depth > 0) || !(approach > 0)) return {};
@@ -381,17 +392,33 @@ struct Stepper {
             const Wrench spring{o.stiffness * felt.force, (o.torque_share * o.stiffness) * felt.torque};
             const double spring_size = o.stiffness * size;
             const double approach = -dot(velocity_over(twist, solid, at, contact), normal);
-            const double damped = o.damping * approach * std::min(1., felt.depth / k_damping_depth);
-            const double extra = std::max(damped, -spring_size);
-            const Vec3d other = extra * normal + friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const double damping = o.damping * std::min(1., felt.depth / k_damping_depth);
+            const double extra = std::max(damping * approach, -spring_size);
+            const Vec3d rub = friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
+            const Vec3d other = extra * normal + rub;
             const Wrench side{other, o.torque_share * cross(contact, other)};
             springs = springs + spring;
-            rest = rest + side;
+            if (load == nullptr) {
+                rest = rest + side;
+            } else {
+                // Implicit: a light body is damped by far more than its mass over a tick.
+                rest = rest + Wrench{rub, o.torque_share * cross(contact, rub)};
+                // The body lands without bouncing: drag is where it touches, not in free air.
+                const double landing = std::max(damping, 2 * std::sqrt(o.mass * o.stiffness));
+                const bool patch = o.averaging == Averaging::Patch && !in.degraded;
+                if (!patch) {
+                    spread = {};
+                    spread.stiffen(1, normal, contact);
+                }
+                load->add(o.stiffness, spread);
+                if (approach > 0) load->damp(landing, in.dt, velocity_over({}, solid, at, contact), normal, contact, spread);
+                if (t.stuck && solid.material.friction == Friction::Coulomb)
+                    load->stiffen_across(o.tangential_stiffness, normal, contact);
+            }
             add_to_solid(s, spring + side, at.translation);
             t.touching = true;
             t.spring = spring_size;
             free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
-            if (load != nullptr) load->stiffen(o.stiffness, normal, felt.lever);
             report.depth += felt.depth * size;
             report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
@@ -452,7 +479,7 @@ struct Stepper {
         const Pose at = m.body;
         state.reports_[z].body = at;
         push(z, at, m.body_twist, springs, rest, &load, free_change);
-        load.wrench = springs + rest;
+        load.wrench = load.wrench + springs + rest;
         m.body_before = at;
         if (!step_body(o, in.poses[z], m.device_twist, load, in.dt, m.body, m.body_twist, on_hand)) {
             m.has_body = false;
@@ -489,9 +516,12 @@ struct Stepper {
         m.body.rotation = in.poses[z].rotation;
         const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.most_solids_, solids);
         // A surface that moves carries along what lies on it.
+        double motion = m.track.step();
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching && touches[s].known) {
-                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, m.body.translation));
+                const Vec3d still = m.body.translation;
+                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, still));
+                motion += norm(m.body.translation - still);
                 break;
             }
         const Vec3d before = m.body.translation;
@@ -546,12 +576,16 @@ struct Stepper {
             m.body.translation += (t.stuck || length == 0 ? 1 : material.mu_dynamic * load / length) * back;
         }
         report.body = m.body;
-        if (!(load > 0)) return {};
+        if (!(load > 0)) {
+            (void)blended(z, {}, 0);
+            return {};
+        }
         report.status |= k_step_contact;
         report.normal = normal;
         report.depth = norm(m.body.translation - goal);
         report.potential = 0.5 * o.stiffness * report.depth * report.depth;
-        Wrench w{o.stiffness * (m.body.translation - goal), {}};
+        // Between walls it may lie on the one or the other, and off an edge it drops: such jumps are blended.
+        Wrench w = blended(z, {o.stiffness * (m.body.translation - goal), {}}, k_free_slope * o.stiffness * motion);
         const double approach = -dot(m.device_twist.linear, normal);
         const double damped = o.damping * approach * std::min(1., load / k_damping_depth);
         w.force += std::max(damped, -o.stiffness * load) * normal;
@@ -606,9 +640,8 @@ struct Stepper {
                 continue;
             }
             const Pose& device = in.poses[z];
-            m.device_twist = z < in.twists.size() ? in.twists[z]
-                             : m.known            ? twist_between(m.device_before, device, in.dt)
-                                                  : Twist{};
+            m.track.add(device, in.dt);
+            m.device_twist = z < in.twists.size() ? in.twists[z] : m.track.twist(state.zones_[z].options.resolution);
             report.body = device;
             Wrench w;
             switch (state.zones_[z].options.mode) {
@@ -624,7 +657,6 @@ struct Stepper {
                     w = coupled(z);
                     break;
             }
-            m.device_before = device;
             m.known = true;
             for (std::size_t s = 0; s < solids; ++s) {
                 touch(z, s).solid_before = in.solids[s].pose;

@@ -3,6 +3,7 @@
 
 usage: touch_test.py PROGRAM NETWORK_CLIENT
 """
+import base64
 import csv
 import json
 import math
@@ -10,12 +11,14 @@ import os
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
 import xml.dom.minidom
+import zlib
 
 CLIENT = os.path.abspath(sys.argv.pop(2))
 PROGRAM = os.path.abspath(sys.argv.pop(1))
@@ -52,6 +55,51 @@ def free_port():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
         s.bind(("127.0.0.1", 0))
         return s.getsockname()[1]
+
+
+def write_png(path, width, height, grey):
+    """grey(x, y): 0 to 255."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + bytes(grey(x, y) for x in range(width)) for y in range(height))
+    with open(path, "wb") as out:
+        out.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def write_hand(path):
+    """A glTF of 25 joints with WebXR's names and an octahedron about each, moved by that joint alone."""
+    names, places = ["wrist"], [(0, 0, 0)]
+    for finger, x, y, bones in (("thumb", 0.03, 0.02, (0.03, 0.03, 0.03)), ("index-finger", 0.025, 0.02, (0.06, 0.04, 0.03, 0.02)),
+                                ("middle-finger", 0.005, 0.02, (0.06, 0.045, 0.03, 0.02)), ("ring-finger", -0.015, 0.02, (0.06, 0.04, 0.03, 0.02)),
+                                ("pinky-finger", -0.03, 0.02, (0.055, 0.03, 0.02, 0.02))):
+        parts = ["metacarpal", "phalanx-proximal", "phalanx-intermediate", "phalanx-distal", "tip"]
+        if finger == "thumb":
+            parts.remove("phalanx-intermediate")
+        for part, bone in zip(parts, (*bones, 0)):
+            names.append(f"{finger}-{part}")
+            places.append((x, y, -0.01 if finger == "thumb" else 0))
+            x, y = x + (0.6 * bone if finger == "thumb" else 0), y + bone
+    corners = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    points = [tuple(p[k] + 0.008 * c[k] for k in range(3)) for p in places for c in corners]
+    arrays = [("VEC3", 5126, b"".join(struct.pack("<3f", *p) for p in points), len(points)),
+              ("VEC4", 5121, b"".join(struct.pack("<4B", i // 6, 0, 0, 0) for i in range(len(points))), len(points)),
+              ("VEC4", 5126, struct.pack("<4f", 1, 0, 0, 0) * len(points), len(points)),
+              ("SCALAR", 5123, b"".join(struct.pack("<3H", *(6 * j + v for v in f)) for j in range(25) for f in faces), 25 * 24),
+              ("MAT4", 5126, b"".join(struct.pack("<16f", 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -p[0], -p[1], -p[2], 1) for p in places), 25)]
+    blob, views, accessors = b"", [], []
+    for kind, component, data, count in arrays:
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": count, "type": kind})
+        blob += data + b"\0" * (-len(data) % 4)
+    accessors[0] |= {"min": [min(p[k] for p in points) for k in range(3)], "max": [max(p[k] for p in points) for k in range(3)]}
+    write(path, json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [*range(26)]}],
+        "nodes": [{"name": n, "translation": p} for n, p in zip(names, places)] + [{"mesh": 0, "skin": 0}],
+        "skins": [{"joints": [*range(25)], "inverseBindMatrices": 4}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}, "indices": 3}]}],
+        "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(blob), "uri": "data:application/octet-stream;base64," + base64.b64encode(blob).decode()}]}))
 
 
 class Touch(unittest.TestCase):
@@ -91,10 +139,17 @@ class Touch(unittest.TestCase):
         self.assertEqual(len(hashes), 1)
 
     def test_every_mode_tool_and_friction_replays_to_the_bit(self):
+        write_png("grey.png", 16, 16, lambda x, y: 16 * x)
         for options in (["--tool", "point"], ["--tool", "point:0.002", "--shading", "consistent"], ["--tool", "torus.obj", "--tool-size", "0.05"],
                         ["--tool", "torus.obj", "--tool-size", "0.05", "--tool-spacing", "0.002"],
                         ["--mode", "proxy"], ["--mode", "coupled"], ["--friction", "none"], ["--friction", "paper"], ["--layer", "exact"],
-                        ["--layer", "2", "--damping", "2", "--brake", "1", "--zone", "0.02"]):
+                        ["--layer", "2", "--damping", "2", "--brake", "1", "--zone", "0.02"],
+                        ["--mode", "coupled", "--coupling-stiffness", "300", "--coupling-damping", "0.1", "--coupling-turn-stiffness", "0.1",
+                         "--coupling-turn-damping", "1e-4", "--mass", "0.01", "--inertia", "1e-5"],
+                        ["--texture", "gaussian", "--texture-seed", "7"], ["--texture", "weave", "--texture-depth", "0.001"],
+                        ["--texture", "image:grey.png", "--texture-wavelength", "0.001"], ["--object-mass", "0.2"],
+                        ["--object-mass", "0.1", "--object-spring", "50", "--sway", "0.002/0/0.001", "--sway-period", "0.5"],
+                        ["--smoothing-kernel", "shell", "--smoothing-tolerance", "0.001"]):
             self.record("mode.csv", *options)
             result = run("replay", "mode.csv")
             self.assertEqual(result.returncode, 0, (options, result.stdout, result.stderr))
@@ -211,6 +266,82 @@ class Touch(unittest.TestCase):
         self.assertGreater(sum(force > 0.01 for force in felt), 1, felt)
         self.assertIn("bit-identical", run("replay", "glove.csv").stdout)
 
+    def forces(self, name):
+        return [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of(name)]
+
+    def test_a_texture_is_carved_and_another_seed_is_another_relief(self):
+        plain, textured, other, image = "plain.csv", "textured.csv", "other.csv", "image.csv"
+        write_png("black.png", 8, 8, lambda x, y: 0)
+        point = ["--tool", "point", "--friction", "none"]
+        self.record(plain, *point)
+        self.record(textured, *point, "--texture", "gaussian")
+        self.record(other, *point, "--texture", "gaussian", "--texture-seed", "2")
+        self.record(image, *point, "--texture", "image:black.png", "--texture-depth", "0.0005")
+        smooth, rough, rough2, deep = (self.forces(name) for name in (plain, textured, other, image))
+        step = lambda f: sum(abs(a - b) for a, b in zip(f, f[1:])) / len(f)
+        self.assertGreater(step(rough), 1.5 * step(smooth))
+        self.assertNotEqual(rough, rough2)
+        # Black everywhere: 0.5 mm further in, 0.25 N less.
+        self.assertAlmostEqual(smooth[500] - deep[500], 0.25, delta=0.05)
+        self.assertNotIn("texture_hash\":\"0000000000000000", read(textured))
+        # An image that has changed is not the one that was recorded.
+        write_png("black.png", 8, 8, lambda x, y: 128)
+        result = run("replay", image)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("is not the texture that was recorded", result.stderr)
+
+    def test_an_object_that_moves_gives_way_and_comes_back(self):
+        press = "press:depth=0.004,direction=0/0/1"
+        for name, options in (("fixed.csv", []), ("gives.csv", ["--object-mass", "0.2", "--object-spring", "100"])):
+            self.record(name, "--tool", "point", *options, device=press, seconds="2")
+        fixed, gives = self.forces("fixed.csv"), self.forces("gives.csv")
+        middle = len(fixed) // 2
+        # 4 mm through 500 N/m, and through 500 and 100 N/m one after the other.
+        self.assertAlmostEqual(fixed[middle], 2.0, delta=0.2)
+        self.assertAlmostEqual(gives[middle], 0.004 / (1 / 500 + 1 / 100), delta=0.06)
+        self.record("sways.csv", "--tool", "point", "--sway", "0/0/0.002", "--sway-period", "1", device=press, seconds="2")
+        swaying = self.forces("sways.csv")[middle - 400:middle + 400]
+        self.assertGreater(max(swaying) - min(swaying), 1.2)
+
+    def test_a_coupling_is_taken_from_the_device_and_is_still(self):
+        result = self.record("coupled.csv", "--mode", "coupled", device="simulated:press,hand=pen", model="torus.sqmap", seconds="3")
+        self.assertRegex(result.stdout, r"coupled by 467 N/m and 0\.2 N s/m")
+        self.assertEqual(run("replay", "coupled.csv").returncode, 0)
+        rows = rows_of("coupled.csv")
+        free = [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows if int(row["contacts"]) == 0]
+        self.assertLess(max(free, default=0), 0.2, "it does not keep the filter from engaging")
+        result = self.record("stiff.csv", "--mode", "coupled", "--coupling-stiffness", "2000", device="simulated:press", seconds="0.2")
+        self.assertIn("--coupling-stiffness 2000: this device carries 467 N/m", result.stdout)
+        result = self.record("direct.csv", "--coupling-stiffness", "300", seconds="0.1")
+        self.assertIn("warning: the coupling's options count in --mode coupled only", result.stdout)
+        result = self.record("direct.csv", "--smoothing-tolerance", "0.001", "--tool", "torus.obj", seconds="0.1")
+        self.assertIn("--smoothing-tolerance are of a sphere or a point", result.stdout)
+
+    def test_a_glove_poses_a_hand_of_25_joints_and_replays(self):
+        write_hand("hand.gltf")
+        result = self.record("hand.csv", "--tool", "hand.gltf", device="glove:curl=0.9", seconds="2.5")
+        self.assertNotIn("each of the 6 zones carries", result.stdout)
+        rows = rows_of("hand.csv")
+        felt = [max(math.hypot(*(float(row[f"z{zone}_f{axis}"]) for axis in "xyz")) for row in rows) for zone in range(6)]
+        self.assertGreater(sum(force > 0.01 for force in felt), 1, felt)
+        result = run("replay", "hand.csv", "--threads", "2")
+        self.assertIn("bit-identical", result.stdout, result.stderr)
+        # Any other mesh is six meshes, and that is said.
+        result = self.record("six.csv", "--tool", "torus.obj", "--tool-size", "0.02", device="glove", seconds="0.2")
+        self.assertIn("each of the 6 zones carries the whole of torus.obj", result.stdout)
+
+    def test_an_impact_zone_that_holds_nothing_is_said(self):
+        touch = ["touch", "--object", "sphere.sqmap", "--device", "slide", "--seconds", "0.3", "--tool-size", "0.1", "--tool", "torus.obj"]
+        result = run(*touch, "--zone", "0.005")
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, r"--zone 0\.005: no point of torus\.obj is so near to its centre \(the nearest: 0\.\d+ m\)")
+        self.assertIn("cure:", result.stderr)
+        result = run(*touch, "--zone", "0.08")
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stdout, r"--zone 0\.08: \d+ of the tool's \d+ points count")
+        result = run("touch", "--object", "sphere.sqmap", "--device", "press:depth=-0.002,speed=0.1", "--seconds", "0.2")
+        self.assertIn("warning: nothing was touched", result.stderr)
+
     def test_plots_are_svg(self):
         self.record("plotted.csv", "--plot", "plotted.svg")
         text = xml.dom.minidom.parse("plotted.svg").toxml()
@@ -285,8 +416,32 @@ class Touch(unittest.TestCase):
         write("no_setup.csv", "".join(line + "\n" for line in text.split("\n")[:-1] if not line.startswith("# setup")))
         write("bad_setup.csv", re.sub(r"# setup .*", "# setup {\"objects\":7}", text))
         write("bad_row.csv", text.replace("\n0.01,", "\n0.01x,"))
+        rows = text.split("\n")
+        first = next(i for i, row in enumerate(rows) if row.startswith("time,")) + 1
+
+        def spoil(name, change):
+            write(name, "\n".join(rows[:first + 5] + [change(rows[first + 5])] + rows[first + 6:]))
+        spoil("nan_time.csv", lambda row: "nan" + row[row.index(","):])
+        spoil("back.csv", lambda row: "-1" + row[row.index(","):])
+        spoil("inf_dt.csv", lambda row: re.sub(r"^([^,]*),[^,]*,", r"\1,inf,", row))
+        write("negative.csv", re.sub(r'"stiffness":[^,]*', '"stiffness":-5', text))
+        write("slippery.csv", re.sub(r'"mu_static":[^,]*', '"mu_static":0.1', text))
+        write_png("oblong.png", 8, 4, lambda x, y: 0)
         touch = ["touch", "--object", "sphere.sqmap", "--seconds", "0.1"]
-        for arguments, words in ((["replay", "no_trace.csv"], "no_trace.csv:1: not a trace"),
+        for arguments, words in ((["replay", "nan_time.csv"], f"nan_time.csv:{first + 6}: time must be finite"),
+                                 (["replay", "back.csv"], f"back.csv:{first + 6}: time must be finite and not run back"),
+                                 (["replay", "inf_dt.csv"], "dt finite"),
+                                 (["replay", "negative.csv"], "the trace's setup: stiffness is -5: it must be 0 to 1e6"),
+                                 (["replay", "slippery.csv"], "mu_static 0.1 is below mu_dynamic 0.3"),
+                                 (["replay", "short.csv", "--plot", "x.png"], "--plot x.png: the picture is an SVG\n  cure: --plot x.svg"),
+                                 ([*touch, "--record", "x.csv", "--plot", "x.png"], "cure: --plot x.svg"),
+                                 ([*touch, "--mu-static", "0.1"], "--mu-static 0.1 is below --mu-dynamic 0.3"),
+                                 ([*touch, "--tool", "sphere:1e9"], "above 0 and below 10 m"),
+                                 ([*touch, "--texture", "velvet"], "--texture velvet: there is no such texture"),
+                                 ([*touch, "--texture", "image:absent.png"], "--texture image:absent.png: cannot be read as PNG"),
+                                 ([*touch, "--texture", "image:oblong.png"], "the image is 8 by 4 pixels, it must be square"),
+                                 ([*touch, "--object-mass", "0.001"], "--object-mass must be 0 (fixed) or at least 0.01 kg"),
+                                 (["replay", "no_trace.csv"], "no_trace.csv:1: not a trace"),
                                  (["replay", "no_setup.csv"], "has no setup"),
                                  (["replay", "bad_setup.csv"], "setup does not read"),
                                  (["replay", "bad_row.csv"], "column 1 (time) is no number: '0.01x'"),

@@ -42,6 +42,7 @@ struct Figures {
     double created = 0;     ///< J, most that the motors had given since a contact began, less what the device's friction took
     double left = -1;       ///< J, the same when a contact ended: the greatest of all contacts
     double gained = 0;      ///< J, the same over the last 0.5 s of holding still
+    double step = 0;        ///< N, of the force from tick to tick then
     int contacts = 0;
     int reversals = 0;       ///< of the force in that time, by more than still()
     std::uint64_t over = 0;  ///< ticks with more than the limit sent
@@ -78,12 +79,21 @@ inline int reversals(std::span<const double> signal, double step)
     return count;
 }
 
-/// Runs one action. surface: wrench for a measured pose; called once a tick.
+/// How a run differs from the ordinary.
+struct Course {
+    double wait = 0.7;                                        ///< s in free air before it goes down; the filter's ramp takes 0.5
+    double hold = 3;                                          ///< s
+    std::span<const Pose> zones = std::span(&k_one_zone, 1);  ///< where each zone is, from where the hand is
+    static constexpr Pose k_one_zone{};
+};
+
+/// Runs one action. surface(poses, wrenches): what is asked for at measured poses; called once a tick.
 template <class Surface>
-Figures run(const Setting& setting, Action action, const Visit& visit, Surface&& surface)
+Figures run_zones(const Setting& setting, Action action, const Visit& visit, const Course& course, Surface&& surface)
 {
     const HandProfile& hand = setting.hand;
-    HeldTool tool(setting.mechanism, hand);
+    const std::size_t zones = course.zones.size();
+    std::vector<HeldTool> tools(zones, HeldTool(setting.mechanism, hand));
     haptic::DeviceLimits limits = limits_of(setting.mechanism);
     limits.continuous_force = limits.max_force;  // seconds of pressing at the limit are no matter for the duty step here
     haptic::SafetyFilter filter(limits, {.softest = setting.stiffness});
@@ -91,22 +101,34 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
     double time = 0;
     std::uint64_t sequence = 0;
     std::vector<double> forces, torques, energies;
+    std::vector<Pose> poses(zones);
+    std::vector<Wrench> asked(zones), safe(zones);
     bool touching = false;
     double begun = 0;
+    const auto target_of = [&](const HandTarget& at, std::size_t z) {
+        const Pose& zone = course.zones[z];
+        return HandTarget{{at.pose.rotation * zone.rotation, at.pose.rotation * zone.translation + at.pose.translation},
+                          at.twist};
+    };
     const auto tick = [&](const HandTarget& target) {
-        const Pose pose = tool.measured();
-        const Wrench asked = surface(pose);
-        Wrench safe;
+        for (std::size_t z = 0; z < zones; ++z) poses[z] = tools[z].measured();
+        surface(std::span<const Pose>(poses), std::span(asked));
         time += k_tick;
-        filter.tick({.time = time, .sample_time = time, .sequence = ++sequence, .poses = {&pose, 1}, .asked = {&asked, 1}},
-                    {&safe, 1});
-        f.over +=
-            norm(safe.force) > filter.force_limit() * (1 + 1e-12) || norm(safe.torque) > filter.torque_limit() * (1 + 1e-12);
-        tool.step(&safe, target, k_tick);
-        f.most = std::max(f.most, norm(tool.exerted().force));
-        const double energy = tool.work() - tool.dissipated();
+        filter.tick({.time = time, .sample_time = time, .sequence = ++sequence, .poses = poses, .asked = asked}, safe);
+        double energy = 0, force = 0, torque = 0;
+        bool touches = false;
+        for (std::size_t z = 0; z < zones; ++z) {
+            const Wrench& w = safe[z];
+            f.over += norm(w.force) > filter.force_limit() * (1 + 1e-12) || norm(w.torque) > filter.torque_limit() * (1 + 1e-12);
+            tools[z].step(&w, target_of(target, z), k_tick);
+            const Wrench& exerted = tools[z].exerted();
+            f.most = std::max(f.most, norm(exerted.force));
+            energy += tools[z].work() - tools[z].dissipated();
+            force += norm(exerted.force);
+            torque += norm(exerted.torque);
+            touches = touches || !(asked[z] == Wrench{}) || !(exerted == Wrench{});
+        }
         energies.push_back(energy);
-        const bool touches = !(asked == Wrench{}) || !(tool.exerted() == Wrench{});
         if (touches && !touching) {
             begun = energies.size() > 1 ? energies[energies.size() - 2] : 0;
             ++f.contacts;
@@ -114,8 +136,8 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
         if (touches) f.created = std::max(f.created, energy - begun);
         if (!touches && touching) f.left = std::max(f.left, energy - begun);
         touching = touches;
-        forces.push_back(norm(tool.exerted().force));
-        torques.push_back(norm(tool.exerted().torque));
+        forces.push_back(force);
+        torques.push_back(torque);
     };
     HandTarget at;
     const auto wait = [&](double seconds) {
@@ -140,8 +162,8 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
     const double depth = visit.push / hand.stiffness + visit.push / setting.stiffness;
     const Vec3d above = visit.place + 0.02 * visit.out, pressed = visit.place - depth * visit.out;
     at.pose = {visit.rotation, above};
-    tool.reset(at.pose);
-    wait(0.7);
+    for (std::size_t z = 0; z < zones; ++z) tools[z].reset(target_of(at, z).pose);
+    wait(course.wait);
     if (action == Action::Tap)
         for (int i = 0; i < 5; ++i) {
             move(visit.place - std::min(depth, 0.01) * visit.out, visit.speed);
@@ -153,7 +175,7 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
         move(pressed - 0.02 * visit.along, visit.speed);
         move(pressed, visit.speed);
     }
-    wait(3.0);
+    wait(course.hold);
     const auto spread = [](const std::vector<double>& v) {
         const auto [low, high] = std::minmax_element(v.end() - 500, v.end());
         return *high - *low;
@@ -161,12 +183,21 @@ Figures run(const Setting& setting, Action action, const Visit& visit, Surface&&
     f.swing = spread(forces);
     f.turn_swing = spread(torques);
     f.reversals = reversals({forces.data() + forces.size() - 500, 500}, still(setting));
+    for (auto it = forces.end() - 500; it != forces.end(); ++it) f.step = std::max(f.step, std::fabs(*it - *(it - 1)));
     for (auto it = forces.end() - 500; it != forces.end(); ++it) f.mean += *it / 500;
     f.gained = energies.back() - energies[energies.size() - 500];
     move(above, visit.speed);
     wait(0.3);
     f.filter = filter.counters();
     return f;
+}
+
+/// The same for one zone. surface: wrench for a measured pose.
+template <class Surface>
+Figures run(const Setting& setting, Action action, const Visit& visit, Surface&& surface, const Course& course = {})
+{
+    return run_zones(setting, action, visit, course,
+                     [&](std::span<const Pose> poses, std::span<Wrench> wrenches) { wrenches[0] = surface(poses[0]); });
 }
 
 }  // namespace sqmap::test

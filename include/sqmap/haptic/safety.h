@@ -86,6 +86,9 @@ struct StiffnessCheck {
 /// N s/m. Unknown b, f_c, Delta: 0.1 N s/m, 0.02 N, 50 um.
 [[nodiscard]] StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping = 0) noexcept;
 
+/// The same with the careful numbers of check_stiffness where the device tells none.
+[[nodiscard]] DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept;
+
 /// One tick's input.
 struct SafetyInput {
     double time = 0;                  ///< s, monotonic: now
@@ -158,8 +161,7 @@ public:
     SafetyReport tick(const SafetyInput& in, std::span<Wrench> safe) noexcept;
 
 private:
-    static constexpr std::size_t k_history = 16;     ///< ticks of wrenches sent, for the delay
-    static constexpr std::size_t k_duty_bins = 101;  ///< a tenth of a second each; one more than the window holds
+    static constexpr std::size_t k_history = 16;  ///< ticks of wrenches sent, for the delay
     enum class Phase : std::uint8_t { Waiting, Ramping, Engaged };
 
     struct Zone {
@@ -173,10 +175,10 @@ private:
         Phase phase = Phase::Waiting;
         int calm = 0;
         double ramp = 0;
-        double fast = 0;                        ///< s above the top speed
-        double energy = 0;                      ///< J
-        std::array<double, k_duty_bins> bin{};  ///< s of full continuous load
-        double load = 0;                        ///< sum of bin
+        double ramp_store = 0;  ///< J that the ramp may yet give
+        double fast = 0;        ///< s above the top speed
+        double energy = 0;      ///< J
+        double spare = 1;       ///< share of the motors' heat that is left
     };
     struct Tick;
 
@@ -195,13 +197,18 @@ private:
 
     void disengage() noexcept;
     void latch(std::uint32_t fault) noexcept;
+    /// J that the zone's springs hold when they ask for this at a share of their stiffness.
+    [[nodiscard]] double stored(const Wrench& asked, double share) const noexcept;
+    [[nodiscard]] double heat(const Wrench& wrench) const noexcept;
     [[nodiscard]] Wrench slewed(const Wrench& from, const Wrench& to, double dt) const noexcept;
     [[nodiscard]] const Wrench& sent_before(const Zone& zone, std::size_t ticks) const noexcept;
 
     SetupVerdict verdict_ = SetupVerdict::Ok;
     DeviceLimits device_{};
-    double force_limit_ = 0, torque_limit_ = 0, continuous_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0, softest_ = 0,
+    double force_limit_ = 0, torque_limit_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0, softest_ = 0,
            hold_ = k_stale_hold;
+    double per_heat_force_ = 0, per_heat_torque_ = 0;  ///< 1/N^2, 1/(N m)^2: share of the continuous heat
+    double peak_ = 0, duty_time_ = k_duty_window;      ///< most of that, from cold; s
     bool dead_man_ = false;
     std::size_t delay_ticks_ = 0;
 
@@ -214,8 +221,6 @@ private:
     double sampled_at_ = 0, stamp_ = 0;  ///< of the last fresh sample: when it came, and the earlier of that and its own time
     std::array<double, 3> bad_{};        ///< times of the last ticks with something not finite, newest first
     std::size_t bad_count_ = 0;
-    std::size_t bin_ = 0;  ///< that is being filled
-    double bin_time_ = 0;  ///< s in it
 };
 
 }  // namespace sqmap::haptic

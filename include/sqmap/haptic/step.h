@@ -1,6 +1,7 @@
 // One tick of haptic rendering: poses of a tool's zones in, one wrench a zone out (section 6).
 #pragma once
 
+#include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/stencil.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/haptic/wrench.h"
@@ -78,10 +79,14 @@ struct ZoneOptions {
     double brake = 0, brake_ahead = 0.005;
     /// Where the foot point jumps (medial axis): what is left of a jump after each blend_time, s, is 1/e; 0: jumps pass.
     double blend_time = 0.010;
-    /// Coupled: the spring between device and body, and the body. damping_ratio 1 is critical; see coupling_damping.
-    double coupling_stiffness = 800, coupling_rotational = 1.0;         ///< N/m, N m/rad
-    double mass = 0.05, inertia = 5e-5;                                 ///< kg, kg m^2 about every axis
-    double coupling_damping = 12, coupling_rotational_damping = 0.014;  ///< N s/m, N m s/rad
+    /// m, of the device's encoder, where twists are not measured: velocity is then taken over as long a past as one velocity
+    /// explains to within it; 0: over the last tick.
+    double resolution = 0;
+    /// Coupled: the spring and the damper between device and body, and the body. Defaults: for a light desktop stylus (b 1 N s/m,
+    /// a tick of delay); choose_coupling takes a device's own numbers. A light body is not felt in free air.
+    double coupling_stiffness = 450, coupling_rotational = 0.18;        ///< N/m, N m/rad
+    double mass = 0.005, inertia = 2e-6;                                ///< kg, kg m^2 about every axis
+    double coupling_damping = 0.2, coupling_rotational_damping = 8e-5;  ///< N s/m, N m s/rad
 };
 
 /// An impact zone (section 6.1): a part of the tool that feels as one.
@@ -186,10 +191,24 @@ private:
 StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_solids = {}) noexcept;
 
 /// Damping of a coupling of stiffness K, N/m, to a body of mass m, kg, at period T, s, that leaves a device of damping b,
-/// N s/m, passive: critical, but no more than b - K T / 2 (Colgate and Brown 1994) and m / T. Rotation alike.
+/// N s/m, passive: critical, but no more than b - K (T / 2 + delay) (Colgate and Brown 1994; with the delay as check_stiffness
+/// has it) and m / T, and so little that a step of the encoder within a tick makes less force than the device's own friction
+/// holds, f_c T / Delta (as Abbott and Okamura 2005 for stiffness). Rotation alike.
 struct CouplingPhysics {
     double stiffness = 0, mass = 0, period = 0.001, device_damping = 0;
+    double delay = 0;                     ///< s
+    double friction = 0, resolution = 0;  ///< f_c, N; Delta, m; resolution 0: no such bound
 };
 [[nodiscard]] double coupling_damping(const CouplingPhysics& physics) noexcept;
+
+/// Mode::Coupled for a device: coupling_stiffness is lowered to what 7/10 of the device's damping carries (and to 2 f_c / Delta),
+/// the damping is coupling_damping of nine tenths of it, rotation as though at a lever of 2 cm; the resolution is the device's.
+/// Mass and inertia stay. Numbers that the device does not tell: the careful ones of check_stiffness.
+void choose_coupling(ZoneOptions& options, const DeviceLimits& device) noexcept;
+
+/// Most torque_share with which a tool of stiffness K, N/m, whose points are up to `reach`, m, from its pose, turns the device no
+/// more stiffly than it can show: a device whose damping is b at its tip is taken to turn with b (2 cm)^2. For Modes Direct and
+/// Proxy; a coupling limits it by itself.
+[[nodiscard]] double largest_torque_share(const DeviceLimits& device, double stiffness, double reach) noexcept;
 
 }  // namespace sqmap::haptic

@@ -1,0 +1,189 @@
+#include "sqmap/device/hand_skin.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sqmap::device {
+
+namespace {
+
+constexpr const char* k_names[k_hand_joints] = {
+    "wrist",
+    "thumb-metacarpal",
+    "thumb-phalanx-proximal",
+    "thumb-phalanx-distal",
+    "thumb-tip",
+    "index-finger-metacarpal",
+    "index-finger-phalanx-proximal",
+    "index-finger-phalanx-intermediate",
+    "index-finger-phalanx-distal",
+    "index-finger-tip",
+    "middle-finger-metacarpal",
+    "middle-finger-phalanx-proximal",
+    "middle-finger-phalanx-intermediate",
+    "middle-finger-phalanx-distal",
+    "middle-finger-tip",
+    "ring-finger-metacarpal",
+    "ring-finger-phalanx-proximal",
+    "ring-finger-phalanx-intermediate",
+    "ring-finger-phalanx-distal",
+    "ring-finger-tip",
+    "pinky-finger-metacarpal",
+    "pinky-finger-phalanx-proximal",
+    "pinky-finger-phalanx-intermediate",
+    "pinky-finger-phalanx-distal",
+    "pinky-finger-tip",
+};
+
+constexpr std::size_t k_palm = 5, k_index_knuckle = 6, k_middle_knuckle = 11, k_little_knuckle = 21, k_middle_tip = 14;
+constexpr double k_two_pi = 6.283185307179586;
+
+/// Bones of a finger that turn: its joints from the knuckle on, and by how much of the curl, as hand_joints has it.
+struct Bones {
+    std::size_t knuckle;
+    int count;
+    double follow[3];
+};
+constexpr std::array<Bones, 5> k_bones{{
+    {2, 2, {1, 0.6, 0}},
+    {6, 3, {1, 0.8, 0.6}},
+    {11, 3, {1, 0.8, 0.6}},
+    {16, 3, {1, 0.8, 0.6}},
+    {21, 3, {1, 0.8, 0.6}},
+}};
+
+/// The zone that a joint's skin belongs to: metacarpals are the palm.
+std::size_t zone_of(std::size_t joint)
+{
+    for (std::size_t f = 0; f < k_bones.size(); ++f)
+        if (joint >= k_bones[f].knuckle && joint <= k_tip_joints[f]) return f;
+    return k_palm;
+}
+
+/// Rotation by an angle about a unit axis.
+Mat3d turned(const Vec3d& axis, double angle)
+{
+    const double c = std::cos(angle), s = std::sin(angle);
+    Mat3d m;
+    for (int k = 0; k < 3; ++k) {
+        Vec3d e{};
+        e[k] = 1;
+        const Vec3d column = c * e + s * cross(axis, e) + ((1 - c) * dot(axis, e)) * axis;
+        for (int i = 0; i < 3; ++i) m.row[i][k] = column[i];
+    }
+    return m;
+}
+
+/// Axis times angle, 0 to pi.
+Vec3d turn_of(const Mat3d& m)
+{
+    const Vec3d s = 0.5 * Vec3d{m.row[2].y - m.row[1].z, m.row[0].z - m.row[2].x, m.row[1].x - m.row[0].y};
+    const double sine = norm(s);
+    return sine > 1e-9 ? std::atan2(sine, 0.5 * (m.row[0].x + m.row[1].y + m.row[2].z - 1)) / sine * s : s;
+}
+
+/// y from the wrist to the middle finger's knuckle, x to the thumb's side, z out of the back: left-handed in a right hand.
+struct Axes {
+    Vec3d x, y, z;
+};
+Axes axes_of(const std::array<Vec3d, k_hand_joints>& places)
+{
+    Axes a;
+    a.y = normalized(places[k_middle_knuckle] - places[0]);
+    const Vec3d across = places[k_index_knuckle] - places[k_little_knuckle];
+    a.x = normalized(across - dot(across, a.y) * a.y);
+    // Which side the back is, only the thumb and the fingers' bend tell: they lie towards the palm.
+    Vec3d palm = places[k_tip_joints[0]] - places[0];
+    for (const Bones& bones : k_bones)
+        palm += places[bones.knuckle + static_cast<std::size_t>(bones.count)] - places[bones.knuckle];
+    a.z = cross(a.x, a.y);
+    if (dot(palm, a.z) > 0) a.z = -1. * a.z;
+    return a;
+}
+
+Vec3d along(const Pose& pose, const Vec3d& p) { return pose.rotation * p + pose.translation; }
+
+}  // namespace
+
+const char* hand_joint_name(std::size_t joint) noexcept { return joint < k_hand_joints ? k_names[joint] : ""; }
+
+HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
+{
+    // The same axes in the mesh and in the hand that hand_joints is.
+    std::array<Vec3d, k_hand_joints> bones;
+    const auto joints = hand_joints({}, length);
+    for (std::size_t j = 0; j < k_hand_joints; ++j) bones[j] = joints[j].translation;
+    const Axes from = axes_of(mesh.places), to = axes_of(bones);
+    const Vec3d wrist = mesh.places[0];
+    const double scale = norm(bones[k_middle_tip]) / norm(mesh.places[k_middle_tip] - wrist);
+    const auto in_hand = [&](const Vec3d& p) {
+        const Vec3d d = scale * (p - wrist);
+        return dot(d, from.x) * to.x + dot(d, from.y) * to.y + dot(d, from.z) * to.z;
+    };
+    for (std::size_t j = 0; j < k_hand_joints; ++j) places_[j] = in_hand(mesh.places[j]);
+    for (std::size_t f = 0; f < k_bones.size(); ++f) {
+        const Vec3d bone = places_[k_bones[f].knuckle + 1] - places_[k_bones[f].knuckle];
+        axis_[f] = normalized(cross(Vec3d{0, 0, 1}, bone));
+    }
+
+    std::vector<std::size_t> zones(mesh.points.size()), order(mesh.points.size());
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        const auto most = std::max_element(mesh.shares[i].begin(), mesh.shares[i].end()) - mesh.shares[i].begin();
+        zones[i] = zone_of(mesh.joints[i][static_cast<std::size_t>(most)]);
+    }
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return zones[a] < zones[b]; });
+    const auto flat = glove_zones(hand_joints({}, length));
+    for (const std::size_t i : order) {
+        rest_.push_back(in_hand(mesh.points[i]));
+        weights_.push_back(mesh.weights[i]);
+        joints_.push_back(mesh.joints[i]);
+        shares_.push_back(mesh.shares[i]);
+        for (std::size_t k = zones[i] + 1; k < first_.size(); ++k) ++first_[k];
+        for (const std::size_t k : {zones[i], k_palm}) reach_[k] = std::max(reach_[k], norm(rest_.back() - flat[k].translation));
+    }
+    posed_ = rest_;
+}
+
+void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
+{
+    const auto flat = glove_zones(hand_joints({}, length_));
+    HandPosture posture;
+    posture.wrist.rotation = zones[k_palm].rotation;
+    posture.wrist.translation = zones[k_palm].translation - zones[k_palm].rotation * flat[k_palm].translation;
+    for (std::size_t f = 0; f < k_bones.size(); ++f) {
+        // All bones of a finger turn about one axis: its tip has turned by the sum.
+        const Mat3d turn = transpose(posture.wrist.rotation) * zones[f].rotation * transpose(flat[f].rotation);
+        const Vec3d closing = -1. * Vec3d{flat[f].rotation.row[0].x, flat[f].rotation.row[1].x, flat[f].rotation.row[2].x};
+        double angle = dot(turn_of(turn), closing);
+        if (angle < -0.25 * k_two_pi) angle += k_two_pi;  // closed by more than half a turn
+        posture.curl[f] = angle / (k_bones[f].follow[0] + k_bones[f].follow[1] + k_bones[f].follow[2]);
+    }
+    const auto expected = glove_zones(hand_joints(posture, length_));
+
+    // Bound places to the world, a joint each.
+    std::array<Pose, k_hand_joints> maps;
+    maps.fill(posture.wrist);
+    for (std::size_t f = 0; f < k_bones.size(); ++f) {
+        const Bones& bones = k_bones[f];
+        const Vec3d off = zones[f].translation - expected[f].translation;
+        Pose map = posture.wrist;
+        for (int b = 0; b < bones.count; ++b) {
+            const std::size_t joint = bones.knuckle + static_cast<std::size_t>(b);
+            const Vec3d centre = along(map, places_[joint]);
+            map.rotation = map.rotation * turned(axis_[f], bones.follow[b] * posture.curl[f]);
+            map.translation = centre - map.rotation * places_[joint];
+            maps[joint] = {map.rotation, map.translation + (b + 1.) / bones.count * off};
+        }
+        maps[k_tip_joints[f]] = maps[k_tip_joints[f] - 1];
+    }
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+        Vec3d p{};
+        for (std::size_t k = 0; k < 4; ++k)
+            if (shares_[i][k] > 0) p += shares_[i][k] * along(maps[joints_[i][k]], rest_[i]);
+        posed_[i] = p;
+    }
+}
+
+}  // namespace sqmap::device

@@ -1,0 +1,69 @@
+// Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for velocity estimation", IEEE Trans. Control Systems
+// Technology 8(6), 2000 (end-fit, first-order): a velocity over the longest past that it explains to within the encoder's step.
+// At rest and in slow motion, where one step in one tick would be a jerk, that is long; in fast motion one tick.
+#pragma once
+
+#include "rigid.h"
+
+namespace sqmap::haptic {
+
+/// The last poses of a device that tells no velocity.
+class Track {
+public:
+    /// dt: s since the one before
+    void add(const Pose& pose, double dt)
+    {
+        for (int i = k_most; i > 0; --i) past_[i] = past_[i - 1];
+        for (int i = 1; i <= k_most; ++i) past_[i].age += dt;
+        past_[0] = {pose, 0};
+        count_ = std::min(count_ + 1, k_most + 1);
+    }
+
+    /// m since the last tick
+    [[nodiscard]] double step() const { return count_ > 1 ? norm(past_[0].pose.translation - past_[1].pose.translation) : 0; }
+
+    /// resolution: m, of the encoder; 0: the difference of the last two poses. A turn counts at k_arm.
+    [[nodiscard]] Twist twist(double resolution) const
+    {
+        Vec3d way[k_most + 1], turn[k_most + 1];
+        Twist twist;
+        bool moves = true, turns = true;
+        for (int n = 1; n < count_ && (moves || turns); ++n) {
+            const Past& then = past_[n];
+            way[n] = past_[0].pose.translation - then.pose.translation;
+            turn[n] = rotation_vector(past_[0].pose.rotation * transpose(then.pose.rotation));
+            moves = moves && (n == 1 || fits(way, n, resolution));
+            turns = turns && (n == 1 || fits(turn, n, resolution / k_arm));
+            if (moves) twist.linear = way[n] / then.age;
+            if (turns) twist.angular = turn[n] / then.age;
+            if (!(resolution > 0)) break;
+        }
+        return twist;
+    }
+
+private:
+    static constexpr int k_most = 16;      // ticks
+    static constexpr double k_arm = 0.02;  // m
+
+    struct Past {
+        Pose pose{};
+        double age = 0;
+    };
+
+    /// What lies between is within a step of the straight line from n ticks ago until now, along every axis.
+    [[nodiscard]] bool fits(const Vec3d (&way)[k_most + 1], int n, double step) const
+    {
+        for (int i = 1; i < n; ++i) {
+            const Vec3d off = way[i] - (past_[i].age / past_[n].age) * way[n];
+            // A hair more: steps are compared with steps.
+            for (int k = 0; k < 3; ++k)
+                if (!(std::fabs(off[k]) <= 1.001 * step)) return false;
+        }
+        return true;
+    }
+
+    Past past_[k_most + 1];
+    int count_ = 0;
+};
+
+}  // namespace sqmap::haptic

@@ -1,0 +1,43 @@
+// Where a surface can be touched.
+#pragma once
+
+#include "sqmap/query/query.h"
+#include "support/parsed.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace sqmap::test {
+
+/// Where a tool of 2 cm can come and go along the normal without meeting anything.
+struct Place {
+    Vec3d point, out, along;
+};
+
+inline std::vector<Place> open_places(const Parsed& parsed, const model::ModelView& model, std::size_t count)
+{
+    const auto free = [&](const Vec3d& metres) {
+        return !query::query_point(model, model::to_model_space(model.header, metres), query::Layer::Three).contact;
+    };
+    std::vector<double> sum;
+    double total = 0;
+    const mesh::Mesh& mesh = parsed.mesh();
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) sum.push_back(total += mesh::triangle_area(mesh, t));
+    Random random(17);
+    std::vector<Place> places;
+    for (int tries = 0; tries < 20000 && places.size() < count; ++tries) {
+        const auto t = static_cast<std::size_t>(std::lower_bound(sum.begin(), sum.end(), total * random.uniform()) - sum.begin());
+        if (t >= mesh.triangles.size()) continue;
+        const auto& k = mesh.triangles[t];
+        const Vec3d a = mesh.vertices[k[0]], b = mesh.vertices[k[1]], c = mesh.vertices[k[2]];
+        const Vec3d out = normalized(cross(b - a, c - a)), centre = (a + b + c) / 3.;
+        const double* o = model.header.origin;
+        const Vec3d at = model.header.unit * centre + Vec3d{o[0], o[1], o[2]};
+        bool open = !free(at - 0.002 * out);
+        for (int i = 2; i <= 50 && open; ++i) open = free(at + 0.0005 * i * out);
+        if (open) places.push_back({at, out, normalized(b - a)});
+    }
+    return places;
+}
+
+}  // namespace sqmap::test
