@@ -3,6 +3,8 @@
 #include "budget.h"
 #include "parallel.h"
 #include "query/approach.h"
+#include "query/triangle_offsets.h"
+#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>
@@ -50,6 +52,8 @@ constexpr Vec3d k_more_samples[] = {{-.24, -.24, -.24}, {.24, -.24, -.24}, {.24,
                                     {.24, .24, .24},    {.24, -.24, .24},  {-.24, -.24, .24}, {-.48, -.48, 0},   {.48, -.48, 0},
                                     {.48, .48, 0},      {-.48, .48, 0},    {-.48, 0, -.48},   {.48, 0, -.48},    {.48, 0, .48},
                                     {-.48, 0, .48},     {0, -.48, -.48},   {0, .48, -.48},    {0, .48, .48},     {0, -.48, .48}};
+
+constexpr double k_sample_reach = 0.832;  ///< how far from the centre a sample is at most, in sides
 
 struct Grid {
     Vec3d origin;
@@ -142,6 +146,79 @@ ClippedTriangle clip_to_cube(const std::array<Vec3d, 3>& triangle, double half)
     return piece;
 }
 
+/// The triangles that can be nearest to some point of a place: its samples ask these, all at once, and not the whole mesh.
+class Nearby {
+public:
+    /// reach: from the centre, what is farther matters to none.
+    Nearby(const mesh::Solid& solid, Vec3d centre, double reach) : solid_(solid), centre_(centre)
+    {
+        bool all = true;
+        solid_.bvh().visit_nearest(centre, reach * reach, [&](std::uint32_t t, double radius_sq) {
+            const mesh::Boundary b = solid_.boundary()[t];
+            if (b == mesh::Boundary::Whole) triangles_.push_back(t);
+            all = all && b != mesh::Boundary::Partly && triangles_.size() <= k_most;
+            return all ? radius_sq : 0;
+        });
+        if (!all) triangles_.clear();
+        for (const std::uint32_t t : triangles_)
+            for (const std::uint32_t v : solid_.mesh().triangles[t])
+                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre_));
+    }
+
+    /// Nearest points of the boundary, no farther off than rounding to float makes them.
+    void closest(std::span<const Vec3d> points, std::vector<mesh::ClosestPoint>& out)
+    {
+        out.clear();
+        if (triangles_.empty()) {
+            for (const Vec3d& p : points) {
+                // No farther than the last one's.
+                const double within = out.empty() ? INFINITY : 1.000001 * norm(p - out.back().point) + 1e-12;
+                out.push_back(solid_.closest_boundary(p, within));
+            }
+            return;
+        }
+        const std::size_t columns = (points.size() + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t i = 0; i < columns; ++i)
+                at_[k][i] = static_cast<float>((points[std::min(i, points.size() - 1)] - centre_)[static_cast<int>(k)]);
+            offset_[k].resize(triangles_.size() * columns);
+        }
+        distance_.resize(triangles_.size() * columns);
+        query::triangle_offsets(corners_, {at_[0], at_[1], at_[2], columns}, offset_[0].data(), offset_[1].data(),
+                                offset_[2].data(), distance_.data());
+        std::uint32_t nearest[k_points];
+        float least[k_points];
+        std::fill_n(nearest, columns, 0u);
+        std::copy_n(distance_.begin(), columns, least);
+        for (std::uint32_t t = 1; t < triangles_.size(); ++t) {
+            const float* d = &distance_[t * columns];
+            for (std::size_t i = 0; i < columns; ++i) {
+                nearest[i] = d[i] < least[i] ? t : nearest[i];
+                least[i] = d[i] < least[i] ? d[i] : least[i];
+            }
+        }
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const std::uint32_t t = triangles_[nearest[i]];
+            const mesh::Triangle& corners = solid_.mesh().triangles[t];
+            const auto& v = solid_.mesh().vertices;
+            const Vec3d q = closest_point_on_triangle(points[i], v[corners[0]], v[corners[1]], v[corners[2]]);
+            out.push_back({q, t, norm(q - points[i])});
+        }
+    }
+
+    static constexpr std::size_t k_points = 32;  ///< that can be asked at once
+
+private:
+    static constexpr std::size_t k_most = 200;  ///< more than these take longer than the mesh's tree
+
+    const mesh::Solid& solid_;
+    Vec3d centre_;
+    std::vector<std::uint32_t> triangles_;
+    std::vector<Vec3f> corners_;
+    float at_[3][k_points] = {};
+    std::vector<float> offset_[3], distance_;
+};
+
 class LocatorBaker {
 public:
     LocatorBaker(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, double target_error, double cells,
@@ -233,8 +310,7 @@ public:
             for (std::size_t k = 0; k < k_places; ++k) {
                 const Place& place = bricks_[i].places[k];
                 if (!place.eighths.empty() || (!among.empty() && (among[i] >> k & 1u) == 0)) continue;
-                if (!place.seeds.empty())
-                    candidates.emplace_back(place.seeds.size(), i * k_places + k);
+                if (!place.seeds.empty()) candidates.emplace_back(place.seeds.size(), i * k_places + k);
             }
         }
         std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -513,7 +589,8 @@ private:
     void choose_planes(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
     {
         std::vector<Sample> samples;
-        sample(place, centre, side, k_samples, samples);
+        Nearby nearby(solid_, centre, (nearest.distance + 2 * k_sample_reach * side) * (1 + 1e-6));
+        sample(place, centre, side, k_samples, nearby, samples);
         const std::size_t within = samples.size();
         if (place.kind == PlaceKind::Mixed) add_surface(samples, centre, side);
         std::optional<double> least;
@@ -523,7 +600,7 @@ private:
         }
         if (least && place.planes.size() > 1 && place.kind == PlaceKind::Mixed) {
             // Planes that are right at all of these may still meet in the wrong place between them.
-            sample(place, centre, side, k_more_samples, samples);
+            sample(place, centre, side, k_more_samples, nearby, samples);
             least = add_planes(place.planes, centre, samples);
         }
         if (least) {
@@ -539,15 +616,15 @@ private:
         if (place.seeds.size() > 1) rank_seeds(place, centre, samples);
     }
 
-    void sample(const Place& place, Vec3d centre, double side, std::span<const Vec3d> offsets, std::vector<Sample>& samples) const
+    void sample(const Place& place, Vec3d centre, double side, std::span<const Vec3d> offsets, Nearby& nearby,
+                std::vector<Sample>& samples) const
     {
-        for (const Vec3d& offset : offsets) {
-            const Vec3d p = centre + side * offset;
-            // No farther than the last one's.
-            const double within = &offset == offsets.data() ? INFINITY : 1.000001 * norm(p - samples.back().truth.point) + 1e-12;
-            const mesh::ClosestPoint truth = solid_.closest_boundary(p, within);
-            samples.push_back({p, truth, place.kind == PlaceKind::Inside || is_inside(p, truth), 0});
-        }
+        Vec3d points[Nearby::k_points];
+        for (std::size_t i = 0; i < offsets.size(); ++i) points[i] = centre + side * offsets[i];
+        std::vector<mesh::ClosestPoint> found;
+        nearby.closest({points, offsets.size()}, found);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            samples.push_back({points[i], found[i], place.kind == PlaceKind::Inside || is_inside(points[i], found[i]), 0});
     }
 
     /// The surface within the place: corners and middles of the triangles' pieces. Where planes are near all of it, a point

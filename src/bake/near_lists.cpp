@@ -10,6 +10,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -19,14 +20,19 @@ namespace {
 
 using model::PlaceKind;
 
-// A box is judged at the points of a lattice and in the boxes between them.
-constexpr std::size_t k_side = 4;            ///< small boxes along a side
-constexpr std::size_t k_along = k_side + 1;  ///< lattice points along a side, x fastest
-constexpr std::size_t k_points = k_along * k_along * k_along;
-constexpr std::size_t k_room = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
-/// From a small box's lowest corner to its corners, in lattice points.
-constexpr std::size_t k_steps[8] = {
-    0, 1, k_along, k_along + 1, k_along* k_along, k_along* k_along + 1, k_along*(k_along + 1), k_along*(k_along + 1) + 1};
+/// A box is judged at the points of a lattice and in the boxes between them, so many along a side.
+template <std::size_t k_boxes>
+struct Lattice {
+    static constexpr std::size_t k_side = k_boxes, k_along = k_side + 1;  ///< points along a side, x fastest
+    static constexpr std::size_t k_points = k_along * k_along * k_along;
+    static constexpr std::size_t k_room = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+    /// From a small box's lowest corner to its corners, in lattice points.
+    static constexpr std::size_t k_steps[8] = {
+        0, 1, k_along, k_along + 1, k_along* k_along, k_along* k_along + 1, k_along*(k_along + 1), k_along*(k_along + 1) + 1};
+};
+/// What the coarse one leaves is judged on the fine one, or, where time counts more than a fifth of the bytes, is the list.
+using Coarse = Lattice<2>;
+using Fine = Lattice<4>;
 /// What float and rounding may be off by, in half sides of the box.
 constexpr double k_slack = 1e-4;
 
@@ -50,43 +56,47 @@ public:
         });
         std::sort(within_.begin(), within_.end());
         put_corners(within_, middle);
-        centres_ = (centres.size() + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+        // The last column is the middle itself.
+        centres_ = (centres.size() + query::k_point_step) / query::k_point_step * query::k_point_step;
         for (std::size_t k = 0; k < 3; ++k) {
             centre_[k].resize(centres_);
             for (std::size_t i = 0; i < centres_; ++i) {
-                const Vec3d p = centres[std::min(i, centres.size() - 1)] - middle;
+                const Vec3d p = i < centres.size() ? centres[i] - middle : Vec3d{};
                 centre_[k][i] = static_cast<float>(p[static_cast<int>(k)]);
             }
-            to_centre_[k].resize(within_.size() * centres_);
+            grow(to_centre_[k], within_.size() * centres_);
         }
-        from_centre_.resize(within_.size() * centres_);
+        grow(from_centre_, within_.size() * centres_);
         query::triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_},
                                 to_centre_[0].data(), to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
+        all_.resize(within_.size());
+        std::iota(all_.begin(), all_.end(), 0u);
+        collect(all_, centres_ - 1, middle, half, some_);
     }
 
     /// Those of the box about the centre of that number.
-    const std::vector<std::uint32_t>& operator()(std::size_t number, Vec3d centre, double h)
+    const std::vector<std::uint32_t>& operator()(std::size_t number, Vec3d centre, double h, bool fine)
     {
-        collect(number, centre, h);
-        measure(centre, h);
-        near_.clear();
-        // The nearest somewhere on the lattice, and what is not ruled out in all small boxes.
-        std::vector<std::uint32_t> wins(triangles_.size(), 0);
-        for (std::size_t i = 0; i < k_points; ++i)
-            if (nearest_[i] != k_none) ++wins[nearest_[i]];
-        order_.clear();
-        const float side = static_cast<float>(2 * h / k_side), slack = static_cast<float>(k_slack * h);
-        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
-            if (wins[t] > 0 || !is_ruled_out(t, 0, k_side, side, slack)) order_.push_back(t);
-        std::sort(order_.begin(), order_.end(), [&](std::uint32_t l, std::uint32_t r) {
-            return wins[l] != wins[r] ? wins[l] > wins[r] : triangles_[l] < triangles_[r];
-        });
-        for (const std::uint32_t t : order_) near_.push_back(triangles_[t]);
+        collect(some_, number, centre, h, chosen_);
+        triangles_.clear();
+        for (const std::uint32_t i : chosen_) triangles_.push_back(within_[i]);
+        judge<Coarse>(centre, h);
+        if (fine) {
+            triangles_ = near_;
+            std::sort(triangles_.begin(), triangles_.end());
+            judge<Fine>(centre, h);
+        }
         return near_;
     }
 
 private:
     static constexpr std::uint32_t k_none = 0xffffffffu;
+
+    /// All of it is written over: what is there need not be cleared.
+    static void grow(std::vector<float>& values, std::size_t count)
+    {
+        if (values.size() < count) values.resize(count);
+    }
 
     Vec3d closest(std::uint32_t triangle, Vec3d p) const
     {
@@ -104,16 +114,18 @@ private:
     }
 
     /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
-    void collect(std::size_t number, Vec3d centre, double h)
+    /// from, to: places in within_.
+    void collect(const std::vector<std::uint32_t>& from, std::size_t number, Vec3d centre, double h,
+                 std::vector<std::uint32_t>& to) const
     {
-        triangles_.clear();
+        to.clear();
         std::size_t nearest = within_.size();
-        for (std::size_t i = 0; i < within_.size(); ++i)
-            if (solid_.boundary()[within_[i]] == mesh::Boundary::Whole &&
-                (nearest == within_.size() || from_centre_[i * centres_ + number] < from_centre_[nearest * centres_ + number]))
+        for (const std::uint32_t i : from)
+            if ((nearest == within_.size() || from_centre_[i * centres_ + number] < from_centre_[nearest * centres_ + number]) &&
+                solid_.boundary()[within_[i]] == mesh::Boundary::Whole)
                 nearest = i;
         if (nearest == within_.size()) {
-            triangles_ = within_;
+            to = from;
             return;
         }
         const auto corner = [&](int k) { return h * Vec3d{k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.}; };
@@ -122,7 +134,7 @@ private:
             limit[k] = norm(centre + corner(k) - closest(within_[nearest], centre + corner(k))) + k_slack * h;
         const auto fh = static_cast<float>(h);
         const float reach = from_centre_[nearest * centres_ + number] + (2 * 1.7321f + static_cast<float>(k_slack)) * fh;
-        for (std::size_t i = 0; i < within_.size(); ++i) {
+        for (const std::uint32_t i : from) {
             const std::size_t at = i * centres_ + number;
             const float distance = from_centre_[at];
             if (distance > reach) continue;
@@ -132,26 +144,47 @@ private:
                 above = static_cast<double>(distance + scale * ((k & 1 ? 1.f : -1.f) * to_centre_[0][at] +
                                                                 (k & 2 ? 1.f : -1.f) * to_centre_[1][at] +
                                                                 (k & 4 ? 1.f : -1.f) * to_centre_[2][at])) > limit[k];
-            if (!above) triangles_.push_back(within_[i]);
+            if (!above) to.push_back(i);
         }
+    }
+
+    /// What of the triangles is not ruled out on a lattice: the nearest somewhere on it, and what is not ruled out in all small
+    /// boxes.
+    template <class L>
+    void judge(Vec3d centre, double h)
+    {
+        measure<L>(centre, h);
+        near_.clear();
+        wins_.assign(triangles_.size(), 0);
+        for (std::size_t i = 0; i < L::k_points; ++i)
+            if (nearest_[i] != k_none) ++wins_[nearest_[i]];
+        order_.clear();
+        const float side = static_cast<float>(2 * h / L::k_side), slack = static_cast<float>(k_slack * h);
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+            if (wins_[t] > 0 || !is_ruled_out<L>(t, 0, L::k_side, side, slack)) order_.push_back(t);
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t l, std::uint32_t r) {
+            return wins_[l] != wins_[r] ? wins_[l] > wins_[r] : triangles_[l] < triangles_[r];
+        });
+        for (const std::uint32_t t : order_) near_.push_back(triangles_[t]);
     }
 
     /// Distances from the lattice, relative to the centre so that float is enough, and the nearest of each of its points. A
     /// triangle that is cut may not be boundary where it is nearest, and rules out nothing.
+    template <class L>
     void measure(Vec3d centre, double h)
     {
         put_corners(triangles_, centre);
-        for (std::size_t i = 0; i < k_room; ++i) {
-            const std::size_t p = std::min(i, k_points - 1);
+        for (std::size_t i = 0; i < L::k_room; ++i) {
+            const std::size_t p = std::min(i, L::k_points - 1);
             const auto place = [&](std::size_t k) {
-                return static_cast<float>(h * (2.0 / k_side * static_cast<double>(k % k_along) - 1));
+                return static_cast<float>(h * (2.0 / L::k_side * static_cast<double>(k % L::k_along) - 1));
             };
             point_[0][i] = place(p);
-            point_[1][i] = place(p / k_along);
-            point_[2][i] = place(p / (k_along * k_along));
+            point_[1][i] = place(p / L::k_along);
+            point_[2][i] = place(p / (L::k_along * L::k_along));
         }
-        for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) values->resize(triangles_.size() * k_room);
-        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), k_room}, offset_[0].data(),
+        for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) grow(*values, triangles_.size() * L::k_room);
+        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), L::k_room}, offset_[0].data(),
                                 offset_[1].data(), offset_[2].data(), distance_.data());
         nearest_.fill(k_none);
         least_.fill(INFINITY);
@@ -159,8 +192,8 @@ private:
         float* __restrict least = least_.data();
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
             if (solid_.boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
-            const float* __restrict d = &distance_[t * k_room];
-            for (std::size_t i = 0; i < k_room; ++i) {
+            const float* __restrict d = &distance_[t * L::k_room];
+            for (std::size_t i = 0; i < L::k_room; ++i) {
                 const std::uint32_t nearer = d[i] < least[i] ? 0xffffffffu : 0u;
                 nearest[i] = (nearest[i] & ~nearer) | (t & nearer);
                 least[i] = std::min(d[i], least[i]);
@@ -169,25 +202,27 @@ private:
     }
 
     /// Whether a triangle is nowhere nearest in the box of so many small ones a side whose lowest corner is lattice point low.
+    template <class L>
     bool is_ruled_out(std::uint32_t t, std::size_t low, std::size_t boxes, float small_side, float slack) const
     {
         const float side = small_side * static_cast<float>(boxes);
         // Distances change no faster than places.
-        if (distance_[t * k_room + low] - least_[low] > 2 * 1.7321f * side + slack) return true;
-        if (is_above(t, low, boxes, side, slack)) return true;
+        if (distance_[t * L::k_room + low] - least_[low] > 2 * 1.7321f * side + slack) return true;
+        if (is_above<L>(t, low, boxes, side, slack)) return true;
         if (boxes == 1) return false;
-        for (const std::size_t step : k_steps)
-            if (!is_ruled_out(t, low + step * (boxes / 2), boxes / 2, small_side, slack)) return false;
+        for (const std::size_t step : L::k_steps)
+            if (!is_ruled_out<L>(t, low + step * (boxes / 2), boxes / 2, small_side, slack)) return false;
         return true;
     }
 
     /// By the planes at the corners.
+    template <class L>
     bool is_above(std::uint32_t t, std::size_t low, std::size_t boxes, float side, float slack) const
     {
-        const float* mine = &distance_[t * k_room];
+        const float* mine = &distance_[t * L::k_room];
         std::uint32_t rulers[8];
         std::size_t n_rulers = 0;
-        for (const std::size_t step : k_steps) {
+        for (const std::size_t step : L::k_steps) {
             const std::uint32_t r = nearest_[low + step * boxes];
             if (r != k_none && std::find(rulers, rulers + n_rulers, r) == rulers + n_rulers) rulers[n_rulers++] = r;
         }
@@ -195,7 +230,7 @@ private:
         std::size_t most = 0;
         float least_margin = INFINITY;
         for (std::size_t k = 0; k < 8; ++k) {
-            const std::size_t at = low + k_steps[k] * boxes;
+            const std::size_t at = low + L::k_steps[k] * boxes;
             const float margin = mine[at] - least_[at];
             most = margin < least_margin ? k : most;
             least_margin = std::min(margin, least_margin);
@@ -203,7 +238,7 @@ private:
         if (!(least_margin > slack)) return false;
         for (std::size_t tried = 0; tried < (boxes == 1 ? 8u : 1u); ++tried) {
             const std::size_t j = most ^ tried;
-            const std::size_t at = low + k_steps[j] * boxes, value = t * k_room + at;
+            const std::size_t at = low + L::k_steps[j] * boxes, value = t * L::k_room + at;
             // Away from the triangle distance grows.
             const float scale = -side / mine[at];
             const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
@@ -213,9 +248,9 @@ private:
             for (std::size_t k = 2; k < 4; ++k) plane[k] = plane[k - 2] + g[1];
             for (std::size_t k = 4; k < 8; ++k) plane[k] = plane[k - 4] + g[2];
             for (std::size_t r = 0; r < n_rulers; ++r) {
-                const float* other = &distance_[rulers[r] * k_room + low];
+                const float* other = &distance_[rulers[r] * L::k_room + low];
                 bool above = true;
-                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[k_steps[k] * boxes];
+                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[L::k_steps[k] * boxes];
                 if (above) return true;
             }
         }
@@ -223,16 +258,16 @@ private:
     }
 
     const mesh::Solid& solid_;
-    std::vector<std::uint32_t> triangles_, near_, order_;
+    std::vector<std::uint32_t> triangles_, near_, order_, wins_;
     std::vector<Vec3f> corners_;
     // What can be nearest somewhere in the boxes, and how it lies to their centres.
-    std::vector<std::uint32_t> within_;
+    std::vector<std::uint32_t> within_, all_, some_, chosen_;
     std::size_t centres_ = 0;
     std::vector<float> centre_[3], to_centre_[3], from_centre_;
-    std::array<float, k_room> point_[3];
-    std::vector<float> offset_[3], distance_;    // triangle after triangle, k_room values each
-    std::array<std::uint32_t, k_room> nearest_;  // on the lattice
-    std::array<float, k_room> least_;
+    std::array<float, Fine::k_room> point_[3];
+    std::vector<float> offset_[3], distance_;          // triangle after triangle, the lattice's values each
+    std::array<std::uint32_t, Fine::k_room> nearest_;  // on the lattice
+    std::array<float, Fine::k_room> least_;
 };
 
 /// How far the solid rises above the lowest of a place's planes within the place, as stored. A linear function is greatest at a
@@ -469,8 +504,10 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         // What is asked there may lie beside it by rounding.
         const double slack = 1.0005;
         Record& record = records[b];
-        std::vector<Vec3d> centres;
+        std::vector<Vec3d> centres, group_centres;
         std::vector<std::uint32_t> places, numbers, kept;
+        std::vector<std::size_t> group;
+        std::vector<std::vector<std::uint32_t>> lists;
         const std::uint32_t was = update != nullptr ? update->brick_before[b] : LocatorUpdate::k_no_brick;
         const std::uint64_t reached = was == LocatorUpdate::k_no_brick ? ~std::uint64_t{0} : update->reached[b];
         if (reached == 0) {
@@ -489,15 +526,28 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             if ((reached >> k & 1u) == 0) continue;
             centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
         }
-        if (!centres.empty()) {
-            Vec3d lo = centres.front(), hi = lo;
-            for (const Vec3d& c : centres)
+        // Eight places at a time: what can be nearest somewhere in the whole brick is four times as many.
+        lists.resize(centres.size());
+        for (std::uint32_t octant = 0; octant < 8; ++octant) {
+            group.clear();
+            group_centres.clear();
+            Vec3d lo{INFINITY, INFINITY, INFINITY}, hi = -lo;
+            for (std::size_t i = 0; i < centres.size(); ++i) {
+                const Vec3d d = centres[i] - middle;
+                if (!deep && ((d.x > 0 ? 1u : 0u) | (d.y > 0 ? 2u : 0u) | (d.z > 0 ? 4u : 0u)) != octant) continue;
+                if (deep && octant > 0) continue;
+                group.push_back(i);
+                group_centres.push_back(centres[i]);
                 for (int k = 0; k < 3; ++k) {
-                    lo[k] = std::min(lo[k], c[k]);
-                    hi[k] = std::max(hi[k], c[k]);
+                    lo[k] = std::min(lo[k], centres[i][k]);
+                    hi[k] = std::max(hi[k], centres[i][k]);
                 }
+            }
+            if (group.empty()) continue;
             const double side = std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
-            near_triangles.begin(0.5 * (lo + hi), slack * (0.5 * side + half), centres);
+            near_triangles.begin(0.5 * (lo + hi), slack * (0.5 * side + half), group_centres);
+            for (std::size_t i = 0; i < group.size(); ++i)
+                lists[group[i]] = near_triangles(i, group_centres[i], slack * half, update == nullptr);
         }
         // A brick whose lists were too long to keep has none to take over, and gets none.
         bool no_lists = false, no_triangles = false;
@@ -514,7 +564,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
                 record.add(kept);
                 continue;
             }
-            const std::vector<std::uint32_t>& near = near_triangles(fresh, centres[fresh], slack * half);
+            const std::vector<std::uint32_t>& near = lists[fresh];
             set_rises(rise, data, places[i], centres[fresh], slack * half, near);
             record.add(near);
             ++fresh;
