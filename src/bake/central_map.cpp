@@ -801,11 +801,25 @@ private:
         q[(m + 1) % 3] = -1 + size * column;
         q[(m + 2) % 3] = -1 + size * row;
         const Vec3d way = transpose_mul(sq_.rotation, Vec3d{sq_.a.x * q.x, sq_.a.y * q.y, sq_.a.z * q.z});
-        double lo = 1 / w, hi = lo;
-        for (int i = 0; i < 40 && shape::implicit(sq_, centre_ + hi * way) <= 1; ++i) hi *= 1.25;
-        for (int i = 0; i < 24; ++i) {
-            const double middle = 0.5 * (lo + hi);
-            (shape::implicit(sq_, centre_ + middle * way) <= 1 ? lo : hi) = middle;
+        // Its root grows with the distance from the centre, nearly straight: Illinois' rule (Dowell and Jarratt 1971).
+        const auto excess = [&](double t) { return std::sqrt(shape::implicit(sq_, centre_ + t * way)) - 1; };
+        double lo = 1 / w, hi = lo, at_lo = excess(lo), at_hi = at_lo;
+        for (int i = 0; i < 40 && at_hi <= 0; ++i) at_hi = excess(hi *= 1.25);
+        int last = 0;
+        for (int i = 0; i < 24 && at_lo <= 0 && hi - lo > 1e-8 * hi; ++i) {
+            const double middle = (lo * at_hi - hi * at_lo) / (at_hi - at_lo), at = excess(middle);
+            if (at <= 0) {
+                if (last < 0) at_hi *= 0.5;
+                lo = middle;
+                at_lo = at;
+                last = -1;
+            } else {
+                if (last > 0) at_lo *= 0.5;
+                hi = middle;
+                at_hi = at;
+                last = 1;
+            }
+            if (std::abs(at) < 1e-9) break;
         }
         return (lo - 1 / w) * norm(way);
     }

@@ -1,6 +1,7 @@
 // What a rebake is told has moved, and what that reaches.
 #pragma once
 
+#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/model/model.h"
 
@@ -24,7 +25,15 @@ public:
     /// Whether any of it is nearer than that.
     [[nodiscard]] bool reaches(Vec3d p, double within) const
     {
-        return !mesh_.triangles.empty() && bvh_.closest_point(p, within).distance < within;
+        bool any = false;
+        if (mesh_.triangles.empty()) return any;
+        bvh_.visit_nearest(p, within * within, [&](std::uint32_t t, double radius_sq) {
+            const mesh::Triangle& c = mesh_.triangles[t];
+            const Vec3d q = closest_point_on_triangle(p, mesh_.vertices[c[0]], mesh_.vertices[c[1]], mesh_.vertices[c[2]]);
+            any = any || norm_sq(q - p) < radius_sq;
+            return any ? 0 : radius_sq;
+        });
+        return any;
     }
     /// Whether what is nearest to some point of the box about a centre may be another triangle than it was, or elsewhere. A point
     /// of the box is at most nearest + half its diagonal from the surface, and what is farther from the centre by as much again

@@ -209,7 +209,7 @@ public:
     static constexpr std::size_t k_points = 32;  ///< that can be asked at once
 
 private:
-    static constexpr std::size_t k_most = 200;  ///< more than these take longer than the mesh's tree
+    static constexpr std::size_t k_most = 400;  ///< more than these take longer than the mesh's tree
 
     const mesh::Solid& solid_;
     Vec3d centre_;

@@ -148,8 +148,7 @@ private:
         }
     }
 
-    /// What of the triangles is not ruled out on a lattice: the nearest somewhere on it, and what is not ruled out in all small
-    /// boxes.
+    /// What of the triangles is the nearest somewhere on a lattice, or not ruled out in all of its small boxes.
     template <class L>
     void judge(Vec3d centre, double h)
     {
@@ -159,9 +158,12 @@ private:
         for (std::size_t i = 0; i < L::k_points; ++i)
             if (nearest_[i] != k_none) ++wins_[nearest_[i]];
         order_.clear();
+        auto& losers = losers_;
+        losers.clear();
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t) (wins_[t] > 0 ? order_ : losers).push_back(t);
         const float side = static_cast<float>(2 * h / L::k_side), slack = static_cast<float>(k_slack * h);
-        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
-            if (wins_[t] > 0 || !is_ruled_out<L>(t, 0, L::k_side, side, slack)) order_.push_back(t);
+        const std::size_t out = rule_out<L>(0, losers.size(), 0, L::k_side, side, slack);
+        order_.insert(order_.end(), losers.begin() + static_cast<std::ptrdiff_t>(out), losers.end());
         std::sort(order_.begin(), order_.end(), [&](std::uint32_t l, std::uint32_t r) {
             return wins_[l] != wins_[r] ? wins_[l] > wins_[r] : triangles_[l] < triangles_[r];
         });
@@ -201,64 +203,83 @@ private:
         }
     }
 
-    /// Whether a triangle is nowhere nearest in the box of so many small ones a side whose lowest corner is lattice point low.
+    /// Of so many losers puts those first that are nowhere nearest in the box of so many small ones a side whose lowest
+    /// corner is lattice point low; returns how many.
     template <class L>
-    bool is_ruled_out(std::uint32_t t, std::size_t low, std::size_t boxes, float small_side, float slack) const
+    std::size_t rule_out(std::size_t first, std::size_t count, std::size_t low, std::size_t boxes, float small_side, float slack)
     {
         const float side = small_side * static_cast<float>(boxes);
-        // Distances change no faster than places.
-        if (distance_[t * L::k_room + low] - least_[low] > 2 * 1.7321f * side + slack) return true;
-        if (is_above<L>(t, low, boxes, side, slack)) return true;
-        if (boxes == 1) return false;
-        for (const std::size_t step : L::k_steps)
-            if (!is_ruled_out<L>(t, low + step * (boxes / 2), boxes / 2, small_side, slack)) return false;
-        return true;
+        auto& losers = losers_;
+        Rulers rulers;
+        std::size_t corners[8];
+        for (std::size_t k = 0; k < 8; ++k) corners[k] = low + L::k_steps[k] * boxes;
+        for (const std::size_t at : corners) {
+            const std::uint32_t r = nearest_[at];
+            if (r == k_none || std::find(rulers.triangle, rulers.triangle + rulers.count, r) != rulers.triangle + rulers.count)
+                continue;
+            for (std::size_t k = 0; k < 8; ++k) rulers.value[rulers.count][k] = distance_[r * L::k_room + corners[k]];
+            rulers.triangle[rulers.count++] = r;
+        }
+        std::size_t out = first;
+        for (std::size_t i = first; i < first + count; ++i) {
+            const std::uint32_t t = losers[i];
+            // Distances change no faster than places.
+            if (distance_[t * L::k_room + low] - least_[low] > 2 * 1.7321f * side + slack ||
+                is_above<L>(t, corners, rulers, boxes == 1, side, slack))
+                std::swap(losers[out++], losers[i]);
+        }
+        if (boxes == 1) return out - first;
+        // The others have to lose in every small box.
+        std::size_t still = first + count - out;
+        for (std::size_t k = 0; k < 8 && still > 0; ++k)
+            still = rule_out<L>(out, still, low + L::k_steps[k] * (boxes / 2), boxes / 2, small_side, slack);
+        return out - first + still;
     }
 
-    /// By the planes at the corners.
+    /// Triangles that are nearest at some corner of a box, with their distances from all of them.
+    struct Rulers {
+        std::uint32_t triangle[8];
+        float value[8][8];
+        std::size_t count = 0;
+    };
+
+    /// By the planes at the corners; all of them, or the most promising one.
     template <class L>
-    bool is_above(std::uint32_t t, std::size_t low, std::size_t boxes, float side, float slack) const
+    bool is_above(std::uint32_t t, const std::size_t* corners, const Rulers& rulers, bool all, float side, float slack) const
     {
-        const float* mine = &distance_[t * L::k_room];
-        std::uint32_t rulers[8];
-        std::size_t n_rulers = 0;
-        for (const std::size_t step : L::k_steps) {
-            const std::uint32_t r = nearest_[low + step * boxes];
-            if (r != k_none && std::find(rulers, rulers + n_rulers, r) == rulers + n_rulers) rulers[n_rulers++] = r;
-        }
         // The plane that touches where it matters most is the best as a rule; in the end all are tried.
+        float mine[8];
         std::size_t most = 0;
         float least_margin = INFINITY;
         for (std::size_t k = 0; k < 8; ++k) {
-            const std::size_t at = low + L::k_steps[k] * boxes;
-            const float margin = mine[at] - least_[at];
+            mine[k] = distance_[t * L::k_room + corners[k]];
+            const float margin = mine[k] - least_[corners[k]];
             most = margin < least_margin ? k : most;
             least_margin = std::min(margin, least_margin);
         }
         if (!(least_margin > slack)) return false;
-        for (std::size_t tried = 0; tried < (boxes == 1 ? 8u : 1u); ++tried) {
+        for (std::size_t tried = 0; tried < (all ? 8u : 1u); ++tried) {
             const std::size_t j = most ^ tried;
-            const std::size_t at = low + L::k_steps[j] * boxes, value = t * L::k_room + at;
+            const std::size_t value = t * L::k_room + corners[j];
             // Away from the triangle distance grows.
-            const float scale = -side / mine[at];
+            const float scale = -side / mine[j];
             const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
             float plane[8];
-            plane[0] = mine[at] - slack - ((j & 1) != 0 ? g[0] : 0) - ((j & 2) != 0 ? g[1] : 0) - ((j & 4) != 0 ? g[2] : 0);
+            plane[0] = mine[j] - slack - ((j & 1) != 0 ? g[0] : 0) - ((j & 2) != 0 ? g[1] : 0) - ((j & 4) != 0 ? g[2] : 0);
             plane[1] = plane[0] + g[0];
             for (std::size_t k = 2; k < 4; ++k) plane[k] = plane[k - 2] + g[1];
             for (std::size_t k = 4; k < 8; ++k) plane[k] = plane[k - 4] + g[2];
-            for (std::size_t r = 0; r < n_rulers; ++r) {
-                const float* other = &distance_[rulers[r] * L::k_room + low];
-                bool above = true;
-                for (std::size_t k = 0; k < 8 && above; ++k) above = plane[k] > other[L::k_steps[k] * boxes];
-                if (above) return true;
+            for (std::size_t r = 0; r < rulers.count; ++r) {
+                float least = INFINITY;
+                for (std::size_t k = 0; k < 8; ++k) least = std::min(least, plane[k] - rulers.value[r][k]);
+                if (least > 0) return true;
             }
         }
         return false;
     }
 
     const mesh::Solid& solid_;
-    std::vector<std::uint32_t> triangles_, near_, order_, wins_;
+    std::vector<std::uint32_t> triangles_, near_, order_, wins_, losers_;
     std::vector<Vec3f> corners_;
     // What can be nearest somewhere in the boxes, and how it lies to their centres.
     std::vector<std::uint32_t> within_, all_, some_, chosen_;
