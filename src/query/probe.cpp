@@ -1,5 +1,7 @@
 #include "sqmap/query/frame.h"
 
+#include "refit.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -39,35 +41,8 @@ void fit_sphere(std::size_t count, At&& at, float sphere[4])
     sphere[3] = std::sqrt(best) * 1.00001f;
 }
 
-/// Of 16 lanes; pairwise, so that the compiler makes vectors of it.
-template <class Combine>
-float fold(const float* v, Combine&& combine)
-{
-    float lane[Probe::k_cluster / 2];
-    for (std::size_t i = 0; i < Probe::k_cluster / 2; ++i) lane[i] = combine(v[i], v[i + Probe::k_cluster / 2]);
-    for (std::size_t width = Probe::k_cluster / 4; width > 0; width /= 2)
-        for (std::size_t i = 0; i < width; ++i) lane[i] = combine(lane[i], lane[i + width]);
-    return lane[0];
-}
-
 float least(float a, float b) { return a < b ? a : b; }
 float greatest(float a, float b) { return a > b ? a : b; }
-
-/// A sphere about a cluster's points: about their box's centre.
-void bound(const float* x, const float* y, const float* z, float sphere[4])
-{
-    float far_sq[Probe::k_cluster];
-    const float cx = 0.5f * (fold(x, least) + fold(x, greatest)), cy = 0.5f * (fold(y, least) + fold(y, greatest)),
-                cz = 0.5f * (fold(z, least) + fold(z, greatest));
-    for (std::size_t i = 0; i < Probe::k_cluster; ++i) {
-        const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
-        far_sq[i] = dx * dx + dy * dy + dz * dz;
-    }
-    sphere[0] = cx;
-    sphere[1] = cy;
-    sphere[2] = cz;
-    sphere[3] = std::sqrt(fold(far_sq, greatest)) * 1.00001f;
-}
 
 /// A sphere about spheres, those of hidden clusters left out; far away where all are hidden.
 void bound_spheres(std::size_t count, const float* x, const float* y, const float* z, const float* r, float sphere[4])
@@ -103,32 +78,10 @@ void Probe::move(std::span<const Vec3d> points) noexcept { move(points, {}); }
 void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> asked) noexcept
 {
     if (points.size() != size_) return;
-    for (std::size_t slot = 0; slot < point_.size(); ++slot) {
-        const Vec3d p = points[point_[slot]] - origin_;
-        x_[slot] = static_cast<float>(p.x);
-        y_[slot] = static_cast<float>(p.y);
-        z_[slot] = static_cast<float>(p.z);
-    }
-    if (asked.size() == size_) hide(asked);
-    refit_quickly();
-}
-
-void Probe::hide(std::span<const std::uint8_t> asked) noexcept
-{
-    // A point that is not asked stands where an asked one of its cluster does; a cluster without any stands far away.
-    for (std::size_t c = 0; c < clusters(); ++c) {
-        const std::size_t first = c * k_cluster;
-        std::size_t shown = k_cluster;
-        for (std::size_t i = 0; i < k_cluster && shown == k_cluster; ++i)
-            if (asked[point_[first + i]] != 0) shown = i;
-        for (std::size_t i = 0; i < k_cluster; ++i) {
-            if (asked[point_[first + i]] != 0) continue;
-            const bool none = shown == k_cluster;
-            x_[first + i] = none ? k_far : x_[first + shown];
-            y_[first + i] = none ? k_far : y_[first + shown];
-            z_[first + i] = none ? k_far : z_[first + shown];
-        }
-    }
+    place_clusters(
+        points.data(), point_.data(), origin_, asked.size() == size_ ? asked.data() : nullptr, k_far,
+        {x_.data(), y_.data(), z_.data(), centre_x_.data(), centre_y_.data(), centre_z_.data(), radius_.data(), clusters()});
+    refit_groups();
 }
 
 Sphere Probe::sphere() const noexcept
@@ -181,24 +134,17 @@ void Probe::refit() noexcept
     }
 }
 
-void Probe::refit_quickly() noexcept
+void Probe::refit_groups() noexcept
 {
     // Spheres about the boxes' centres: a few percent larger than the least ones and found in a tenth of the time, which counts
     // where points move every frame.
     float sum = 0.f;
     std::size_t shown = 0;
-    for (std::size_t c = 0; c < clusters(); ++c) {
-        float s[4];
-        bound(&x_[c * k_cluster], &y_[c * k_cluster], &z_[c * k_cluster], s);
-        centre_x_[c] = s[0];
-        centre_y_[c] = s[1];
-        centre_z_[c] = s[2];
-        radius_[c] = s[3];
-        if (s[0] < 0.5f * k_far) {
-            sum += s[3];
+    for (std::size_t c = 0; c < clusters(); ++c)
+        if (centre_x_[c] < 0.5f * k_far) {
+            sum += radius_[c];
             ++shown;
         }
-    }
     for (std::size_t g = 0; g < group_radius_.size(); ++g) {
         const std::size_t first = g * k_cluster;
         float s[4];

@@ -43,8 +43,9 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
       asked_(points.size()),
       touched_(points.size()),
       free_for_(points.size()),
-      asked_from_(points.size(), Vec3d{INFINITY, 0, 0}),
+      asked_from_(points.size()),
       last_(points.size()),
+      last_at_(points.size()),
       stale_(points.size(), 1),
       thickness_(thickness),
       sweep_step_(std::max(sweep_step, 2 * thickness)),
@@ -52,19 +53,19 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
 {
 }
 
-bool Contacts::mark_stale(std::span<const Vec3d> now, std::span<const Solid> solids) noexcept
+bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
 {
-    bool still = solids.size() == solids_;
-    for (const Solid& s : solids)
-        still = still && s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+    stale_count_ = now.size();
+    if (!still || !asked_from_kept_) return false;
     const double most = k_creep * thickness_;
     stale_count_ = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
-        stale_[i] = !still || !(norm_sq(now[i] - asked_from_[i]) <= most * most) ? 1 : 0;
+        stale_[i] = norm_sq(now[i] - asked_from_[i]) <= most * most ? 0 : 1;
         stale_count_ += stale_[i];
     }
-    solids_ = solids.size();
-    return still && 2 * stale_count_ < now.size();
+    if (2 * stale_count_ < now.size()) return true;
+    stale_count_ = now.size();
+    return false;
 }
 
 void Contacts::drop_void() noexcept
@@ -84,23 +85,27 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
 {
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
+    bool still = solids.size() == solids_;
+    for (const Solid& s : solids)
+        still = still && s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+    solids_ = solids.size();
     // What was asked within a hair of where it is, of solids that stand still, has its answer.
-    const bool some = mark_stale(now, solids);
-    if (!some) {
-        std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
-        stale_count_ = now.size();
-    }
+    const bool some = mark_stale(now, still);
+    if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
+    asked_from_kept_ = still;
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
     // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
     double longest_sq = 0;
+    const auto deeper = static_cast<float>(k_deeper * thickness_), thickness = static_cast<float>(thickness_);
     for (std::size_t i = 0; i < now.size(); ++i) {
         if (stale_[i] == 0) continue;
-        Vec3d ahead = -k_deeper * touched_[i];
+        Vec3f ahead = -deeper * touched_[i];
         const Vec3d way = now[i] - previous[i];
-        const double way_sq = norm_sq(way);
-        if (norm_sq(ahead) == 0 && way_sq > k_speed_matters * k_speed_matters) ahead = way / std::sqrt(way_sq);
-        asked_[i] = now[i] + thickness_ * ahead;
-        asked_from_[i] = now[i];
+        if (touched_[i] == Vec3f{})
+            if (const double way_sq = norm_sq(way); way_sq > k_speed_matters * k_speed_matters)
+                ahead = thickness / std::sqrt(static_cast<float>(way_sq)) * cast<float>(way);
+        asked_[i] = now[i] + cast<double>(ahead);
+        if (still) asked_from_[i] = now[i];
         longest_sq = std::max(longest_sq, norm_sq(asked_[i] - previous[i]));
     }
     if (stale_count_ > 0) {
@@ -112,15 +117,18 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     const double moved = cpu_seconds();
 
     if (stale_count_ > 0) {
-        for (HalfSpace& last : last_) last.solid = k_none;
+        std::fill(last_at_.begin(), last_at_.end(), k_none);
+        std::uint32_t lasts = 0;
         for (HalfSpace& s : all())
             if (stale_[s.node] != 0) {
                 s.push = -1.f;
-                if (spaces_[head_[s.node]].next == k_none) last_[s.node] = s;
+                if (spaces_[head_[s.node]].next != k_none) continue;
+                last_[lasts] = {s.normal, s.offset, s.solid};
+                last_at_[s.node] = lasts++;
             }
         drop_void();
         for (std::size_t k = 0; k < solids.size(); ++k)
-            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, std::sqrt(longest_sq), report);
+            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, now, std::sqrt(longest_sq), report);
         // Half-spaces that another one of the same node made void are not kept.
         drop_void();
         for (std::size_t i = 0; i < touched_.size(); ++i) {
@@ -128,7 +136,7 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
             if (head_[i] != k_none) {
                 touched_[i] = {};
                 free_for_[i] = 0;
-                for (std::uint32_t s = head_[i]; s != k_none; s = spaces_[s].next) touched_[i] += cast<double>(spaces_[s].normal);
+                for (std::uint32_t s = head_[i]; s != k_none; s = spaces_[s].next) touched_[i] += spaces_[s].normal;
                 touched_[i] = normalized(touched_[i]);
             } else if (free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
                 touched_[i] = {};
@@ -142,8 +150,8 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     return status;
 }
 
-std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
-                            StepReport& report) noexcept
+std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
+                            double longest, StepReport& report) noexcept
 {
     if (solid.model == nullptr) return k_cloth_ok;
     std::uint32_t status = k_cloth_ok;
@@ -166,7 +174,7 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
     if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
     for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
         if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0)
-            add(number, solid, contact, previous[contact.index], status);
+            add(number, solid, contact, previous[contact.index], now[contact.index], status);
     return status;
 }
 
@@ -184,17 +192,17 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
     }
 }
 
-double Contacts::steadied(const HalfSpace& space, Vec3d previous) const noexcept
+double Contacts::steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept
 {
-    const HalfSpace& last = last_[space.node];
+    if (last_at_[space.node] == k_none) return 0;
+    const Held& last = last_[last_at_[space.node]];
     if (last.solid != space.solid || dot(last.normal, space.normal) < k_same_surface) return 0;
-    const Vec3d now = asked_from_[space.node];
-    const auto height = [&](const HalfSpace& s) { return dot(cast<double>(s.normal), now) - static_cast<double>(s.offset); };
+    const auto height = [&](const auto& s) { return dot(cast<double>(s.normal), now) - static_cast<double>(s.offset); };
     const double fall = height(space) - height(last), most = k_settle * thickness_ + k_settle_way * norm(now - previous);
     return fall - std::clamp(fall, -most, most);
 }
 
-void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous,
+void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous, Vec3d now,
                    std::uint32_t& status) noexcept
 {
     if (count_ == spaces_.size()) {
@@ -214,7 +222,7 @@ void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::
     space.solid = solid_number;
     space.place = cast<float>(in_mesh);
     space.direction = contact.normal;
-    const double shift = steadied(space, previous);
+    const double shift = steadied(space, previous, now);
     space.offset += static_cast<float>(shift);
     space.place = cast<float>(in_mesh + shift * cast<double>(contact.normal));
     // Solids are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point lies

@@ -40,15 +40,22 @@ public:
     [[nodiscard]] std::span<HalfSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:
-    /// Marks the nodes that have to be asked again; false: every node has.
-    bool mark_stale(std::span<const Vec3d> now, std::span<const Solid> solids) noexcept;
+    /// Marks the nodes that have to be asked again; false: every node has. still: no solid moves.
+    bool mark_stale(std::span<const Vec3d> now, bool still) noexcept;
     void drop_void() noexcept;
-    std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, double longest,
-                      StepReport& report) noexcept;
-    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous,
+    std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
+                      double longest, StepReport& report) noexcept;
+    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous, Vec3d now,
              std::uint32_t& status) noexcept;
     /// How far the surface may be moved along the normal so that it does not jump under a node that hardly moves.
-    double steadied(const HalfSpace& space, Vec3d previous) const noexcept;
+    double steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept;
+
+    /// What held a node before it was asked again.
+    struct Held {
+        Vec3f normal;
+        float offset;
+        std::uint32_t solid;
+    };
 
     query::Probe probe_;
     query::SweptRoom room_;
@@ -56,11 +63,13 @@ private:
     std::vector<HalfSpace> spaces_;
     std::vector<std::uint32_t> head_;     ///< of each node
     std::vector<Vec3d> asked_;            ///< the nodes, each a little more than thickness deeper along its last normal
-    std::vector<Vec3d> touched_;          ///< that normal; zero where the node is free
+    std::vector<Vec3f> touched_;          ///< that normal; zero where the node is free
     std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
-    std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked
-    std::vector<HalfSpace> last_;         ///< what held a node that is asked again; of no solid where nothing or several did
+    std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked; kept while no solid moves
+    std::vector<Held> last_;              ///< of the nodes that one half-space held
+    std::vector<std::uint32_t> last_at_;  ///< of each node: where among those, or none
     std::vector<std::uint8_t> stale_;
+    bool asked_from_kept_ = false;
     std::size_t stale_count_ = 0, solids_ = 0;
     std::size_t count_ = 0;
     double thickness_, sweep_step_;

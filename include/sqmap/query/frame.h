@@ -57,9 +57,8 @@ public:
 
 private:
     friend struct FrameJob;
-    void hide(std::span<const std::uint8_t> asked) noexcept;
-    void refit() noexcept;          ///< tight spheres
-    void refit_quickly() noexcept;  ///< spheres about boxes
+    void refit() noexcept;         ///< tight spheres
+    void refit_groups() noexcept;  ///< spheres about those of clusters
 
     std::size_t size_ = 0;
     Vec3d origin_{};                            ///< stored places are relative to it, so that float suffices
