@@ -174,8 +174,22 @@ bool enlarge(const mesh::Mesh& mesh, PartWork& part)
     return part.fit.certificate.largest_f <= 1 - fit::float_margin(part.fit.superquadric);
 }
 
-/// Superquadric and centre of a part as they were, where they still serve. False: it has to be fitted again.
-bool keep(const SurfaceContext& context, const model::Part& was, PartWork& part)
+/// How far a part's surface has gone, by its triangles' mean.
+Vec3d mean_motion(const Meshes& meshes, const PartWork& part)
+{
+    Vec3d sum{};
+    double area = 0;
+    for (const std::uint32_t t : part.triangles) {
+        const double own = mesh::triangle_area(meshes.now, t);
+        sum += own * (mesh::triangle_centroid(meshes.now, t) - mesh::triangle_centroid(meshes.before, t));
+        area += own;
+    }
+    return area > 0 ? sum / area : Vec3d{};
+}
+
+/// Superquadric and centre of a part as they were, or the superquadric moved with its part, where they still serve. False: it has
+/// to be fitted again.
+bool keep(const SurfaceContext& context, const Meshes& meshes, const model::Part& was, PartWork& part)
 {
     const mesh::Mesh& mesh = context.mesh;
     const mesh::Bvh& bvh = context.bvh;
@@ -183,7 +197,13 @@ bool keep(const SurfaceContext& context, const model::Part& was, PartWork& part)
     part.fit.certificate = certify_part(mesh, part, part.fit.superquadric);
     part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
     part.centre = model::vec3(was.chart_centre);
-    if (!enlarge(mesh, part)) return false;
+    if (!enlarge(mesh, part)) {
+        shape::Superquadricd& moved = part.fit.superquadric;
+        moved = shape::cast<double>(model::superquadric_of(was));
+        moved.translation = cast<double>(cast<float>(moved.translation + mean_motion(meshes, part)));
+        part.fit.certificate = certify_part(mesh, part, moved);
+        if (!enlarge(mesh, part)) return false;
+    }
     part.fit.certificate.bounding = true;
     // A centre that the surface has come near or passed would see it badly.
     const Vec3d centre = cast<double>(part.centre);
@@ -266,7 +286,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     };
     each_remade([&](std::uint32_t i) {
         parts[i].caps = std::move(caps[i]);
-        kept[i] = keep(context, before.parts[i], parts[i]) ? 1 : 0;
+        kept[i] = keep(context, meshes, before.parts[i], parts[i]) ? 1 : 0;
     });
     if (std::find(kept.begin(), kept.end(), 0) != kept.end()) {
         context.frame = mesh::principal_frame(mesh);

@@ -2,10 +2,12 @@
 
 #include "sqmap/query/frame.h"
 
+#include <algorithm>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/refit.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -13,6 +15,8 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
+
+constexpr std::size_t k_ahead = 16;  ///< clusters whose points are fetched early
 
 /// Of a cluster's values along an axis: lanes that hold the least and the greatest.
 HWY_INLINE void extent(const float* v, F& least, F& greatest)
@@ -33,6 +37,9 @@ void place(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const 
     for (std::size_t c = 0; c < to.clusters; ++c) {
         const std::uint32_t* own = index + c * Probe::k_cluster;
         float *x = to.x + c * Probe::k_cluster, *y = to.y + c * Probe::k_cluster, *z = to.z + c * Probe::k_cluster;
+        // Points come in their own order, which no machine foresees.
+        const std::size_t ahead = std::min(c + k_ahead, to.clusters - 1) * Probe::k_cluster;
+        for (std::size_t i = 0; i < Probe::k_cluster; ++i) hwy::Prefetch(&points[index[ahead + i]]);
         std::size_t shown = 0;
         if (asked != nullptr)
             while (shown < Probe::k_cluster && asked[own[shown]] == 0) ++shown;
