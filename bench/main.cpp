@@ -42,6 +42,8 @@ void run_frames(const FramesOptions& options)
 {
     std::vector<const MethodEntry*> entries;
     for (const std::string& name : options.methods) {
+        if (std::count(options.methods.begin(), options.methods.end(), name) > 1)
+            throw BenchError("--methods " + name + ": named twice\n  cure: name it once");
         entries.push_back(&entry_of(name));
         if (entries.back()->make == nullptr)
             throw BenchError("--methods " + name + ": not compiled in\n  cure: install " + entries.back()->package +
