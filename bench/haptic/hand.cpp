@@ -100,8 +100,9 @@ struct Hand {
         const haptic::Wrench asked = touch(solids, pose, result);
         haptic::Wrench safe;
         const double now = 1e-3 * static_cast<double>(++ticks);
-        (void)filter.tick({.time = now, .sample_time = now, .sequence = ticks, .poses = std::span(&pose, 1), .asked = std::span(&asked, 1)},
-                          std::span(&safe, 1));
+        (void)filter.tick(
+            {.time = now, .sample_time = now, .sequence = ticks, .poses = std::span(&pose, 1), .asked = std::span(&asked, 1)},
+            std::span(&safe, 1));
         return safe;
     }
     haptic::SafetyFilter filter{haptic::DeviceLimits{.max_force = 20, .max_torque = 1}, haptic::SafetyOptions{}};

@@ -137,7 +137,8 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
 void add_hand(CLI::App& app)
 {
     const auto c = std::make_shared<HandCommand>();
-    CLI::App* tick = app.add_subcommand("tick", "CPU time of a tick of a hand on its paths: query, force, torque, friction, safety filter");
+    CLI::App* tick =
+        app.add_subcommand("tick", "CPU time of a tick of a hand on its paths: query, force, torque, friction, safety filter");
     CLI::App* density = app.add_subcommand("density", "Force of a hand against one with every triangle split in four");
     for (CLI::App* command : {tick, density}) {
         command->add_option("paths", c->paths, "OBJECT.PROBE.KIND.csv")->required()->check(CLI::ExistingFile);

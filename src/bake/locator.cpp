@@ -233,8 +233,7 @@ public:
             for (std::size_t k = 0; k < k_places; ++k) {
                 const Place& place = bricks_[i].places[k];
                 if (!place.eighths.empty() || (!among.empty() && (among[i] >> k & 1u) == 0)) continue;
-                if (!place.seeds.empty())
-                    candidates.emplace_back(place.seeds.size(), i * k_places + k);
+                if (!place.seeds.empty()) candidates.emplace_back(place.seeds.size(), i * k_places + k);
             }
         }
         std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

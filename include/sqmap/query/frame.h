@@ -91,7 +91,8 @@ enum FrameStatus : std::uint8_t {
 };
 
 struct FrameOptions {
-    Layer layer = Layer::Three;  ///< Auto is answered by Three
+    /// Auto is answered by Three; One: what a superquadric holds, but for where the locator knows that no solid is.
+    Layer layer = Layer::Three;
     bool first_only = false;     ///< stop at the first contact: a yes or no
     /// Move the surface out, as QueryOptions::offset and margin do (not layer One): for probes that are the corners of triangles.
     /// Points are asked one by one: slower by an order of magnitude.
