@@ -57,6 +57,9 @@ void run_frames(const FramesOptions& options)
             else
                 std::fprintf(stderr, "%s: left out, not compiled in (needs %s)\n", entry.name.c_str(), entry.package.c_str());
         }
+    for (const auto& [option, file] : {std::pair{"--json", options.json}, std::pair{"--series", options.series}})
+        if (!file.empty() && !std::filesystem::is_directory(file.has_parent_path() ? file.parent_path() : "."))
+            throw BenchError(std::string(option) + ' ' + file.string() + ": no such folder\n  cure: make it, or name another");
     const std::vector<Pose> path = read_path(options.path);
     const std::unique_ptr<Setting> setting = load_setting(options.files);
     setting->cache = options.cache;
