@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sqmap::bench {
 namespace {
@@ -55,15 +56,17 @@ public:
     [[nodiscard]] Accuracy result() const
     {
         const auto share = [](std::size_t part, std::size_t whole) {
-            return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+            return whole == 0 ? std::numeric_limits<double>::quiet_NaN()
+                              : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
         };
         const double percent = 100 / setting_.r_max;
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
         return {.missed_pct = share(missed_, inside_),
                 .false_pct = share(false_, outside_),
-                .depth_error_mean_pct = inside_ == 0 ? 0 : percent * error_sum_ / static_cast<double>(inside_),
-                .depth_error_max_pct = percent * error_max_,
-                .missed_depth_max_pct = percent * missed_depth_,
-                .false_distance_max_pct = percent * false_distance_};
+                .depth_error_mean_pct = percent * error_sum_ / static_cast<double>(inside_),
+                .depth_error_max_pct = inside_ == 0 ? none : percent * error_max_,
+                .missed_depth_max_pct = inside_ == 0 ? none : percent * missed_depth_,
+                .false_distance_max_pct = outside_ == 0 ? none : percent * false_distance_};
     }
 
 private:
@@ -125,7 +128,10 @@ std::vector<Record> race(const Setting& setting, std::span<const Pose> path, std
                 hash = hash_of(answer);
                 lane.frame_contacts[f / lane.stride] = static_cast<std::uint32_t>(answer.vertices.size() + answer.pairs);
                 lane.contacts += answer.vertices.size() + answer.pairs;
-                if (!contestants[c].entry->pairs) lane.judge.add(path[f], truth[f], answer.vertices);
+                if (contestants[c].entry->pairs) continue;
+                answer.vertices.clear();
+                method.read_all(path[f], answer);
+                lane.judge.add(path[f], truth[f], answer.vertices);
             } else if (hash != hash_of(answer)) {
                 throw BenchError(contestants[c].entry->name + ": frame " + std::to_string(f + 1) +
                                  " is answered differently in pass " + std::to_string(pass + 1) +

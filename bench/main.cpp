@@ -42,6 +42,8 @@ void run_frames(const FramesOptions& options)
 {
     std::vector<const MethodEntry*> entries;
     for (const std::string& name : options.methods) {
+        if (std::count(options.methods.begin(), options.methods.end(), name) > 1)
+            throw BenchError("--methods " + name + ": named twice\n  cure: name it once");
         entries.push_back(&entry_of(name));
         if (entries.back()->make == nullptr)
             throw BenchError("--methods " + name + ": not compiled in\n  cure: install " + entries.back()->package +
@@ -55,6 +57,9 @@ void run_frames(const FramesOptions& options)
             else
                 std::fprintf(stderr, "%s: left out, not compiled in (needs %s)\n", entry.name.c_str(), entry.package.c_str());
         }
+    for (const auto& [option, file] : {std::pair{"--json", options.json}, std::pair{"--series", options.series}})
+        if (!file.empty() && !std::filesystem::is_directory(file.has_parent_path() ? file.parent_path() : "."))
+            throw BenchError(std::string(option) + ' ' + file.string() + ": no such folder\n  cure: make it, or name another");
     const std::vector<Pose> path = read_path(options.path);
     const std::unique_ptr<Setting> setting = load_setting(options.files);
     setting->cache = options.cache;

@@ -1,11 +1,13 @@
 #include "make_path.h"
 
 #include "distance_grid.h"
+#include "error.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
 namespace sqmap::bench {
 namespace {
@@ -41,7 +43,7 @@ std::vector<Pose> sliding_path(const Setting& setting, const PathOptions& option
 {
     const DistanceGrid grid = distance_grid(setting, options.field_samples);
     std::vector<Pose> path;
-    double reach = 0;  // from the centre, of the frame before
+    double reach = std::numeric_limits<double>::infinity();  // from the centre, of the frame before
     for (std::uint32_t f = 0; f < options.frames; ++f) {
         const double t = 2 * std::numbers::pi * f / 1000;  // a round in 1000 frames
         const double height = 0.6 * std::sin(2 * t + 0.3), around = t;
@@ -53,14 +55,18 @@ std::vector<Pose> sliding_path(const Setting& setting, const PathOptions& option
         };
         // From outside inwards by steps that cannot pass the first contact, starting a little outside the last frame.
         const double farthest = 0.5 * (k_object_diagonal + k_probe_diagonal) + std::max(0.0, -options.depth);
-        double outer = reach == 0 ? farthest : std::min(farthest, reach + 0.02);
+        double outer = std::min(farthest, reach + 0.02);
         if (excess(outer) <= 0) outer = farthest;
         double inner = outer;
-        for (double e = excess(outer); e > 0 && inner > 0; e = excess(inner)) {
+        for (double e = excess(outer); e > 0; e = excess(inner)) {
+            if (inner < -farthest)
+                throw BenchError("pose " + std::to_string(f + 1) +
+                                 " of the path passes the object without being so deep in it\n"
+                                 "  cure: another probe or object: a part of it that is thicker than the depth asked for");
             outer = inner;
             inner -= std::max(0.9 * e, 1e-3);
         }
-        for (int i = 0; i < 14; ++i) {
+        for (int i = 0; i < 14 && inner < outer; ++i) {
             const double middle = 0.5 * (inner + outer);
             (excess(middle) > 0 ? outer : inner) = middle;
         }

@@ -15,8 +15,10 @@ struct PathOptions {
     std::uint32_t field_samples = 128;  ///< along each axis, of the distances that lead the probe
 };
 
-/// The probe circles the object on a slow figure, turning as it goes, pushed along the line to the object's centre until
-/// its deepest vertex is as deep as asked, as a distance field sees it. Where it slips off a limb it jumps.
+/// The probe circles the object on a slow figure, turning as it goes, pushed along the line through the object's centre until
+/// its deepest vertex is as deep as asked, as a distance field sees it: past the centre where a hole is on the way. Where it
+/// slips off a limb it jumps.
+/// @throw BenchError where a pose never gets so deep.
 /// Deterministic: the same meshes and options give the same path. Cost: below a second plus the field.
 [[nodiscard]] std::vector<Pose> sliding_path(const Setting& setting, const PathOptions& options);
 

@@ -33,6 +33,8 @@ public:
     virtual void run(const Pose& pose) = 0;
     /// The answers of the last run, in the common form; not timed.
     virtual void read(FrameAnswer& out) const = 0;
+    /// Verdicts on all vertices, where a run stops at the first; not timed.
+    virtual void read_all(const Pose&, FrameAnswer& out) { read(out); }
 
     std::size_t bytes = 0;        ///< kept resident for the object
     std::size_t probe_bytes = 0;  ///< and for the probe, beyond its vertices

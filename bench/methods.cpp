@@ -27,7 +27,7 @@ constexpr std::unique_ptr<Method> (*k_openvdb)(const Setting&, int) = nullptr;
 std::span<const MethodEntry> method_entries()
 {
     static const std::array k_entries{
-        MethodEntry{.name = "sqmap_layer1", .pairs = true, .make = make_sqmap, .argument = 0},
+        MethodEntry{.name = "sqmap_layer1", .make = make_sqmap, .argument = 0},
         MethodEntry{.name = "sqmap_layer2", .make = make_sqmap, .argument = 2},
         MethodEntry{.name = "sqmap_layer3", .make = make_sqmap, .argument = 3},
         MethodEntry{.name = "sqmap_exact", .make = make_sqmap, .argument = 4},

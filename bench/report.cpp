@@ -65,7 +65,8 @@ std::string json_text(std::span<const Record> records, const RunFacts& facts)
     ordered_json out = ordered_json::array();
     for (const Record& r : records) {
         const auto judged = [&](double Accuracy::*value) {
-            return r.accuracy ? ordered_json((*r.accuracy).*value) : ordered_json();
+            // Of no vertex at all there is no share either.
+            return r.accuracy && std::isfinite((*r.accuracy).*value) ? ordered_json((*r.accuracy).*value) : ordered_json();
         };
         char hash[17];
         std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(r.hash));

@@ -50,6 +50,7 @@ public:
         bytes = baked_->sections.total;
         if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
         build_s = baked_->build_s;
+        probe_bytes = probe_.bytes();
     }
 
     void run(const Pose& pose) override
@@ -65,14 +66,25 @@ public:
             out.pairs_hash = result_.contacts;
             return;
         }
+        read_vertices(result_, out);
+    }
+
+    void read_all(const Pose& pose, FrameAnswer& out) override
+    {
+        if (!first_only_) return read(out);
+        read_vertices(query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_),
+                      out);
+    }
+
+private:
+    void read_vertices(const query::FrameResult& result, FrameAnswer& out) const
+    {
         const auto unit = static_cast<float>(baked_->view.header.unit);
-        for (std::size_t i = 0; i < result_.contacts; ++i)
-            out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
+        for (std::size_t i = 0; i < result.contacts; ++i) out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
         std::sort(out.vertices.begin(), out.vertices.end(),
                   [](const VertexContact& a, const VertexContact& b) { return a.vertex < b.vertex; });
     }
 
-private:
     std::shared_ptr<const Baked> baked_;
     query::Layer layer_;
     bool first_only_;

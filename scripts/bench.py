@@ -62,7 +62,10 @@ def main():
     default = os.environ.get("SQMAP_SHARED_DIR", ROOT.parent / "shared")
     # Only in front: behind the program's own options it would take one of their values.
     given = sys.argv[1:]
-    folder = pathlib.Path(given.pop(0) if given and not given[0].startswith("-") else default)
+    named = bool(given) and not given[0].startswith("-")
+    folder = pathlib.Path(given.pop(0) if named else default)
+    if named and not (folder / "meshes").is_dir():
+        sys.exit(f"{folder}: no folder meshes/ in it\n  cure: name a folder that holds meshes/ and paths/, or none")
     parser.add_argument("--kinds", default="light,deep,near")
     arguments, options = parser.parse_known_args(given)
     written = []

@@ -29,13 +29,13 @@ def medians(paths):
 
 def draw(out, paths):
     found = medians(paths)
-    memory = plot.Chart("Time and memory", "kB kept for the object", "microseconds a frame (median)", x_log=True, y_log=True)
-    error = plot.Chart("Time and error", "mean depth error, % of R_max", "microseconds a frame (median)", x_log=True, y_log=True)
+    memory = plot.Chart("Time and memory", "kB kept for the object", "microseconds a frame (median)", x_log=True, y_log=True, height=460, width=560)
+    error = plot.Chart("Time and error", "mean depth error, % of R_max", "microseconds a frame (median)", x_log=True, y_log=True, height=460, width=560)
     used = {}
     for method, m in found.items():
         family, colour = next((f, c) for f, c in COLOURS if method.startswith(f))
         used[family] = used.get(family, -1) + 1
-        mark = {"shape": SHAPES[used[family] % len(SHAPES)], "hollow": used[family] >= len(SHAPES), "size": 5}
+        mark = {"shape": SHAPES[used[family] % len(SHAPES)], "hollow": used[family] >= len(SHAPES), "size": 5, "label": True}
         memory.dots(method, [(m["bytes"] / 1000, m["p50_us"])], colour, **mark)
         # An exact method has no place on a logarithmic axis of errors.
         if m.get("depth_error_mean_pct", 0) > 1e-6:

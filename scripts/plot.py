@@ -54,9 +54,10 @@ class Chart:
     def line(self, name, points, colour, *, dashed=False, shape=None, hollow=False, width=1.8):
         self.series.append(dict(name=name, points=points, colour=colour, stroke=width, dashed=dashed, shape=shape, hollow=hollow))
 
-    def dots(self, name, points, colour, *, shape="circle", hollow=False, size=4, opacity=1):
+    def dots(self, name, points, colour, *, shape="circle", hollow=False, size=4, opacity=1, label=False):
+        """label: the name beside the points instead of in the legend."""
         self.series.append(dict(name=name, points=points, colour=colour, stroke=0, shape=shape, hollow=hollow, size=size,
-                                opacity=opacity))
+                                opacity=opacity, label=label))
 
     def level(self, value, words):
         """A horizontal line with words on it."""
@@ -87,8 +88,25 @@ class Chart:
         x_place, x_range = scale(xs, self.x_log, left, right, 0.04 if self.x_log else 0.01)
         return x_place, x_range, y_place, y_range
 
+    def labels(self, x, y, right):
+        """Of labelled points: (where, (where its words go, words, colour)); words are moved down past each other."""
+        found = sorted(((x(a), y(b), s["name"], s["colour"]) for s in self.series if s.get("label") for a, b in s["points"]),
+                       key=lambda p: p[1])
+        placed = []
+        for px, py, words, colour in found:
+            length = 6 * len(words)
+            to_right = px + 9 + length < right
+            at = [px + 9 if to_right else px - 9, py + 3.5]
+            span = lambda q, words, px: (q[0], q[0] + 6 * len(words)) if q[0] >= px else (q[0] - 6 * len(words), q[0])
+            for (other_x, _), (other, other_words, _) in sorted(placed, key=lambda p: p[1][0][1]):
+                a, b = span(at, words, px), span(other, other_words, other_x)
+                if a[0] < b[1] and b[0] < a[1] and abs(at[1] - other[1]) < 11:
+                    at[1] = other[1] + 11
+            placed.append(((px, py), (at, words, colour)))
+        return placed
+
     def draw(self, at_x):
-        legend = [s for s in self.series if s["name"]]
+        legend = [s for s in self.series if s["name"] and not s.get("label")]
         columns = 2
         rows = math.ceil(len(legend) / columns)
         left, right = at_x + 66, at_x + self.width - 14
@@ -127,6 +145,10 @@ class Chart:
                            f"stroke-linejoin='round'{dash}/>")
             if s["shape"]:
                 out.append(markers(s["shape"], places, s["colour"], s["hollow"], s.get("size", 4), s.get("opacity", 1)))
+        for (px, py), (at, words, colour) in self.labels(x, y, right):
+            side = "start" if at[0] >= px else "end"
+            out.append(f"<path d='M{px:.1f} {py:.1f}L{at[0]:.1f} {at[1] - 3.5:.1f}' stroke='{colour}' stroke-width='0.7'/>")
+            text(at[0] + (2 if side == "start" else -2), at[1], words, side, colour=INK, size=10)
         for i, s in enumerate(legend):
             px = left - 20 + (right - left + 20) / columns * (i % columns)
             py = self.height - 17 * rows + 17 * (i // columns) + 1

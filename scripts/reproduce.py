@@ -25,6 +25,7 @@ import reproduce_figures as figures
 
 ROOT = measure.ROOT
 BENCH = measure.PROGRAM.parent / "sqmap_bench"
+HAPTIC = measure.PROGRAM.parent / "sqmap_haptic"
 START = time.monotonic()
 
 
@@ -67,10 +68,10 @@ def say(text):
     print(f"[{time.monotonic() - START:5.0f} s] {text}", flush=True)
 
 
-def bench(*arguments):
-    done = subprocess.run([BENCH, *map(str, arguments)], capture_output=True, text=True)
+def bench(*arguments, program=BENCH):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode != 0:
-        sys.exit(f"sqmap_bench {' '.join(map(str, arguments))}\n{done.stdout}{done.stderr}")
+        sys.exit(f"{program.name} {' '.join(map(str, arguments))}\n{done.stdout}{done.stderr}")
 
 
 def subjects(folder, quick, out):
@@ -136,6 +137,15 @@ def measure_races(models, folder, scale, out):
                   out / f"race.{subject.role}.{kind}.json", "--series", out / f"race.{subject.role}.{kind}.csv", "--quiet")
 
 
+def measure_ticks(models, folder, scale, out):
+    """The force curves of Figs. 14a and 14b: a whole haptic tick beside the query that it makes."""
+    hand, subject = models[0], next(m for m in models if m.role == "Elephant")
+    for kind in figures.kinds_of(subject.role):
+        say(f"the hand feels {subject.role}, {kind}")
+        bench("tick", path_of(folder, subject, hand, kind, scale.frames, out), "--meshes", subject.mesh.parent, "--series",
+              out / f"tick.{kind}.csv", program=HAPTIC)
+
+
 def measure_density(models, folder, scale, out):
     """Fig. 14c: time and eq. 35 at several densities and subdivisions."""
     hand, subject = models[0], next(m for m in models if m.role == "Elephant")
@@ -198,6 +208,9 @@ def load(models, out):
             with open(out / f"race.{role}.{kind}.csv", newline="") as rows:
                 data.series[role, kind] = [{k: float(v) for k, v in row.items() if v} for row in csv.DictReader(rows)]
             data.records[role, kind] = json.loads((out / f"race.{role}.{kind}.json").read_text())
+    for kind in figures.kinds_of("Elephant"):
+        with open(out / f"tick.{kind}.csv", newline="") as rows:
+            data.ticks[kind] = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
     data.density = json.loads((out / "density.json").read_text())
     with open(out / "fig03.csv", newline="") as rows:
         data.sampling = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
@@ -221,6 +234,7 @@ def main():
         commit = measure.commit()  # of the programs that run, whatever happens to the sources meanwhile
         measure_memory(models, scale, out)
         measure_races(models, arguments.folder, scale, out)
+        measure_ticks(models, arguments.folder, scale, out)
         measure_density(models, arguments.folder, scale, out)
         (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": commit,
                                                   "stand_ins": {m.role: m.mesh.stem for m in models}}))

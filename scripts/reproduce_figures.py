@@ -28,6 +28,7 @@ class Data:
     model: dict = dataclasses.field(default_factory=dict)    # role: the default model
     series: dict = dataclasses.field(default_factory=dict)   # role, kind: a row a frame
     records: dict = dataclasses.field(default_factory=dict)  # role, kind: a record a method
+    ticks: dict = dataclasses.field(default_factory=dict)    # kind: a row a haptic tick on the elephant
     density: list = dataclasses.field(default_factory=list)
     sampling: list = dataclasses.field(default_factory=list)
     run: dict = dataclasses.field(default_factory=dict)
@@ -127,7 +128,12 @@ def figure_14a(data, images):
     chart = plot.Chart("Fig. 14a: collision detection while sliding over the elephant", "frame", "µs a frame", y_log=True, width=900)
     for method, name, colour in TIMED:
         chart.line(name, [(f["frame"], f[method + "_us"]) for f in frames], colour, width=1.4)
-    plot.save(images / "fig14a.svg", chart)
+    force = plot.Chart("Fig. 14a: a haptic tick of sqmap today, layer 3", "frame", "µs a tick", y_from_zero=True, width=900)
+    ticks = data.ticks["deep"]
+    force.line("collision detection", [(t["tick"], t["query_us"]) for t in ticks], BLUE, width=1.4)
+    force.line("force, torque, friction, safety", [(t["tick"], t["tick_us"] - t["query_us"]) for t in ticks], ORANGE, width=1.4)
+    force.line("whole tick", [(t["tick"], t["tick_us"]) for t in ticks], RED, width=1.4)
+    plot.save(images / "fig14a.svg", chart, force)
 
 
 def figure_14b(data, images):
@@ -139,6 +145,8 @@ def figure_14b(data, images):
         for method, name, colour in methods:
             chart.dots(name, [(f["sqmap_exact_contacts"], f[method + "_us"]) for f in frames], colour, size=2.4, opacity=0.6)
         charts.append(chart)
+    charts[-1].dots("whole haptic tick, layer 3", [(t["contacts"], t["tick_us"]) for ticks in data.ticks.values() for t in ticks], RED,
+                    size=2.4, opacity=0.6)
     plot.save(images / "fig14b.svg", *charts)
 
 
@@ -230,6 +238,8 @@ def write_csv(data, out):
     rows_to(out / "fig14b.csv", ("path", "contacts", *(m for m, *_ in TIMED)),
             [(kind, f["sqmap_exact_contacts"], *(f[m + "_us"] for m, *_ in TIMED)) for kind in kinds_of("Elephant")
              for f in data.series["Elephant", kind]])
+    rows_to(out / "fig14_ticks.csv", ("path", "tick", "contacts", "query_us", "tick_us"),
+            [(kind, *t.values()) for kind, ticks in data.ticks.items() for t in ticks])
     rows_to(out / "fig14c.csv", data.density[0], [d.values() for d in data.density])
     rows_to(out / "table1.csv", ("model", "stand_in", "polygons", "segments_paper", "segments", "DF_paper_MB", "DF_MB", "ADF_paper_MB",
                                  "ADF_full_MB", "ADF_error_MB", "tree512_MB", "SQ_paper_MB", "SQ_MB", "default_model_MB"), table_1(data))
@@ -282,10 +292,12 @@ def tables(data):
     elephant = {kind: data.series["Elephant", kind] for kind in kinds_of("Elephant")}
     usual = lambda kind, column: statistics.median(f[column] for f in elephant[kind])
     kinds = ("near", "light", "deep")
+    tick = lambda kind: statistics.median(t["tick_us"] for t in data.ticks[kind])
     page["fig 14b"] = markdown(
         ("median µs a frame on the elephant", *(f"{k} ({usual(k, 'sqmap_exact_contacts'):.0f} contacts)" for k in kinds), "deep / light"),
         [(name, *(short(usual(k, m + "_us")) for k in kinds), short(usual("deep", m + "_us") / usual("light", m + "_us")))
-         for m, name, *_ in [TIMED[0], *LAYERS]])
+         for m, name, *_ in [TIMED[0], *LAYERS]]
+        + [("whole haptic tick on sqmap's layer 3", *(short(tick(k)) for k in kinds), short(tick("deep") / tick("light")))])
     page["fig 14c"] = markdown(
         ("base grid", "A_S", "layer", "µs a frame", "eq. 35 mean, %", "p99, %", "MB"),
         [(f"{d['rows']} x {d['columns']}", d["subdivisions"], d["layer"], short(d["p50_us"]), short(d["eq35_mean_pct"]),

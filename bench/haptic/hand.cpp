@@ -5,6 +5,7 @@
 #include "../path.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/haptic/patch.h"
+#include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
@@ -93,6 +94,19 @@ struct Hand {
         result = haptic::step(*state, {.solids = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w;
     }
+    /// And as a device would get it.
+    haptic::Wrench safe_touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)
+    {
+        const haptic::Wrench asked = touch(solids, pose, result);
+        haptic::Wrench safe;
+        const double now = 1e-3 * static_cast<double>(++ticks);
+        (void)filter.tick(
+            {.time = now, .sample_time = now, .sequence = ticks, .poses = std::span(&pose, 1), .asked = std::span(&asked, 1)},
+            std::span(&safe, 1));
+        return safe;
+    }
+    haptic::SafetyFilter filter{haptic::DeviceLimits{.max_force = 20, .max_torque = 1}, haptic::SafetyOptions{}};
+    std::uint64_t ticks = 0;
     std::vector<float> areas;
     std::optional<query::Probe> probe;
     haptic::Zone zone;
@@ -115,6 +129,7 @@ TickCost tick_cost(const HandPath& path, int passes)
     }
     haptic::StepResult result;
     std::vector<double> us, query_us, scene_us;
+    std::vector<std::uint32_t> contacts;
     const std::span<const haptic::Solid> alone(solids.data(), 1);
     std::vector<query::FrameContact> found(hand.probe->size());
     TickCost out;
@@ -130,18 +145,28 @@ TickCost tick_cost(const HandPath& path, int passes)
         }
         for (const haptic::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)in_scene.touch(solids, pose, result);
+            (void)in_scene.safe_touch(solids, pose, result);
             const double t = clock.stop_us(mark);
             if (pass >= 0) scene_us.push_back(t);
         }
         for (const haptic::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)hand.touch(alone, pose, result);
+            (void)hand.safe_touch(alone, pose, result);
             const double t = clock.stop_us(mark);
             if (pass < 0) continue;
             us.push_back(t);
+            contacts.push_back(result.contacts);
             out.contacts += result.contacts;
         }
+    }
+    const std::size_t poses = scene.poses.size();
+    for (std::size_t i = 0; i < poses; ++i) {
+        std::vector<double> whole, query;
+        for (std::size_t k = i; k < us.size(); k += poses) {
+            whole.push_back(us[k]);
+            query.push_back(query_us[k]);
+        }
+        out.series.push_back({percentile(query, 0.5), percentile(whole, 0.5), contacts[i]});
     }
     out.ticks = static_cast<std::uint32_t>(us.size());
     out.contacts /= static_cast<double>(us.size());

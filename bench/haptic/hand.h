@@ -17,13 +17,18 @@ struct HandPath {
     std::vector<std::filesystem::path> by{};  ///< objects that stand by in the scene
 };
 
-/// CPU time of a whole step, us: query, force, torque and friction of one zone.
+/// CPU time of a whole tick, us: query, force, torque and friction of one zone, safety filter.
 struct TickCost {
     double p50 = 0, p99 = 0, p999 = 0;     ///< over all samples
     double query_p50 = 0, query_p999 = 0;  ///< of the query that it makes, alone
     double scene_p50 = 0, scene_p999 = 0;  ///< of a step with all that stands by
     double contacts = 0;                   ///< a tick, in the mean
     std::uint32_t ticks = 0;
+    struct Tick {
+        double query_us = 0, us = 0;  ///< medians over the passes
+        std::uint32_t contacts = 0;
+    };
+    std::vector<Tick> series;  ///< a pose of the path each
 };
 [[nodiscard]] TickCost tick_cost(const HandPath& path, int passes);
 

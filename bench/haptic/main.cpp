@@ -113,7 +113,7 @@ void add_energy(CLI::App& app)
 
 struct HandCommand {
     std::vector<std::filesystem::path> paths;
-    std::filesystem::path meshes;
+    std::filesystem::path meshes, series;
     std::vector<std::string> by;
     int passes = 10, divide = 0;
     double spacing = 0;
@@ -137,7 +137,8 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
 void add_hand(CLI::App& app)
 {
     const auto c = std::make_shared<HandCommand>();
-    CLI::App* tick = app.add_subcommand("tick", "CPU time of a step of a hand on its paths: query, force, torque, friction");
+    CLI::App* tick =
+        app.add_subcommand("tick", "CPU time of a tick of a hand on its paths: query, force, torque, friction, safety filter");
     CLI::App* density = app.add_subcommand("density", "Force of a hand against one with every triangle split in four");
     for (CLI::App* command : {tick, density}) {
         command->add_option("paths", c->paths, "OBJECT.PROBE.KIND.csv")->required()->check(CLI::ExistingFile);
@@ -150,7 +151,8 @@ void add_hand(CLI::App& app)
             ->capture_default_str();
     }
     tick->add_option("--by", c->by, "Names of objects that stand by, 40 cm away; the path's own is left out");
-    tick->add_option("--passes", c->passes, "Times that every path is run")->capture_default_str();
+    tick->add_option("--passes", c->passes, "Times that every path is run")->check(CLI::Range(1, 10000))->capture_default_str();
+    tick->add_option("--series", c->series, "CSV of every tick of the last path: medians over the passes");
     tick->callback([c] {
         std::printf("%-36s %8s %8s %8s | %9s %9s | %9s %9s | %9s %8s\n", "path", "p50 us", "p99 us", "p99.9 us", "query p50",
                     "p99.9 us", "scene p50", "p99.9 us", "contacts", "ticks");
@@ -159,6 +161,14 @@ void add_hand(CLI::App& app)
             std::printf("%-36s %8.1f %8.1f %8.1f | %9.1f %9.1f | %9.1f %9.1f | %9.1f %8u\n", path.stem().string().c_str(), t.p50,
                         t.p99, t.p999, t.query_p50, t.query_p999, t.scene_p50, t.scene_p999, t.contacts, t.ticks);
             std::fflush(stdout);
+            if (c->series.empty() || &path != &c->paths.back()) continue;
+            std::string csv = "tick,contacts,query_us,tick_us\n";
+            for (std::size_t i = 0; i < t.series.size(); ++i) {
+                const TickCost::Tick& s = t.series[i];
+                csv += std::to_string(i) + ',' + std::to_string(s.contacts) + ',' + std::to_string(s.query_us) + ',' +
+                       std::to_string(s.us) + '\n';
+            }
+            io::replace_file(c->series, std::as_bytes(std::span(csv)));
         }
     });
     density->callback([c] {

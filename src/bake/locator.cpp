@@ -356,7 +356,9 @@ private:
         constexpr int n = model::k_brick;
         const Vec3d corner = brick_corner(bx, by, bz);
         const Place whole = bake_place(corner + 0.5 * n * grid_.cell * Vec3d{1, 1, 1}, n * grid_.cell);
-        if (whole.kind == PlaceKind::Free || whole.kind == PlaceKind::Inside) {
+        // One that planes do not answer for as a whole is stored in full, deep as it is: searching there would take ten times as
+        // long.
+        if (whole.kind == PlaceKind::Free || !whole.planes.empty()) {
             brick.kind = whole.kind == PlaceKind::Free ? Brick::Kind::Free : Brick::Kind::Deep;
             brick.places = {whole};
             return;

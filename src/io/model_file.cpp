@@ -78,8 +78,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     fb::FinishModelBuffer(
         builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
                                  smoothing, cells, blocks, splits, specials, pool, vertices, triangles16, triangles32,
-                                 triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists,
-                                 planes, seeds, near_bricks, near, rises, measured, made_by, source, options, data.mesh_hash));
+                                 triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists, planes,
+                                 seeds, near_bricks, near, rises, measured, made_by, source, options, data.mesh_hash));
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -95,8 +95,8 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
                    n.gaps.size_bytes() + n.seeds.size_bytes() + n.smoothed.size_bytes();
     s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
             v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
-    s.locator = v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.planes.size_bytes() +
-                v.seeds.size_bytes();
+    s.locator =
+        v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.planes.size_bytes() + v.seeds.size_bytes();
     s.exact = v.near_bricks.size_bytes() + v.near.size_bytes() + v.rises.size_bytes();
     s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes() +
              v.piece_triangle.size_bytes() + v.pieces.size_bytes();

@@ -212,7 +212,8 @@ ParseStatus check_near(const ModelView& v)
 {
     if (v.bricks.empty() || !has_exact(v))
         return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
-    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.places.size())) return ParseStatus::BadStructure;
+    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.places.size()))
+        return ParseStatus::BadStructure;
     const bool wide = near_is_wide(v);
     for (std::size_t i = 0; i < v.bricks.size(); ++i) {
         const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];

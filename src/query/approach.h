@@ -50,10 +50,7 @@ inline float seed_gap(const model::Locator& locator, model::Seed seed, Vec3f off
 }
 
 /// Outward normal of a flat place's plane.
-inline Vec3f plane_normal(std::uint32_t plane)
-{
-    return octahedral_normal<model::k_plane_normal_bits>(plane);
-}
+inline Vec3f plane_normal(std::uint32_t plane) { return octahedral_normal<model::k_plane_normal_bits>(plane); }
 
 /// How far a point is below a plane, model units. offset: from the centre of its place.
 inline float plane_gap(const model::Locator& locator, std::uint32_t plane, Vec3f offset)

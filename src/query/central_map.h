@@ -255,8 +255,8 @@ public:
         else {
             std::uint16_t corner[4];
             base_samples(face, column, row, corner);
-            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column),
-                       -1.f + cell_size_ * static_cast<float>(row), cell_size_, visit);
+            each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
+                       cell_size_, visit);
         }
     }
 

@@ -93,10 +93,7 @@ public:
     }
 
 private:
-    static HWY_INLINE I first_plane(I place)
-    {
-        return blend(Places::has_more(place, 0), shift_right<14>(place), hn::Zero(di));
-    }
+    static HWY_INLINE I first_plane(I place) { return blend(Places::has_more(place, 0), shift_right<14>(place), hn::Zero(di)); }
 
     struct StoredPlanes {
         std::int32_t plane[LocatedPoints::k_room];

@@ -52,8 +52,8 @@ FrameResult query_frame(const model::ModelView& model, const Probe& probe, const
 {
     const FrameJob job(model, probe, pose, options, contacts);
     if (!job.finite) return {0, k_frame_not_finite, 0};
-    // The locator knows nothing of superquadrics, nor of a surface that has moved.
-    const bool by_points = job.layer == Layer::One || options.offset || options.margin > 0.f || !model::has_locator(model);
+    // The locator knows nothing of a surface that has moved.
+    const bool by_points = options.offset || options.margin > 0.f || !model::has_locator(model);
     FrameResult result = by_points ? run_frame_by_points(job, options) : (job.exact ? run_frame_exact(job) : run_frame(job));
     if (options.layer == Layer::Exact && !job.exact) result.status |= k_frame_no_exact;
     return result;

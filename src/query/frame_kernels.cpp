@@ -283,9 +283,15 @@ private:
             I place = hn::LoadU(di, located_.place + first), index = hn::Zero(di);
             M occupied = located_.present(first);
             divide(place, index, offset, occupied);
+            if (job_.layer == Layer::One) {
+                ask_superquadrics(first, occupied);
+                continue;
+            }
             located_.set(first, offset, sort_out(first, offset, place, occupied));
         }
-        lowest_planes_.find(located_, [&](std::size_t first, M flat, const FlatPlanes& lowest) { write_flat(first, flat, lowest); });
+        if (job_.layer != Layer::One)
+            lowest_planes_.find(located_,
+                                [&](std::size_t first, M flat, const FlatPlanes& lowest) { write_flat(first, flat, lowest); });
         located_.count = 0;
     }
 
@@ -327,11 +333,10 @@ private:
         const F depth = hn::Max(gap, zero);
         const V3 p = LocatedPoints::load(located_.p, first);
         const V3 normal = octahedral_normal<model::k_plane_normal_bits>(lowest.plane);
-        const I sure = hn::IfThenElseZero(hn::RebindMask(di, hn::RebindMask(df, hn::Ne(hn::And(place, set_int(k_certain)), hn::Zero(di)))),
-                                          set_int(1 << 16));
-        write_lanes(contact, {mul_add(depth, normal.x, p.x), mul_add(depth, normal.y, p.y), mul_add(depth, normal.z, p.z)}, normal,
-                    depth, hn::LoadU(di, located_.point + first),
-                    hn::Or(part_of(place, lowest.plane, contact), sure));
+        const I sure = hn::IfThenElseZero(
+            hn::RebindMask(di, hn::RebindMask(df, hn::Ne(hn::And(place, set_int(k_certain)), hn::Zero(di)))), set_int(1 << 16));
+        write_lanes(contact, {mul_add(depth, normal.x, p.x), mul_add(depth, normal.y, p.y), mul_add(depth, normal.z, p.z)},
+                    normal, depth, hn::LoadU(di, located_.point + first), hn::Or(part_of(place, lowest.plane, contact), sure));
     }
 
     /// Contacts as FrameContact has them: eight words, and a ninth of part (16 bits), certain and status.
@@ -356,6 +361,17 @@ private:
         }
         result_.contacts += count;
         if (room < count) result_.status |= k_frame_full;
+    }
+
+    /// Layer 1: of the points that are not in free places those that a superquadric holds.
+    HWY_NOINLINE void ask_superquadrics(std::size_t first, M occupied)
+    {
+        each_lane(occupied, [&](std::size_t i) {
+            const std::size_t k = first + i;
+            if (job_.first_only && result_.contacts > 0) return;
+            const Contact c = query_point(model_, Vec3f{located_.p[0][k], located_.p[1][k], located_.p[2][k]}, job_.layer);
+            if (c.contact) write(static_cast<std::uint32_t>(located_.point[k]), c.part, c.point, c.normal, c.depth, c.certain);
+        });
     }
 
     /// Verdicts on lanes, one by one.

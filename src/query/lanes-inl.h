@@ -65,13 +65,10 @@ HWY_INLINE I gather_byte(const std::uint8_t* base, I index)
     const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(base), shift_right<2>(index));
     return hn::And(hn::Shr(word, hn::ShiftLeft<3>(hn::And(index, set_int(3)))), set_int(0xff));
 }
-/// The lanes of a mask side by side; the rest of a vector behind them is overwritten. Not by storing and compressing in one, which
-/// some processors do lane by lane.
+/// The lanes of a mask side by side; the rest of a vector behind them is overwritten. Not by storing and compressing in one,
+/// which some processors do lane by lane.
 HWY_INLINE void pack(F values, M which, float* to) { hn::StoreU(hn::Compress(values, which), df, to); }
-HWY_INLINE void pack(I values, M which, std::int32_t* to)
-{
-    hn::StoreU(hn::Compress(values, hn::RebindMask(di, which)), di, to);
-}
+HWY_INLINE void pack(I values, M which, std::int32_t* to) { hn::StoreU(hn::Compress(values, hn::RebindMask(di, which)), di, to); }
 HWY_INLINE I low(I pair) { return hn::And(pair, set_int(0xffff)); }
 HWY_INLINE I high(I pair) { return shift_right<16>(pair); }
 

@@ -250,7 +250,8 @@ public:
         constexpr float k_most = static_cast<float>(model::k_plane_most_distance);
         const I plane = gather_word(model_.planes.data(), at);
         const V3 n = octahedral<bits>(plane);
-        const F code = to_float(hn::And(shift_right<2 * bits>(plane), set_int(static_cast<std::int32_t>(model::k_plane_most_distance))));
+        const F code =
+            to_float(hn::And(shift_right<2 * bits>(plane), set_int(static_cast<std::int32_t>(model::k_plane_most_distance))));
         const F distance = hn::Sub(hn::Mul(hn::Mul(code, code), set(locator_.plane_reach / (k_most * k_most))), set(1.f));
         return {plane, hn::Sub(distance, hn::Mul(dot(n, offset), inverse_norm(n)))};
     }
@@ -270,10 +271,7 @@ public:
         group = {blend(taken, next.plane, group.plane), blend(taken, next.gap, group.gap)};
     }
     /// Places of more than k planes.
-    static HWY_INLINE M has_more(I place, std::int32_t k)
-    {
-        return hn::RebindMask(df, hn::Gt(plane_count(place), set_int(k)));
-    }
+    static HWY_INLINE M has_more(I place, std::int32_t k) { return hn::RebindMask(df, hn::Gt(plane_count(place), set_int(k))); }
     /// The lowest of the groups' highest planes, for lanes in flat places.
     HWY_INLINE FlatPlanes lowest_planes(I place, const V3& offset, M flat) const
     {
@@ -291,7 +289,8 @@ public:
     /// The part that a plane is of.
     HWY_INLINE I part_of(I place, I plane, M flat) const
     {
-        const I list = gather_word(model_.part_lists.data(), blend(flat, hn::And(shift_right<2>(place), set_int(0x1ff)), hn::Zero(di)));
+        const I list =
+            gather_word(model_.part_lists.data(), blend(flat, hn::And(shift_right<2>(place), set_int(0x1ff)), hn::Zero(di)));
         return hn::And(hn::Shr(list, hn::ShiftLeft<3>(hn::And(shift_right<29>(plane), set_int(3)))), set_int(0xff));
     }
 

@@ -73,6 +73,13 @@ Pose compose(const Pose& a, const Pose& b) noexcept
 
 Pose inverse(const Pose& pose) noexcept { return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)}; }
 
+std::size_t Probe::bytes() const noexcept
+{
+    const auto size_of = [](const auto&... values) { return (std::span(values).size_bytes() + ...); };
+    return sizeof(*this) + size_of(slot_of_point_, x_, y_, z_, point_, centre_x_, centre_y_, centre_z_, radius_, group_x_,
+                                   group_y_, group_z_, group_radius_);
+}
+
 void Probe::move(std::span<const Vec3d> points) noexcept { move(points, {}); }
 
 void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> asked) noexcept

@@ -64,6 +64,30 @@ TEST(Path, BadRowsAreNamedWithACure)
 }
 
 // The field that leads the probe is off by about a tenth of its cell where the surface bends.
+TEST(Path, WhereAHoleIsOnTheWayTheProbeGoesOnToTheFarRim)
+{
+    // A probe is scaled to 0.4 of the object's diagonal: this one fits through the hole as it turns.
+    const bench::Setting ring(mesh::torus({.major_radius = 1, .minor_radius = 0.1, .major_segments = 48, .minor_segments = 16}),
+                              mesh::ellipsoid({1, 0.3, 0.3}, 3));
+    for (const double depth : {0.01, -0.01})
+        for (const Pose& pose : test::short_path(ring, depth, 40)) {
+            const std::vector<double> distances = test::signed_distances(ring, pose);
+            EXPECT_NEAR(*std::min_element(distances.begin(), distances.end()), -depth, 0.004);
+        }
+}
+
+TEST(Path, ADepthThatIsNeverReachedIsSaidWithACure)
+{
+    const bench::Setting thin(mesh::torus({.major_radius = 1, .minor_radius = 0.02, .major_segments = 48, .minor_segments = 16}),
+                              mesh::ellipsoid({1, 0.3, 0.3}, 3));
+    try {
+        (void)test::short_path(thin, 0.03, 40);
+        ADD_FAILURE() << "made";
+    } catch (const BenchError& e) {
+        EXPECT_NE(std::string(e.what()).find("cure:"), std::string::npos) << e.what();
+    }
+}
+
 TEST(Path, GeneratedPathsAreAsDeepAsAsked)
 {
     const auto setting = test::egg_on_ring();

@@ -415,8 +415,8 @@ std::uint32_t& flat_place(ModelData& m)
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) &&
-               model::place_planes(p) == 0 && (m.locator_seeds[model::place_first(p)].extent & model::k_last_seed) == 0;
+        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) && model::place_planes(p) == 0 &&
+               (m.locator_seeds[model::place_first(p)].extent & model::k_last_seed) == 0;
     });
     if (it == m.places.end()) throw std::logic_error("the model has no place that is searched from several seeds");
     return *it;

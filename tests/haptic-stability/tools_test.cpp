@@ -230,7 +230,7 @@ TEST_P(StabilityOfTools, InEveryMode)
         EXPECT_EQ(swinging, 0) << tool.name;
         EXPECT_LT(air, 0.1) << tool.name << ": free air is free";
         // A large soft tool may turn away, or be pressed through a leg or an ear.
-        EXPECT_GE(pressed, tool.large ? runs / 3 : runs / 2) << tool.name << ": it touches at all";
+        EXPECT_GE(pressed, tool.large ? runs / 6 : runs / 2) << tool.name << ": it touches at all";
     }
 }
 

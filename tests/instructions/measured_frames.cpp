@@ -12,6 +12,7 @@
 #include <vector>
 
 using namespace sqmap;
+using query::Pose;
 
 namespace {
 
@@ -51,7 +52,7 @@ int main(int argc, char** argv)
 {
     if (argc != 4) return 2;
     const io::MappedModel model(argv[1]);
-    std::vector<Vec3d> points = io::read_mesh_file(argv[2]).soup.vertices;
+    std::vector<Vec3d> points = io::read_mesh_file(argv[2]).soup.positions;
     Vec3d lo = points.front(), hi = lo;
     for (const Vec3d& p : points)
         for (int k = 0; k < 3; ++k) {

@@ -162,8 +162,8 @@ inline constexpr std::uint32_t k_deep_brick = 1u << 30;  ///< set in a brick tha
 inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
-inline constexpr std::uint32_t k_divided_place = 0x1ff;      ///< in place of a list: see is_divided
-inline constexpr int k_most_divisions = 1;                   ///< of a cell
+inline constexpr std::uint32_t k_divided_place = 0x1ff;       ///< in place of a list: see is_divided
+inline constexpr int k_most_divisions = 1;                    ///< of a cell
 inline constexpr std::uint32_t k_most_place_index = 0x3ffff;  ///< greatest index of planes or seeds that a place can hold
 inline constexpr std::uint32_t k_most_planes = 7;             ///< of a place
 
@@ -187,7 +187,8 @@ constexpr bool is_divided(std::uint32_t place)
     return place_kind(place) == PlaceKind::Ask && place_list(place) == k_divided_place;
 }
 /// A plane of a flat place, where planes are the surface to within the map's own error. 9 + 9 bits outward unit normal,
-/// octahedral; 11 bits distance of the place's centre below it; 2 bits: which part of the place's list shows that surface; a flag.
+/// octahedral; 11 bits distance of the place's centre below it; 2 bits: which part of the place's list shows that surface; a
+/// flag.
 inline constexpr int k_plane_normal_bits = 9;
 inline constexpr int k_plane_distance_bits = 11;
 inline constexpr std::uint32_t k_plane_most_distance = (1u << k_plane_distance_bits) - 1;

@@ -41,6 +41,8 @@ public:
     /// the first places, so a probe that is turned inside out is slower, never wrong.
     /// @pre points.size() == size()
     void move(std::span<const Vec3d> points) noexcept;
+    /// What it keeps in memory.
+    [[nodiscard]] std::size_t bytes() const noexcept;
     /// The same, but only points with asked[i] != 0 are there: others cost next to nothing. Answers about them are void: where
     /// they share a cluster with asked points they repeat one of those.
     /// @pre asked.size() == size()
@@ -90,8 +92,9 @@ enum FrameStatus : std::uint8_t {
 };
 
 struct FrameOptions {
-    Layer layer = Layer::Three;  ///< Auto is answered by Three
-    bool first_only = false;     ///< stop at the first contact: a yes or no
+    /// Auto is answered by Three; One: what a superquadric holds, but for where the locator knows that no solid is.
+    Layer layer = Layer::Three;
+    bool first_only = false;  ///< stop at the first contact: a yes or no
     /// Move the surface out, as QueryOptions::offset and margin do (not layer One): for probes that are the corners of triangles.
     /// Points are asked one by one: slower by an order of magnitude.
     bool offset = false;
