@@ -10,14 +10,15 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_absurd = 1e9;                      // no metre, newton or second of a haptic device: counts as not finite
-constexpr double k_rotation = 1e-3;                   // how far a rotation's rows may be from orthonormal: seven digits are
-constexpr double k_smoothing = 0.003;                 // s, of the velocity
-constexpr double k_store = 0.02;                      // J, most that a zone may save up: 2 N against 100 N/m
-constexpr double k_ramp_store = 0.05;                 // J, most that a ramp may give: half of 2 N over 5 cm
-constexpr double k_slack = 1.25;                      // of what its springs hold: what a delay and an encoder may hide
-constexpr double k_damping = 5;                       // N s/m, most that the passivity step adds
-constexpr double k_least_valve = 1e-4;                // J, over which the valve closes where the margin is less
+constexpr double k_absurd = 1e9;        // no metre, newton or second of a haptic device: counts as not finite
+constexpr double k_rotation = 1e-3;     // how far a rotation's rows may be from orthonormal: seven digits are
+constexpr double k_smoothing = 0.003;   // s, of the velocity
+constexpr double k_glitch = 0.02;       // s after a motion above the top speed in which the velocity is not believed
+constexpr double k_store = 0.02;        // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_ramp_store = 0.05;   // J, most that a ramp may give: half of 2 N over 5 cm
+constexpr double k_slack = 1.25;        // of what its springs hold: what a delay and an encoder may hide
+constexpr double k_damping = 5;         // N s/m, most that the passivity step adds
+constexpr double k_least_valve = 1e-4;  // J, over which the valve closes where the margin is less
 constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
 constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
 constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
@@ -461,6 +462,7 @@ void SafetyFilter::speed(Tick& tick) noexcept
         if (tick.fresh) {
             const bool fast = tick.speed[z] > k_top_speed || tick.spin[z] > k_top_turn;
             zone.fast = fast ? zone.fast + tick.sample_dt : 0;
+            zone.since_fast = fast ? 0 : std::min(zone.since_fast + tick.sample_dt, k_glitch);
         }
         if (zone.fast <= 0) continue;
         acted = true;
@@ -513,8 +515,9 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         // The valve follows energy, which is never late, not velocity, which is; and a damper of half the device's own cannot
         // make the two together active, however late it is.
         wrench = std::clamp(1 - excess / std::max(margin_, k_least_valve), 0., 1.) * wrench;
-        // Above the top speed step 6 brakes, no faster than the slew: a second damper would turn one glitch into a blow.
-        if (zone.fast <= 0) wrench.force -= std::min(k_damping, 0.5 * device_.damping) * zone.velocity;
+        wrench.force -= std::min(k_damping, 0.5 * device_.damping) * zone.velocity;
+        // A glitch is no motion: what the damper makes of it grows no faster than the slew, or it is a blow.
+        if (zone.since_fast < k_glitch) wrench = slewed(sent_before(zone, 1), wrench, tick.dt);
     }
     if (!acted) return;
     tick.acted |= k_acted_passivity;

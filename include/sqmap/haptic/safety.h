@@ -177,6 +177,7 @@ private:
         double ramp = 0;
         double ramp_store = 0;  ///< J that the ramp may yet give
         double fast = 0;        ///< s above the top speed
+        double since_fast = 1;  ///< s since it was last above it, no longer than matters
         double energy = 0;      ///< J
         double spare = 1;       ///< share of the motors' heat that is left
     };
