@@ -19,6 +19,7 @@ PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, s
                           " zones");
     if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
     capabilities_ = {.name = std::move(name), .simulated = true, .zones = zones, .rotates_in = true, .rate = rate};
+    capabilities_.continuous_force = 1000;  // no motors that could grow hot
 }
 
 bool PathDevice::read(Sample& sample) noexcept
