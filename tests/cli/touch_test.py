@@ -376,7 +376,7 @@ class Touch(unittest.TestCase):
             process = subprocess.Popen([PROGRAM, "touch", "--object", "sphere.sqmap", "--tool", "sphere:0.01", "--device",
                                         f"network:port={port},wait=60", "--seconds", "60", "--record", "network.csv", *own_process],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            client = subprocess.run([sys.executable, CLIENT, "--port", port, "--seconds", "3", "--to", "0.155"], capture_output=True,
+            client = subprocess.run([sys.executable, CLIENT, "--port", port, "--seconds", "4"], capture_output=True,
                                     text=True, timeout=60)
             self.assertEqual(client.returncode, 0, client.stderr)
             process.send_signal(signal.SIGINT)
@@ -454,15 +454,17 @@ class Touch(unittest.TestCase):
                                  ([*touch, "--device", "slide:speed=fast"], "speed must be a number"),
                                  ([*touch, "--device", "press:direction=0/0"], "three numbers"),
                                  ([*touch, "--device", "path:absent.csv"], "absent.csv"),
+                                 (["replay", "absent.csv"], "absent.csv"),
                                  ([*touch, "--device", "simulated:dance"], "dance"),
-                                 ([*touch, "--force-limit", "1000"], "more than the device"),
+                                 ([*touch, "--force-limit", "1000"], "--force-limit 1000 is more than the device holds: 1 N"),
+                                 ([*touch, "--torque-limit", "3"], "--torque-limit 3 is more than the device holds: 0.05 N m"),
                                  ([*touch, "--record", "no/folder/x.csv"], "no/folder/x.csv")):
             result = run(*arguments)
             self.assertEqual(result.returncode, 2, (arguments, result.stdout, result.stderr))
             self.assertIn(words, result.stderr, arguments)
 
     def test_wrong_usage_is_64(self):
-        for arguments in (["touch"], ["replay"], ["replay", "absent.csv"], ["devices", "all"],
+        for arguments in (["touch"], ["replay"], ["devices", "all"],
                           ["touch", "--object", "sphere.sqmap", "--seconds", "0"],
                           ["touch", "--object", "sphere.sqmap", "--friction", "sticky"],
                           ["touch", "--object", "sphere.sqmap", "--stiffness", "-1"]):
