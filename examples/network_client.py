@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """A device in another program: sends poses to `sqmap touch --device network` and prints the forces that come back.
 
-Here the device is a point that goes down along z and up again; a program with a real device sends that one's poses and
-exerts the forces instead. Nothing but the standard library; the messages are those of docs/network-device.md.
+Here the device is a point that goes down along z until it feels something, a little further, and up again; a program with
+a real device sends that one's poses and exerts the forces instead. Nothing but the standard library; the messages are those
+of docs/network-device.md.
 
-usage: network_client.py [--host 127.0.0.1] [--port 47710] [--seconds 4] [--from Z] [--to Z]
+usage: network_client.py [--host 127.0.0.1] [--port 47710] [--seconds 6] [--at X Y] [--from Z] [--to Z] [--press M]
 """
 import argparse
 import math
@@ -53,9 +54,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--host", default="127.0.0.1")
     parser.add_argument("--port", type=int, default=47710)
-    parser.add_argument("--seconds", type=float, default=4)
-    parser.add_argument("--from", dest="top", type=float, default=0.2, help="m, where the point starts along z")
-    parser.add_argument("--to", dest="bottom", type=float, default=0.1, help="m, how far it goes")
+    parser.add_argument("--seconds", type=float, default=6)
+    parser.add_argument("--at", type=float, nargs=2, default=(0, 0), metavar=("X", "Y"), help="m, where it goes down")
+    parser.add_argument("--from", dest="top", type=float, default=0.35, help="m, where the point starts along z")
+    parser.add_argument("--to", dest="bottom", type=float, default=0, help="m, how far it goes where it feels nothing")
+    parser.add_argument("--press", type=float, default=0.003, help="m, how much further it goes once it feels something")
     options = parser.parse_args()
 
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -67,9 +70,15 @@ def main():
     begin = heard = time.monotonic()
     sequence, force, strongest, answers = 0, (0.0, 0.0, 0.0), 0.0, 0
     ended = False
+    height, turn, before = options.top, options.bottom, begin
+    speed = 2 * (options.top - options.bottom) / options.seconds
+    down = True
     while not ended and (now := time.monotonic()) - begin < options.seconds:
-        way = 0.5 - 0.5 * math.cos(2 * math.pi * (now - begin) / options.seconds)
-        position = (0.0, 0.0, options.top + way * (options.bottom - options.top))
+        height = min(height + (-speed if down else speed) * (now - before), options.top)
+        before = now
+        if height <= turn:
+            down = False
+        position = (*options.at, height)
         quaternion = (1.0, 0.0, 0.0, 0.0)  # w, x, y, z
         sequence += 1
         buttons, flags = 0, 0
@@ -94,6 +103,8 @@ def main():
             force = (0.0, 0.0, 0.0)  # the other side is silent: let go
         # A real device exerts the force here.
         strongest = max(strongest, math.hypot(*force))
+        if down and math.hypot(*force) > 0.02:
+            turn = max(turn, height - options.press)  # the first time counts: later ones lie lower
         time.sleep(0.001)
     link.setblocking(True)
     try:
@@ -101,6 +112,9 @@ def main():
     except ConnectionRefusedError:
         pass
     print(f"{sequence} poses sent, {answers} answers, strongest force {strongest:.3f} N")
+    if strongest == 0:
+        print(f"nothing was felt at x {options.at[0]:g}, y {options.at[1]:g}, z {options.top:g} to {options.bottom:g} m: choose a "
+              "way that starts outside the object and ends inside, with --at X Y, --from Z and --to Z")
 
 
 if __name__ == "__main__":

@@ -58,6 +58,11 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
                 arguments.trace + ":" + std::to_string(reader.line()) +
                 ": time must be finite and not run back, dt finite and not below 0\n  cure: record again, or remove the row "
                 "and count the last line's rows anew");
+        constexpr std::uint32_t k_inputs = device::k_trace_measured_twist | device::k_trace_degraded;
+        if ((recorded.input & ~k_inputs) != 0)
+            throw BadTouch(arguments.trace + ":" + std::to_string(reader.line()) + ": input is " +
+                           std::to_string(recorded.input) + ": it must be 0 to " + std::to_string(k_inputs) +
+                           "\n  cure: record again, or replay with the version that recorded it");
         time = recorded.time;
         device::TraceRow row = recorded;
         setup.step(row);
@@ -158,9 +163,8 @@ void add_replay(CLI::App& app, int& exit_code)
 {
     const auto arguments = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("replay", "Compute the forces of a recording anew and compare them, to the bit");
-    command->add_option("trace", arguments->trace, "What sqmap touch --record wrote")->required()->check(CLI::ExistingFile);
-    command->add_option("--against", arguments->against, "Another model in place of the first: how do its forces differ?")
-        ->check(CLI::ExistingFile);
+    command->add_option("trace", arguments->trace, "What sqmap touch --record wrote")->required();
+    command->add_option("--against", arguments->against, "Another model in place of the first: how do its forces differ?");
     command->add_flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
     command->add_option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
         ->check(CLI::Range(1, 64))

@@ -37,6 +37,7 @@ struct Arguments {
     std::string device = "press", record, plot;
     double unit = 0, size = 0.3, seconds = 10;
     bool own_process = false;
+    bool all_of_it = true;  ///< of a recorded path: nobody said for how long
     TouchOptions touch;
     device::ServoOptions servo;
 };
@@ -193,22 +194,30 @@ struct Totals {
     double first_fault = 0;                            ///< s
     std::uint32_t faults = 0;                          ///< bits of SafetyFault
     std::uint64_t hot = 0, braked = 0;                 ///< ticks in which the filter's duty and passivity steps acted
-    double largest_force = 0, deepest = 0, cpu = 0, most_cpu = 0;
+    std::uint64_t changed = 0;                         ///< ticks in which it sent anything but what was asked for
+    double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, most_cpu = 0;
     bool gone = false;
     device::ServoCounters servo{};
 
-    void add(const device::TraceRow& row, std::size_t zones)
+    void add(const device::TraceRow& row, std::size_t zones, double depth)
     {
         ++ticks;
-        contact += row.contacts > 0;
+        // A proxy stands on the surface and has no contacts of its own.
+        contact += row.contacts > 0 || (row.status & haptic::k_step_contact) != 0;
         hot += (row.filter & haptic::k_acted_duty) != 0;
         braked += (row.filter & haptic::k_acted_passivity) != 0;
         if (const std::uint32_t now = row.filter >> 16; now != 0) {
             if (faulty++ == 0) first_fault = row.time;
             faults |= now;
         }
-        for (std::size_t z = 0; z < zones; ++z) largest_force = std::max(largest_force, norm(row.computed[z].force));
-        deepest = std::max(deepest, row.depth);
+        bool as_asked = true;
+        for (std::size_t z = 0; z < zones; ++z) {
+            largest_force = std::max(largest_force, norm(row.computed[z].force));
+            largest_sent = std::max(largest_sent, norm(row.sent[z].force));
+            as_asked = as_asked && row.sent[z] == row.computed[z];
+        }
+        changed += !as_asked;
+        deepest = std::max(deepest, depth);
         cpu += row.cpu;
         most_cpu = std::max(most_cpu, row.cpu);
     }
@@ -217,7 +226,8 @@ struct Totals {
 std::uint32_t filter_bits(const haptic::SafetyReport& report) { return report.acted | report.faults << 16; }
 
 /// A path: every pose once, no clock, so that the same path gives the same trace.
-Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions& safety, device::TraceWriter* writer)
+Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions& safety, device::TraceWriter* writer,
+            double seconds)
 {
     const device::Capabilities& capabilities = path.capabilities();
     const std::size_t zones = capabilities.zones;
@@ -227,7 +237,9 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
     device::Sample sample;
     device::TraceRow row;
     row.dt = 1 / capabilities.rate;
-    while (!interrupted && path.read(sample)) {
+    // As many ticks as a script of so many seconds has.
+    const double ticks = std::round(seconds * capabilities.rate);
+    while (!interrupted && static_cast<double>(totals.ticks) < ticks && path.read(sample)) {
         const double begin = thread_cpu();
         row.sequence = sample.sequence;
         row.time = static_cast<double>(sample.sequence - 1) / capabilities.rate;
@@ -242,7 +254,7 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
         row.filter = filter_bits(report);
         row.cpu = thread_cpu() - begin;
         path.write({row.sent.data(), zones});
-        totals.add(row, zones);
+        totals.add(row, zones, setup.device_depth());
         if (writer != nullptr) writer->push_wait(row);
     }
     return totals;
@@ -252,7 +264,7 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
 struct Felt {
     std::uint64_t tick = 0;
     std::uint32_t contacts = 0, input = 0;
-    double depth = 0;
+    double depth = 0, device_depth = 0;
 };
 
 struct Feeling {
@@ -274,7 +286,7 @@ std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span
         (input.sample.has_twist ? device::k_trace_measured_twist : 0u) | (input.degraded ? device::k_trace_degraded : 0u);
     f.setup.step(f.row);
     std::copy_n(f.row.computed.begin(), std::min(f.zones, wrenches.size()), wrenches.begin());
-    (void)f.felt.push({input.tick, f.row.contacts, f.row.input, f.row.depth});
+    (void)f.felt.push({input.tick, f.row.contacts, f.row.input, f.row.depth, f.setup.device_depth()});
     return f.row.status;
 }
 
@@ -315,7 +327,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                                      .computed = tick.asked,
                                      .sent = tick.sent};
                 if (tick.sample.has_twist) row.twists = tick.sample.twists;
-                totals.add(row, zones);
+                totals.add(row, zones, felt.device_depth);
                 if (tick.safety.faults != 0 && told == 0)
                     std::fprintf(stderr, "  no force from %.3f s on: %s%s\n", row.time, reasons(tick.safety.faults).c_str(),
                                  ::isatty(STDIN_FILENO) == 1 ? "; Enter goes on" : "");
@@ -348,6 +360,22 @@ std::unique_ptr<device::Device> open_device(const Arguments& arguments)
 const char* note(const device::Capabilities& capabilities)
 {
     return capabilities.simulated && capabilities.name.find("no hardware") == std::string::npos ? " (no hardware)" : "";
+}
+
+/// What the filter refuses, with the option and the device's number.
+std::string limit_above(const haptic::DeviceLimits& device, const haptic::SafetyOptions& options)
+{
+    const double force = device.max_force > 0 ? device.max_force : haptic::k_unknown_force,
+                 torque = device.max_torque > 0 ? device.max_torque : haptic::k_unknown_torque;
+    const bool is_force = options.force_limit && *options.force_limit > force;
+    const bool told = is_force ? device.max_force > 0 : device.max_torque > 0;
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "%s %g is more than the device holds: %g %s%s\n  cure: at most that, or none for the default",
+                  is_force ? "--force-limit" : "--torque-limit", is_force ? *options.force_limit : *options.torque_limit,
+                  is_force ? force : torque, is_force ? "N" : "N m",
+                  told ? "" : ", the most for a device that does not say what it can hold");
+    return text;
 }
 
 void touch(const Arguments& arguments)
@@ -383,16 +411,19 @@ void touch(const Arguments& arguments)
                 capabilities.zones == 1 ? "" : "s", options.objects.front().file.c_str(),
                 static_cast<double>(setup->first_model().header.r_max) * setup->first_model().header.unit);
     const haptic::DeviceLimits limits = device::safety_limits(capabilities, arguments.servo.period);
-    const haptic::StiffnessCheck check = haptic::check_stiffness(limits, options.zone.stiffness, options.zone.damping);
     const bool path = dynamic_cast<device::PathDevice*>(device.get()) != nullptr;
     setup->suit(path ? nullptr : &limits);
+    const double stiffness = setup->options().zone.stiffness;
+    const haptic::StiffnessCheck check = haptic::check_stiffness(limits, stiffness, options.zone.damping);
     for (const std::string& note : setup->notes()) std::printf("  %s\n", note.c_str());
     device::ServoOptions servo = arguments.servo;
     servo.safety.softest = softest_spring(setup->options());
     if (!path && !check.safe && options.zone.mode != haptic::Mode::Coupled)
         std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
-                    haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "",
-                    options.zone.stiffness);
+                    haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "", stiffness);
+    // Paths tick as fast as they were made, devices as fast as the servo.
+    const haptic::SafetyFilter filter(path ? device::safety_limits(capabilities, 1 / capabilities.rate) : limits, servo.safety);
+    if (filter.verdict() == haptic::SetupVerdict::LimitAboveDevice) throw BadTouch(limit_above(limits, servo.safety));
 
     std::optional<device::TraceWriter> writer;
     if (!arguments.record.empty())
@@ -406,11 +437,16 @@ void touch(const Arguments& arguments)
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
     device::TraceWriter* const out = writer ? &*writer : nullptr;
-    const Totals totals = path ? play(*device, *setup, servo.safety, out) : feel(*device, *setup, servo, out, arguments.seconds);
+    const double seconds = over || !arguments.all_of_it ? arguments.seconds : INFINITY;
+    const Totals totals =
+        path ? play(*device, *setup, servo.safety, out, seconds) : feel(*device, *setup, servo, out, arguments.seconds);
     device.reset();
-    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force %.4g N\n",
+    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force asked for %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
                 totals.largest_force);
+    if (totals.ticks > 0)
+        std::printf("  sent: at most %.4g N of %.4g N allowed; the safety filter changed what was asked for in %llu ticks\n",
+                    totals.largest_sent, filter.force_limit(), static_cast<unsigned long long>(totals.changed));
     if (totals.ticks > 0 && totals.contact == 0)
         std::fprintf(stderr, "warning: nothing was touched%s\n",
                      options.zone_radius > 0
@@ -468,7 +504,10 @@ void add_touch(CLI::App& app, int& exit_code)
         ->transform(CLI::Transformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}}))
         ->check(above_zero())
         ->excludes(size);
-    command->add_option("--seconds", arguments->seconds, "How long")->check(above_zero())->capture_default_str();
+    const auto* const seconds =
+        command->add_option("--seconds", arguments->seconds, "How long; of path: and trace: all, unless said")
+            ->check(above_zero())
+            ->capture_default_str();
     command->add_option("--record", arguments->record, "Trace to write (CSV, see docs/trace-format.md)");
     command->add_option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG)");
     add_force_options(*command, arguments->touch);
@@ -488,7 +527,10 @@ void add_touch(CLI::App& app, int& exit_code)
         ->capture_default_str()
         ->group(safety);
     command->footer("Exit code: 0 done, 2 bad model, tool, device or file, 64 wrong usage, 70 internal error.");
-    command->callback([arguments, &exit_code] {
+    const auto* const stiffness = command->get_option("--stiffness");
+    command->callback([arguments, &exit_code, seconds, stiffness] {
+        arguments->all_of_it = seconds->count() == 0;
+        arguments->touch.stiffness_wished = stiffness->count() > 0;
         exit_code = 2;
         try {
             touch(*arguments);

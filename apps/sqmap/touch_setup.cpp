@@ -238,6 +238,13 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
             "contacts");
     if (device != nullptr) {
         zone.resolution = device->resolution;
+        const double most = haptic::check_stiffness(*device, zone.stiffness, zone.damping).largest;
+        if (!coupled && !options_.stiffness_wished && most > 0 && most < zone.stiffness) {
+            zone.stiffness = most;
+            char text[100];
+            std::snprintf(text, sizeof text, "stiffness %.0f N/m: as much as this device shows without ever giving energy", most);
+            notes_.push_back(text);
+        }
         if (coupled) {
             if (!w.stiffness) zone.coupling_stiffness = 1e6;  // as stiff as the device carries
             haptic::choose_coupling(zone, *device);
@@ -400,6 +407,9 @@ void TouchSetup::step(device::TraceRow& row) noexcept
     const haptic::StepResult result = haptic::step(*state_, input, {row.computed.data(), zones_}, pushes_);
     row.contacts = result.contacts;
     row.depth = result.deepest;
+    device_depth_ = result.deepest;
+    if (options_.zone.mode == haptic::Mode::Proxy)
+        for (std::size_t z = 0; z < zones_; ++z) device_depth_ = std::max(device_depth_, state_->report(z).depth);
     row.status = result.status;
 }
 

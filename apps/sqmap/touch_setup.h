@@ -61,7 +61,8 @@ struct TouchOptions {
     TextureOptions texture{};
     std::uint64_t texture_hash = 0;  ///< of its table; 0: any
     BodyOptions body{};
-    CouplingWishes coupling{};  ///< not in a trace: the numbers in zone are
+    CouplingWishes coupling{};      ///< not in a trace: the numbers in zone are
+    bool stiffness_wished = false;  ///< nor is this: zone.stiffness is the user's word, not to be lowered for a device
 };
 
 /// Everything that step() reads, owned.
@@ -71,7 +72,8 @@ public:
     /// @throw BadTouch for files that cannot be read, or other content than their hash says; @throw io::ModelFileError
     explicit TouchSetup(const TouchOptions& options, std::size_t zones, const std::filesystem::path& beside = {});
 
-    /// Fits what depends on the device: the coupling, the share of the torque, the encoder. Null: a path, which nothing swings.
+    /// Fits what depends on the device: stiffness, coupling, the share of the torque, the encoder. Null: a path, which nothing
+    /// swings.
     void suit(const haptic::DeviceLimits* device);
 
     /// As given, with hashes and scales filled in: goes into a trace.
@@ -89,6 +91,8 @@ public:
 
     /// One tick: fills computed, depth, contacts and status of a row from its poses, twists, dt and input.
     void step(device::TraceRow& row) noexcept;
+    /// m, how deep the device was in the last step: the row's depth, but where a proxy stays outside for it, how far behind that.
+    [[nodiscard]] double device_depth() const { return device_depth_; }
 
 private:
     /// An object that moves: its centre and what of it has moved.
@@ -120,6 +124,7 @@ private:
     std::vector<Body> bodies_;
     std::vector<haptic::Wrench> pushes_;  // on the objects
     double time_ = 0;                     // s
+    double device_depth_ = 0;             // m
     std::vector<std::string> notes_;
     std::unique_ptr<haptic::State> state_;
     std::size_t zones_;

@@ -66,14 +66,22 @@ void add_slide(CLI::App& app)
     CLI::App* command = app.add_subcommand("slide", "Fig. 13: steps of the force while sliding at 0.1 m/s, 1 kHz");
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
-    command->add_option("--depth", c->options.depth, "m")->capture_default_str();
-    command->add_option("--stiffness", c->options.stiffness, "N/m")->capture_default_str();
-    command->add_option("--radius", zone.smoothing.radius, "Of the smoothing, m")->capture_default_str();
-    command->add_option("--tolerance", zone.smoothing.tolerance, "Of the felt depth, m")->capture_default_str();
-    command->add_option("--points", zone.smoothing.points, "Samples of the stencil")->capture_default_str();
-    command->add_option("--blend", zone.blend_time, "s; 0: none")->capture_default_str();
-    command->add_option("--planes", c->options.planes, "Sections along each axis")->capture_default_str();
-    command->add_option("--places", c->places, "For onset and normal")->capture_default_str();
+    command->add_option("--depth", c->options.depth, "m")->check(CLI::Range(1e-6, 0.1))->capture_default_str();
+    command->add_option("--stiffness", c->options.stiffness, "N/m")->check(CLI::Range(1e-3, 1e6))->capture_default_str();
+    command->add_option("--radius", zone.smoothing.radius, "Of the smoothing, m")
+        ->check(CLI::Range(1e-6, 0.1))
+        ->capture_default_str();
+    command->add_option("--tolerance", zone.smoothing.tolerance, "Of the felt depth, m")
+        ->check(CLI::Range(0., 0.1))
+        ->capture_default_str();
+    command->add_option("--points", zone.smoothing.points, "Samples of the stencil")
+        ->check(CLI::Range(1, 4096))
+        ->capture_default_str();
+    command->add_option("--blend", zone.blend_time, "s; 0: none")->check(CLI::Range(0., 10.))->capture_default_str();
+    command->add_option("--planes", c->options.planes, "Sections along each axis")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_option("--places", c->places, "For onset and normal")->check(CLI::Range(1, 1000000))->capture_default_str();
     command->add_option("--kernel", zone.smoothing.kernel, "shell or ball")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, haptic::Kernel>{{"shell", haptic::Kernel::Shell}, {"ball", haptic::Kernel::Ball}}));
@@ -92,7 +100,7 @@ void add_energy(CLI::App& app)
     CLI::App* command = app.add_subcommand("energy", "What closed ways of 3 mm give, share of what the force moves");
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
-    command->add_option("--places", c->places, "Ways a mesh")->capture_default_str();
+    command->add_option("--places", c->places, "Ways a mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
     command->callback([c] {
         c->options.zone.layer = query::Layer::Exact;
         c->options.zone.blend_time = 0;

@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 
 namespace sqmap::device {
@@ -24,6 +25,7 @@ static_assert(std::endian::native == std::endian::little, "messages are little-e
 constexpr std::uint32_t k_magic = 0x4e4d5153;  // "SQMN"
 constexpr double k_silence = 1.0;              // s after which a client is gone
 constexpr std::size_t k_name = 32;
+constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
 
 enum Kind : std::uint16_t { k_hello = 1, k_welcome = 2, k_refused = 3, k_pose = 4, k_wrench = 5, k_bye = 6 };
 enum Reason : std::uint32_t { k_busy = 1, k_version = 2, k_bad_hello = 3, k_other_device = 4 };
@@ -47,7 +49,7 @@ public:
     double number()
     {
         const double value = take<double>();
-        ok = ok && std::isfinite(value);
+        finite = finite && std::isfinite(value);
         return value;
     }
     Vec3d vector()
@@ -56,7 +58,8 @@ public:
         return {x, y, z};
     }
     [[nodiscard]] bool done() const { return ok && bytes_.empty(); }
-    bool ok = true;
+    bool ok = true;      ///< nothing was missing
+    bool finite = true;  ///< every number() was
 
 private:
     std::span<const std::byte> bytes_;
@@ -111,7 +114,7 @@ std::optional<Capabilities> capabilities_of(Reader in)
     const auto name = in.take<std::array<char, k_name>>();
     const double numbers[] = {c.max_force,  c.max_torque, c.continuous_force, c.damping, c.coulomb_friction,
                               c.resolution, c.delay};
-    if (!in.done() || c.zones < 1 || c.zones > k_most_zones || !(c.rate >= 1 && c.rate <= 1e5) ||
+    if (!in.done() || !in.finite || c.zones < 1 || c.zones > k_most_zones || !(c.rate >= 1 && c.rate <= 1e5) ||
         std::any_of(std::begin(numbers), std::end(numbers), [](double x) { return x < 0; }))
         return std::nullopt;
     c.rotates_in = (flags & k_rotates) != 0;
@@ -242,13 +245,14 @@ private:
         if (sequence <= newest_) return;  // late or twice
         Sample sample;
         sample.time = now();
-        (void)in.number();  // the client's clock, for its own records
+        (void)in.take<double>();  // the client's clock, for its own records
         sample.buttons = in.take<std::uint32_t>();
         sample.has_twist = (in.take<std::uint32_t>() & k_has_twist) != 0;
+        bool rotations = true;
         for (std::size_t z = 0; z < capabilities_.zones; ++z) {
             sample.poses[z].translation = in.vector();
-            const double w = in.number(), x = in.number(), y = in.number(), q = in.number();
-            if (!in.ok || !unit_rotation(w, x, y, q, sample.poses[z].rotation)) return;
+            const double w = in.take<double>(), x = in.take<double>(), y = in.take<double>(), q = in.take<double>();
+            rotations = unit_rotation(w, x, y, q, sample.poses[z].rotation) && rotations;
             if (!sample.has_twist) continue;
             sample.twists[z].linear = in.vector();
             sample.twists[z].angular = in.vector();
@@ -256,6 +260,14 @@ private:
         if (!in.done()) return;
         newest_ = sequence;
         heard_ = sample.time;
+        if (!rotations || !in.finite) {
+            // A pose that cannot be is no silence, which would keep the last force up for a while: the filter is told, and the
+            // client hears no force at once.
+            sample.poses[0].translation = {k_nan, k_nan, k_nan};
+            channel_.publish(sample);
+            channel_.zero();
+            return send_wrenches({}, sequence);
+        }
         channel_.publish(sample);
         send_wrenches(channel_.output(sample.time), sequence);
     }

@@ -19,6 +19,7 @@ PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, s
                           " zones");
     if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
     capabilities_ = {.name = std::move(name), .simulated = true, .zones = zones, .rotates_in = true, .rate = rate};
+    capabilities_.continuous_force = 1000;  // no motors that could grow hot
 }
 
 bool PathDevice::read(Sample& sample) noexcept
@@ -62,10 +63,9 @@ std::string parse_row(std::string_view line, Pose& pose)
     pose.rotation = {{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}}};
     pose.translation = {v[9], v[10], v[11]};
     const auto& r = pose.rotation.row;
-    for (int i = 0; i < 3; ++i)
-        if (!(norm(cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3]) <= k_rotation_tolerance))
-            return "the first nine columns are no rotation (rows must be orthonormal and right-handed)";
-    return {};
+    bool rotation = std::abs(norm_sq(r[0]) - 1) <= 2 * k_rotation_tolerance;  // zeros are each other's products
+    for (int i = 0; i < 3; ++i) rotation = rotation && norm(cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3]) <= k_rotation_tolerance;
+    return rotation ? "" : "the first nine columns are no rotation (rows must be orthonormal and right-handed)";
 }
 
 }  // namespace

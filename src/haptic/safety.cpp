@@ -10,13 +10,15 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_absurd = 1e9;                      // no metre, newton or second of a haptic device: counts as not finite
-constexpr double k_smoothing = 0.003;                 // s, of the velocity
-constexpr double k_store = 0.02;                      // J, most that a zone may save up: 2 N against 100 N/m
-constexpr double k_ramp_store = 0.05;                 // J, most that a ramp may give: half of 2 N over 5 cm
-constexpr double k_slack = 1.25;                      // of what its springs hold: what a delay and an encoder may hide
-constexpr double k_damping = 5;                       // N s/m, most that the passivity step adds
-constexpr double k_least_valve = 1e-4;                // J, over which the valve closes where the margin is less
+constexpr double k_absurd = 1e9;        // no metre, newton or second of a haptic device: counts as not finite
+constexpr double k_rotation = 1e-3;     // how far a rotation's rows may be from orthonormal: seven digits are
+constexpr double k_smoothing = 0.003;   // s, of the velocity
+constexpr double k_glitch = 0.02;       // s after a motion above the top speed in which the velocity is not believed
+constexpr double k_store = 0.02;        // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_ramp_store = 0.05;   // J, most that a ramp may give: half of 2 N over 5 cm
+constexpr double k_slack = 1.25;        // of what its springs hold: what a delay and an encoder may hide
+constexpr double k_damping = 5;         // N s/m, most that the passivity step adds
+constexpr double k_least_valve = 1e-4;  // J, over which the valve closes where the margin is less
 constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
 constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
 constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
@@ -33,6 +35,17 @@ bool sane(const Vec3d& v) { return sane(v.x) && sane(v.y) && sane(v.z); }
 bool sane(const Pose& p)
 {
     return sane(p.translation) && sane(p.rotation.row[0]) && sane(p.rotation.row[1]) && sane(p.rotation.row[2]);
+}
+/// Rows orthonormal and right-handed; false for NaN. What is merely finite may scale or mirror a tool.
+bool is_rotation(const Mat3d& m)
+{
+    const auto& r = m.row;
+    if (!std::islessequal(std::fabs(norm_sq(r[0]) - 1), k_rotation)) return false;  // zeros are each other's products
+    for (int i = 0; i < 3; ++i) {
+        const Vec3d off = cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3];
+        if (!std::islessequal(norm_sq(off), k_rotation * k_rotation)) return false;
+    }
+    return true;
 }
 bool sane(const Twist& t) { return sane(t.linear) && sane(t.angular); }
 bool sane(const Wrench& w) { return sane(w.force) && sane(w.torque); }
@@ -287,12 +300,13 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     return tick;
 }
 
-/// Step 1. Anything that is not a number, or absurd, or a clock that runs back: nothing goes out in this tick; three such ticks
-/// within 100 ms are a fault.
+/// Step 1. Anything that is not a number, or absurd, a rotation that is none, or a clock that runs back: nothing goes out in this
+/// tick; three such ticks within 100 ms are a fault.
 void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
 {
     bool ok = sane(in.time) && sane(in.sample_time) && tick.dt >= 0;
-    for (std::size_t z = 0; z < tick.zones; ++z) ok = ok && sane(in.poses[z]) && sane(in.asked[z]);
+    for (std::size_t z = 0; z < tick.zones; ++z)
+        ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation) && sane(in.asked[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
     if (ok) return;
     tick.off = true;
@@ -336,8 +350,9 @@ void SafetyFilter::observe(const SafetyInput& in, Tick& tick) noexcept
             tick.turned[z] = turned;
             tick.speed[z] = norm(moved) / tick.sample_dt;
             tick.spin[z] = norm(turned) / tick.sample_dt;
-            zone.velocity += blend * (moved / tick.sample_dt - zone.velocity);
-            zone.turn += blend * (turned / tick.sample_dt - zone.turn);
+            // A glitch is faster than any motion: what brakes must not kick for it.
+            zone.velocity += blend * (shortened(moved / tick.sample_dt, k_top_speed) - zone.velocity);
+            zone.turn += blend * (shortened(turned / tick.sample_dt, k_top_turn) - zone.turn);
             if (z < in.twists.size()) {
                 tick.speed[z] = std::max(tick.speed[z], norm(in.twists[z].linear));
                 tick.spin[z] = std::max(tick.spin[z], norm(in.twists[z].angular));
@@ -447,6 +462,7 @@ void SafetyFilter::speed(Tick& tick) noexcept
         if (tick.fresh) {
             const bool fast = tick.speed[z] > k_top_speed || tick.spin[z] > k_top_turn;
             zone.fast = fast ? zone.fast + tick.sample_dt : 0;
+            zone.since_fast = fast ? 0 : std::min(zone.since_fast + tick.sample_dt, k_glitch);
         }
         if (zone.fast <= 0) continue;
         acted = true;
@@ -500,6 +516,8 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         // make the two together active, however late it is.
         wrench = std::clamp(1 - excess / std::max(margin_, k_least_valve), 0., 1.) * wrench;
         wrench.force -= std::min(k_damping, 0.5 * device_.damping) * zone.velocity;
+        // A glitch is no motion: what the damper makes of it grows no faster than the slew, or it is a blow.
+        if (zone.since_fast < k_glitch) wrench = slewed(sent_before(zone, 1), wrench, tick.dt);
     }
     if (!acted) return;
     tick.acted |= k_acted_passivity;

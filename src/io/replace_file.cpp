@@ -53,8 +53,7 @@ void replace_file(const std::filesystem::path& path, std::span<const std::byte> 
     std::string pattern = target.string() + ".XXXXXX";
     const int fd = ::mkstemp(pattern.data());
     if (fd < 0)
-        throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) +
-                             "; choose another folder with -o");
+        throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) + "; choose another folder");
     ::fchmod(fd, 0644);
     int error = write_all(fd, bytes);
     if (error == 0 && ::fsync(fd) != 0) error = errno;

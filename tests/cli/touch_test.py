@@ -249,6 +249,42 @@ class Touch(unittest.TestCase):
         self.record("third.csv", device="path:path.csv")
         self.assertEqual([row["z0_fz"] for row in first], [row["z0_fz"] for row in rows_of("third.csv")])
 
+    def test_seconds_end_a_recorded_path_too(self):
+        self.record("whole.csv", seconds="0.5")
+        self.record("part.csv", device="trace:whole.csv", seconds="0.2")
+        self.assertEqual(len(rows_of("part.csv")), 200)
+        run("touch", "--object", "sphere.sqmap", "--device", "trace:whole.csv", "--record", "all.csv")
+        self.assertEqual(len(rows_of("all.csv")), 500)
+
+    def test_the_summary_tells_what_was_sent(self):
+        result = self.record("sent.csv", "--tool", "point", device="press:depth=0.01", seconds="4")
+        asked, sent = self.forces("sent.csv"), [math.hypot(*(float(row["z0_sent_f" + axis]) for axis in "xyz"))
+                                                for row in rows_of("sent.csv")]
+        self.assertGreater(max(asked), 4)
+        self.assertAlmostEqual(max(sent), 1, delta=1e-9)
+        self.assertIn(f"largest force asked for {max(asked):.4g} N", result.stdout)
+        changed = sum(any(row["z0_sent_" + c] != row["z0_" + c] for c in ("fx", "fy", "fz", "tx", "ty", "tz"))
+                      for row in rows_of("sent.csv"))
+        self.assertRegex(result.stdout, rf"sent: at most 1 N of 1 N allowed; the safety filter changed .* in {changed} ticks")
+        self.assertNotRegex(result.stdout, r"[1-9]\d* ticks for the motors' heat", "a path has no motors")
+
+    def test_a_proxy_that_is_pushed_is_a_touch(self):
+        result = self.record("proxy.csv", "--tool", "point", "--mode", "proxy", device="press:depth=0.004", seconds="2")
+        self.assertNotIn("nothing was touched", result.stderr)
+        self.assertGreater(int(re.search(r"(\d+) in contact", result.stdout)[1]), 500)
+        self.assertAlmostEqual(float(re.search(r"deepest (\S+) m", result.stdout)[1]), 0.004, delta=3e-4)
+
+    def test_stiffness_that_nobody_asked_for_is_what_the_device_can_show(self):
+        device = "simulated:press,delay=3"
+        result = self.record("shown.csv", device=device, seconds="0.2")
+        self.assertRegex(result.stdout, r"stiffness 286 N/m: as much as this device shows")
+        self.assertNotIn("warning", result.stdout)
+        self.assertRegex(read("shown.csv"), r'"stiffness":28[56]')
+        self.assertEqual(run("replay", "shown.csv").returncode, 0)
+        result = self.record("asked.csv", "--stiffness", "500", device=device, seconds="0.2")
+        self.assertIn("warning: this device can show 286 N/m", result.stdout)
+        self.assertIn('"stiffness":500', read("asked.csv"))
+
     def test_a_simulated_device_is_recorded_by_the_clock_and_replays(self):
         result = self.record("simulated.csv", device="simulated:slide,hand=firm", seconds="1.5")
         self.assertIn("no hardware", result.stdout)
@@ -376,7 +412,7 @@ class Touch(unittest.TestCase):
             process = subprocess.Popen([PROGRAM, "touch", "--object", "sphere.sqmap", "--tool", "sphere:0.01", "--device",
                                         f"network:port={port},wait=60", "--seconds", "60", "--record", "network.csv", *own_process],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            client = subprocess.run([sys.executable, CLIENT, "--port", port, "--seconds", "3", "--to", "0.155"], capture_output=True,
+            client = subprocess.run([sys.executable, CLIENT, "--port", port, "--seconds", "4"], capture_output=True,
                                     text=True, timeout=60)
             self.assertEqual(client.returncode, 0, client.stderr)
             process.send_signal(signal.SIGINT)
@@ -423,6 +459,7 @@ class Touch(unittest.TestCase):
             write(name, "\n".join(rows[:first + 5] + [change(rows[first + 5])] + rows[first + 6:]))
         spoil("nan_time.csv", lambda row: "nan" + row[row.index(","):])
         spoil("back.csv", lambda row: "-1" + row[row.index(","):])
+        spoil("input.csv", lambda row: re.sub(r"^(([^,]*,){4})[^,]*,", r"\g<1>99,", row))
         spoil("inf_dt.csv", lambda row: re.sub(r"^([^,]*),[^,]*,", r"\1,inf,", row))
         write("negative.csv", re.sub(r'"stiffness":[^,]*', '"stiffness":-5', text))
         write("slippery.csv", re.sub(r'"mu_static":[^,]*', '"mu_static":0.1', text))
@@ -431,6 +468,7 @@ class Touch(unittest.TestCase):
         for arguments, words in ((["replay", "nan_time.csv"], f"nan_time.csv:{first + 6}: time must be finite"),
                                  (["replay", "back.csv"], f"back.csv:{first + 6}: time must be finite and not run back"),
                                  (["replay", "inf_dt.csv"], "dt finite"),
+                                 (["replay", "input.csv"], f"input.csv:{first + 6}: input is 99: it must be 0 to 3"),
                                  (["replay", "negative.csv"], "the trace's setup: stiffness is -5: it must be 0 to 1e6"),
                                  (["replay", "slippery.csv"], "mu_static 0.1 is below mu_dynamic 0.3"),
                                  (["replay", "short.csv", "--plot", "x.png"], "--plot x.png: the picture is an SVG\n  cure: --plot x.svg"),
@@ -454,15 +492,17 @@ class Touch(unittest.TestCase):
                                  ([*touch, "--device", "slide:speed=fast"], "speed must be a number"),
                                  ([*touch, "--device", "press:direction=0/0"], "three numbers"),
                                  ([*touch, "--device", "path:absent.csv"], "absent.csv"),
+                                 (["replay", "absent.csv"], "absent.csv"),
                                  ([*touch, "--device", "simulated:dance"], "dance"),
-                                 ([*touch, "--force-limit", "1000"], "more than the device"),
+                                 ([*touch, "--force-limit", "1000"], "--force-limit 1000 is more than the device holds: 1 N"),
+                                 ([*touch, "--torque-limit", "3"], "--torque-limit 3 is more than the device holds: 0.05 N m"),
                                  ([*touch, "--record", "no/folder/x.csv"], "no/folder/x.csv")):
             result = run(*arguments)
             self.assertEqual(result.returncode, 2, (arguments, result.stdout, result.stderr))
             self.assertIn(words, result.stderr, arguments)
 
     def test_wrong_usage_is_64(self):
-        for arguments in (["touch"], ["replay"], ["replay", "absent.csv"], ["devices", "all"],
+        for arguments in (["touch"], ["replay"], ["devices", "all"],
                           ["touch", "--object", "sphere.sqmap", "--seconds", "0"],
                           ["touch", "--object", "sphere.sqmap", "--friction", "sticky"],
                           ["touch", "--object", "sphere.sqmap", "--stiffness", "-1"]):

@@ -121,7 +121,7 @@ enum SafetyStep : std::uint32_t {
 /// Bits of SafetyReport::faults; any of them means zero until the user acts.
 enum SafetyFault : std::uint32_t {
     k_fault_setup = 1u << 0,       ///< refused limits: cannot be cleared
-    k_fault_not_finite = 1u << 1,  ///< three ticks with something not finite within 100 ms
+    k_fault_not_finite = 1u << 1,  ///< three ticks with something not finite, or a rotation that is none, within 100 ms
     k_fault_stale = 1u << 2,       ///< no fresh sample for 100 ms
     k_fault_fast = 1u << 3,        ///< faster than the top speed for 20 ms
     k_fault_stop = 1u << 4,        ///< the user's STOP
@@ -142,8 +142,8 @@ struct SafetyCounters {
 
 /// Deterministic: the same inputs give the same wrenches, bit for bit. Total, noexcept, no allocation; cost: linear in the zones.
 /// Promises, for any input whatever: |force| and |torque| never exceed the limits; both are exactly zero in the tick in which
-/// anything is not finite, from 20 ms after the last sample on, and while a fault is latched. A filter that was set up with
-/// refused limits always answers zero. Steps, defaults and what is not promised: docs/algorithms/safety.md.
+/// anything is not finite or a rotation is none, from 20 ms after the last sample on, and while a fault is latched. A filter that
+/// was set up with refused limits always answers zero. Steps, defaults and what is not promised: docs/algorithms/safety.md.
 class SafetyFilter {
 public:
     SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept;
@@ -177,6 +177,7 @@ private:
         double ramp = 0;
         double ramp_store = 0;  ///< J that the ramp may yet give
         double fast = 0;        ///< s above the top speed
+        double since_fast = 1;  ///< s since it was last above it, no longer than matters
         double energy = 0;      ///< J
         double spare = 1;       ///< share of the motors' heat that is left
     };

@@ -1,6 +1,8 @@
 // The network device against a client written from docs/network-device.md, byte by byte, with nothing of the device's own code.
 #include "sqmap/device/network.h"
 
+#include "sqmap/haptic/safety.h"
+
 #include <gtest/gtest.h>
 
 #include <arpa/inet.h>
@@ -260,15 +262,10 @@ TEST(NetworkDevice, MalformedMessagesChangeNothing)
         std::memcpy(bytes.data() + offset, &value, sizeof value);
         return bytes;
     };
-    const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
     std::vector<Bytes> bad{with(0, 'X'),
                            with(4, std::uint16_t{2}),
                            with(6, std::uint16_t{9}),
                            with(16, pair.client.token ^ 1),
-                           with(24, nan),
-                           with(40, nan),
-                           with(48, infinity),
-                           with(64, 2.0),
                            with(36, std::uint32_t{1}),
                            {},
                            {'S', 'Q'},
@@ -292,6 +289,51 @@ TEST(NetworkDevice, MalformedMessagesChangeNothing)
     }
     pair.client.send(good);
     EXPECT_FALSE(pair.client.receive().empty()) << "and the good one is heard";
+}
+
+TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndTheFilterIsTold)
+{
+    Pair pair;
+    const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+    const std::pair<std::size_t, double> bad[] = {{40, nan}, {48, infinity}, {64, nan}, {64, 2}, {64, 0}, {88, -infinity}};
+    const Wrench push[] = {{{1, 0, 0}, {}}};
+    haptic::SafetyFilter filter({.max_force = 3, .continuous_force = 3}, {});
+    std::vector<Wrench> safe(1);
+    haptic::SafetyInput in{.asked = push};
+    Sample sample;
+    std::uint64_t sequence = 100;
+    const auto filtered = [&] {
+        EXPECT_TRUE(pair.device->read(sample));
+        in.time += 1e-3;
+        in.sample_time = in.time;
+        in.sequence = ++sequence;
+        in.poses = {sample.poses.data(), 1};
+        return filter.tick(in, safe);
+    };
+    const Wrench none[] = {{}};
+    in.asked = none;
+    for (int i = 0; i < 600; ++i) filtered();
+    in.asked = push;
+    for (int i = 0; i < 200; ++i) filtered();
+    ASSERT_EQ(safe[0].force.x, 1);
+    std::uint64_t n = 10;
+    for (const auto& [offset, value] : bad) {
+        ASSERT_TRUE(pair.device->write(push));
+        pair.client.send(pair.client.pose(n++, 1));
+        EXPECT_EQ(force_in(pair.client.receive()), (Vec3d{1, 0, 0}));
+        Bytes bytes = pair.client.pose(n++, 1);
+        std::memcpy(bytes.data() + offset, &value, sizeof value);
+        pair.client.send(bytes);
+        const Bytes answer = pair.client.receive();
+        ASSERT_FALSE(answer.empty()) << offset;
+        EXPECT_EQ(force_in(answer), (Vec3d{})) << offset;
+        EXPECT_TRUE(filtered().acted & haptic::k_acted_finite) << offset;
+        EXPECT_EQ(safe[0], (Wrench{})) << offset;
+        pair.client.send(pair.client.pose(n++, 1));
+        EXPECT_FALSE(pair.client.receive().empty());
+        for (int i = 0; i < 100; ++i) filtered();
+        EXPECT_EQ(safe[0].force.x, 1) << "and a good one is felt again";
+    }
 }
 
 TEST(NetworkDevice, ASecondClientIsRefusedUntilTheFirstSaysGoodbye)

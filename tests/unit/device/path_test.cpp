@@ -96,6 +96,9 @@ TEST(ReadPath, ReadsPosesAndNamesTheLineOfAnError)
     EXPECT_EQ(complaint_about(header + "0,-1,0,1,0,0,0,0,1,0.5,-2,nan\n"), ":2: column 12 is no finite number: 'nan'");
     EXPECT_EQ(complaint_about(header + "0,1,0,1,0,0,0,0,1,0,0,0\n"),
               ":2: the first nine columns are no rotation (rows must be orthonormal and right-handed)");
+    for (const char* none : {"0,0,0,0,0,0,0,0,0", "-1,0,0,0,1,0,0,0,1", "2,0,0,0,2,0,0,0,2"})
+        EXPECT_EQ(complaint_about(header + none + ",0,0,0\n"),
+                  ":2: the first nine columns are no rotation (rows must be orthonormal and right-handed)");
     EXPECT_THROW((void)read_path("/no/such/file"), DeviceError);
 }
 

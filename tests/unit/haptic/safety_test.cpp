@@ -146,6 +146,34 @@ TEST(SafetyFinite, ThreeBadTicksWithinATenthOfASecondAreAFaultThreeInASecondAreN
     }
 }
 
+TEST(SafetyFinite, ARotationThatIsNoneIsNotBelieved)
+{
+    const Mat3d none[] = {{{{}, {}, {}}},
+                          {{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
+                          {{{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}},
+                          {{{1, 0, 0}, {0.01, 1, 0}, {0, 0, 1}}},
+                          {{{1, 0, 0}, {1, 0, 0}, {0, 0, 1}}},
+                          {{{0, 1, 0}, {1, 0, 0}, {0, 0, 1}}},
+                          {{{1, 0, 0}, {0, 1.005, 0}, {0, 0, 1}}}};
+    for (const Mat3d& rotation : none) {
+        Bench bench(strong(), {}, 2);
+        bench.engage_and_push({1, 0, 0});
+        bench.poses[1].rotation = rotation;
+        bench.tick();
+        EXPECT_TRUE(bench.silent()) << rotation.row[0].x << ' ' << rotation.row[1].x << ' ' << rotation.row[1].y;
+        bench.poses[1].rotation = {};
+        bench.run(0.01, {1, 0, 0});
+        EXPECT_EQ(bench.force(1), (Vec3d{1, 0, 0}));
+    }
+    // Seven digits are a rotation.
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.poses[0].rotation = {{{0.9999500f, -0.0099998f, 0}, {0.0099998f, 0.9999500f, 0}, {0, 0, 1}}};
+    bench.tick();
+    EXPECT_EQ(bench.force(), (Vec3d{1, 0, 0}));
+    EXPECT_EQ(bench.filter.counters().not_finite, 0u);
+}
+
 TEST(SafetyFinite, AClockThatRunsBackIsNotBelieved)
 {
     Bench bench;
@@ -546,6 +574,30 @@ TEST(SafetySpeed, OneGlitchIsBrakedByNoMoreThanTheSlew)
     EXPECT_LE(norm(bench.force()), 0.25 + 1e-12);
     bench.run(0.1, {1, 0, 0});
     EXPECT_EQ(bench.force().x, 1);
+}
+
+TEST(SafetySpeed, AGlitchOfMillimetresNeverBecomesABlow)
+{
+    // For a tick or two, or for good; the force asked for follows the place, as a spring's does.
+    for (const double damping : {0., 0.5, 1., 2., 5., 10.})
+        for (const double glitch : {-0.004, 0.0015, 0.002, 0.004, 0.01, 0.04})
+            for (const int ticks : {1, 2, 500}) {
+                DeviceLimits device = strong();
+                device.damping = damping;
+                Bench bench(device, {.softest = 500});
+                bench.engage();
+                bench.run(0.5, {0.75, 0, 0});
+                double before = bench.force().x;
+                for (int i = 0; i < 500; ++i) {
+                    const double off = i < ticks ? glitch : 0;
+                    bench.poses[0].translation.x = off;
+                    bench.asked[0].force.x = std::max(0.75 - 500 * off, 0.);
+                    bench.tick();
+                    const double now = bench.force().x, kept = now * before > 0 ? std::fabs(before) : 0;
+                    ASSERT_LE(std::fabs(now) - kept, 0.25 + 1e-12) << damping << ' ' << glitch << ' ' << ticks << ' ' << i;
+                    before = now;
+                }
+            }
 }
 
 TEST(SafetySpeed, NineTenthsOfAMetreASecondIsAMotion)
