@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -90,7 +91,12 @@ void run_frames(const FramesOptions& options)
     for (const Record& r : records) {
         std::printf("%-14s %9.2f %9.2f %9.2f %11zu %9.1f", r.method.c_str(), r.p50_us, r.p99_us, r.p999_us, r.bytes, r.contacts);
         if (r.accuracy)
-            std::printf(" %9.4f %9.4f %9.5f", r.accuracy->missed_pct, r.accuracy->false_pct, r.accuracy->depth_error_mean_pct);
+            for (const double value : {r.accuracy->missed_pct, r.accuracy->false_pct, r.accuracy->depth_error_mean_pct}) {
+                if (std::isfinite(value))
+                    std::printf(" %9.5f", value);
+                else
+                    std::printf(" %9s", "-");
+            }
         std::printf("\n");
     }
 }
