@@ -418,8 +418,15 @@ std::uint32_t& place_of_a_chain(ModelData& m)
         return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) && model::place_planes(p) == 0 &&
                (m.locator_seeds[model::place_first(p)].extent & model::k_last_seed) == 0;
     });
-    if (it == m.places.end()) throw std::logic_error("the model has no place that is searched from several seeds");
-    return *it;
+    if (it != m.places.end()) return *it;
+    // Planes answer everywhere: one place asks two seeds instead.
+    m.locator_seeds.push_back({0, 0});
+    const auto first = static_cast<std::uint32_t>(m.locator_seeds.size());
+    m.locator_seeds.push_back({0, 0x8000});
+    for (std::uint32_t k = 0; k < model::k_most_seeds; ++k) m.locator_seeds.push_back({0, 0x8000 | model::k_last_seed});
+    std::uint32_t& place = flat_place(m);
+    place = (place & 0x7ffu) | first << 14;
+    return place;
 }
 
 /// The first brick that is stored place by place.
@@ -632,13 +639,21 @@ const Lie k_lies[] = {
     {"part_lists_missing", [](ModelData& m) { m.part_lists.clear(); }},
     {"list_of_no_part",
      [](ModelData& m) { m.part_lists[0] = (m.part_lists[0] & 0xffff00ffu) | static_cast<std::uint32_t>(m.parts.size()) << 8; }},
-    {"seeds_missing", [](ModelData& m) { m.locator_seeds.clear(); }},
+    {"seeds_missing",
+     [](ModelData& m) {
+         (void)place_of_a_chain(m);
+         m.locator_seeds.clear();
+     }},
     {"seed_of_no_part",
      [](ModelData& m) {
          std::uint32_t& direction = m.locator_seeds[model::place_first(place_of_a_chain(m))].direction;
          direction = (direction & ~0xffu) | static_cast<std::uint32_t>(m.parts.size());
      }},
-    {"seed_chain_without_end", [](ModelData& m) { m.locator_seeds.back().extent &= ~model::k_last_seed; }},
+    {"seed_chain_without_end",
+     [](ModelData& m) {
+         (void)place_of_a_chain(m);
+         m.locator_seeds.back().extent &= ~model::k_last_seed;
+     }},
     {"seed_chain_too_long",
      [](ModelData& m) {
          const std::uint32_t first = model::place_first(place_of_a_chain(m));
