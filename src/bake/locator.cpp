@@ -1,10 +1,10 @@
 #include "locator.h"
 
 #include "budget.h"
+#include "clip_to_cube.h"
+#include "nearby.h"
 #include "parallel.h"
 #include "query/approach.h"
-#include "query/triangle_offsets.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>
@@ -120,104 +120,6 @@ DomainTest test_domain(const model::Part& part, Vec3d c, double h)
     }
     return test;
 }
-
-/// A triangle cut to a cube leaves at most nine corners.
-struct ClippedTriangle {
-    Vec3d corners[9];
-    int count = 0;
-};
-
-/// Cut to the cube about the origin (Sutherland and Hodgman 1974).
-ClippedTriangle clip_to_cube(const std::array<Vec3d, 3>& triangle, double half)
-{
-    ClippedTriangle piece{{triangle[0], triangle[1], triangle[2]}, 3};
-    for (int axis = 0; axis < 3; ++axis)
-        for (const double sign : {1.0, -1.0}) {
-            const auto room = [&](Vec3d p) { return half - sign * p[axis]; };
-            ClippedTriangle next;
-            for (int i = 0; i < piece.count; ++i) {
-                const Vec3d a = piece.corners[i], b = piece.corners[(i + 1) % piece.count];
-                const double at_a = room(a), at_b = room(b);
-                if (at_a >= 0) next.corners[next.count++] = a;
-                if ((at_a < 0) != (at_b < 0)) next.corners[next.count++] = a + (at_a / (at_a - at_b)) * (b - a);
-            }
-            piece = next;
-        }
-    return piece;
-}
-
-/// The triangles that can be nearest to some point of a place: its samples ask these, all at once, and not the whole mesh.
-class Nearby {
-public:
-    /// reach: from the centre, what is farther matters to none.
-    Nearby(const mesh::Solid& solid, Vec3d centre, double reach) : solid_(solid), centre_(centre)
-    {
-        bool all = true;
-        solid_.bvh().visit_nearest(centre, reach * reach, [&](std::uint32_t t, double radius_sq) {
-            const mesh::Boundary b = solid_.boundary()[t];
-            if (b == mesh::Boundary::Whole) triangles_.push_back(t);
-            all = all && b != mesh::Boundary::Partly && triangles_.size() <= k_most;
-            return all ? radius_sq : 0;
-        });
-        if (!all) triangles_.clear();
-        for (const std::uint32_t t : triangles_)
-            for (const std::uint32_t v : solid_.mesh().triangles[t])
-                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre_));
-    }
-
-    /// Nearest points of the boundary, no farther off than rounding to float makes them.
-    void closest(std::span<const Vec3d> points, std::vector<mesh::ClosestPoint>& out)
-    {
-        out.clear();
-        if (triangles_.empty()) {
-            for (const Vec3d& p : points) {
-                // No farther than the last one's.
-                const double within = out.empty() ? INFINITY : 1.000001 * norm(p - out.back().point) + 1e-12;
-                out.push_back(solid_.closest_boundary(p, within));
-            }
-            return;
-        }
-        const std::size_t columns = (points.size() + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
-        for (std::size_t k = 0; k < 3; ++k) {
-            for (std::size_t i = 0; i < columns; ++i)
-                at_[k][i] = static_cast<float>((points[std::min(i, points.size() - 1)] - centre_)[static_cast<int>(k)]);
-            offset_[k].resize(triangles_.size() * columns);
-        }
-        distance_.resize(triangles_.size() * columns);
-        query::triangle_offsets(corners_, {at_[0], at_[1], at_[2], columns}, offset_[0].data(), offset_[1].data(),
-                                offset_[2].data(), distance_.data());
-        std::uint32_t nearest[k_points];
-        float least[k_points];
-        std::fill_n(nearest, columns, 0u);
-        std::copy_n(distance_.begin(), columns, least);
-        for (std::uint32_t t = 1; t < triangles_.size(); ++t) {
-            const float* d = &distance_[t * columns];
-            for (std::size_t i = 0; i < columns; ++i) {
-                nearest[i] = d[i] < least[i] ? t : nearest[i];
-                least[i] = d[i] < least[i] ? d[i] : least[i];
-            }
-        }
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const std::uint32_t t = triangles_[nearest[i]];
-            const mesh::Triangle& corners = solid_.mesh().triangles[t];
-            const auto& v = solid_.mesh().vertices;
-            const Vec3d q = closest_point_on_triangle(points[i], v[corners[0]], v[corners[1]], v[corners[2]]);
-            out.push_back({q, t, norm(q - points[i])});
-        }
-    }
-
-    static constexpr std::size_t k_points = 32;  ///< that can be asked at once
-
-private:
-    static constexpr std::size_t k_most = 400;  ///< more than these take longer than the mesh's tree
-
-    const mesh::Solid& solid_;
-    Vec3d centre_;
-    std::vector<std::uint32_t> triangles_;
-    std::vector<Vec3f> corners_;
-    float at_[3][k_points] = {};
-    std::vector<float> offset_[3], distance_;
-};
 
 class LocatorBaker {
 public:

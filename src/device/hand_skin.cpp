@@ -1,5 +1,7 @@
 #include "sqmap/device/hand_skin.h"
 
+#include "sqmap/math/rotation.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -59,28 +61,6 @@ std::size_t zone_of(std::size_t joint)
     for (std::size_t f = 0; f < k_bones.size(); ++f)
         if (joint >= k_bones[f].knuckle && joint <= k_tip_joints[f]) return f;
     return k_palm;
-}
-
-/// Rotation by an angle about a unit axis.
-Mat3d turned(const Vec3d& axis, double angle)
-{
-    const double c = std::cos(angle), s = std::sin(angle);
-    Mat3d m;
-    for (int k = 0; k < 3; ++k) {
-        Vec3d e{};
-        e[k] = 1;
-        const Vec3d column = c * e + s * cross(axis, e) + ((1 - c) * dot(axis, e)) * axis;
-        for (int i = 0; i < 3; ++i) m.row[i][k] = column[i];
-    }
-    return m;
-}
-
-/// Axis times angle, 0 to pi.
-Vec3d turn_of(const Mat3d& m)
-{
-    const Vec3d s = 0.5 * Vec3d{m.row[2].y - m.row[1].z, m.row[0].z - m.row[2].x, m.row[1].x - m.row[0].y};
-    const double sine = norm(s);
-    return sine > 1e-9 ? std::atan2(sine, 0.5 * (m.row[0].x + m.row[1].y + m.row[2].z - 1)) / sine * s : s;
 }
 
 /// y from the wrist to the middle finger's knuckle, x to the thumb's side, z out of the back: left-handed in a right hand.
@@ -156,7 +136,7 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
         // All bones of a finger turn about one axis: its tip has turned by the sum.
         const Mat3d turn = transpose(posture.wrist.rotation) * zones[f].rotation * transpose(flat[f].rotation);
         const Vec3d closing = -1. * Vec3d{flat[f].rotation.row[0].x, flat[f].rotation.row[1].x, flat[f].rotation.row[2].x};
-        double angle = dot(turn_of(turn), closing);
+        double angle = dot(rotation_vector(turn), closing);
         if (angle < -0.25 * k_two_pi) angle += k_two_pi;  // closed by more than half a turn
         posture.curl[f] = angle / (k_bones[f].follow[0] + k_bones[f].follow[1] + k_bones[f].follow[2]);
     }
@@ -172,7 +152,7 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
         for (int b = 0; b < bones.count; ++b) {
             const std::size_t joint = bones.knuckle + static_cast<std::size_t>(b);
             const Vec3d centre = along(map, places_[joint]);
-            map.rotation = map.rotation * turned(axis_[f], bones.follow[b] * posture.curl[f]);
+            map.rotation = map.rotation * rotation_by(bones.follow[b] * posture.curl[f] * axis_[f]);
             map.translation = centre - map.rotation * places_[joint];
             maps[joint] = {map.rotation, map.translation + (b + 1.) / bones.count * off};
         }

@@ -1,5 +1,7 @@
 #include "sqmap/device/simulated.h"
 
+#include "sqmap/math/rotation.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -23,38 +25,6 @@ Vec3d saturated(const Vec3d& v, double most)
 {
     const double length = norm(v);
     return length > most ? most / length * v : v;
-}
-
-/// The rotation by |v| about v (Rodrigues).
-Mat3d rotation_by(const Vec3d& v)
-{
-    const double angle = norm(v);
-    if (angle < 1e-12) return {};
-    const Vec3d axis = v / angle;
-    const double c = std::cos(angle), s = std::sin(angle);
-    Mat3d m;
-    for (int k = 0; k < 3; ++k) {
-        Vec3d e{};
-        e[k] = 1;
-        const Vec3d column = c * e + s * cross(axis, e) + ((1 - c) * dot(axis, e)) * axis;
-        for (int i = 0; i < 3; ++i) m.row[i][k] = column[i];
-    }
-    return m;
-}
-
-/// The rotation vector from a to b.
-Vec3d turn_between(const Mat3d& a, const Mat3d& b)
-{
-    const Mat3d d = b * transpose(a);
-    const Vec3d s = 0.5 * Vec3d{d.row[2].y - d.row[1].z, d.row[0].z - d.row[2].x, d.row[1].x - d.row[0].y};
-    const double sine = norm(s);
-    return sine > 1e-12 ? std::atan2(sine, 0.5 * (d.row[0].x + d.row[1].y + d.row[2].z - 1)) / sine * s : s;
-}
-
-Mat3d orthonormal(const Mat3d& m)
-{
-    const Vec3d x = normalized(m.row[0]), y = normalized(m.row[1] - dot(m.row[1], x) * x);
-    return {{x, y, cross(x, y)}};
 }
 
 }  // namespace
@@ -102,8 +72,8 @@ void HeldTool::step(const Wrench* written, const HandTarget& target, double dt) 
         v = speed > stop ? (1 - stop / speed) * v : Vec3d{};
         pose_.translation += h * v;
 
-        const Vec3d twist =
-            hand_.turn_stiffness * turn_between(pose_.rotation, target.pose.rotation) + hand_.turn_damping * target.twist.angular;
+        const Vec3d twist = hand_.turn_stiffness * rotation_vector(target.pose.rotation * transpose(pose_.rotation)) +
+                            hand_.turn_damping * target.twist.angular;
         Vec3d& w = twist_.angular;
         w = (w + h / inertia * (exerted_.torque + twist)) / (1 + h * turn_drag / inertia);
         pose_.rotation = rotation_by(h * w) * pose_.rotation;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/haptic/wrench.h"
+#include "sqmap/math/rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,46 +16,6 @@ inline bool is_finite(const Pose& p)
            is_finite(p.translation);
 }
 inline bool is_finite(const Twist& t) { return is_finite(t.linear) && is_finite(t.angular); }
-
-/// Rotation by |r| about r (Rodrigues).
-inline Mat3d rotation_by(Vec3d r)
-{
-    const double angle_sq = norm_sq(r), angle = std::sqrt(angle_sq);
-    const double s = angle > 1e-8 ? std::sin(angle) / angle : 1, c = angle > 1e-8 ? (1 - std::cos(angle)) / angle_sq : 0.5;
-    Mat3d m;
-    for (int k = 0; k < 3; ++k) {
-        Vec3d e{};
-        e[k] = 1;
-        const Vec3d column = e + s * cross(r, e) + c * cross(r, cross(r, e));
-        for (int i = 0; i < 3; ++i) m.row[i][k] = column[i];
-    }
-    return m;
-}
-
-/// The inverse: axis times angle, 0 to pi. Half a turn has two answers; one is taken.
-inline Vec3d rotation_vector(const Mat3d& m)
-{
-    const Vec3d twice{m.row[2].y - m.row[1].z, m.row[0].z - m.row[2].x, m.row[1].x - m.row[0].y};  // 2 sin(angle) axis
-    const double sine = 0.5 * norm(twice), cosine = 0.5 * (m.row[0].x + m.row[1].y + m.row[2].z - 1);
-    const double angle = std::atan2(sine, cosine);
-    if (sine > 1e-6) return (0.5 * angle / sine) * twice;
-    if (cosine > 0) return 0.5 * twice;
-    // Near half a turn: (m + 1) / 2 is the axis times itself.
-    Vec3d axis{};
-    for (int k = 0; k < 3; ++k) {
-        Vec3d column{m.row[0][k], m.row[1][k], m.row[2][k]};
-        column[k] += 1;
-        if (norm_sq(column) > norm_sq(axis)) axis = column;
-    }
-    return angle * normalized(axis);
-}
-
-/// The nearest rotation to one that has drifted by rounding.
-inline Mat3d orthonormal(const Mat3d& m)
-{
-    const Vec3d x = normalized(m.row[0]), z = normalized(cross(x, m.row[1]));
-    return {{x, cross(z, x), z}};
-}
 
 inline Twist twist_between(const Pose& before, const Pose& now, double dt)
 {

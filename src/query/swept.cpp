@@ -1,5 +1,6 @@
 #include "sqmap/query/swept.h"
 
+#include "sqmap/math/rotation.h"
 #include "sqmap/query/pair.h"
 
 #include <algorithm>
@@ -14,36 +15,14 @@ constexpr std::uint32_t k_none = 0xffffffffu;
 
 Vec3d apply(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
 
-/// About a unit axis (Rodrigues).
-Mat3d rotation_about(Vec3d axis, double angle)
-{
-    const double c = std::cos(angle), s = std::sin(angle);
-    const Vec3d a = axis;
-    return {{{c + a.x * a.x * (1 - c), a.x * a.y * (1 - c) - a.z * s, a.x * a.z * (1 - c) + a.y * s},
-             {a.y * a.x * (1 - c) + a.z * s, c + a.y * a.y * (1 - c), a.y * a.z * (1 - c) - a.x * s},
-             {a.z * a.x * (1 - c) - a.y * s, a.z * a.y * (1 - c) + a.x * s, c + a.z * a.z * (1 - c)}}};
-}
-
 }  // namespace
 
 Pose between(const Pose& from, const Pose& to, double share) noexcept
 {
     if (!(share > 0)) return from;
     if (!(share < 1)) return to;
-    const Mat3d turn = to.rotation * transpose(from.rotation);
-    const Vec3d twice_sine{turn.row[2].y - turn.row[1].z, turn.row[0].z - turn.row[2].x, turn.row[1].x - turn.row[0].y};
-    const double sine = 0.5 * norm(twice_sine), cosine = 0.5 * (turn.row[0].x + turn.row[1].y + turn.row[2].z - 1);
-    Vec3d axis = normalized(twice_sine);
-    if (sine < 1e-9 && cosine < 0) {
-        // Half a turn: turn + 1 = 2 axis axis^T.
-        const int k =
-            turn.row[0].x >= turn.row[1].y && turn.row[0].x >= turn.row[2].z ? 0 : (turn.row[1].y >= turn.row[2].z ? 1 : 2);
-        axis = turn.row[k];
-        axis[k] += 1;
-        axis = normalized(axis);
-    }
-    const Vec3d shift = from.translation + share * (to.translation - from.translation);
-    return {rotation_about(axis, share * std::atan2(sine, cosine)) * from.rotation, shift};
+    const Vec3d turn = rotation_vector(to.rotation * transpose(from.rotation));
+    return {rotation_by(share * turn) * from.rotation, from.translation + share * (to.translation - from.translation)};
 }
 
 struct SweptQuery {

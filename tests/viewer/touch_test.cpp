@@ -67,9 +67,12 @@ TEST(Touch, APressedBallPushesBackAlongItsNormal)
 
 TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
 {
-    Settings settings{.friction = 0.4, .texture = 0.0002};
-    const auto take = std::make_shared<Take>();
-    {
+    Settings settings;
+    std::shared_ptr<Take> take;
+    // A busy machine may keep the recorder from hearing of every tick: such a take cannot be computed again.
+    for (int attempt = 0; attempt < 5 && (!take || take->lost > 0); ++attempt) {
+        settings = {.friction = 0.4, .texture = 0.0002};
+        take = std::make_shared<Take>();
         Touch touch({ball()}, settings, nullptr, {0, 0, 0.08}, take);
         (void)wait_for(touch, [](const TouchFrame& f) { return f.engaged; });
         touch.aim({0.004, 0, 0.05 + settings.tool_radius - 0.003});
@@ -81,7 +84,7 @@ TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
         (void)wait_for(touch, [&](const TouchFrame&) { return take->ticks.size() > then + 300; });
     }
     ASSERT_GT(take->ticks.size(), 300u);
-    if (take->lost > 0) GTEST_SKIP() << "the machine was too busy to hear of every tick";
+    if (take->lost > 0) GTEST_SKIP() << "the machine was too busy to hear of every tick, five times";
     const Again again = compute_again({take}, std::nullopt);
     EXPECT_EQ(again.ticks.size(), take->ticks.size());
     EXPECT_EQ(again.different, 0u);
