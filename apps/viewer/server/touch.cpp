@@ -211,7 +211,7 @@ bool Touch::frame(TouchFrame& out)
     out.point = w.last.point;
     out.normal = w.last.normal;
     // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
-    for (const double below : {2e-4, 1e-3, 2e-3, 4e-3})
+    for (const double below : {2e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3})
         for (std::size_t i = 0; i < w.feeling->objects().size() && out.object < 0; ++i) {
             if (w.feeling->objects()[i] == nullptr) continue;
             const Object& object = *w.feeling->objects()[i];

@@ -245,6 +245,8 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
     if (pieces.size() == 4 && what == "glb") return file("model/gltf-binary", ".glb", [=] { return glb_bytes(*object, *parts); });
     if (pieces.size() == 4 && what == "json")
         return file("application/json", ".json", [=] { return superquadrics_json(*object, *parts).dump(2) + "\n"; });
+    if (pieces.size() == 4 && what == "sqmap" && entries_[*index].at > 0)
+        return answer({.status = 409, .body = "bake the edited parts first: the model is of those before\n"});
     if (pieces.size() == 4 && what == "sqmap")
         return file("application/octet-stream", ".sqmap",
                     [=] { return std::string(reinterpret_cast<const char*>(object->blob.data()), object->blob.size()); });
@@ -353,6 +355,7 @@ void Viewer::on_open(ConnectionId connection)
 void Viewer::on_close(ConnectionId connection)
 {
     connections_.erase(connection);
+    refused_.erase(connection);
     // A page that is gone holds nothing: the force ends with it.
     if (connection == holder_ || connections_.empty()) stop_touch();
     if (connections_.empty()) {
@@ -367,7 +370,16 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
     if (!message) return false;
     switch (message->say) {
         case Say::Touch:
-            if (holder_ != 0 && holder_ != connection) return true;  // another page has the tool in hand
+            if (holder_ != 0 && holder_ != connection) {
+                // Said once a press.
+                if (message->held && refused_.insert(connection).second)
+                    server_->send_text(
+                        connection,
+                        text_of({{"say", "trouble"}, {"text", "Another window has the tool in hand: let go there first."}}));
+                if (!message->held) refused_.erase(connection);
+                return true;
+            }
+            refused_.erase(connection);
             touch(connection, *message);
             return true;
         case Say::Stop:
@@ -518,6 +530,10 @@ void Viewer::add(std::shared_ptr<Object> object)
     std::vector<ObjectPtr> others;
     for (const Entry& entry : entries_) others.push_back(entry.object);
     place_beside(*object, others);
+    // Two of one name could not be told apart in a list.
+    const std::string name = object->name;
+    for (int n = 2; std::any_of(others.begin(), others.end(), [&](const ObjectPtr& o) { return o->name == object->name; }); ++n)
+        object->name = name + " " + std::to_string(n);
     Entry entry;
     entry.history.push_back(std::make_shared<const Parts>(object->parts));
     entry.words = object->words;

@@ -114,7 +114,8 @@ private:
     Server* server_ = nullptr;
     std::vector<Entry> entries_;
     std::set<ConnectionId> connections_;
-    ConnectionId holder_ = 0;  ///< whose pointer moves the tool
+    ConnectionId holder_ = 0;         ///< whose pointer moves the tool
+    std::set<ConnectionId> refused_;  ///< who has pressed meanwhile
 
     Settings settings_{};
     std::unique_ptr<Touch> touch_;

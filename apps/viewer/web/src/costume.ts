@@ -32,6 +32,9 @@ export class Costume {
   private line: OnCloth[] | null = null;
   private touched: OnCloth | null = null;  ///< what under() found last
   private draws = false;
+  private pinned: OnCloth[] = [];  ///< where pins were set here
+  private pinnedAt = 0;
+  private pinMarks = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xffd400, size: 9, sizeAttenuation: false, depthTest: false }));
   private drawn = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd4145a, depthTest: false }));
   private seamText = '';
   private factsDue = 0;
@@ -56,7 +59,9 @@ export class Costume {
     this.drawn.frustumCulled = false;
     this.drawn.renderOrder = 9;
     this.drawn.visible = false;
-    world.extra.add(this.drawn);
+    this.pinMarks.frustumCulled = false;
+    this.pinMarks.renderOrder = 9;
+    world.extra.add(this.drawn, this.pinMarks);
     world.extra.visible = false;
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
     canvas.addEventListener('pointermove', (e) => { if (!this.active) return; if (this.held) { this.place(e); this.drag(); } else if (this.line && this.draws) { this.place(e); this.extend(); } });
@@ -127,6 +132,9 @@ export class Costume {
     attribute.needsUpdate = true;
     this.cloth.geometry.computeVertexNormals();
     if (this.line) this.drawLine();
+    if (f.pinned === 0 && performance.now() - this.pinnedAt > 1500) this.pinned = [];
+    this.pinMarks.visible = this.pinned.length > 0;
+    if (this.pinMarks.visible) { this.pinMarks.geometry.dispose(); this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p))); }
     const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
     this.world.showArrow(f.held ? this.at : null, pull, 3);
     this.world.redraw();
@@ -194,21 +202,21 @@ export class Costume {
     if (!this.active || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
     this.place(e);
     const p = this.under();
-    if (!p) return;  // beside the cloth the drag turns the view
+    if (!p && !this.cuts.checked) return;  // beside the cloth the drag turns the view
     e.stopImmediatePropagation();
     this.canvas.focus();
     this.canvas.setPointerCapture(e.pointerId);
-    if (this.pins.checked) this.pin(p);
-    else if (this.cuts.checked) { this.draws = true; this.beginCut(); }
-    else this.grasp(p);
+    if (this.pins.checked) this.pin(p as THREE.Vector3);
+    else if (this.cuts.checked) { this.draws = true; this.line = []; this.extend(); }  // from outside the hem as well
+    else this.grasp(p as THREE.Vector3);
   }
-  private pin(p: THREE.Vector3): void { this.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
+  private pin(p: THREE.Vector3): void { if (this.touched) this.pinned.push(this.touched); this.pinnedAt = performance.now(); this.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
   private grasp(p: THREE.Vector3): void { this.at.copy(p); this.held = true; this.say({ say: 'cloth', do: 'grasp', p: p.toArray() }); }
   /// A line of places on the cloth, which goes where the cloth goes; draws: by the pointer, else by keys.
   private beginCut(): void { this.line = this.touched ? [this.touched] : null; this.drawLine(); }
   private extend(): void {
     const p = this.under();
-    if (!p || !this.touched || !this.line || this.line.length >= MOST_LINE || p.distanceTo(this.placeOf(this.line[this.line.length - 1])) < LINE_STEP) return;
+    if (!p || !this.touched || !this.line || this.line.length >= MOST_LINE || (this.line.length > 0 && p.distanceTo(this.placeOf(this.line[this.line.length - 1])) < LINE_STEP)) return;
     this.line.push(this.touched);
     this.drawLine();
   }
@@ -237,7 +245,7 @@ export class Costume {
     this.world.redraw();
   }
   private drag(): void { this.at.copy(this.world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); }
-  private release(): void {
+  release(): void {
     if (!this.held) return;
     this.held = false;
     this.dragged = null;

@@ -31,7 +31,12 @@ export class Hand {
       this.deeper(e.deltaY < 0 ? 0.0005 : -0.0005);
     }, { capture: true, passive: false });
     canvas.addEventListener('keydown', (e) => this.key(e));
-    canvas.addEventListener('blur', () => { if (this.held && !this.drags) this.letGo(); });
+    // To the sliders it stays where it is, so that they can be felt; Space lets go from there, too.
+    canvas.addEventListener('blur', (e) => {
+      if (!this.held || this.drags) return;
+      if (e.relatedTarget instanceof Element && e.relatedTarget.closest('#panel')) this.onKeyTouch('Still touching. Space stops.');
+      else this.letGo();
+    });
   }
 
   private drags = false;

@@ -30,7 +30,8 @@ const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'ari
 const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
-const stage = h('div', { class: 'stage' }, canvas, hint, legend, forceRead);
+const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // always in sight, however the panel is scrolled
+const stage = h('div', { class: 'stage' }, canvas, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
 const world = new World(canvas);
 const hand = new Hand(world, canvas);
 const charts = new Charts();
@@ -109,8 +110,8 @@ const lookPanel = h('div', {},
       check('Map samples', false, (on) => { world.withSamples = on; void world.paint(); }, 'samples'),
       check('Offset (eq. 12)', false, (on) => { world.withOffset = on; void world.paint(); }, 'offset'),
       check('Hidden (Q2)', false, (on) => { world.withHidden = on; void world.paint(); }, 'hidden'))),
-  card('Place and part', numbers, partBox),
-  card('Map of the part', map.element));
+  card('Place and part', numbers, partBox));
+const mapCard = card('Map of the part', map.element);
 
 let settings: Settings = { layer: 'auto', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2, tool: 'ball', toolSize: 0.06, toolTurn: 0, toolTilt: 0 };
 const sliders: { set(): void }[] = [];
@@ -246,7 +247,7 @@ const sharePanel = card('Files', h('div', { class: 'row wrap' },
 
 const dressPanel = h('div', {}, card('Costume', costume.element));
 
-panel.append(notice, progressBox, dialog, factsBox, h('div', { id: 'mode-panel' }), card('Timing', counters, pageCost), sharePanel);
+panel.append(notice, progressBox, dialog, mapCard, factsBox, h('div', { id: 'mode-panel' }), card('Timing', counters, pageCost), sharePanel);
 
 const main = h('main', {}, stage, panel, charts.element);
 document.getElementById('app')!.replaceChildren(
@@ -255,6 +256,7 @@ document.getElementById('app')!.replaceChildren(
 
 // ---- Modes
 
+const HIDDEN_HINT = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.';
 const hints: Record<Mode, string> = {
   look: 'Drag to turn it. Click it for numbers. Drop a mesh here to bake it.',
   touch: 'Press on an object and drag: you are touching it. The arrow is the force.',
@@ -265,7 +267,7 @@ const hints: Record<Mode, string> = {
 function setMode(next: Mode): void {
   hand.letGo();
   recorder.halt();
-  if (mode !== next) dialog.hidden = true;
+  if (mode !== next) { dialog.hidden = true; panel.scrollTop = 0; }
   const before = mode;
   mode = next;
   for (const [m, b] of Object.entries(tabs)) { b.setAttribute('aria-selected', String(m === mode)); b.tabIndex = m === mode ? 0 : -1; }
@@ -273,13 +275,16 @@ function setMode(next: Mode): void {
   panel.querySelector('.senses')?.append(senses);
   panel.setAttribute('aria-labelledby', `tab-${mode}`);
   main.dataset.mode = mode;
-  hint.textContent = hints[mode];
+  hint.textContent = game.running && mode !== 'dress' ? (mode === 'recognise' ? HIDDEN_HINT : 'A round of recognition goes on: the objects stay hidden until you leave the game.') : hints[mode];
   hint.hidden = false;
   hand.enabled = mode === 'touch' || mode === 'recognise';
   if (mode !== 'recognise') hand.only = game.running ? hand.only : -1;
-  world.hidden = mode === 'dress' || (mode === 'recognise' && game.running);
+  world.hidden = mode === 'dress' || game.running;
   canvas.classList.toggle('touching', hand.enabled);
   factsBox.hidden = mode === 'recognise' || mode === 'dress';
+  showMapCard();
+  showFactsLine();
+  showStopped();
   if (before !== mode && mode === 'dress') { world.mark(null); if (costume.last) hint.hidden = true; costume.enter(); }
   if (before === 'dress' && mode !== 'dress') { costume.leave(); world.mark(null); world.frame(); }
   if (mode === 'look' || mode === 'dress') hideTool();
@@ -309,16 +314,18 @@ function stop(): void {
   link.say({ say: 'stop' });
   recorder.halt();
   hand.letGo();
+  costume.release();
   sound.quiet();
   announce('Stopped. No force.', true);
 }
 function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); canvas.focus(); }
 
 document.addEventListener('keydown', (e) => {
-  if (e.code !== 'Space' || mode === 'look' || mode === 'dress') return;
+  if (e.code !== 'Space') return;
   const at = document.activeElement;
-  // With a tool in hand the space bar is STOP wherever the focus is; else buttons and fields keep it.
-  if (!hand.holding && at && at !== document.body && at !== canvas) return;
+  // While anything can be felt the space bar is STOP wherever the focus is; else buttons and fields keep it.
+  const felt = hand.holding || costume.held || (status?.touching && (status.device > 0 || (lastFrame && lastFrame.contacts > 0)));
+  if (!felt && at && at !== document.body && at !== canvas) return;
   e.preventDefault();
   stop();
 });
@@ -358,7 +365,7 @@ function show(frame: Frame): void {
   game.feel(frame);
   const name = frame.contacts > 0 ? touchedName(frame) : '';
   voice.touch(mode === 'recognise' && !game.running ? '' : name);
-  if (frame.faults & 16 && !recorder.replaying) showResume('Stopped: there is no force.');
+  if (frame.faults & 16 && !recorder.replaying) showResume();
 }
 const toolPlace = new THREE.Vector3();
 const touchedName = (frame: Frame): string => (frame.object >= 0 ? facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
@@ -371,7 +378,7 @@ function draw(frame: Frame): void {
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
-    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${mode === 'recognise' && game.running ? 'touching' : touchedName(frame)}` : 'free';
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${game.running ? 'touching' : touchedName(frame)}` : 'free';
   const text = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
   if (forceRead.textContent !== text) forceRead.textContent = text;
 }
@@ -389,16 +396,31 @@ voice.onSay = (text) => { if (text && mode !== 'look') announce(text); };
 
 // ---- Facts, parts, numbers
 
+const parts = (n: number): string => (n === 1 ? '1 part' : `${n} parts`);
+
+/// Of the selected object, or of the only one, else of all.
+function showFactsLine(): void {
+  factsLine.hidden = mode === 'dress' || facts.length === 0;
+  const f = game.running ? undefined : facts[selected?.object ?? (facts.length === 1 ? 0 : -1)];
+  const all = f ? [f] : facts, certified = all.every((g) => g.parts.every((p) => p.certified));
+  const count = parts(all.reduce((n, g) => n + g.parts.length, 0)), worst = Math.max(...all.map((g) => g.measured.depthP99));
+  factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${count}, edited: bake them to know bytes and errors` :
+    `${f ? `${f.name}: ` : `${all.length} models: `}${count} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of R_max`;
+}
+function showMapCard(): void { mapCard.hidden = mode !== 'look' || game.running || !selected || selected.part < 0; }
+
 function showFacts(): void {
+  showFactsLine();
+  showMapCard();
   const rows = facts.map((f, i) => {
     const certified = f.parts.filter((p) => p.certified).length;
     const current = selected?.object === i;
     const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
     const warn = f.measured.missed + f.measured.false > 0;
     return h('li', {}, title,
-      h('span', {}, `${f.parts.length} parts, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} faces`),
+      h('span', {}, `${parts(f.parts.length)}, ${bytes(f.bytes.total)}, ${f.triangles.toLocaleString('en')} faces`),
       h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
-        `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}, 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
+        f.edited ? 'Bytes, certificates and errors are told once the parts are baked.' : `${certified === f.parts.length ? '✓ all certified to hold their surface' : `✗ ${certified} certified`}; measured: 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, facts.length === 1 ? 'Model' : `Models (${facts.length})`),
     facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.')));
@@ -454,10 +476,12 @@ function showPart(): void {
 }
 
 function setNumbers(rows: [string, string][]): void {
-  numbers.replaceChildren(...(rows.length ? rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]) : [h('dt', {}, 'Click the object'), h('dd', {}, 'for its numbers')]));
+  numbers.replaceChildren(...(rows.length ? rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]) : [h('dt', { class: 'whole' }, 'Click the object for its numbers.')]));
 }
 
 async function click(hit: Hit | null): Promise<void> {
+  if (game.running) return;  // what is hidden is not told
+  panel.scrollTop = 0;
   if (!hit) { select(-1, -1); world.mark(null); setNumbers([]); return; }
   world.mark(hit.point);
   const f = facts[hit.object];
@@ -483,6 +507,13 @@ canvas.addEventListener('pointermove', (e) => {
   if (mode !== 'look' || pressed || !selected || facts[selected.object]?.edited) return;
   const hit = world.cast(...ndc(e));
   if (hit && hit.object === selected.object && hit.part === selected.part) { map.show(hit.point); world.mark(hit.point); }
+});
+document.addEventListener('keydown', (e) => {
+  if (mode !== 'look' || !selected || !(e.ctrlKey || e.metaKey) || e.key.toLowerCase() !== 'z' || document.activeElement instanceof HTMLInputElement) return;
+  const f = facts[selected.object];
+  if (!(e.shiftKey ? f?.canRedo : f?.canUndo)) return;
+  e.preventDefault();
+  link.say({ say: e.shiftKey ? 'redo' : 'undo', object: selected.object });
 });
 // The same without a pointer.
 canvas.addEventListener('keydown', (e) => {
@@ -510,7 +541,7 @@ function showExports(): void {
   const i = selected?.object ?? 0, f = facts[i];
   document.getElementById('exports')!.replaceChildren(...(f ? [
     h('span', { class: 'note' }, `Save ${f.name} as`),
-    ...(['glb', 'json', 'sqmap'] as const).map((kind) => h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model')),
+    ...(['glb', 'json', 'sqmap'] as const).map((kind) => kind === 'sqmap' && f.edited ? h('button', { id: 'save-sqmap', onclick: () => trouble('Bake the edited parts first: the model file would hold the parts of before.') }, 'Model') : h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model')),
     h('a', { class: 'button', id: 'save-names', href: address(`/api/object/${i}/names`), download: `${f.name}.names.json` }, 'Names')] : []));
 }
 
@@ -577,11 +608,13 @@ function wait(text: string): void {
   noticeDue = window.setTimeout(() => { notice.hidden = true; }, 5000);
 }
 function trouble(text: string): void { wait(text); notice.className = 'notice bad'; announce(text, true); }
-function showResume(text: string): void {
+function showResume(text = 'Stopped: there is no force.'): void {
   if (stage.querySelector('#resume')) return;
   stage.append(h('div', { class: 'stopped', role: 'alertdialog', 'aria-label': text }, h('p', {}, text), h('button', { id: 'resume', class: 'primary', onclick: () => resume() }, 'Resume')));
 }
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
+/// Where nothing is felt it is in nobody's way.
+function showStopped(): void { if (status?.stopped && (mode === 'touch' || mode === 'recognise')) showResume(); else hideResume(); }
 world.onTrouble = trouble;
 world.onWait = (kind, done, of) => {
   const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature' };
@@ -603,11 +636,11 @@ game.onRound = (object) => {
   const playing = object >= 0;
   hand.letGo();
   hand.only = object;
-  world.hidden = playing && mode === 'recognise';
+  world.hidden = playing;
   hideTool();
   world.frame(playing ? object : -1);
-  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; for (const id of ['sound', 'voice']) senses.querySelector<HTMLInputElement>(`#${id}`)!.checked = true; hint.textContent = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.'; hint.hidden = false; }
-  else sound.quiet();
+  if (playing) { select(-1, -1); world.mark(null); if (!sound.on) sound.start(); voice.on = true; for (const id of ['sound', 'voice']) senses.querySelector<HTMLInputElement>(`#${id}`)!.checked = true; hint.textContent = HIDDEN_HINT; hint.hidden = false; canvas.focus(); }
+  else { sound.quiet(); hint.hidden = true; }
   showFacts();
   void world.paint();
 };
@@ -618,6 +651,10 @@ game.onSound = (good) => { sound.tap(good ? 880 : 180); if (good) setTimeout(() 
 const link = new Link({
   scene(objects) {
     const count = facts.length;
+    for (const f of objects) {
+      const before = facts.find((g) => g.id === f.id);
+      if (before && before.revision !== f.revision) announce(`${f.name}: ${parts(f.parts.length)}${f.edited ? ', edited' : ''}.`);
+    }
     facts = objects;
     notice.hidden = true;
     if (selected && !facts[selected.object]) selected = null;
@@ -655,8 +692,7 @@ const link = new Link({
     deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
     const c = s.counters;
     counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
-    if (s.stopped) showResume('Stopped: there is no force.');
-    else hideResume();
+    showStopped();
     stopButton.setAttribute('aria-pressed', String(s.stopped));
   },
   frame: onFrame,

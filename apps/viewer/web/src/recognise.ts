@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from './dom';
 import type { Frame, ObjectFacts } from './net';
 
-interface Round { round: number; object: string; guess: string; right: boolean; seconds: number; touched_seconds: number; path_m: number; contacts: number; }
+interface Round { round: number; object: string; guess: string; right: boolean; hash: string; seconds: number; touched_seconds: number; path_m: number; contacts: number; }
 
 export class Recognise {
   readonly element: HTMLElement;
@@ -18,6 +18,7 @@ export class Recognise {
   private inContact = false;
   private lastTime = 0;
   private participant = h('input', { id: 'participant', type: 'text', maxLength: 40, autocomplete: 'off', placeholder: 'e.g. P01' });
+  private guessed = false;  ///< in this round
   running = false;
   target = -1;
   onRound: (object: number) => void = () => {};  ///< -1: over
@@ -59,6 +60,7 @@ export class Recognise {
     const i = this.rounds.length;
     if (i >= this.order.length) { this.finish(); return; }
     this.target = this.order[i];
+    this.guessed = false;
     this.began = performance.now();
     this.touched = this.path = this.contacts = 0;
     this.before = null;
@@ -90,11 +92,14 @@ export class Recognise {
   }
 
   private guess(form: HTMLFormElement): void {
+    if (this.guessed) return;
     const chosen = new FormData(form).get('guess');
     if (chosen === null) { announce('Choose an object first.', true); return; }
+    this.guessed = true;
+    form.querySelectorAll('button')[0].disabled = true;
     const guess = Number(chosen), right = guess === this.target;
     this.rounds.push({
-      round: this.rounds.length + 1, object: this.facts[this.target].name, guess: this.facts[guess].name, right,
+      round: this.rounds.length + 1, object: this.facts[this.target].name, guess: this.facts[guess].name, right, hash: this.facts[this.target].hash,
       seconds: (performance.now() - this.began) / 1000, touched_seconds: this.touched / 1000, path_m: this.path, contacts: this.contacts,
     });
     this.onSound(right);
@@ -121,7 +126,7 @@ export class Recognise {
     // A leading = + - @ would be a formula in a spreadsheet.
     const cell = (s: string) => { const t = /^[=+\-@]/.test(s) ? `'${s}` : s; return /[",\n]/.test(t) ? `"${t.replaceAll('"', '""')}"` : t; };
     const date = new Date().toISOString();
-    return [head, ...this.rounds.map((r) => [cell(this.participant.value), date, r.round, cell(r.object), this.facts.find((f) => f.name === r.object)?.hash ?? '', cell(r.guess),
+    return [head, ...this.rounds.map((r) => [cell(this.participant.value), date, r.round, cell(r.object), r.hash, cell(r.guess),
       r.right ? 1 : 0, r.seconds.toFixed(2), r.touched_seconds.toFixed(2), r.path_m.toFixed(4), r.contacts].join(','))].join('\n') + '\n';
   }
 

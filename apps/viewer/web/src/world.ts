@@ -85,6 +85,7 @@ export class World {
   onTrouble: (text: string) => void = () => {};
   readonly pace = new Pace();
   private share = 1;  ///< of the screen's pixels along each side that were drawn last
+  private framed: { box: THREE.Box3; at: THREE.Vector3 } | null = null;  ///< what was brought into sight, and from where
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
@@ -171,6 +172,8 @@ export class World {
     this.renderer.setSize(box.width, box.height, false);
     this.camera.aspect = box.width / box.height;
     this.camera.updateProjectionMatrix();
+    // Nobody has turned it since: in sight it stays.
+    if (this.framed && this.framed.at.distanceTo(this.camera.position) < 1e-6) this.frameBox(this.framed.box);
     this.dirty = true;
   }
 
@@ -188,11 +191,22 @@ export class World {
   frameBox(box: THREE.Box3): void {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
     const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
-    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = Math.max((0.66 * size.y) / tan, (0.54 * size.x) / (tan * this.camera.aspect)) + 0.4 * size.z + 0.02;
+    const from = new THREE.Vector3(0.28, 0.3, 1).normalize(), corner = new THREE.Vector3();
     this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(0.28, 0.3, 1).normalize(), distance);
+    // As near as all corners are in sight, with a margin.
+    for (let distance = 0.5 * size.length() + 0.02, k = 0; k < 40; ++k, distance *= 1.06) {
+      this.camera.position.copy(centre).addScaledVector(from, distance);
+      this.camera.lookAt(centre);
+      this.camera.updateMatrixWorld();
+      let most = 0;
+      for (let c = 0; c < 8; ++c) {
+        corner.set(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z).project(this.camera);
+        most = Math.max(most, Math.abs(corner.x), Math.abs(corner.y), Math.abs(corner.z) > 1 ? 2 : 0);
+      }
+      if (most < 0.93) break;
+    }
     this.controls.update();
+    this.framed = { box: box.clone(), at: this.camera.position.clone() };
     this.dirty = true;
   }
 
