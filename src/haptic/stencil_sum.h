@@ -20,6 +20,10 @@ struct Trail {
     bool known = false;
 };
 
+/// m: by less, depths differ because they are floats. A surface that is nearer by less than this is not another one: taking it
+/// would keep a sample's foot, and with it its normal, behind while the sample moves.
+inline constexpr double k_rounding = 1e-7;
+
 /// How far samples may have moved since, and how much of a jump is left after a tick.
 struct Passed {
     double motion = INFINITY, left = 0;
@@ -51,7 +55,7 @@ struct StencilSum {
         for (std::size_t i = 0; i < samples.size(); ++i) {
             Sample& s = samples[i];
             if (!(s.depth > 0)) continue;
-            const double found_sq = s.depth * s.depth;
+            const double found = std::max(s.depth - k_rounding, 0.), found_sq = found * found;
             double bound_sq = found_sq;
             const auto try_surface = [&](Vec3d surface) {
                 const double d = norm_sq(s.place - surface);
