@@ -129,7 +129,7 @@ struct HandCommand {
     std::vector<std::filesystem::path> paths;
     std::filesystem::path meshes, series;
     std::vector<std::string> by;
-    int passes = 10, divide = 0;
+    int passes = 10, divide = 0, touching = 0;
     double spacing = 0;
 };
 
@@ -142,6 +142,7 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
     HandPath out{{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")},
                  path,
                  c.spacing,
+                 c.touching,
                  c.divide};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
@@ -159,6 +160,9 @@ void add_hand(CLI::App& app)
         command->add_option("--meshes", c->meshes, "Folder of the meshes")->required()->check(CLI::ExistingDirectory);
         command->add_option("--spacing", c->spacing, "Of the points that stand for the hand's surface, m; 0: its vertices")
             ->check(CLI::Range(0., 1.))
+            ->capture_default_str();
+        command->add_option("--touching", c->touching, "Denser points while no more than so many would touch; 0: not")
+            ->check(CLI::Range(0, 100000))
             ->capture_default_str();
         command->add_option("--divide", c->divide, "Split every triangle of the hand in four so many times first")
             ->check(CLI::Range(0, 3))
