@@ -86,7 +86,10 @@ struct Hand {
         if (weighted) areas = std::move(patch.weights);
         probe.emplace(patch.points);
         if (path.touching > 0) sets = haptic::DenserSets(mesh.vertices, mesh.triangles);
-        zone = {.probe = &*probe, .weights = areas, .denser = sets.points(), .most_touching = static_cast<std::uint32_t>(path.touching)};
+        zone = {.probe = &*probe,
+                .weights = areas,
+                .denser = sets.points(),
+                .most_touching = static_cast<std::uint32_t>(path.touching)};
         state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 131072, .most_solids = most_solids});
     }
     haptic::Wrench touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)

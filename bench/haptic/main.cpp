@@ -108,8 +108,7 @@ void add_energy(CLI::App& app)
     command->callback([c] {
         c->options.zone.blend_time = 0;
         std::printf("%-18s | %-52s | %-52s\n%-18s", "", "consistent", "levelled", "mesh");
-        for (int i = 0; i < 2; ++i)
-            std::printf(" | %9s %9s %9s %11s %10s", "median", "least", "most", "asked, mJ", "sent, mJ");
+        for (int i = 0; i < 2; ++i) std::printf(" | %9s %9s %9s %11s %10s", "median", "least", "most", "asked, mJ", "sent, mJ");
         std::printf("\n");
         for (const std::filesystem::path& file : c->meshes) {
             const TouchObject object(file);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
-constexpr double k_denser_share = 0.75;  ///< of the points that may touch: so many are expected of a denser set that is taken
+constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so many are expected of a denser set that is taken
 constexpr int k_proxy_rounds = 4;
 /// m: a proxy lies so deep, and so goes on touching what it rests on.
 constexpr double k_proxy_sink = 1e-5;
@@ -78,8 +78,8 @@ struct Stepper {
         return i > 0 ? zone.denser[i - 1] : DenserPoints{zone.probe, zone.weights};
     }
 
-    /// Denser points for the next tick while few touch, fewer where many do; the zone's own again once it is free, since what comes
-    /// next may be a wall. Between the bounds nothing changes.
+    /// Denser points for the next tick while few touch, fewer where many do; the zone's own again once it is free, since what
+    /// comes next may be a wall. Between the bounds nothing changes.
     void choose_points(std::size_t z)
     {
         const Zone& zone = state.zones_[z];

@@ -102,9 +102,9 @@ struct Zone {
     std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
     Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
     std::span<const float> weights{};  ///< Patch: area a point, #points of the probe; empty: all alike. Outlives the state
-    /// Patch, and only a zone that has all of its probe: ever more points, one set a tick. A denser one follows while it would not
-    /// have more than most_touching points in contact, so that few large triangles are felt between their corners and many small
-    /// ones cost no more. A change of the force is blended. Outlives the state.
+    /// Patch, and only a zone that has all of its probe: ever more points, one set a tick. A denser one follows while it would
+    /// not have more than most_touching points in contact, so that few large triangles are felt between their corners and many
+    /// small ones cost no more. A change of the force is blended. Outlives the state.
     std::span<const DenserPoints> denser{};
     std::uint32_t most_touching = 600;
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
