@@ -22,6 +22,7 @@ import zlib
 
 CLIENT = os.path.abspath(sys.argv.pop(2))
 PROGRAM = os.path.abspath(sys.argv.pop(1))
+README = os.path.join(os.path.dirname(os.path.dirname(CLIENT)), "README.md")
 
 
 def run(*arguments, timeout=300):
@@ -137,6 +138,16 @@ class Touch(unittest.TestCase):
             self.assertEqual("all the same forces" in result.stdout, threads != "1")
             hashes.add(re.search(r"forces ([0-9a-f]{16})", result.stdout)[1])
         self.assertEqual(len(hashes), 1)
+
+    def test_the_commands_of_the_readme_do_what_it_says(self):
+        commands = re.findall(r"^\$ sqmap ((?:touch|replay|rtcheck) .*)$", read(README), re.MULTILINE)
+        self.assertEqual([c.split()[0] for c in commands], ["touch", "replay", "rtcheck"])
+        for command in commands:
+            result = run(*command.replace("cow.sqmap", "sphere.sqmap").split())
+            self.assertEqual(result.returncode, 0, (command, result.stdout, result.stderr))
+        self.assertIn("all bit-identical", run("replay", "touch.csv").stdout)
+        self.assertGreater(max(math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("touch.csv")), 0.1)
+        xml.dom.minidom.parse("touch.svg")
 
     def test_every_mode_tool_and_friction_replays_to_the_bit(self):
         write_png("grey.png", 16, 16, lambda x, y: 16 * x)
