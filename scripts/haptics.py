@@ -89,9 +89,9 @@ def main():
         # The paper's scene: five animals and the hand.
         "tick": ["tick", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
         "density": ["density", *hand, *paths],
-        "points": ["density", "--touching", "600", *hand, *paths],
-        "points_tick": ["tick", "--touching", "600", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
-        "energy": ["energy", *meshes],
+        "points": ["density", "--touching", "1200", *hand, *paths],
+        "points_tick": ["tick", "--touching", "1200", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
+        "energy": ["energy", "--places", "200", *meshes],
     }
     wanted = options.only.split(",")
     for name, arguments in runs.items():

@@ -57,7 +57,7 @@ PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const Triang
 DenserSets::DenserSets(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, std::size_t most)
 {
     std::size_t before = vertices.size();
-    for (const double spacing : {0.0025, 0.002, 0.0015, 0.001}) {
+    for (const double spacing : {0.0025, 0.002, 0.0015}) {
         PatchPoints patch;
         if (!divide(vertices, triangles, spacing, most, patch)) break;
         if (patch.points.size() == before) continue;

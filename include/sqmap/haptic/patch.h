@@ -24,7 +24,7 @@ struct PatchPoints {
 [[nodiscard]] PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                                        double spacing, std::size_t most = 100000);
 
-/// Sets of patch_points of 2.5, 2, 1.5 and 1 mm, for Zone::denser; those with no more points than the one before, or with more
+/// Sets of patch_points of 2.5, 2 and 1.5 mm, for Zone::denser; those with no more points than the one before, or with more
 /// than `most`, are left out. Allocates. @pre vertices in metres
 class DenserSets {
 public:

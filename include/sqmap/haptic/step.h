@@ -106,7 +106,7 @@ struct Zone {
     /// not have more than most_touching points in contact, so that few large triangles are felt between their corners and many
     /// small ones cost no more. A change of the force is blended. Outlives the state.
     std::span<const DenserPoints> denser{};
-    std::uint32_t most_touching = 600;
+    std::uint32_t most_touching = 1200;
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
     ZoneOptions options{};
 };
