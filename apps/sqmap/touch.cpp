@@ -489,6 +489,13 @@ void add_touch(CLI::App& app, int& exit_code)
         ->add_option("--tool-spacing", arguments->touch.tool_spacing,
                      "m; larger triangles of a mesh as tool are divided, so that it is felt between its vertices too; 0: not")
         ->check(CLI::Range(0., 1.));
+    arguments->touch.tool_touching = 1200;  // a trace that does not say has none
+    command
+        ->add_option("--tool-touching", arguments->touch.tool_touching,
+                     "A mesh as tool without --tool-spacing is felt with ever more points, to 1.5 mm, while no more than so many "
+                     "touch; 0: with its vertices")
+        ->check(CLI::Range(0., 1e5))
+        ->capture_default_str();
     command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
         ->check(above_zero())
         ->capture_default_str();

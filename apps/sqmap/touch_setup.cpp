@@ -68,6 +68,7 @@ template <class Options, class Visit>
 void each_later_number(Options& o, Visit visit)
 {
     visit("tool_spacing", o.tool_spacing);
+    visit("tool_touching", o.tool_touching);
     visit("resolution", o.zone.resolution);
     visit("tolerance", o.tolerance);
     visit("hand_length", o.hand_length);
@@ -184,8 +185,8 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
     pushes_.resize(solids_.size());
     load_tool(beside);
     state_ = std::make_unique<haptic::State>(
-        zones_of_tool(),
-        haptic::StateOptions{.most_contacts = probe_->size(), .most_solids = std::max<std::size_t>(1, solids_.size())});
+        zones_of_tool(), haptic::StateOptions{.most_contacts = std::max(probe_->size(), denser_.most_points()),
+                                              .most_solids = std::max<std::size_t>(1, solids_.size())});
 }
 
 std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
@@ -193,6 +194,8 @@ std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
     const haptic::Zone zone{.probe = probe_.get(),
                             .in_world = hand_ != nullptr,
                             .weights = weights_,
+                            .denser = denser_.points(),
+                            .most_touching = static_cast<std::uint32_t>(options_.tool_touching),
                             .radius = options_.zone_radius > 0 ? options_.zone_radius : std::numeric_limits<double>::infinity(),
                             .options = options_.zone};
     std::vector<haptic::Zone> zones(zones_, zone);
@@ -348,6 +351,7 @@ void TouchSetup::load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh&
     const Vec3d centre = mesh::normalization_of(tool).origin;
     const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
     for (Vec3d& v : tool.vertices) v = scale * (v - centre);
+    if (options_.tool_touching > 0 && !(options_.tool_spacing > 0)) denser_ = haptic::DenserSets(tool.vertices, tool.triangles);
     haptic::PatchPoints patch = haptic::patch_points(tool.vertices, tool.triangles, options_.tool_spacing);
     tool.vertices = std::move(patch.points);
     weights_ = std::move(patch.weights);

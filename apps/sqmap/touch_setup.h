@@ -3,6 +3,7 @@
 
 #include "sqmap/device/hand_skin.h"
 #include "sqmap/device/trace.h"
+#include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/mesh.h"
@@ -48,10 +49,11 @@ struct CouplingWishes {
 
 struct TouchOptions {
     std::vector<TouchObject> objects;
-    std::string tool = "sphere";                            ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
-    double tool_size = 0.1;                                 ///< m, R_max of a tool that is a mesh
-    double tool_spacing = 0;                                ///< m, of the points of a tool that is a mesh; 0: its vertices
-    std::uint64_t tool_hash = 0;                            ///< of its points; 0: any
+    std::string tool = "sphere";  ///< sphere[:RADIUS, m], point[:SMOOTHING RADIUS, m] or a mesh file
+    double tool_size = 0.1;       ///< m, R_max of a tool that is a mesh
+    double tool_spacing = 0;      ///< m, of the points of a tool that is a mesh; 0: its vertices
+    double tool_touching = 0;     ///< most points of haptic::DenserSets that touch, without tool_spacing; 0: no such sets
+    std::uint64_t tool_hash = 0;  ///< of its points; 0: any
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
     double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
@@ -119,6 +121,7 @@ private:
     std::unique_ptr<query::Probe> probe_, point_;
     std::unique_ptr<device::HandSkin> hand_;
     std::vector<float> weights_;
+    haptic::DenserSets denser_;
     double reach_ = 0;  // m, of the points of a mesh from their zone's pose
     SurfaceTexture texture_;
     std::vector<Body> bodies_;

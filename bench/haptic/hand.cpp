@@ -79,13 +79,17 @@ struct Scene {
 
 /// The hand as a tool of one zone.
 struct Hand {
-    Hand(mesh::Mesh mesh, bool weighted, double spacing, std::size_t most_solids = 1)
+    Hand(mesh::Mesh mesh, bool weighted, const HandPath& path, std::size_t most_solids = 1)
     {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
-        haptic::PatchPoints patch = haptic::patch_points(mesh.vertices, mesh.triangles, spacing);
+        haptic::PatchPoints patch = haptic::patch_points(mesh.vertices, mesh.triangles, path.spacing);
         if (weighted) areas = std::move(patch.weights);
         probe.emplace(patch.points);
-        zone = {.probe = &*probe, .weights = areas};
+        if (path.touching > 0) sets = haptic::DenserSets(mesh.vertices, mesh.triangles);
+        zone = {.probe = &*probe,
+                .weights = areas,
+                .denser = sets.points(),
+                .most_touching = static_cast<std::uint32_t>(path.touching)};
         state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 131072, .most_solids = most_solids});
     }
     haptic::Wrench touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)
@@ -108,6 +112,7 @@ struct Hand {
     haptic::SafetyFilter filter{haptic::DeviceLimits{.max_force = 20, .max_torque = 1}, haptic::SafetyOptions{}};
     std::uint64_t ticks = 0;
     std::vector<float> areas;
+    haptic::DenserSets sets;
     std::optional<query::Probe> probe;
     haptic::Zone zone;
     std::optional<haptic::State> state;
@@ -118,8 +123,8 @@ struct Hand {
 TickCost tick_cost(const HandPath& path, int passes)
 {
     Scene scene(path);
-    Hand hand(divided(scene.setting->probe, path.divide), true, path.spacing),
-        in_scene(divided(scene.setting->probe, path.divide), true, path.spacing, 1 + path.by.size());
+    Hand hand(divided(scene.setting->probe, path.divide), true, path),
+        in_scene(divided(scene.setting->probe, path.divide), true, path, 1 + path.by.size());
     const FrameClock clock;
     std::vector<std::unique_ptr<Bystander>> by;
     std::vector<haptic::Solid> solids{scene.solid};
@@ -184,8 +189,8 @@ DensityChange density_change(const HandPath& path, bool weighted)
 {
     Scene scene(path);
     scene.solid.material.friction = haptic::Friction::None;
-    Hand coarse(divided(scene.setting->probe, path.divide), weighted, path.spacing),
-        dense(divided(scene.setting->probe, path.divide + 1), weighted, path.spacing);
+    Hand coarse(divided(scene.setting->probe, path.divide), weighted, path),
+        dense(divided(scene.setting->probe, path.divide + 1), weighted, path);
     for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
     const std::span<const haptic::Solid> solid(&scene.solid, 1);
     std::vector<double> force, share, torque;

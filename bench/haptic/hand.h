@@ -13,6 +13,7 @@ struct HandPath {
     Files files;
     std::filesystem::path path;
     double spacing = 0;                       ///< m, of the points that stand for the hand's surface; 0: its vertices
+    int touching = 0;                         ///< most points that touch of a denser set (haptic::Zone::denser); 0: no such sets
     int divide = 0;                           ///< times that every triangle of the hand is split in four before anything else
     std::vector<std::filesystem::path> by{};  ///< objects that stand by in the scene
 };

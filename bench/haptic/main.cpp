@@ -101,20 +101,25 @@ void add_energy(CLI::App& app)
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
     command->add_option("--places", c->places, "Ways a mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
+    c->options.zone.layer = query::Layer::Exact;
+    command->add_option("--layer", c->options.zone.layer, "3 or exact")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
     command->callback([c] {
-        c->options.zone.layer = query::Layer::Exact;
         c->options.zone.blend_time = 0;
-        std::printf("%-18s | %-32s | %-32s\n%-18s | %10s %10s %10s | %10s %10s %10s\n", "", "consistent", "levelled", "mesh",
-                    "median", "least", "most", "median", "least", "most");
+        std::printf("%-18s | %-52s | %-52s\n%-18s", "", "consistent", "levelled", "mesh");
+        for (int i = 0; i < 2; ++i) std::printf(" | %9s %9s %9s %11s %10s", "median", "least", "most", "asked, mJ", "sent, mJ");
+        std::printf("\n");
         for (const std::filesystem::path& file : c->meshes) {
             const TouchObject object(file);
             std::printf("%-18s", file.stem().string().c_str());
             for (const haptic::Shading shading : {haptic::Shading::Consistent, haptic::Shading::Levelled}) {
                 c->options.zone.shading = shading;
                 const Energy e = energy(object, c->options, c->places);
-                std::printf(" | %10.5f %10.5f %10.5f", e.median, e.least, e.worst);
+                std::printf(" | %9.6f %9.6f %9.6f %11.4f %10.4f", e.median, e.least, e.worst, 1e3 * e.asked, 1e3 * e.sent);
             }
             std::printf("\n");
+            std::fflush(stdout);
         }
     });
 }
@@ -123,7 +128,7 @@ struct HandCommand {
     std::vector<std::filesystem::path> paths;
     std::filesystem::path meshes, series;
     std::vector<std::string> by;
-    int passes = 10, divide = 0;
+    int passes = 10, divide = 0, touching = 0;
     double spacing = 0;
 };
 
@@ -136,6 +141,7 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
     HandPath out{{c.meshes / (name.substr(0, a) + ".obj"), c.meshes / (name.substr(a + 1, b - a - 1) + ".obj")},
                  path,
                  c.spacing,
+                 c.touching,
                  c.divide};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
@@ -153,6 +159,9 @@ void add_hand(CLI::App& app)
         command->add_option("--meshes", c->meshes, "Folder of the meshes")->required()->check(CLI::ExistingDirectory);
         command->add_option("--spacing", c->spacing, "Of the points that stand for the hand's surface, m; 0: its vertices")
             ->check(CLI::Range(0., 1.))
+            ->capture_default_str();
+        command->add_option("--touching", c->touching, "Denser points while no more than so many would touch; 0: not")
+            ->check(CLI::Range(0, 100000))
             ->capture_default_str();
         command->add_option("--divide", c->divide, "Split every triangle of the hand in four so many times first")
             ->check(CLI::Range(0, 3))

@@ -36,6 +36,7 @@ public:
     }
     void reset() { state_.reset(); }
     double depth_of(Vec3d force) const { return norm(force) / per_depth_; }
+    [[nodiscard]] double stiffness() const { return per_depth_; }
 
 private:
     static haptic::ZoneOptions zone_options(const SlideOptions& options)
@@ -197,35 +198,136 @@ NormalError normal_error(const TouchObject& object, const SlideOptions& options,
     return {percentile(angles, 0.5), percentile(angles, 0.95), *std::max_element(angles.begin(), angles.end()), angles.size()};
 }
 
+namespace {
+
+/// A closed way of 3 mm by 1 mm through the surface.
+struct Round {
+    Vec3d centre, u, v;
+    [[nodiscard]] Vec3d at(double s) const
+    {
+        const double a = 6.283185307179586 * s;
+        return centre + 0.003 * std::cos(a) * u + 0.001 * std::sin(a) * v;
+    }
+};
+
+/// Work of a force, and of its size, along a piece of a way.
+struct Work {
+    double done = 0, moved = 0;
+    void operator+=(const Work& w) { done += w.done, moved += w.moved; }
+};
+
+/// Halved until the trapezium rule does not change: where a sample's foot point passes to another wall the force has a step, and
+/// the rule is wrong by half of it times the piece's length.
+class Line {
+public:
+    Line(Tool& tool, const Round& round) : tool_(tool), round_(round) {}
+
+    Work around()
+    {
+        constexpr int pieces = 400;
+        Work sum;
+        End a = end(0);
+        for (int i = 1; i <= pieces; ++i) {
+            const End b = end(static_cast<double>(i) / pieces);
+            sum += piece(a, b, 0);
+            a = b;
+        }
+        return sum;
+    }
+
+private:
+    struct End {
+        double s;
+        Vec3d at, force;
+    };
+    End end(double s)
+    {
+        const Vec3d at = round_.at(s);
+        return {s, at, tool_.force(at, true)};
+    }
+    static Work trapezium(const End& a, const End& b)
+    {
+        const Vec3d mean = 0.5 * (a.force + b.force), way = b.at - a.at;
+        return {dot(mean, way), norm(mean) * norm(way)};
+    }
+    Work piece(const End& a, const End& b, int halvings)
+    {
+        constexpr int most = 8;  // 0.2 um: below that depths are floats
+        const End m = end(0.5 * (a.s + b.s));
+        const Work whole = trapezium(a, b);
+        Work halves = trapezium(a, m);
+        halves += trapezium(m, b);
+        if (halvings == most || std::abs(whole.done - halves.done) <= 1e-5 * halves.moved) return halves;
+        Work sum = piece(a, m, halvings + 1);
+        sum += piece(m, b, halvings + 1);
+        return sum;
+    }
+
+    Tool& tool_;
+    const Round& round_;
+};
+
+/// J that a device gives, tick by tick, which holds each force until the next: the most at any time, before and behind the
+/// filter.
+struct Given {
+    double asked = 0, sent = 0;
+};
+Given given(Tool& tool, const Round& round, int rounds)
+{
+    constexpr int wait = 700, around = 134;  // ticks; 0.1 m/s
+    haptic::SafetyFilter filter({.max_force = 4, .continuous_force = 4}, {.softest = tool.stiffness()});
+    Given most;
+    double asked = 0, sent = 0, time = 0;
+    haptic::Wrench ask{}, safe{};
+    tool.reset();
+    Vec3d before = round.at(0);
+    for (int i = 0; i < wait + rounds * around; ++i) {
+        const Vec3d at = round.at(i < wait ? 0 : static_cast<double>((i - wait) % around) / around);
+        asked += dot(ask.force, at - before);
+        sent += dot(safe.force, at - before);
+        before = at;
+        most.asked = std::max(most.asked, asked);
+        most.sent = std::max(most.sent, sent);
+        ask.force = i < wait ? Vec3d{} : tool.force(at);
+        time += 0.001;
+        const haptic::Pose pose{{}, at};
+        filter.tick({.time = time,
+                     .sample_time = time,
+                     .sequence = static_cast<std::uint64_t>(i) + 1,
+                     .poses = std::span(&pose, 1),
+                     .asked = std::span(&ask, 1)},
+                    std::span(&safe, 1));
+    }
+    return most;
+}
+
+}  // namespace
+
 Energy energy(const TouchObject& object, const SlideOptions& options, int places)
 {
+    constexpr std::size_t repeated = 10;
     Tool tool(object, options);
     SplitMix64 random(11);
-    std::vector<double> shares;
+    std::vector<std::pair<double, Round>> found;
     for (const Place& p : random_places(object, places)) {
         const Vec3d side = normalized(cross(p.normal, std::abs(p.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
         const double tilt = random.between(0, 6.283185307);
-        const Vec3d u = std::cos(tilt) * side + std::sin(tilt) * cross(p.normal, side), v = p.normal;
         const double out = options.sphere ? k_sphere : 0;
-        constexpr int n = 1500;
-        double around = 0, moved = 0;
-        Vec3d at{}, before{};
-        tool.reset();
-        for (int i = 0; i <= n; ++i) {
-            const double a = 6.283185307179586 * (i % n) / n;
-            const Vec3d next = p.point + (out - 0.001) * p.normal + 0.003 * std::cos(a) * u + 0.001 * std::sin(a) * v;
-            const Vec3d f = tool.force(next);
-            if (i > 0) {
-                around += dot(0.5 * (f + before), next - at);
-                moved += 0.5 * norm(f + before) * norm(next - at);
-            }
-            at = next, before = f;
-        }
-        if (moved > 0) shares.push_back(around / moved);
+        const Round round{p.point + (out - 0.001) * p.normal, std::cos(tilt) * side + std::sin(tilt) * cross(p.normal, side),
+                          p.normal};
+        const Work w = Line(tool, round).around();
+        if (w.moved > 0) found.emplace_back(w.done / w.moved, round);
     }
-    if (shares.empty()) return {};
-    Energy e{*std::max_element(shares.begin(), shares.end()), 0, *std::min_element(shares.begin(), shares.end()), shares.size()};
-    for (double& s : shares) s = std::abs(s);
+    if (found.empty()) return {};
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    Energy e{found.front().first, 0, found.back().first, 0, 0, found.size()};
+    for (std::size_t i = 0; i < std::min(repeated, found.size()); ++i) {
+        const Given g = given(tool, found[i].second, 100);
+        e.asked = std::max(e.asked, g.asked);
+        e.sent = std::max(e.sent, g.sent);
+    }
+    std::vector<double> shares;
+    for (const auto& [share, round] : found) shares.push_back(std::abs(share));
     e.median = percentile(shares, 0.5);
     return e;
 }

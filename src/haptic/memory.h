@@ -47,6 +47,7 @@ struct State::Memory {
     bool has_body = false;
     Wrench springs_before{}, left{};  ///< blending: springs of the last tick, what is left of jumps
     bool was_touching = false;
+    std::uint32_t points = 0;  ///< 0: the zone's own; i: those of denser[i - 1]
 };
 
 }  // namespace sqmap::haptic

@@ -54,4 +54,19 @@ PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const Triang
     return out;
 }
 
+DenserSets::DenserSets(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, std::size_t most)
+{
+    std::size_t before = vertices.size();
+    for (const double spacing : {0.0025, 0.002, 0.0015}) {
+        PatchPoints patch;
+        if (!divide(vertices, triangles, spacing, most, patch)) break;
+        if (patch.points.size() == before) continue;
+        before = patch.points.size();
+        sets_.push_back(std::make_unique<Set>(Set{query::Probe(patch.points), std::move(patch.weights)}));
+    }
+    for (const auto& set : sets_) points_.push_back({&set->probe, set->weights});
+}
+
+std::size_t DenserSets::most_points() const noexcept { return points_.empty() ? 0 : points_.back().probe->size(); }
+
 }  // namespace sqmap::haptic

@@ -20,6 +20,7 @@ constexpr double k_slack = 1.25;        // of what its springs hold: what a dela
 constexpr double k_damping = 5;         // N s/m, most that the passivity step adds
 constexpr double k_least_valve = 1e-4;  // J, over which the valve closes where the margin is less
 constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
+constexpr double k_left = 0.25;                       // s without force: out of contact
 constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
 constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
 constexpr double k_lever = 0.02;                      // m: a spring that turns is as stiff as one of K at the end of it
@@ -507,7 +508,10 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         zone.energy = std::max(zone.energy - stiffened, -k_slack * springs);
         const bool free = is_zero(wrench) && is_zero(then);
         // What is owed is forgiven slowly, in contact down to the margin, or a zone that owes would be dead for ever.
-        const double kept = free ? 0 : margin_, rate = tick.dt / (free ? k_forgive_free : k_forgive);
+        // A touch that comes and goes many times a second is one: else every time would be given the margin anew.
+        zone.free_for = free ? zone.free_for + tick.dt : 0;
+        const bool left = zone.free_for > k_left;
+        const double kept = left ? 0 : margin_, rate = tick.dt / (left ? k_forgive_free : k_forgive);
         if (zone.energy > kept) zone.energy -= std::min(rate, 1.) * (zone.energy - kept);
         const double excess = zone.energy - margin_;
         if (!(excess > 0) || is_zero(wrench)) continue;

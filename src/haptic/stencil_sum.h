@@ -20,6 +20,13 @@ struct Trail {
     bool known = false;
 };
 
+/// m: by less, depths differ because they are floats. A surface that is nearer by less than this is not another one: taking it
+/// would keep a sample's foot, and with it its normal, behind while the sample moves.
+inline constexpr double k_rounding = 1e-7;
+
+/// Up to so many samples of a ball, their mean depth is noise; from twice as many on it is not.
+inline constexpr double k_few_samples = 10;
+
 /// How far samples may have moved since, and how much of a jump is left after a tick.
 struct Passed {
     double motion = INFINITY, left = 0;
@@ -51,7 +58,7 @@ struct StencilSum {
         for (std::size_t i = 0; i < samples.size(); ++i) {
             Sample& s = samples[i];
             if (!(s.depth > 0)) continue;
-            const double found_sq = s.depth * s.depth;
+            const double found = std::max(s.depth - k_rounding, 0.), found_sq = found * found;
             double bound_sq = found_sq;
             const auto try_surface = [&](Vec3d surface) {
                 const double d = norm_sq(s.place - surface);
@@ -95,12 +102,16 @@ struct StencilSum {
 
     /// The smoothed depth, as far as it stays within `most` of the true one; force begins where the true one does. A point's
     /// counts little until they differ by twice that: by less they do on facets that turn mildly, where it rises and falls with
-    /// every edge and the true one does not.
-    [[nodiscard]] double near_the_true(double smooth, double most, bool ball) const
+    /// every edge and the true one does not. A ball's counts as little while so few samples touch that each that enters changes
+    /// it. reach: radius of a ball, 0 for a point.
+    [[nodiscard]] double near_the_true(double smooth, double most, double reach) const
     {
         if (!(most > 0)) return depth;
         const double x = (smooth - depth) / most, cube = std::abs(x * x * x);
-        const double share = ball ? x / std::sqrt(1 + x * x) : std::copysign(cube / (8 + cube), x);
+        const double careful = std::copysign(cube / (8 + cube), x);
+        const double touching = reach > 0 ? static_cast<double>(samples.size()) * depth / (2 * reach) : 0;  // on flat ground
+        const double u = std::clamp(touching / k_few_samples - 1, 0., 1.), trust = u * u * (3 - 2 * u);
+        const double share = careful + trust * (x / std::sqrt(1 + x * x) - careful);
         return std::max(depth + most * (std::isfinite(cube) ? share : 0), 0.);
     }
 
@@ -136,7 +147,7 @@ struct StencilSum {
         // centre: either of these is then exact, the other too large. Where walls meet it lies between their depths, never above
         // them all, and so changes no faster than they do.
         const double smooth = ball ? std::min(1.25 * fourth / third, first + r) : flat.depth;
-        felt.depth = near_the_true(smooth, std::min(o.smoothing.tolerance, depth), ball);
+        felt.depth = near_the_true(smooth, std::min(o.smoothing.tolerance, depth), ball ? r : 0);
         // A ball weighs a wall by the square of how deep it is in it, a stencil, whose centre is inside, by the cube: the mean of
         // the normals, or of depth times normal, over what is inside.
         const bool shell = o.smoothing.kernel == Kernel::Shell;

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
+constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so many are expected of a denser set that is taken
 constexpr int k_proxy_rounds = 4;
 /// m: a proxy lies so deep, and so goes on touching what it rests on.
 constexpr double k_proxy_sink = 1e-5;
@@ -69,15 +70,42 @@ struct Stepper {
 
     Touch& touch(std::size_t z, std::size_t s) { return state.touches_[z * state.most_solids_ + s]; }
 
-    const query::FrameResult& ask(const Zone& zone, std::size_t s, const Pose& probe_pose)
+    /// The points that a zone feels with in this tick.
+    DenserPoints points(std::size_t z) const
+    {
+        const Zone& zone = state.zones_[z];
+        const std::uint32_t i = state.memory_[z].points;
+        return i > 0 ? zone.denser[i - 1] : DenserPoints{zone.probe, zone.weights};
+    }
+
+    /// Denser points for the next tick while few touch, fewer where many do; the zone's own again once it is free, since what
+    /// comes next may be a wall. Between the bounds nothing changes.
+    void choose_points(std::size_t z)
+    {
+        const Zone& zone = state.zones_[z];
+        Memory& m = state.memory_[z];
+        const std::size_t touching = state.reports_[z].contacts;
+        if (touching == 0) {
+            m.points = 0;
+        } else if (m.points > 0 && touching > zone.most_touching) {
+            --m.points;
+        } else if (m.points < zone.denser.size() && zone.options.averaging == Averaging::Patch && zone.first == 0 &&
+                   zone.count >= zone.probe->size()) {
+            const query::Probe* next = zone.denser[m.points].probe;
+            const double growth = next == nullptr ? INFINITY : double(next->size()) / double(points(z).probe->size());
+            if (growth * static_cast<double>(touching) < k_denser_share * zone.most_touching) ++m.points;
+        }
+    }
+
+    const query::FrameResult& ask(const query::Probe* probe, const ZoneOptions& options, std::size_t s, const Pose& probe_pose)
     {
         const Pose pose = query::compose(query::inverse(in.solids[s].pose), probe_pose);
-        query::Layer layer = zone.options.layer;
+        query::Layer layer = options.layer;
         if (layer == query::Layer::One) layer = query::Layer::Two;
         State::Asked& asked = state.asked_[s];
-        if (zone.probe != asked.probe || layer != asked.layer || !same(pose, asked.pose)) {
-            const query::FrameResult r = query::query_frame(*in.solids[s].model, *zone.probe, pose, {.layer = layer}, room(s));
-            asked = {zone.probe, pose, layer, r};
+        if (probe != asked.probe || layer != asked.layer || !same(pose, asked.pose)) {
+            const query::FrameResult r = query::query_frame(*in.solids[s].model, *probe, pose, {.layer = layer}, room(s));
+            asked = {probe, pose, layer, r};
         }
         return asked.result;
     }
@@ -97,7 +125,7 @@ struct Stepper {
     {
         const Zone& zone = state.zones_[z];
         ZoneReport& report = state.reports_[z];
-        const query::FrameResult result = ask(zone, s, probe_pose(z, at));
+        const query::FrameResult result = ask(points(z).probe, zone.options, s, probe_pose(z, at));
         if (result.contacts > room(s).size()) report.status |= k_step_full;
         if ((result.status & query::k_frame_not_finite) != 0) report.status |= k_step_not_finite;
         const std::span<const query::FrameContact> found = room(s).first(std::min(result.contacts, room(s).size()));
@@ -120,7 +148,7 @@ struct Stepper {
     {
         const Zone& zone = state.zones_[z];
         const Solid& solid = in.solids[s];
-        if (c.index < zone.first || c.index - zone.first >= zone.count) return false;
+        if (state.memory_[z].points == 0 && (c.index < zone.first || c.index - zone.first >= zone.count)) return false;
         if ((c.status & query::k_no_surface) != 0) {
             state.reports_[z].status |= k_step_no_surface;
             return false;
@@ -140,13 +168,14 @@ struct Stepper {
         const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
         if (keep != nullptr) keep->plane_count = 0, keep->single = false;
         ContactSum sum(zone.options);
+        const std::span<const float> weights = points(z).weights;
         spread = {};
         double spread_over = 0;
         Found f;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             if (!read(z, s, at, contacts[i], f)) continue;
             Spring spring{f.point, {}, f.depth, share_of_sphere(norm_sq(f.point), zone.radius)};
-            if (contacts[i].index < zone.weights.size()) spring.weight *= static_cast<double>(zone.weights[contacts[i].index]);
+            if (contacts[i].index < weights.size()) spring.weight *= static_cast<double>(weights[contacts[i].index]);
             if (!(spring.weight > 0)) continue;
             if (keep != nullptr && i % stride == 0 && keep->plane_count < k_kept)
                 keep->planes[keep->plane_count++] = {f.surface, f.normal, transpose_mul(at.rotation, f.point), spring.weight};
@@ -643,6 +672,7 @@ struct Stepper {
             m.track.add(device, in.dt);
             m.device_twist = z < in.twists.size() ? in.twists[z] : m.track.twist(state.zones_[z].options.resolution);
             report.body = device;
+            report.points = m.points;
             Wrench w;
             switch (state.zones_[z].options.mode) {
                 case Mode::Direct:
@@ -658,6 +688,7 @@ struct Stepper {
                     break;
             }
             m.known = true;
+            if (!in.degraded) choose_points(z);
             for (std::size_t s = 0; s < solids; ++s) {
                 touch(z, s).solid_before = in.solids[s].pose;
                 touch(z, s).known = true;

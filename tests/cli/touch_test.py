@@ -22,6 +22,7 @@ import zlib
 
 CLIENT = os.path.abspath(sys.argv.pop(2))
 PROGRAM = os.path.abspath(sys.argv.pop(1))
+README = os.path.join(os.path.dirname(os.path.dirname(CLIENT)), "README.md")
 
 
 def run(*arguments, timeout=300):
@@ -138,10 +139,21 @@ class Touch(unittest.TestCase):
             hashes.add(re.search(r"forces ([0-9a-f]{16})", result.stdout)[1])
         self.assertEqual(len(hashes), 1)
 
+    def test_the_commands_of_the_readme_do_what_it_says(self):
+        commands = re.findall(r"^\$ sqmap ((?:touch|replay|rtcheck) .*)$", read(README), re.MULTILINE)
+        self.assertEqual([c.split()[0] for c in commands], ["touch", "replay", "rtcheck"])
+        for command in commands:
+            result = run(*command.replace("cow.sqmap", "sphere.sqmap").split())
+            self.assertEqual(result.returncode, 0, (command, result.stdout, result.stderr))
+        self.assertIn("all bit-identical", run("replay", "touch.csv").stdout)
+        self.assertGreater(max(math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("touch.csv")), 0.1)
+        xml.dom.minidom.parse("touch.svg")
+
     def test_every_mode_tool_and_friction_replays_to_the_bit(self):
         write_png("grey.png", 16, 16, lambda x, y: 16 * x)
         for options in (["--tool", "point"], ["--tool", "point:0.002", "--shading", "consistent"], ["--tool", "torus.obj", "--tool-size", "0.05"],
                         ["--tool", "torus.obj", "--tool-size", "0.05", "--tool-spacing", "0.002"],
+                        ["--tool", "torus.obj", "--tool-size", "0.05", "--tool-touching", "0"],
                         ["--mode", "proxy"], ["--mode", "coupled"], ["--friction", "none"], ["--friction", "paper"], ["--layer", "exact"],
                         ["--layer", "2", "--damping", "2", "--brake", "1", "--zone", "0.02"],
                         ["--mode", "coupled", "--coupling-stiffness", "300", "--coupling-damping", "0.1", "--coupling-turn-stiffness", "0.1",

@@ -1,10 +1,11 @@
 // Points that stand for the surface of a tool, whatever its mesh: what Averaging::Patch sums over.
 #pragma once
 
-#include "sqmap/math/vec.h"
+#include "sqmap/haptic/step.h"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,5 +23,24 @@ struct PatchPoints {
 /// nothing is divided. Allocates. @pre triangles index vertices
 [[nodiscard]] PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                                        double spacing, std::size_t most = 100000);
+
+/// Sets of patch_points of 2.5, 2 and 1.5 mm, for Zone::denser; those with no more points than the one before, or with more
+/// than `most`, are left out. Allocates. @pre vertices in metres
+class DenserSets {
+public:
+    DenserSets() = default;
+    DenserSets(std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+               std::size_t most = 100000);
+    [[nodiscard]] std::span<const DenserPoints> points() const noexcept { return points_; }
+    [[nodiscard]] std::size_t most_points() const noexcept;  ///< of the densest set; 0: there is none
+
+private:
+    struct Set {
+        query::Probe probe;
+        std::vector<float> weights;
+    };
+    std::vector<std::unique_ptr<Set>> sets_;
+    std::vector<DenserPoints> points_;
+};
 
 }  // namespace sqmap::haptic

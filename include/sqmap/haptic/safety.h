@@ -179,6 +179,7 @@ private:
         double fast = 0;        ///< s above the top speed
         double since_fast = 1;  ///< s since it was last above it, no longer than matters
         double energy = 0;      ///< J
+        double free_for = 0;    ///< s without force
         double spare = 1;       ///< share of the motors' heat that is left
     };
     struct Tick;

@@ -89,6 +89,12 @@ struct ZoneOptions {
     double coupling_damping = 0.2, coupling_rotational_damping = 8e-5;  ///< N s/m, N m s/rad
 };
 
+/// The same surface with more points.
+struct DenserPoints {
+    const query::Probe* probe = nullptr;  ///< in metres, the zone's frame
+    std::span<const float> weights{};     ///< area a point; outlives the state
+};
+
 /// An impact zone (section 6.1): a part of the tool that feels as one.
 struct Zone {
     const query::Probe* probe = nullptr;  ///< in metres; zones in a row with one probe and one pose are asked once
@@ -96,6 +102,11 @@ struct Zone {
     std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
     Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
     std::span<const float> weights{};  ///< Patch: area a point, #points of the probe; empty: all alike. Outlives the state
+    /// Patch, and only a zone that has all of its probe: ever more points, one set a tick. A denser one follows while it would
+    /// not have more than most_touching points in contact, so that few large triangles are felt between their corners and many
+    /// small ones cost no more. A change of the force is blended. Outlives the state.
+    std::span<const DenserPoints> denser{};
+    std::uint32_t most_touching = 1200;
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
     ZoneOptions options{};
 };
@@ -120,6 +131,7 @@ struct ZoneReport {
     Vec3d normal{};      ///< unit, the way out; zero where free
     Vec3d point{};       ///< centre of the contacts on the surface
     std::uint32_t contacts = 0;
+    std::uint32_t points = 0;  ///< 0: the zone's own; i: those of denser[i - 1]
     std::uint32_t status = k_step_ok;
     Pose body{};           ///< where the zone's points stood: the device's pose, the proxy or the coupled body
     double potential = 0;  ///< J, stored in the contact spring

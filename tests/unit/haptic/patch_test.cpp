@@ -1,6 +1,7 @@
 #include "sqmap/haptic/patch.h"
 
 #include "sqmap/mesh/shapes.h"
+#include "touching.h"
 
 #include <gtest/gtest.h>
 
@@ -85,6 +86,90 @@ TEST(PatchPoints, AreNeverMoreThanAsked)
     const PatchPoints p = patch_points(ball.vertices, ball.triangles, 1e-9, 5000);
     EXPECT_LE(p.points.size(), 5000u);
     EXPECT_GT(p.points.size(), 1000u);
+}
+
+TEST(DenserSets, HaveMorePointsEachAndNeverMoreThanAsked)
+{
+    const mesh::Mesh ball = mesh::sphere(0.02, 2);
+    std::size_t before = ball.vertices.size();
+    const DenserSets sets(ball.vertices, ball.triangles);
+    ASSERT_GT(sets.points().size(), 1u);
+    for (const DenserPoints& d : sets.points()) {
+        EXPECT_GT(d.probe->size(), before);
+        EXPECT_EQ(d.weights.size(), d.probe->size());
+        before = d.probe->size();
+    }
+    EXPECT_EQ(sets.most_points(), before);
+    EXPECT_LE(DenserSets(ball.vertices, ball.triangles, 2000).most_points(), 2000u);
+    EXPECT_TRUE(DenserSets(ball.vertices, ball.triangles, 10).points().empty());
+}
+
+/// A coarse ball, its triangles 6 mm wide, above the flat top of a box.
+struct Pressed {
+    explicit Pressed(double spacing, std::uint32_t most_touching)
+        : patch(patch_points(ball.vertices, ball.triangles, spacing)),
+          probe(patch.points),
+          sets(ball.vertices, ball.triangles),
+          zone{.probe = &probe, .weights = patch.weights, .denser = sets.points(), .most_touching = most_touching},
+          state(std::span(&zone, 1))
+    {
+        if (most_touching == 0) state = State(std::span(&(zone.denser = {}, zone), 1));
+    }
+    Vec3d force(double depth)
+    {
+        const Solid solid = test::frictionless(test::box());
+        const Pose pose = test::shifted({0.0031, 0.0017, 0.03 + 0.02 - depth});
+        Wrench w;
+        (void)step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        return w.force;
+    }
+    [[nodiscard]] const ZoneReport& report() const { return state.report(0); }
+
+    mesh::Mesh ball = mesh::sphere(0.02, 2);
+    PatchPoints patch;
+    query::Probe probe;
+    DenserSets sets;
+    Zone zone;
+    State state;
+};
+
+TEST(DenserPoints, FeelALightContactAsItsSurfaceIsAndNotAsItsMeshIs)
+{
+    Pressed coarse(0, 0), chosen(0, 600), fine(0.0005, 0);
+    Vec3d a, b, c;
+    for (int i = 0; i < 200; ++i) a = coarse.force(0.001), b = chosen.force(0.001), c = fine.force(0.001);
+    EXPECT_GT(norm(a - c), 0.1 * norm(c));
+    EXPECT_LT(norm(b - c), 0.05 * norm(c));
+    EXPECT_EQ(chosen.report().points, chosen.sets.points().size());
+}
+
+TEST(DenserPoints, AreFewerWhereManyTouchAndTheZonesOwnOnceItIsFree)
+{
+    Pressed ball(0, 100);
+    for (int i = 0; i < 20; ++i) (void)ball.force(0.0005);
+    EXPECT_GT(ball.report().points, 0u);
+    const std::uint32_t light = ball.report().points;
+    for (int i = 0; i < 20; ++i) {
+        (void)ball.force(0.015);
+        const bool few = ball.report().points == 0 || ball.report().contacts <= 100;
+        EXPECT_TRUE(few || i < static_cast<int>(light)) << i;
+    }
+    EXPECT_LT(ball.report().points, light);
+    (void)ball.force(0.0005);
+    (void)ball.force(-0.01);
+    (void)ball.force(0.0005);
+    EXPECT_EQ(ball.report().points, 0u);
+}
+
+TEST(DenserPoints, AreTakenWithoutAJumpOfTheForce)
+{
+    Pressed ball(0, 600);
+    std::vector<double> forces;
+    for (int i = 0; i < 200; ++i) forces.push_back(norm(ball.force(0.001)));
+    const auto [least, most] = std::minmax_element(forces.begin(), forces.end());
+    ASSERT_GT(*most - *least, 0.01);
+    // What is left of a change after each 10 ms is 1/e: a tenth a tick.
+    for (std::size_t i = 1; i < forces.size(); ++i) EXPECT_LT(std::fabs(forces[i] - forces[i - 1]), 0.12 * (*most - *least));
 }
 
 }  // namespace
