@@ -379,12 +379,15 @@ Cloth::~Cloth() = default;
 Cloth::Cloth(Cloth&&) noexcept = default;
 Cloth& Cloth::operator=(Cloth&&) noexcept = default;
 
+void Cloth::expect(const query::SkinLattice& lattice) { state_->contacts.expect(lattice, state_->position); }
+
 StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
 {
     State& s = *state_;
     StepReport report;
     bool good = std::isfinite(dt) && dt > 0;
-    for (const Solid& solid : solids) good = good && finite(solid.pose) && finite(solid.previous);
+    for (const Solid& solid : solids)
+        good = good && finite(solid.pose) && finite(solid.previous) && (solid.skin == nullptr || s.contacts.expects_skins());
     if (!good) {
         report.status = k_cloth_bad_step;
         return report;

@@ -53,6 +53,12 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
 {
 }
 
+void Contacts::expect(const query::SkinLattice& lattice, std::span<const Vec3d> points)
+{
+    skin_room_ = std::make_unique<query::SkinRoom>(lattice, points);
+    skin_found_.resize(points.size());
+}
+
 bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
 {
     stale_count_ = now.size();
@@ -87,7 +93,8 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     std::uint32_t status = k_cloth_ok;
     bool still = solids.size() == solids_;
     for (const Solid& s : solids)
-        still = still && s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+        still = still && (s.skin != nullptr ? !(s.skin->motion() > 0)
+                                            : s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation);
     solids_ = solids.size();
     // What was asked within a hair of where it is, of solids that stand still, has its answer.
     const bool some = mark_stale(now, still);
@@ -154,6 +161,7 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
                             double longest, StepReport& report) noexcept
 {
     if (solid.model == nullptr) return k_cloth_ok;
+    if (solid.skin != nullptr) return ask_skin(number, solid, previous, now, report);
     std::uint32_t status = k_cloth_ok;
     const double motion = motion_bound(solid);
     query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
@@ -172,9 +180,37 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
     if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
-    for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
-        if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0)
-            add(number, solid, contact, previous[contact.index], now[contact.index], status);
+    const auto& header = solid.model->header;
+    const double unit = header.unit;
+    for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size()))) {
+        if ((contact.status & query::k_no_surface) != 0 || stale_[contact.index] == 0) continue;
+        const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
+        const Vec3d at = apply(solid.pose, in_mesh), direction = cast<double>(contact.normal);
+        add({contact.index, number, at, solid.pose.rotation * direction, at - apply(solid.previous, in_mesh),
+             unit * static_cast<double>(contact.depth), in_mesh, direction},
+            previous[contact.index], now[contact.index], status);
+    }
+    return status;
+}
+
+std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous,
+                                 std::span<const Vec3d> now, StepReport& report) noexcept
+{
+    std::uint32_t status = k_cloth_ok;
+    const query::SweptResult result = query::query_swept_skin(*solid.model, *solid.skin, previous, asked_,
+                                                              {options_, sweep_step_, 64}, *skin_room_, skin_found_, stale_);
+    report.caught += result.caught;
+    if ((result.frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+    if ((result.frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
+    if ((result.frame.status & query::k_skin_crowded) != 0) status |= k_cloth_crowded;
+    for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.frame.contacts, skin_found_.size()))) {
+        if ((c.status & query::k_no_surface) != 0) continue;
+        Affine was, is;
+        if (!solid.skin->from().carry_forward(c.bound_point, was) || !solid.skin->to().carry_forward(c.bound_point, is)) continue;
+        add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth, c.bound_point,
+             c.bound_normal},
+            previous[c.index], now[c.index], status);
+    }
     return status;
 }
 
@@ -185,10 +221,18 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
         s.grip = {};
         if (s.solid >= solids.size()) continue;
         const Solid& solid = solids[s.solid];
-        const Vec3d at = apply(solid.pose, cast<double>(s.place)), normal = solid.pose.rotation * cast<double>(s.direction);
+        const Vec3d place = cast<double>(s.place);
+        Vec3d at = apply(solid.pose, place), normal = solid.pose.rotation * cast<double>(s.direction);
+        s.motion = cast<float>(at - apply(solid.previous, place));
+        if (solid.skin != nullptr) {
+            Affine was, is;
+            if (!solid.skin->from().carry_forward(place, was) || !solid.skin->to().carry_forward(place, is)) continue;
+            at = sqmap::apply(is, place);
+            normal = query::carried_normal(is, cast<double>(s.direction));
+            s.motion = cast<float>(at - sqmap::apply(was, place));
+        }
         s.normal = cast<float>(normal);
         s.offset = static_cast<float>(dot(normal, at) + thickness_);
-        s.motion = cast<float>(at - apply(solid.previous, cast<double>(s.place)));
     }
 }
 
@@ -202,29 +246,24 @@ double Contacts::steadied(const HalfSpace& space, Vec3d previous, Vec3d now) con
     return fall - std::clamp(fall, -most, most);
 }
 
-void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous, Vec3d now,
-                   std::uint32_t& status) noexcept
+void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint32_t& status) noexcept
 {
     if (count_ == spaces_.size()) {
         status |= k_cloth_full;
         return;
     }
-    const auto& header = solid.model->header;
-    const double unit = header.unit;
-    const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
-    const Vec3d at = apply(solid.pose, in_mesh), normal = solid.pose.rotation * cast<double>(contact.normal);
+    const Vec3d at = touched.at, normal = touched.normal;
     HalfSpace space;
     space.normal = cast<float>(normal);
     space.offset = static_cast<float>(dot(normal, at) + thickness_);
-    space.motion = cast<float>(at - apply(solid.previous, in_mesh));
-    space.depth = static_cast<float>(unit * static_cast<double>(contact.depth));
-    space.node = contact.index;
-    space.solid = solid_number;
-    space.place = cast<float>(in_mesh);
-    space.direction = contact.normal;
+    space.motion = cast<float>(touched.motion);
+    space.depth = static_cast<float>(touched.depth);
+    space.node = touched.node;
+    space.solid = touched.solid;
+    space.direction = cast<float>(touched.direction);
     const double shift = steadied(space, previous, now);
     space.offset += static_cast<float>(shift);
-    space.place = cast<float>(in_mesh + shift * cast<double>(contact.normal));
+    space.place = cast<float>(touched.place + shift * touched.direction);
     // Solids are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point lies
     // behind the other's tangent plane is left out; the deeper one stays where both do.
     const double slack = 0.25 * thickness_;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "sqmap/query/pair.h"
+#include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
 #include "sqmap/sim/cloth.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,7 +24,7 @@ struct HalfSpace {
     std::uint32_t node = 0;
     std::uint32_t next = 0;  ///< of the same node
     std::uint32_t solid = 0;
-    Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame
+    Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame, the bound one of a skin
 };
 
 class Contacts {
@@ -32,6 +34,10 @@ public:
     /// Nodes went from previous to now; finds the half-spaces. Bits of ClothStatus. No allocation.
     std::uint32_t find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
                        StepReport& report) noexcept;
+
+    /// Room for skinned solids.
+    void expect(const query::SkinLattice& lattice, std::span<const Vec3d> points);
+    [[nodiscard]] bool expects_skins() const noexcept { return skin_room_ != nullptr; }
 
     /// Moves the half-spaces of the last step with their solids.
     void ride(std::span<const Solid> solids) noexcept;
@@ -45,8 +51,16 @@ private:
     void drop_void() noexcept;
     std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
                       double longest, StepReport& report) noexcept;
-    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous, Vec3d now,
-             std::uint32_t& status) noexcept;
+    std::uint32_t ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
+                           StepReport& report) noexcept;
+    /// A surface that a node is behind: world, and in the solid's frame.
+    struct Touched {
+        std::uint32_t node, solid;
+        Vec3d at, normal, motion;
+        double depth;  ///< m, of the asked place
+        Vec3d place, direction;
+    };
+    void add(const Touched& touched, Vec3d previous, Vec3d now, std::uint32_t& status) noexcept;
     /// How far the surface may be moved along the normal so that it does not jump under a node that hardly moves.
     double steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept;
 
@@ -60,6 +74,8 @@ private:
     query::Probe probe_;
     query::SweptRoom room_;
     std::vector<query::FrameContact> found_;
+    std::unique_ptr<query::SkinRoom> skin_room_;
+    std::vector<query::SkinContact> skin_found_;
     std::vector<HalfSpace> spaces_;
     std::vector<std::uint32_t> head_;     ///< of each node
     std::vector<Vec3d> asked_;            ///< the nodes, each a little more than thickness deeper along its last normal
