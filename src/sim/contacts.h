@@ -48,6 +48,10 @@ public:
 private:
     /// Marks the nodes that have to be asked again; false: every node has. still: no solid moves.
     bool mark_stale(std::span<const Vec3d> now, bool still) noexcept;
+    /// Where the nodes, or the stale ones alone, are asked about. Returns the longest way of one.
+    double place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some) noexcept;
+    /// Sets aside what held the nodes; keeps it for those that are not stale.
+    void turn_over(bool some) noexcept;
     void drop_void() noexcept;
     std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
                       double longest, StepReport& report) noexcept;
@@ -64,13 +68,6 @@ private:
     /// How far the surface may be moved along the normal so that it does not jump under a node that hardly moves.
     double steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept;
 
-    /// What held a node before it was asked again.
-    struct Held {
-        Vec3f normal;
-        float offset;
-        std::uint32_t solid;
-    };
-
     query::Probe probe_;
     query::SweptRoom room_;
     std::vector<query::FrameContact> found_;
@@ -82,12 +79,13 @@ private:
     std::vector<Vec3f> touched_;          ///< that normal; zero where the node is free
     std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
     std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked; kept while no solid moves
-    std::vector<Held> last_;              ///< of the nodes that one half-space held
-    std::vector<std::uint32_t> last_at_;  ///< of each node: where among those, or none
+    std::vector<HalfSpace> last_;         ///< what held nodes before they were asked again
+    std::vector<std::uint32_t> last_head_;
     std::vector<std::uint8_t> stale_;
-    bool asked_from_kept_ = false;
+    enum class Kept { Nothing, Samples, All } kept_ = Kept::Nothing;  ///< of asked_from_
+    bool voided_ = false;                                             ///< half-spaces that another one made void
     std::size_t stale_count_ = 0, solids_ = 0;
-    std::size_t count_ = 0;
+    std::size_t count_ = 0, held_ = 0;  ///< half-spaces; nodes with one
     double thickness_, sweep_step_;
     query::FrameOptions options_;
 };
