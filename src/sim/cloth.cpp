@@ -17,6 +17,10 @@ namespace {
 
 constexpr int k_last_pushes = 3;       ///< a node between several surfaces needs more than one
 constexpr double k_hard_push = 2;      ///< times thickness: a node that is pushed farther stops where it is
+// A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
+// while it turns back more often than about every fifth step, faster than k_stirs.
+constexpr double k_stirs = 0.02;  ///< m / s
+constexpr float k_calms = 0.9f, k_restless = 2.f, k_shorter = 0.5f, k_longer = 1.04f;
 constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
 
 btVector3 to_bullet(Vec3d v) { return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)}; }
@@ -90,6 +94,10 @@ struct Cloth::State {
         Vec3d place;  ///< in the solid's frame
         btScalar mass;
     };
+    struct Restless {
+        Vec3f way{};                    ///< when it last stirred
+        float turns = 0, leash = 1e9f;  ///< lately; m
+    };
     struct HeldLink {
         std::uint32_t held, free;
         btScalar rest_sq, stiffness;
@@ -123,6 +131,7 @@ struct Cloth::State {
         body->updateLinkConstants();
         if (o.self_collision) body->initializeFaceTree();
         moving.resize(n);
+        restless.resize(n);
         threads.resize(static_cast<std::size_t>(body->m_links.size()));
         position.assign(garment.start.begin(), garment.start.end());
         velocity.resize(n);
@@ -330,7 +339,31 @@ struct Cloth::State {
         }
     }
 
-    void finish(double dt, StepReport& report)
+    /// Nodes that go to and fro without end are stilled, where no solid moves.
+    void still_restless(double dt, bool solids_stand)
+    {
+        const auto stirs = static_cast<float>(k_stirs * dt);
+        for (std::size_t i = 0; i < position.size(); ++i) {
+            Restless& r = restless[i];
+            if (!solids_stand) {
+                r = {};
+                continue;
+            }
+            const Vec3f way = cast<float>(position[i] - previous[i]);
+            const float length = norm(way);
+            r.turns *= k_calms;
+            r.leash *= k_longer;
+            if (length > stirs) {
+                if (dot(way, r.way) < 0) r.turns += 1;
+                r.way = way;
+                if (r.turns > k_restless) r.leash = std::max(0.5f * stirs, k_shorter * std::min(r.leash, length));
+            }
+            if (!(length > r.leash)) continue;
+            position[i] = previous[i] + static_cast<double>(r.leash / length) * (position[i] - previous[i]);
+        }
+    }
+
+    void finish(double dt, bool solids_stand, StepReport& report)
     {
         const std::size_t n = position.size();
         const double keep = std::exp(-fabric.damping * dt);
@@ -338,8 +371,9 @@ struct Cloth::State {
         for (std::size_t i = 0; i < n; ++i) {
             position[i] = cast<double>(moving[i].at);
             all_finite = all_finite && finite(position[i]);
-            velocity[i] = (keep / dt) * (position[i] - previous[i]);
         }
+        if (all_finite) still_restless(dt, solids_stand);
+        for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);
         if (!all_finite) {
             report.status |= k_cloth_not_finite;
             position = previous = good;
@@ -404,6 +438,7 @@ struct Cloth::State {
     btSoftBodyWorldInfo info;
     std::unique_ptr<btSoftBody> body;
     std::vector<Moving> moving;
+    std::vector<Restless> restless;
     std::vector<Thread> threads;  ///< Bullet's links, in their order
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<Vec3d> position, previous, good, velocity;
@@ -440,6 +475,8 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
         report.status = k_cloth_bad_step;
         return report;
     }
+    bool solids_stand = true;
+    for (const Solid& solid : solids) solids_stand = solids_stand && stands(solid);
     const double start = cpu_seconds();
     btSoftBody& body = *s.body;
     // The tailor's hands carry a garment until it is sewn.
@@ -485,7 +522,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     report.seconds.response += cpu_seconds() - mark;
     mark = cpu_seconds();
     s.tension = s.pull / (dt * dt);
-    s.finish(dt, report);
+    s.finish(dt, solids_stand, report);
     report.seconds.predict += cpu_seconds() - mark;
     return report;
 }

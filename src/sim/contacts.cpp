@@ -17,6 +17,8 @@ constexpr double k_creep = 0.1;           ///< times thickness: how far a node m
 // How fast the surface under a node that was held before may rise or fall: shares of thickness a step and of the node's way.
 // Layer 3 is not continuous, and a node that rests where it jumps would go up and down for ever.
 constexpr double k_settle = 0.01, k_settle_way = 0.25;
+// How far beside a surface point, in thicknesses, a node may be held by its plane alone.
+constexpr double k_beside = 1;
 constexpr float k_same_surface = 0.97f;   ///< cosine between normals
 constexpr std::size_t k_sample = 16;      ///< of nodes one in so many tells whether it is worth while to look at each
 constexpr std::size_t k_block = 32;
@@ -152,15 +154,26 @@ void Contacts::drop_void() noexcept
     }
 }
 
+void Contacts::keep_pressed(std::uint32_t node, Vec3d now) noexcept
+{
+    for (std::uint32_t s = last_head_[node]; s != k_none && count_ < spaces_.size(); s = last_[s].next) {
+        const HalfSpace& was = last_[s];
+        if (!(was.push > 0.f)) continue;
+        const Vec3f d = cast<float>(now) - was.at, beside = d - dot(d, was.normal) * was.normal;
+        if (!(norm_sq(beside) <= static_cast<float>(k_beside * thickness_ * k_beside * thickness_))) continue;
+        spaces_[count_] = was;
+        spaces_[count_].next = head_[node];
+        head_[node] = static_cast<std::uint32_t>(count_++);
+    }
+}
+
 std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
                              StepReport& report) noexcept
 {
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
     bool still = solids.size() == solids_;
-    for (const Solid& s : solids)
-        still = still && (s.skin != nullptr ? !(s.skin->motion() > 0)
-                                            : s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation);
+    for (const Solid& s : solids) still = still && stands(s);
     solids_ = solids.size();
     // What was asked within a hair of where it is, of solids that stand still, has its answer.
     const bool some = mark_stale(now, still);
@@ -182,6 +195,8 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
             status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, now, longest, report);
         if (voided_) drop_void();
         for (std::size_t i = 0; i < touched_.size(); ++i) {
+            if (head_[i] == k_none && last_head_[i] != k_none && stale_[i] != 0)
+                keep_pressed(static_cast<std::uint32_t>(i), now[i]);
             const std::uint32_t first = head_[i];
             if (first != k_none) {
                 ++held;
@@ -288,6 +303,7 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
             normal = query::carried_normal(is, cast<double>(s.direction));
             s.motion = cast<float>(at - sqmap::apply(was, place));
         }
+        s.at = cast<float>(at);
         s.normal = cast<float>(normal);
         s.offset = static_cast<float>(dot(normal, at) + thickness_);
     }
@@ -319,6 +335,7 @@ void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint3
     space.node = touched.node;
     space.solid = touched.solid;
     space.direction = cast<float>(touched.direction);
+    space.at = cast<float>(at);
     const double shift = steadied(space, previous, now);
     space.offset += static_cast<float>(shift);
     space.place = cast<float>(touched.place + shift * touched.direction);

@@ -24,8 +24,16 @@ struct HalfSpace {
     std::uint32_t node = 0;
     std::uint32_t next = 0;  ///< of the same node
     std::uint32_t solid = 0;
+    Vec3f at{};                  ///< surface point, world
     Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame, the bound one of a skin
 };
+
+/// Whether a solid does not move in the step.
+[[nodiscard]] inline bool stands(const Solid& s) noexcept
+{
+    return s.skin != nullptr ? !(s.skin->motion() > 0)
+                             : s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+}
 
 class Contacts {
 public:
@@ -53,6 +61,8 @@ private:
     /// Sets aside what held the nodes; keeps it for those that are not stale.
     void turn_over(bool some) noexcept;
     void drop_void() noexcept;
+    /// Half-spaces that a node is pressed against beside an edge, where nothing is found below it any more.
+    void keep_pressed(std::uint32_t node, Vec3d now) noexcept;
     std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
                       double longest, StepReport& report) noexcept;
     std::uint32_t ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
