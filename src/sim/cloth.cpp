@@ -19,8 +19,9 @@ constexpr int k_last_pushes = 3;       ///< a node between several surfaces need
 constexpr double k_hard_push = 2;      ///< times thickness: a node that is pushed farther stops where it is
 // A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
 // while it turns back more often than about every fifth step, faster than k_stirs.
-constexpr double k_stirs = 0.02;  ///< m / s
-constexpr float k_calms = 0.9f, k_restless = 2.f, k_shorter = 0.5f, k_longer = 1.04f;
+constexpr double k_calm = 0.2;  ///< m / s: of the cloth as a whole, by its kinetic energy
+constexpr double k_stirs = 0.015;  ///< m / s
+constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
 constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
 
 btVector3 to_bullet(Vec3d v) { return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)}; }
@@ -339,13 +340,17 @@ struct Cloth::State {
         }
     }
 
-    /// Nodes that go to and fro without end are stilled, where no solid moves.
+    /// Nodes that go to and fro without end are stilled, where no solid moves and the cloth as a whole hardly does.
     void still_restless(double dt, bool solids_stand)
     {
+        double moving_mass = 0;
+        for (std::size_t i = 0; i < position.size(); ++i)
+            if (moving[i].inverse_mass > 0) moving_mass += 1 / static_cast<double>(moving[i].inverse_mass);
+        const bool calm = solids_stand && last_kinetic <= 0.5 * moving_mass * k_calm * k_calm;
         const auto stirs = static_cast<float>(k_stirs * dt);
         for (std::size_t i = 0; i < position.size(); ++i) {
             Restless& r = restless[i];
-            if (!solids_stand) {
+            if (!calm) {
                 r = {};
                 continue;
             }
@@ -360,6 +365,13 @@ struct Cloth::State {
             }
             if (!(length > r.leash)) continue;
             position[i] = previous[i] + static_cast<double>(r.leash / length) * (position[i] - previous[i]);
+        }
+        // Held back within the cloth's thickness at most, not in the solid.
+        for (const HalfSpace& s : contacts.all()) {
+            if (!(restless[s.node].leash < static_cast<float>(fabric.thickness))) continue;
+            const Vec3d normal = cast<double>(s.normal);
+            const double below = static_cast<double>(s.offset) - fabric.thickness - dot(position[s.node], normal);
+            if (below > 0) position[s.node] += below * normal;
         }
     }
 
@@ -411,6 +423,7 @@ struct Cloth::State {
             }
         }
         report.fastest = std::sqrt(fastest_sq);
+        last_kinetic = report.kinetic;
     }
 
     void hold_links()
@@ -439,6 +452,7 @@ struct Cloth::State {
     std::unique_ptr<btSoftBody> body;
     std::vector<Moving> moving;
     std::vector<Restless> restless;
+    double last_kinetic = 0;
     std::vector<Thread> threads;  ///< Bullet's links, in their order
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<Vec3d> position, previous, good, velocity;
