@@ -28,7 +28,8 @@ def weights_of(p):
     x, y, z = p
     side = "left" if x > 0 else "right"
     out = {}
-    leg = eased((0.62 - y) / 0.18) * eased(abs(x) / 0.03 if y < 0.49 else abs(x) / 0.12)
+    # Below the crotch legs are apart.
+    leg = eased((0.62 - y) / 0.18) * (1 if y < 0.44 else eased(abs(x) / 0.12))
     knee, ankle = eased((0.40 - y) / 0.14), eased((0.14 - y) / 0.07)
     out[f"{side} foot"] = leg * ankle
     out[f"{side} shin"] = leg * knee * (1 - ankle)

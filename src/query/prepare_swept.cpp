@@ -3,7 +3,8 @@
 
 namespace sqmap::query {
 
-SweptRoom::SweptRoom(std::size_t points) : probe_(std::span<const Vec3d>{}), at_(points), fast_(points), contact_(points), found_(points)
+SweptRoom::SweptRoom(std::size_t points)
+    : probe_(std::span<const Vec3d>{}), at_(points), fast_(points), contact_(points), found_(points)
 {
 }
 

@@ -61,12 +61,12 @@ struct SweptQuery {
         SweptResult result;
         double longest = 0;
         const Reach reach = reach_of_model();
-        const double slow = std::max(0.0, options.step - reach.motion);
+        const double slow = options.step - reach.motion;
         for (std::size_t i = 0; i < now.size(); ++i) {
             room.fast_[i] = 0;
             // Most points move too little, or are too far from the model, whatever the poses do to them.
             const double own_sq = norm_sq(now[i] - previous[i]);
-            if (own_sq <= slow * slow) continue;
+            if (slow >= 0 && own_sq <= slow * slow) continue;
             const double far = reach.radius + std::sqrt(own_sq) + reach.motion;
             if (norm_sq(now[i] - reach.centre) > far * far) continue;
             const double way_sq = norm_sq(apply(to, now[i]) - apply(from, previous[i]));

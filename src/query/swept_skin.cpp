@@ -63,8 +63,7 @@ struct SkinSweep {
             }
             (void)skin.between_.pose(skin.maps_);
             for (std::size_t i = 0; i < now.size(); ++i) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
-            const FrameResult found =
-                query_skin(bound, skin.between_, room.at_, options.frame, room, room.swept_, room.fast_);
+            const FrameResult found = query_skin(bound, skin.between_, room.at_, options.frame, room, room.swept_, room.fast_);
             result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
             for (std::size_t f = 0; f < std::min(found.contacts, room.swept_.size()); ++f)
                 if (room.fast_[room.swept_[f].index] == 1) take(room.swept_[f], count, result);

@@ -15,11 +15,11 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr int k_last_pushes = 3;       ///< a node between several surfaces needs more than one
-constexpr double k_hard_push = 2;      ///< times thickness: a node that is pushed farther stops where it is
+constexpr int k_last_pushes = 3;   ///< a node between several surfaces needs more than one
+constexpr double k_hard_push = 2;  ///< times thickness: a node that is pushed farther stops where it is
 // A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
 // while it turns back more often than about every fifth step, faster than k_stirs.
-constexpr double k_calm = 0.2;  ///< m / s: of the cloth as a whole, by its kinetic energy
+constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
 constexpr double k_stirs = 0.015;  ///< m / s
 constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
 constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together

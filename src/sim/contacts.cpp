@@ -19,10 +19,10 @@ constexpr double k_creep = 0.1;           ///< times thickness: how far a node m
 constexpr double k_settle = 0.01, k_settle_way = 0.25;
 // How far beside a surface point, in thicknesses, a node may be held by its plane alone.
 constexpr double k_beside = 1;
-constexpr float k_same_surface = 0.97f;   ///< cosine between normals
-constexpr std::size_t k_sample = 16;      ///< of nodes one in so many tells whether it is worth while to look at each
+constexpr float k_same_surface = 0.97f;  ///< cosine between normals
+constexpr std::size_t k_sample = 16;     ///< of nodes one in so many tells whether it is worth while to look at each
 constexpr std::size_t k_block = 32;
-constexpr std::size_t k_fetched = 8;  ///< contacts ahead
+constexpr std::size_t k_fetched = 8;      ///< contacts ahead
 constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -279,8 +279,8 @@ std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::
         if ((c.status & query::k_no_surface) != 0) continue;
         Affine was, is;
         if (!solid.skin->from().carry_forward(c.bound_point, was) || !solid.skin->to().carry_forward(c.bound_point, is)) continue;
-        add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth, c.bound_point,
-             c.bound_normal},
+        add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth,
+             c.bound_point, c.bound_normal},
             previous[c.index], now[c.index], status);
     }
     return status;

@@ -181,8 +181,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     for (const io::SkinJoint& joint : skin.skeleton) avatar.joints.push_back(joint.name);
     const io::SkinAnimation* plays = walk ? &animation_of(file, skin, animation) : nullptr;
     const bool again = plays != nullptr && plays->duration > 0 && is_cycle(skin, *plays);
-    avatar.pose = [&body, rest = std::move(rest), centres, plays, again](double time,
-                                                                                           std::span<query::Pose> poses) {
+    avatar.pose = [&body, rest = std::move(rest), centres, plays, again](double time, std::span<query::Pose> poses) {
         if (plays != nullptr) {
             const double at = std::max(0.0, time - 2), s = std::clamp(time - 1, 0.0, 1.0);
             const auto target = io::places_at(body.file, *plays, again ? std::fmod(at, plays->duration) : at);

@@ -380,16 +380,21 @@ void dress(const Arguments& a)
 void add_dress(CLI::App& app, int& exit_code)
 {
     const auto a = std::make_shared<Arguments>();
-    CLI::App* command =
-        app.add_subcommand("dress", "Dress an avatar: cloth on a model, on a skinned mesh, or on a figure that walks; animation as glTF");
-    auto* avatar = command->add_option("--avatar", a->avatar, "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
-                       ->check(CLI::ExistingFile);
+    CLI::App* command = app.add_subcommand(
+        "dress", "Dress an avatar: cloth on a model, on a skinned mesh, or on a figure that walks; animation as glTF");
+    auto* avatar =
+        command
+            ->add_option(
+                "--avatar", a->avatar,
+                "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
+            ->check(CLI::ExistingFile);
     auto* walker = command->add_option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres")
                        ->check(CLI::Range(0.2, 5.0));
     avatar->excludes(walker);
-    command->add_flag("--walk", a->walk,
-                      "The figure lowers its arms after 1 s and walks from 2 s on; a skinned mesh goes over to its animation from "
-                      "1 s to 2 s and plays it; otherwise either stands");
+    command->add_flag(
+        "--walk", a->walk,
+        "The figure lowers its arms after 1 s and walks from 2 s on; a skinned mesh goes over to its animation from "
+        "1 s to 2 s and plays it; otherwise either stands");
     command->add_option("--animation", a->animation, "Which of a skinned mesh's animations --walk plays; default: the first");
     command->add_option("--garment", a->garments, "Garment (.json); several are worn, but do not feel each other")
         ->required()
@@ -420,7 +425,8 @@ void add_dress(CLI::App& app, int& exit_code)
         if (a->avatar.empty() && a->walker <= 0) throw CLI::ValidationError("dress", "give --avatar or --figure");
         const bool skinned = is_gltf(a->avatar);
         if (a->walk && a->walker <= 0 && !skinned)
-            throw CLI::ValidationError("--walk", "a baked model has no joints: give --figure, or --avatar a skinned .glb or .gltf");
+            throw CLI::ValidationError("--walk",
+                                       "a baked model has no joints: give --figure, or --avatar a skinned .glb or .gltf");
         if (!a->animation.empty() && !(a->walk && skinned))
             throw CLI::ValidationError("--animation", "goes with --walk and a skinned --avatar");
         exit_code = 2;

@@ -53,7 +53,7 @@ struct SkinnedSoup {
     PolygonSoup soup;                                  ///< as bound; several primitives after each other
     std::vector<std::array<std::uint16_t, 4>> joints;  ///< #positions
     std::vector<std::array<double, 4>> weights;        ///< #positions, sum 1
-    std::vector<SkinJoint> skeleton;  ///< no joint is above itself
+    std::vector<SkinJoint> skeleton;                   ///< no joint is above itself
     std::vector<SkinAnimation> animations;
 };
 

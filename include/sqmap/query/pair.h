@@ -70,6 +70,7 @@ struct PairResult {
 /// contacts: with room for both directions before merging.
 /// @pre a.model, b.model came from model::parse.
 /// Cost: two query_frame, and merging linear in what they find.
-PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room, std::span<PairContact> contacts) noexcept;
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room,
+                      std::span<PairContact> contacts) noexcept;
 
 }  // namespace sqmap::query

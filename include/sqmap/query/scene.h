@@ -16,9 +16,9 @@ inline constexpr BodyId k_no_body = 0xffffffffu;
 /// Bodies that are near each other, and which of the contacts are theirs.
 struct ScenePair {
     BodyId a = k_no_body;
-    BodyId b = k_no_body;                  ///< none: the probe of query_probe
-    std::uint32_t first = 0, count = 0;    ///< contacts[first, first + count)
-    std::uint8_t status = k_frame_ok;      ///< bits of FrameStatus
+    BodyId b = k_no_body;                ///< none: the probe of query_probe
+    std::uint32_t first = 0, count = 0;  ///< contacts[first, first + count)
+    std::uint8_t status = k_frame_ok;    ///< bits of FrameStatus
 };
 
 enum SceneStatus : std::uint8_t {
@@ -84,13 +84,13 @@ private:
     SceneResult ask(SceneResult result, const Body* probe, const PairOptions& options, std::span<ScenePair> pairs,
                     std::span<PairContact> contacts) noexcept;
 
-    std::vector<Body> bodies_;    // by id
+    std::vector<Body> bodies_;     // by id
     std::vector<Sphere> spheres_;  // by id, the world's frame; radius below zero without a finite pose
     std::vector<BodyId> free_;
-    std::vector<Entry> order_;     // of bodies in the scene, by lo
-    std::vector<Sphere> sorted_;   // their spheres, in that order
+    std::vector<Entry> order_;               // of bodies in the scene, by lo
+    std::vector<Sphere> sorted_;             // their spheres, in that order
     std::vector<float> x_, y_, z_, radius_;  // and again, about the first, a little larger; whole blocks
-    std::size_t posed_ = 0;        // of order_: those with a finite pose come first
+    std::size_t posed_ = 0;                  // of order_: those with a finite pose come first
     double largest_radius_ = 0;
     int axis_ = 0;
     bool stale_ = true;  // order_ and what follows it

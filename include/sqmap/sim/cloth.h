@@ -12,8 +12,8 @@
 
 namespace sqmap::sim {
 
-/// A solid that cloth lies on: a model and where it is, at the step's beginning and end. x_world = pose x_mesh, m. With a skin the
-/// model is that of the bound mesh, and the skin says where it is, in the world; the poses move what is pinned to it alone.
+/// A solid that cloth lies on: a model and where it is, at the step's beginning and end. x_world = pose x_mesh, m. With a skin
+/// the model is that of the bound mesh, and the skin says where it is, in the world; the poses move what is pinned to it alone.
 /// Without a model there is nothing to lie on: a joint that pins ride.
 struct Solid {
     const model::ModelView* model = nullptr;
@@ -141,9 +141,9 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Deepest places of cloth in solids, asked of the models point by point (skins: all points at once): nodes, and samples within triangles (a grid of
-/// barycentric coordinates with the given steps an edge, corners left out). m; zero where nothing is inside. Of a union of
-/// solids the deepest solid counts, which bounds the depth in the union from below.
+/// Deepest places of cloth in solids, asked of the models point by point (skins: all points at once): nodes, and samples within
+/// triangles (a grid of barycentric coordinates with the given steps an edge, corners left out). m; zero where nothing is inside.
+/// Of a union of solids the deepest solid counts, which bounds the depth in the union from below.
 struct Penetration {
     double nodes = 0, interiors = 0;
     Vec3d node_at{}, interior_at{};  ///< where, world
