@@ -5,9 +5,9 @@
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/scene.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <string_view>
 #include <vector>
 
@@ -70,9 +70,16 @@ int run(std::string_view kind, std::size_t bodies, int frames)
 
 int main(int argc, char** argv)
 {
-    if (argc != 4) {
-        std::fprintf(stderr, "usage: %s far|pile|probe BODIES FRAMES\n", argv[0]);
+    const std::string_view kind = argc == 4 ? argv[1] : "";
+    int bodies = 0, frames = -1;
+    const auto number = [](std::string_view text, int& value) {
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        return error == std::errc() && end == text.data() + text.size();
+    };
+    if ((kind != "far" && kind != "pile" && kind != "probe") || !number(argv[2], bodies) || !number(argv[3], frames) ||
+        bodies < 1 || bodies > 5000 || frames < 0) {
+        std::fprintf(stderr, "usage: %s far|pile|probe BODIES FRAMES     at most 5000 bodies\n", argv[0]);
         return 64;
     }
-    return run(argv[1], static_cast<std::size_t>(std::atoi(argv[2])), std::atoi(argv[3]));
+    return run(kind, static_cast<std::size_t>(bodies), frames);
 }

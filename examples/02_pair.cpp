@@ -27,6 +27,7 @@ int main(int argc, char** argv)
         const query::SceneResult result = scene.query_pairs({}, pairs, contacts);
         float depth = 0;
         for (const query::PairContact& c : std::span(contacts).first(result.contacts)) depth = std::max(depth, c.depth);
-        std::printf("at %.1f: %zu near, %s, %.2f deep\n", x, result.pairs, result.contacts > 0 ? "touching" : "free", static_cast<double>(depth));
+        std::printf("at %.1f: %zu near, %s, %.2f deep\n", x, result.pairs, result.contacts > 0 ? "touching" : "free",
+                    static_cast<double>(depth));
     }
 }

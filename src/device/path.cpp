@@ -76,12 +76,20 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
     std::ifstream in(path);
     if (!in || std::filesystem::is_directory(path)) throw DeviceError(name + ": cannot be opened");
     std::string line;
-    if (!std::getline(in, line) || trimmed(line) != k_header)
+    const bool read = static_cast<bool>(std::getline(in, line));
+    if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // as spreadsheets begin a file
+    if (!read || trimmed(line) != k_header)
         throw DeviceError(name + ":1: the header must be " + std::string(k_header) + ", found '" + line.substr(0, 60) +
                           "'\n  cure: one pose a row, rotation row-major, then translation");
     std::vector<Pose> poses;
+    std::size_t blank = 0;  // where the first empty line is: only the end may have some
     for (std::size_t number = 2; std::getline(in, line); ++number) {
-        if (trimmed(line).empty() && in.peek() == std::ifstream::traits_type::eof()) break;
+        if (trimmed(line).empty()) {
+            if (blank == 0) blank = number;
+            continue;
+        }
+        if (blank > 0)
+            throw DeviceError(name + ":" + std::to_string(blank) + ": expected 12 numbers, one pose, found an empty line");
         Pose pose;
         if (const std::string wrong = parse_row(trimmed(line), pose); !wrong.empty())
             throw DeviceError(name + ":" + std::to_string(number) + ": " + wrong);

@@ -51,8 +51,8 @@ struct PairQuery {
     void ask(const Body& solid, const Body& vertices, Side vertex_of)
     {
         if (solid.model == nullptr || vertices.probe == nullptr) return;
-        const FrameResult frame = query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose),
-                                              options.frame, room.found_);
+        const FrameResult frame =
+            query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose), options.frame, room.found_);
         result.found += frame.contacts;
         result.status |= frame.status;
         const model::Header& header = solid.model->header;
@@ -65,8 +65,16 @@ struct PairQuery {
             const double depth = static_cast<double>(c.depth) * header.unit;
             const Vec3d surface = placed(solid.pose, model::to_mesh_units(header, c.point)), vertex = surface - depth * normal;
             const bool of_b = vertex_of == Side::B;
-            out[result.contacts++] = {of_b ? surface : vertex, of_b ? vertex : surface, cast<float>(of_b ? normal : -normal),
-                                      static_cast<float>(depth), c.index, c.part, vertex_of, c.certain, false, c.status};
+            out[result.contacts++] = {of_b ? surface : vertex,
+                                      of_b ? vertex : surface,
+                                      cast<float>(of_b ? normal : -normal),
+                                      static_cast<float>(depth),
+                                      c.index,
+                                      c.part,
+                                      vertex_of,
+                                      c.certain,
+                                      false,
+                                      c.status};
         }
     }
 
@@ -76,12 +84,12 @@ struct PairQuery {
         if (!(options.merge_distance > 1e-6f) || !(spacing > 0)) return;
         const std::size_t lists = std::bit_ceil(std::max<std::size_t>(split, result.contacts - split));
         const MergeRule rule{static_cast<double>(options.merge_distance) * spacing, options.merge_cosine};
-        result.contacts =
-            merge_mutual(out.first(result.contacts), split, rule, std::span(room.head_).first(lists), room.next_);
+        result.contacts = merge_mutual(out.first(result.contacts), split, rule, std::span(room.head_).first(lists), room.next_);
     }
 };
 
-PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room, std::span<PairContact> contacts) noexcept
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room,
+                      std::span<PairContact> contacts) noexcept
 {
     PairQuery query{options, room, contacts};
     query.ask(a, b, Side::B);

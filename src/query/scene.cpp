@@ -22,7 +22,10 @@ bool touch(const Sphere& a, const Sphere& b, double slack)
     return norm_sq(a.centre - b.centre) <= reach * reach;
 }
 
-bool can_ask(const Body& a, const Body& b) { return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr); }
+bool can_ask(const Body& a, const Body& b)
+{
+    return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr);
+}
 
 /// A little more than the body's, since places are rounded.
 Sphere safe_sphere(const Body& body)
@@ -49,7 +52,8 @@ struct Scene::PairList {
     void sort()
     {
         const std::span<ScenePair> found = out.first(std::min(result.pairs, out.size()));
-        std::sort(found.begin(), found.end(), [](const ScenePair& p, const ScenePair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
+        std::sort(found.begin(), found.end(),
+                  [](const ScenePair& p, const ScenePair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
     }
 };
 
@@ -177,7 +181,8 @@ SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
         for (std::size_t first = i + 1; first < posed_ && order_[first].lo <= hi; first += k_block) {
             if (!any_near(i, first, slack_above)) continue;
             for (std::size_t j = first; j < std::min(first + k_block, posed_); ++j)
-                if (touch(s, sorted_[j], slack) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id])) list.add(order_[i].id, order_[j].id);
+                if (touch(s, sorted_[j], slack) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id]))
+                    list.add(order_[i].id, order_[j].id);
         }
     }
     list.sort();
@@ -188,7 +193,8 @@ SceneResult Scene::ask(SceneResult result, const Body* probe, const PairOptions&
                        std::span<PairContact> contacts) noexcept
 {
     for (ScenePair& p : pairs.first(std::min(result.pairs, pairs.size()))) {
-        const PairResult r = query_pair(bodies_[p.a], probe != nullptr ? *probe : bodies_[p.b], options, room_, contacts.subspan(result.contacts));
+        const PairResult r =
+            query_pair(bodies_[p.a], probe != nullptr ? *probe : bodies_[p.b], options, room_, contacts.subspan(result.contacts));
         p.first = static_cast<std::uint32_t>(result.contacts);
         p.count = static_cast<std::uint32_t>(r.contacts);
         p.status = r.status;
@@ -221,8 +227,10 @@ SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const Frame
     // Spheres that begin before the probe ends; none that begins earlier than the widest one before it can reach it.
     const double lo = s.centre[axis_] - s.radius - 2 * largest_radius_, hi = s.centre[axis_] + s.radius;
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(posed_);
-    for (auto at = std::lower_bound(order_.begin(), end, lo, [](const Entry& e, double v) { return e.lo < v; }); at != end && at->lo <= hi; ++at)
-        if (touch(s, sorted_[static_cast<std::size_t>(at - order_.begin())], 0) && bodies_[at->id].model != nullptr) list.add(at->id, k_no_body);
+    for (auto at = std::lower_bound(order_.begin(), end, lo, [](const Entry&e, double v) { return e.lo < v; });
+         at != end && at->lo <= hi; ++at)
+        if (touch(s, sorted_[static_cast<std::size_t>(at - order_.begin())], 0) && bodies_[at->id].model != nullptr)
+            list.add(at->id, k_no_body);
     list.sort();
     return ask(result, &body, {.frame = options}, near, contacts);
 }

@@ -82,10 +82,10 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
     ASSERT_TRUE(m);
     EXPECT_EQ(m->handling, Handling::Sew);
     EXPECT_EQ(m->part, 1u);
-    m = read_message(R"({"say":"cloth","do":"slit","line":[[0,1.2,0.1],[0,1,0.1]]})");
+    m = read_message(R"({"say":"cloth","do":"slit","line":[[7,0.2,0.1],[0,1,0]]})");
     ASSERT_TRUE(m);
     EXPECT_EQ(m->handling, Handling::Slit);
-    EXPECT_EQ(m->line, (std::vector<Vec3d>{{0, 1.2, 0.1}, {0, 1, 0.1}}));
+    EXPECT_EQ(m->line, (std::vector<ClothPoint>{{7, 0.2, 0.1}, {0, 1, 0}}));
     m = read_message(R"({"say":"record","on":true})");
     ASSERT_TRUE(m);
     EXPECT_EQ(m->say, Say::Record);
@@ -99,7 +99,8 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
           R"({"say":"fit","garment":"/etc/passwd","fabric":"silk","walks":true})",
           R"({"say":"fit","garment":"shirt","fabric":"steel","walks":true})", R"({"say":"cloth","do":"grasp"})",
           R"({"say":"record"})", R"({"say":"record","on":1})", R"({"say":"cloth","do":"slit","line":[[0,1,0]]})",
-          R"({"say":"cloth","do":"slit","line":[[0,1,0],[0,1]]})", R"({"say":"cloth","do":"slit","line":[[0,1,0],[0,1,1e9]]})",
+          R"({"say":"cloth","do":"slit","line":[[0,1,0],[0,1]]})", R"({"say":"cloth","do":"slit","line":[[0,1,0],[0,1,1.5]]})",
+          R"({"say":"cloth","do":"slit","line":[[0,1,0],[-1,1,0]]})", R"({"say":"cloth","do":"slit","line":[[0,1,0],[0.5,1,0]]})",
           R"({"say":"cloth","do":"burn"})", R"({"say":"cloth","do":"cut","seam":-1})",
           R"({"say":"cloth","do":"drag","p":[0,0,1000]})"})
         EXPECT_FALSE(read_message(wrong)) << wrong;

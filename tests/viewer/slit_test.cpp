@@ -1,6 +1,8 @@
 // Cuts along a line: what hangs together is counted by brute force, areas are the pattern's.
 #include "slit.h"
 
+#include "sqmap/math/triangle.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,11 +19,36 @@ const sim::Garment& sheet()
     return garment;
 }
 
+/// The place on the cloth that is nearest to each point.
+std::vector<ClothPoint> on(const sim::Garment& g, const std::vector<Vec3d>& x, const std::vector<Vec3d>& points)
+{
+    std::vector<ClothPoint> out;
+    for (const Vec3d& p : points) {
+        double least = 1e300;
+        for (std::uint32_t t = 0; t < g.triangles.size(); ++t) {
+            const Vec3d a = x[g.triangles[t][0]], b = x[g.triangles[t][1]], c = x[g.triangles[t][2]];
+            const Vec3d q = closest_point_on_triangle(p, a, b, c), n = cross(b - a, c - a);
+            if (norm_sq(q - p) >= least) continue;
+            least = norm_sq(q - p);
+            const auto share = [&](Vec3d from, Vec3d to) { return std::clamp(dot(cross(from, to), n) / norm_sq(n), 0.0, 1.0); };
+            if (out.size() <= static_cast<std::size_t>(&p - points.data())) out.emplace_back();
+            out.back() = {t, share(q - a, c - a), share(b - a, q - a)};
+        }
+    }
+    return out;
+}
+
 std::vector<Vec3d> straight(Vec3d a, Vec3d b, int points = 9)
 {
     std::vector<Vec3d> out;
     for (int i = 0; i < points; ++i) out.push_back(a + static_cast<double>(i) / (points - 1) * (b - a));
     return out;
+}
+
+std::optional<Slit> slit(const sim::Garment& garment, const std::vector<Vec3d>& x, const std::vector<Vec3d>& points,
+                         const char* name)
+{
+    return viewer::slit(garment, x, on(garment, x, points), name);
 }
 
 /// Pieces that triangles with common vertices make.
@@ -66,7 +93,7 @@ double area(const sim::Garment& g)
 
 TEST(Slit, AcrossTheClothMakesTwoPiecesOfIt)
 {
-    const auto cut = slit(sheet(), sheet().start, straight({-0.6, 1, 0.13}, {0.6, 1, -0.21}), "cut 1", 0.15);
+    const auto cut = slit(sheet(), sheet().start, straight({-0.6, 1, 0.13}, {0.6, 1, -0.21}), "cut 1");
     ASSERT_TRUE(cut);
     EXPECT_EQ(pieces(sheet()), 1u);
     EXPECT_EQ(pieces(cut->garment), 2u);
@@ -114,9 +141,9 @@ TEST(Slit, InsideTheClothOpensAHoleAndKeepsItsEnds)
 
 TEST(Slit, SecondCutCrossesTheFirst)
 {
-    const auto first = slit(sheet(), sheet().start, straight({-0.6, 1, 0}, {0.6, 1, 0}), "cut 1", 0.15);
+    const auto first = slit(sheet(), sheet().start, straight({-0.6, 1, 0}, {0.6, 1, 0}), "cut 1");
     ASSERT_TRUE(first);
-    const auto half = slit(first->garment, first->positions, straight({0.02, 1, 0.06}, {0.02, 1, 0.6}), "cut 2", 0.15);
+    const auto half = slit(first->garment, first->positions, straight({0.02, 1, 0.06}, {0.02, 1, 0.6}), "cut 2");
     ASSERT_TRUE(half);
     EXPECT_EQ(half->garment.seams.size(), 2u);
     EXPECT_LE(pieces(half->garment), 3u);
@@ -141,12 +168,33 @@ TEST(Slit, KeepsSeamsAndWaistOnBothSides)
 TEST(Slit, RefusesWhatCutsNothing)
 {
     EXPECT_FALSE(slit(sheet(), sheet().start, straight({0, 1, 0}, {0.001, 1, 0}), "cut 1")) << "too short";
-    EXPECT_FALSE(slit(sheet(), sheet().start, straight({3, 1, 0}, {4, 1, 0}), "cut 1")) << "no cloth";
+    const std::vector<ClothPoint> none{{0, 0.3, 0.3}, {static_cast<std::uint32_t>(sheet().triangles.size()), 0.3, 0.3}};
+    EXPECT_FALSE(viewer::slit(sheet(), sheet().start, none, "cut 1")) << "no such triangle";
     const std::vector<Vec3d> point{{0, 1, 0}};
     EXPECT_FALSE(slit(sheet(), sheet().start, point, "cut 1"));
     const sim::Garment shirt = sim::shirt({.vertices = 1200});
     const std::vector<Vec3d> through{{0, 1.2, 0.16}, {0, 1.2, -0.16}};
     EXPECT_FALSE(slit(shirt, shirt.start, through, "cut 1")) << "front and back are two panels";
+}
+
+TEST(Slit, EndsWhereThePanelEndsAndHeedsNoFoldUponIt)
+{
+    const sim::Garment shirt = sim::shirt({.vertices = 1200});
+    // Down the front, then on to the back.
+    std::vector<Vec3d> points = straight({0, 1.3, 0.16}, {0, 1.1, 0.16});
+    points.push_back({0, 1.1, -0.16});
+    const auto cut = slit(shirt, shirt.start, points, "cut 1");
+    ASSERT_TRUE(cut);
+    const std::vector<Vec3d> front(points.begin(), points.end() - 1);
+    EXPECT_EQ(cut->garment.triangles, slit(shirt, shirt.start, front, "cut 1")->garment.triangles);
+    // A sheet folded in two: the other half lies a millimetre below, its vertices as near as the own.
+    std::vector<Vec3d> folded = sheet().start;
+    for (Vec3d& p : folded)
+        if (p.x > 0) p = {-p.x, 0.999, p.z};
+    const auto line = on(sheet(), sheet().start, straight({-0.4, 1, 0.02}, {-0.1, 1, 0.05}));
+    const auto flat = viewer::slit(sheet(), sheet().start, line, "cut 1"), fold = viewer::slit(sheet(), folded, line, "cut 1");
+    ASSERT_TRUE(flat && fold);
+    EXPECT_EQ(flat->garment.triangles, fold->garment.triangles);
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ struct Fitting::Work {
 
     void run();
     void dress(bool anew, std::vector<Vec3d> start = {});
-    void cut(const std::vector<Vec3d>& line);
+    void cut(const std::vector<ClothPoint>& line);
     void publish_shapes();
     void take(const Message& m);
     void pose(bool first);
@@ -161,13 +161,13 @@ void Fitting::Work::publish_shapes()
     shape = std::make_shared<const std::string>(out.take());
 }
 
-void Fitting::Work::cut(const std::vector<Vec3d>& line)
+void Fitting::Work::cut(const std::vector<ClothPoint>& line)
 {
     if (worn.garment.seams.size() >= k_most_seams) return trouble("It has been cut often enough: start again.");
     int cuts = 1;
     for (const sim::Seam& s : worn.garment.seams) cuts += s.name.starts_with("cut ") ? 1 : 0;
     auto after = slit(worn.garment, cloth->positions(), line, "cut " + std::to_string(cuts));
-    if (!after) return trouble("Nothing was cut: the line is too short, or leaves its panel of the cloth.");
+    if (!after) return trouble("Nothing was cut: the line is too short.");
     const auto before = static_cast<std::uint32_t>(cloth->size());
     worn.garment = std::move(after->garment);
     sewn.push_back(0);

@@ -76,12 +76,21 @@ bool place(const json& in, Vec3d& out)
     return p != in.end() && point(*p, out);
 }
 
-bool line(const json& in, std::vector<Vec3d>& out)
+/// [triangle, u, v]
+bool cloth_point(const json& p, ClothPoint& out)
+{
+    if (!p.is_array() || p.size() != 3 || !p[0].is_number_unsigned() || !p[1].is_number() || !p[2].is_number()) return false;
+    if (p[0].get<std::uint64_t>() > 10'000'000) return false;
+    out = {p[0].get<std::uint32_t>(), p[1].get<double>(), p[2].get<double>()};
+    return out.u >= 0 && out.v >= 0 && out.u <= 1 && out.v <= 1;
+}
+
+bool line(const json& in, std::vector<ClothPoint>& out)
 {
     const auto all = in.find("line");
     if (all == in.end() || !all->is_array() || all->size() < 2 || all->size() > k_most_line) return false;
     for (const json& p : *all)
-        if (!point(p, out.emplace_back())) return false;
+        if (!cloth_point(p, out.emplace_back())) return false;
     return true;
 }
 

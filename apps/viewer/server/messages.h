@@ -60,6 +60,13 @@ enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew,
 
 inline constexpr std::size_t k_most_line = 64;
 
+/// A place on the cloth, wherever it goes: corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0) of a triangle.
+struct ClothPoint {
+    std::uint32_t triangle = 0;
+    double u = 0, v = 0;  ///< 0 to 1
+    bool operator==(const ClothPoint&) const = default;
+};
+
 struct Message {
     Say say = Say::Stop;
     Vec3d target{};     ///< m, world
@@ -71,7 +78,7 @@ struct Message {
     std::string garment{}, fabric{};
     bool walks = false;
     Handling handling = Handling::Release;  ///< target: where; part: which seam
-    std::vector<Vec3d> line{};              ///< of Slit: 2 to k_most_line points on the cloth, m, world
+    std::vector<ClothPoint> line{};         ///< of Slit: 2 to k_most_line
 };
 
 /// Nothing for what is not JSON, not an object, nested deeper than 4, of an unknown kind, with a number missing, out of its range

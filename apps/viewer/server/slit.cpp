@@ -124,25 +124,31 @@ void move_onto(const Net& net, sim::Garment& garment, std::vector<Vec3d>& x, std
 
 }  // namespace
 
-std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> positions, std::span<const Vec3d> line,
-                         const std::string& name, double reach)
+std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> positions, std::span<const ClothPoint> drawn,
+                         const std::string& name)
 {
-    if (line.size() < 2) return std::nullopt;
+    if (drawn.size() < 2) return std::nullopt;
     Slit out{garment, {positions.begin(), positions.end()}, {}};
     const Net net(garment);
     std::vector<std::uint32_t> path;
-    for (const Vec3d& p : line) {
-        std::uint32_t best = 0;
-        for (std::uint32_t i = 1; i < positions.size(); ++i)
-            if (norm_sq(positions[i] - p) < norm_sq(positions[best] - p)) best = i;
-        if (norm(positions[best] - p) > reach) return std::nullopt;
+    std::vector<Vec3d> line;
+    for (const ClothPoint& p : drawn) {
+        if (p.triangle >= garment.triangles.size()) return std::nullopt;
+        // The corner that is nearest in the triangle: no fold that lies upon it has a part in this.
+        const Triangle& t = garment.triangles[p.triangle];
+        const double w = 1 - p.u - p.v;
+        const std::uint32_t best = w >= p.u && w >= p.v ? t[0] : p.u >= p.v ? t[1] : t[2];
+        line.push_back(w * positions[t[0]] + p.u * positions[t[1]] + p.v * positions[t[2]]);
         if (path.empty()) {
             path.push_back(best);
             continue;
         }
         if (best == path.back()) continue;
         const std::vector<std::uint32_t> steps = way(net, positions, path.back(), best);
-        if (steps.empty()) return std::nullopt;  // another panel
+        if (steps.empty()) {  // another panel
+            line.pop_back();
+            break;
+        }
         for (std::size_t i = 1; i < steps.size(); ++i)
             if (path.size() > 1 && path[path.size() - 2] == steps[i])
                 path.pop_back();  // there and back

@@ -1,6 +1,7 @@
 // Cutting a garment along a line that was drawn on it: through its triangles, not only along its seams.
 #pragma once
 
+#include "messages.h"
 #include "sqmap/sim/garment.h"
 
 #include <optional>
@@ -17,9 +18,9 @@ struct Slit {
 
 /// The cut follows a path of edges near the line, whose vertices are first moved onto it, in the pattern and in the folds alike,
 /// as far as no triangle becomes too small: rest lengths are the pattern's, so nothing is stretched by it.
-/// positions: of the garment's vertices now. line: points on the cloth. Nothing where the line lies more than `reach` beside the
-/// cloth or cuts nothing apart.
-[[nodiscard]] std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> positions, std::span<const Vec3d> line,
-                                       const std::string& name, double reach = 0.05);
+/// positions: of the garment's vertices now. It ends where the line comes to another panel. Nothing where the line cuts nothing
+/// apart or names no triangle of the garment.
+[[nodiscard]] std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> positions,
+                                       std::span<const ClothPoint> line, const std::string& name);
 
 }  // namespace sqmap::viewer

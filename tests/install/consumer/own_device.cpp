@@ -14,7 +14,8 @@ int main()
     sqmap::device::ServoTick tick;
     {
         sqmap::device::Servo servo(
-            device, {}, [](void*, const sqmap::device::TickInput&, std::span<sqmap::haptic::Wrench>) noexcept { return 7u; }, nullptr);
+            device, {}, [](void*, const sqmap::device::TickInput&, std::span<sqmap::haptic::Wrench>) noexcept { return 7u; },
+            nullptr);
         while (!servo.next(tick)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     sqmap::device::TraceWriter writer("consumer.csv", {});

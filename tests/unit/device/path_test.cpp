@@ -92,6 +92,8 @@ TEST(ReadPath, ReadsPosesAndNamesTheLineOfAnError)
     EXPECT_EQ(complaint_about(header + row + row), "");
     EXPECT_TRUE(complaint_about("x,y,z\n").starts_with(":1: the header must be r00"));
     EXPECT_EQ(complaint_about(header), ": no pose after the header");
+    EXPECT_EQ(complaint_about("\xef\xbb\xbf" + header + row + "\r\n \n\n"), "") << "as spreadsheets write it";
+    EXPECT_EQ(complaint_about(header + row + "\n" + row), ":3: expected 12 numbers, one pose, found an empty line");
     EXPECT_EQ(complaint_about(header + row + "1,2,3\n"), ":3: expected 12 numbers, one pose");
     EXPECT_EQ(complaint_about(header + "0,-1,0,1,0,0,0,0,1,0.5,-2,nan\n"), ":2: column 12 is no finite number: 'nan'");
     EXPECT_EQ(complaint_about(header + "0,1,0,1,0,0,0,0,1,0,0,0\n"),

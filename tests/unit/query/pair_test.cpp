@@ -25,7 +25,8 @@ std::vector<PairContact> asked(const Body& a, const Body& b, const PairOptions& 
 
 const PairContact& deepest(const std::vector<PairContact>& contacts)
 {
-    return *std::max_element(contacts.begin(), contacts.end(), [](const PairContact& a, const PairContact& b) { return a.depth < b.depth; });
+    return *std::max_element(contacts.begin(), contacts.end(),
+                             [](const PairContact& a, const PairContact& b) { return a.depth < b.depth; });
 }
 
 const PairOptions k_unmerged{.frame = {}, .merge_distance = 0};
@@ -37,16 +38,19 @@ TEST(Pair, OverlappingSpheresAreAsDeepAsTheirCentresSay)
     for (int i = 0; i < 20; ++i) {
         const Vec3d way = random.direction(), place = random.in_box({-50, -50, -50}, {50, 50, 50});
         const double overlap = random.between(0.05, 0.5);
-        const Body a = ball.at({test::rotation_about(random.direction(), 1), place}), b = ball.at(test::shifted(place + (2 - overlap) * way));
+        const Body a = ball.at({test::rotation_about(random.direction(), 1), place}),
+                   b = ball.at(test::shifted(place + (2 - overlap) * way));
         const std::vector<PairContact> contacts = asked(a, b);
         ASSERT_FALSE(contacts.empty());
-        // No vertex is deeper than the spheres, and one is within an edge (0.15) of the deepest place: the loss is 2 (1 - cos 0.15 / 2).
+        // No vertex is deeper than the spheres, and one is within an edge (0.15) of the deepest place: the loss is 2 (1 - cos
+        // 0.15 / 2).
         const PairContact& c = deepest(contacts);
         EXPECT_LE(c.depth, overlap + 0.005);
         EXPECT_GE(c.depth, overlap - 0.025);
         EXPECT_GE(dot(cast<double>(c.normal), way), 0.98);
         for (const PairContact& each : contacts) {
-            const Vec3d vertex = each.vertex_of == Side::A ? each.on_a : each.on_b, other = each.vertex_of == Side::A ? b.pose.translation : place;
+            const Vec3d vertex = each.vertex_of == Side::A ? each.on_a : each.on_b,
+                        other = each.vertex_of == Side::A ? b.pose.translation : place;
             EXPECT_NEAR(each.depth, 1 - norm(vertex - other), 0.01);
             EXPECT_GE(dot(cast<double>(each.normal), way), 0.5);
             EXPECT_NEAR(norm(each.normal), 1.f, 1e-4f);
@@ -86,9 +90,11 @@ TEST(Pair, ContactsAreThoseOfTheTwoFrames)
         std::set<std::tuple<Side, std::uint32_t, float>> expected;
         for (const Side side : {Side::B, Side::A}) {
             const Body &solid = side == Side::B ? a : b, &vertices = side == Side::B ? b : a;
-            const FrameResult r = query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose), {}, frame);
+            const FrameResult r =
+                query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose), {}, frame);
             for (std::size_t k = 0; k < r.contacts; ++k)
-                expected.insert({side, frame[k].index, static_cast<float>(static_cast<double>(frame[k].depth) * solid.model->header.unit)});
+                expected.insert(
+                    {side, frame[k].index, static_cast<float>(static_cast<double>(frame[k].depth) * solid.model->header.unit)});
         }
         std::set<std::tuple<Side, std::uint32_t, float>> found;
         for (const PairContact& c : contacts) {
@@ -115,15 +121,16 @@ TEST(Pair, SwappedBodiesGiveTheSameContactsTurnedRound)
         const std::vector<PairContact> there = asked(a, b), back = asked(b, a);
         const auto key = [](const PairContact& c, bool turned) {
             const double sign = turned ? -1 : 1;
-            return std::tuple(c.vertex_of == (turned ? Side::B : Side::A), c.index, c.depth, c.part, c.mutual, c.certain, (turned ? c.on_b : c.on_a).x,
-                              (turned ? c.on_a : c.on_b).y, static_cast<float>(sign) * c.normal.z);
+            return std::tuple(c.vertex_of == (turned ? Side::B : Side::A), c.index, c.depth, c.part, c.mutual, c.certain,
+                              (turned ? c.on_b : c.on_a).x, (turned ? c.on_a : c.on_b).y, static_cast<float>(sign) * c.normal.z);
         };
         std::set<decltype(key(there[0], false))> first, second;
         for (const PairContact& c : there) first.insert(key(c, false));
         for (const PairContact& c : back) second.insert(key(c, true));
         EXPECT_EQ(first, second);
         total += there.size();
-        mutual += static_cast<std::size_t>(std::count_if(there.begin(), there.end(), [](const PairContact& c) { return c.mutual; }));
+        mutual +=
+            static_cast<std::size_t>(std::count_if(there.begin(), there.end(), [](const PairContact& c) { return c.mutual; }));
     }
     EXPECT_GT(total, 500u);
     EXPECT_GT(mutual, 0u);
@@ -146,8 +153,11 @@ TEST(Pair, MergingLeavesOutOnlyWhatADeeperTwinStandsFor)
                    b = other.at({test::rotation_about(random.direction(), 1), random.between(1.9, 1.99) * way});
         const PairOptions options{};
         const std::vector<PairContact> all = asked(a, b, k_unmerged), merged = asked(a, b, options);
-        const double distance = static_cast<double>(options.merge_distance) * std::max(ball.probe.spacing(), other.probe.spacing());
-        const auto same = [](const PairContact& x, const PairContact& y) { return x.vertex_of == y.vertex_of && x.index == y.index; };
+        const double distance =
+            static_cast<double>(options.merge_distance) * std::max(ball.probe.spacing(), other.probe.spacing());
+        const auto same = [](const PairContact& x, const PairContact& y) {
+            return x.vertex_of == y.vertex_of && x.index == y.index;
+        };
         // In order, with nothing new.
         auto at = all.begin();
         for (const PairContact& c : merged) {
@@ -176,12 +186,13 @@ TEST(Pair, MovingTheWorldMovesTheContacts)
     for (int i = 0; i < 20; ++i) {
         const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
         const Pose moved = test::random_pose(random, 1000);
-        const std::vector<PairContact> here = asked(a, b, k_unmerged),
-                                       there = asked(ring.at(compose(moved, a.pose)), hand.at(compose(moved, b.pose)), k_unmerged);
+        const std::vector<PairContact> here = asked(a, b, k_unmerged), there = asked(ring.at(compose(moved, a.pose)),
+                                                                                     hand.at(compose(moved, b.pose)), k_unmerged);
         // A vertex on the surface may change sides by rounding; all others stay.
         std::size_t common = 0;
         for (const PairContact& c : here) {
-            const auto at = std::find_if(there.begin(), there.end(), [&](const PairContact& o) { return o.vertex_of == c.vertex_of && o.index == c.index; });
+            const auto at = std::find_if(there.begin(), there.end(),
+                                         [&](const PairContact& o) { return o.vertex_of == c.vertex_of && o.index == c.index; });
             if (at == there.end()) {
                 EXPECT_LE(c.depth, 1e-3f);
                 continue;

@@ -128,7 +128,8 @@ TEST(Scene, AProbeMeetsTheBodiesItMeetsOneByOne)
         const SceneResult r = scene.query_probe(tool.probe, pose, {}, pairs, contacts);
         std::size_t at = 0;
         for (const BodyId id : ids) {
-            const FrameResult alone = query_frame(kinds.of(id).view, tool.probe, compose(inverse(scene.body(id).pose), pose), {}, frame);
+            const FrameResult alone =
+                query_frame(kinds.of(id).view, tool.probe, compose(inverse(scene.body(id).pose), pose), {}, frame);
             const bool listed = at < r.pairs && pairs[at].a == id;
             if (!listed) {
                 EXPECT_EQ(alone.contacts, 0u);

@@ -9,6 +9,9 @@ const FABRICS: [string, string, number][] = [['cotton', 'Cotton', 0x3b6ea5], ['s
 
 const MOST_LINE = 64, LINE_STEP = 0.012;  // points that the program takes, m between them
 
+/// A place on the cloth, wherever it goes: shares of a triangle's corners 1 and 2.
+interface OnCloth { triangle: number; u: number; v: number; }
+
 export class Costume {
   readonly element: HTMLElement;
   private garment = h('select', { id: 'garment', onchange: () => this.fit() }, ...GARMENTS.map(([v, t]) => h('option', { value: v }, t)));
@@ -26,7 +29,8 @@ export class Costume {
   private at = new THREE.Vector3();
   private cursor = new THREE.Vector2();
   private dragged: THREE.Vector3 | null = null;
-  private line: THREE.Vector3[] | null = null;
+  private line: OnCloth[] | null = null;
+  private touched: OnCloth | null = null;  ///< what under() found last
   private draws = false;
   private drawn = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd4145a, depthTest: false }));
   private seamText = '';
@@ -82,6 +86,14 @@ export class Costume {
   /// After a lost connection the program knows of nothing.
   again(): void { this.held = false; if (this.active) this.fit(); }
 
+  /// What is worn, for a link, and what one says.
+  chosen(): unknown[] { return [this.garment.value, this.fabric.value, this.walks.checked]; }
+  choose([garment, fabric, walks]: unknown[]): void {
+    if (GARMENTS.some(([g]) => g === garment)) this.garment.value = String(garment);
+    if (FABRICS.some(([f]) => f === fabric)) this.fabric.value = String(fabric);
+    this.walks.checked = walks === true;
+  }
+
   private fit(): void { this.say({ say: 'fit', garment: this.garment.value, fabric: this.fabric.value, walks: this.walks.checked }); this.colour(); }
   private colour(): void {
     const found = FABRICS.find(([name]) => name === this.fabric.value);
@@ -114,6 +126,7 @@ export class Costume {
     (attribute.array as Float32Array).set(f.positions);
     attribute.needsUpdate = true;
     this.cloth.geometry.computeVertexNormals();
+    if (this.line) this.drawLine();
     const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
     this.world.showArrow(f.held ? this.at : null, pull, 3);
     this.world.redraw();
@@ -134,6 +147,7 @@ export class Costume {
       const head = new Uint32Array(data, 0, 5), [, number, bones, vertices, triangles] = head;
       let at = 20;
       const fresh = !this.cloth;
+      this.endCut(false);  // its places were of the triangles before
       for (const m of [...this.bones, ...(this.cloth ? [this.cloth] : [])]) { this.world.extra.remove(m); m.geometry.dispose(); }
       this.bones = [];
       for (let b = 0; b < bones; ++b) {
@@ -168,10 +182,12 @@ export class Costume {
   private under(): THREE.Vector3 | null {
     if (!this.cloth) return null;
     this.cloth.geometry.boundingSphere = null;
-    const p = this.world.castMesh(this.cursor.x, this.cursor.y, this.cloth);
-    if (!p) return null;
+    const hit = this.world.castMesh(this.cursor.x, this.cursor.y, this.cloth);
+    if (!hit || hit.faceIndex == null) return null;
+    const p = hit.point, share = THREE.Triangle.getBarycoord(p, ...this.corners(hit.faceIndex), new THREE.Vector3());
+    this.touched = share && { triangle: hit.faceIndex, u: Math.min(Math.max(share.y, 0), 1), v: Math.min(Math.max(share.z, 0), 1) };
     const eye = this.world.camera.position, far = p.distanceTo(eye);
-    for (const bone of this.bones) { const q = this.world.castMesh(this.cursor.x, this.cursor.y, bone); if (q && q.distanceTo(eye) < far - 0.01) return null; }
+    for (const bone of this.bones) { const q = this.world.castMesh(this.cursor.x, this.cursor.y, bone)?.point; if (q && q.distanceTo(eye) < far - 0.01) return null; }
     return p;
   }
   private down(e: PointerEvent): void {
@@ -183,18 +199,27 @@ export class Costume {
     this.canvas.focus();
     this.canvas.setPointerCapture(e.pointerId);
     if (this.pins.checked) this.pin(p);
-    else if (this.cuts.checked) { this.draws = true; this.beginCut(p); }
+    else if (this.cuts.checked) { this.draws = true; this.beginCut(); }
     else this.grasp(p);
   }
   private pin(p: THREE.Vector3): void { this.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
   private grasp(p: THREE.Vector3): void { this.at.copy(p); this.held = true; this.say({ say: 'cloth', do: 'grasp', p: p.toArray() }); }
-  /// A line of places on the cloth, as it is drawn; draws: by the pointer, else by keys.
-  private beginCut(p: THREE.Vector3): void { this.line = [p]; this.drawLine(); }
+  /// A line of places on the cloth, which goes where the cloth goes; draws: by the pointer, else by keys.
+  private beginCut(): void { this.line = this.touched ? [this.touched] : null; this.drawLine(); }
   private extend(): void {
     const p = this.under();
-    if (!p || !this.line || this.line.length >= MOST_LINE || p.distanceTo(this.line[this.line.length - 1]) < LINE_STEP) return;
-    this.line.push(p);
+    if (!p || !this.touched || !this.line || this.line.length >= MOST_LINE || p.distanceTo(this.placeOf(this.line[this.line.length - 1])) < LINE_STEP) return;
+    this.line.push(this.touched);
     this.drawLine();
+  }
+  private corners(triangle: number): [THREE.Vector3, THREE.Vector3, THREE.Vector3] {
+    const g = this.cloth!.geometry, index = g.getIndex()!, p = g.getAttribute('position') as THREE.BufferAttribute;
+    const corner = (k: number) => new THREE.Vector3().fromBufferAttribute(p, index.getX(3 * triangle + k));
+    return [corner(0), corner(1), corner(2)];
+  }
+  private placeOf(p: OnCloth): THREE.Vector3 {
+    const [a, b, c] = this.corners(p.triangle);
+    return a.multiplyScalar(1 - p.u - p.v).addScaledVector(b, p.u).addScaledVector(c, p.v);
   }
   private endCut(done: boolean): void {
     const line = this.line;
@@ -203,12 +228,12 @@ export class Costume {
     this.drawLine();
     if (!done || !line) return;
     if (line.length < 2) { announce('Nothing was cut: the line is too short.'); return; }
-    this.say({ say: 'cloth', do: 'slit', line: line.map((p) => p.toArray().map((x) => Number(x.toFixed(5)))) });
+    this.say({ say: 'cloth', do: 'slit', line: line.map((p) => [p.triangle, Number(p.u.toFixed(4)), Number(p.v.toFixed(4))]) });
     announce('Cut along the line.');
   }
   private drawLine(): void {
     this.drawn.visible = (this.line?.length ?? 0) > 1;
-    if (this.drawn.visible) { this.drawn.geometry.dispose(); this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line as THREE.Vector3[]); }
+    if (this.drawn.visible) { this.drawn.geometry.dispose(); this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line!.map((p) => this.placeOf(p))); }
     this.world.redraw();
   }
   private drag(): void { this.at.copy(this.world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); }
@@ -229,7 +254,7 @@ export class Costume {
       e.stopPropagation();
       this.cursor.set(Math.min(Math.max(this.cursor.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.cursor.y + move[1], -1), 1));
       if (this.held) this.drag();
-      else if (this.line) { this.extend(); this.world.mark(this.under() ?? this.line[this.line.length - 1]); }
+      else if (this.line) { this.extend(); this.world.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1])); }
       else this.world.mark(this.under() ?? this.world.beside(this.cursor.x, this.cursor.y, this.world.controls.target));
     } else if (e.key === 'c' || e.key === 'C') {
       e.preventDefault();
@@ -237,7 +262,7 @@ export class Costume {
       const p = this.under();
       if (!p) { announce('No cloth here: move the cross with the arrow keys.'); return; }
       this.draws = false;
-      this.beginCut(p);
+      this.beginCut();
       announce('A cut begins here: arrow keys draw it, C cuts.');
     } else if (e.key === 'Enter' || e.key === 'p' || e.key === 'P') {
       e.preventDefault();

@@ -329,7 +329,7 @@ function tellSettings(): void {
   settingsChanged = performance.now();
   world.toolRadius(settings.smoothing > 0 ? settings.smoothing : settings.toolRadius);
   clearTimeout(settingsDue);
-  settingsDue = window.setTimeout(() => link.say({ say: 'settings', ...settings }), 40);
+  settingsDue = window.setTimeout(() => { settingsDue = 0; settingsChanged = performance.now(); link.say({ say: 'settings', ...settings }); }, 40);
 }
 
 const REASONS: [number, string][] = [
@@ -539,7 +539,8 @@ addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; const 
 
 const OVERLAYS = ['spheres', 'samples', 'offset', 'hidden'];
 function copyLink(): void {
-  const view = { m: mode, c: world.pose(), k: world.colourBy, s: world.surfaceAs, q: world.withSuperquadrics, o: OVERLAYS.filter((id) => lookPanel.querySelector<HTMLInputElement>(`#${id}`)!.checked), t: document.documentElement.dataset.theme, p: selected };
+  const view = { m: mode, c: world.pose(), k: world.colourBy, s: world.surfaceAs, q: world.withSuperquadrics, o: OVERLAYS.filter((id) => lookPanel.querySelector<HTMLInputElement>(`#${id}`)!.checked), t: document.documentElement.dataset.theme, p: selected,
+    f: mode === 'touch' ? settings : undefined, w: mode === 'dress' ? costume.chosen() : undefined };
   location.hash = `view=${encodeURIComponent(JSON.stringify(view))}`;
   const done = () => announce('The link is in the address bar and the clipboard. It holds as long as the program runs.');
   navigator.clipboard?.writeText(location.href).then(done, done);
@@ -554,6 +555,11 @@ function restoreLink(): void {
     set('colour', v.k); set('surface', v.s); set('superquadrics', Boolean(v.q));
     for (const id of OVERLAYS) set(id, Array.isArray(v.o) && v.o.includes(id));
     if (THEMES.includes(v.t)) setTheme(v.t);
+    if (v.f) {
+      for (const k of Object.keys(settings) as (keyof Settings)[]) if (typeof v.f[k] === typeof settings[k] || k === 'tool') settings = { ...settings, [k]: v.f[k] };
+      tellSettings();
+    }
+    if (Array.isArray(v.w)) costume.choose(v.w);
     if (MODES.includes(v.m) && !tabs[v.m as Mode].hidden) setMode(v.m);
     world.setPose(v.c);
     if (v.p && facts[v.p.object]) select(v.p.object, v.p.part);
@@ -631,7 +637,7 @@ const link = new Link({
   status(s) {
     status = s;
     // What is just being set here is newer than what the program says.
-    if (performance.now() - settingsChanged > 400) settings = { ...s.settings };
+    if (!settingsDue && performance.now() - settingsChanged > 400) settings = { ...s.settings };
     world.toolRadius(settings.smoothing > 0 ? settings.smoothing : settings.toolRadius);
     if (document.activeElement !== toolSelect) toolSelect.value = String(settings.tool);
     showToolRows();

@@ -4,6 +4,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
 import { colourField, partColour, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
+import { Pace } from './pace';
 import { fetchBytes, type Frame, type ObjectFacts } from './net';
 
 THREE.Mesh.prototype.raycast = acceleratedRaycast;
@@ -46,6 +47,8 @@ function areaOf(p: Float32Array, i: number): number {
 
 const ARROW = 0.03;  // m of arrow a newton
 
+const fullRatio = (): number => Math.min(devicePixelRatio, 2);
+
 export class World {
   readonly renderer: THREE.WebGLRenderer;
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.005, 20);
@@ -80,12 +83,14 @@ export class World {
   onWait: (kind: string, done: number, of: number) => void = () => {};  ///< fields that the program computes
   onFrame: (now: number) => void = () => {};  ///< before each draw
   onTrouble: (text: string) => void = () => {};
+  readonly pace = new Pace();
+  private share = 1;  ///< of the screen's pixels along each side that were drawn last
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
     this.renderer.debug.checkShaderErrors = false;  // to ask would wait for the graphics card
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(fullRatio());
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.15;
@@ -132,7 +137,12 @@ export class World {
       this.onFrame(now);
       meter.spend('draw', () => {
         this.controls.update();
-        if (!this.dirty) return;
+        if (!this.dirty) {
+          if (!this.pace.still(now)) return;
+          this.pace.rested();
+          if (this.share === 1) return;
+          this.fineness(1);
+        } else this.fineness(this.pace.next(now));
         this.dirty = false;
         this.renderer.render(this.scene, this.camera);
         meter.drawn(this.renderer.info.render.calls, this.renderer.info.render.triangles);
@@ -142,6 +152,12 @@ export class World {
   }
 
   redraw(): void { this.dirty = true; }
+
+  private fineness(share: number): void {
+    if (share === this.share) return;
+    this.share = share;
+    this.renderer.setPixelRatio(share * fullRatio());  // sets the size as well
+  }
 
   theme(): void {
     const style = getComputedStyle(document.documentElement);
@@ -391,7 +407,7 @@ export class World {
         g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, 8, 3 * n), 3));
         g.setAttribute('color', new THREE.BufferAttribute(colours, 3));
         if (!s.samples) {
-          s.samples = new THREE.Points(g, new THREE.PointsMaterial({ size: 2.4 * this.renderer.getPixelRatio(), sizeAttenuation: false, vertexColors: true }));
+          s.samples = new THREE.Points(g, new THREE.PointsMaterial({ size: 2.4 * fullRatio(), sizeAttenuation: false, vertexColors: true }));
           s.samples.renderOrder = 2;
           s.samples.raycast = () => {};
           this.scene.add(s.samples);
@@ -564,13 +580,14 @@ export class World {
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
   groundAt(y: number): void { this.ground.position.y = y; this.dirty = true; }
   groundUnder(): void { this.groundAt(Math.min(0, ...this.facts.map((f) => f.place[1] - f.half[1])) - 0.001); }
-  castMesh(x: number, y: number, mesh: THREE.Mesh): THREE.Vector3 | null {
+  castMesh(x: number, y: number, mesh: THREE.Mesh): THREE.Intersection | null {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
-    return this.raycaster.intersectObject(mesh, false)[0]?.point ?? null;
+    return this.raycaster.intersectObject(mesh, false)[0] ?? null;
   }
   ready(): boolean { return this.shown.length > 0 && this.shown.every((s) => s !== null); }
 
   picture(): Promise<Blob | null> {
+    this.fineness(1);
     this.renderer.render(this.scene, this.camera);
     return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
   }
