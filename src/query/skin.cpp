@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sqmap::query {
 
@@ -215,8 +216,10 @@ double PosedSkin::farthest_from(const PosedSkin& other) const noexcept
 
 bool MovingSkin::step(std::span<const Affine> maps) noexcept
 {
-    from_ = to_;
+    // The pose before last makes room: nothing is copied, nothing allocated.
+    std::swap(from_, to_);
     const bool good = to_.pose(maps);
+    if (!good) (void)to_.pose(from_.maps());
     motion_ = good ? to_.farthest_from(from_) : 0;
     return good;
 }
