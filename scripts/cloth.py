@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Fig. 11b repeated: a skirt and a shirt on a figure, blankets on a bull and on a human figure of CGAL's data, and every method on
-the same frames. Writes build/cloth/fig11b.json and .csv, docs/images/cloth/fig11b.svg, and pictures of the garments.
+the same frames; and a skirt on that human figure as it walks, skinned to the project's skeleton. Writes build/cloth/fig11b.json and .csv, docs/images/cloth/fig11b.svg, and pictures of the garments.
 usage: cloth.py [--vertices 10000] [--quick: 1500 vertices, the project's own figure alone]
 """
 import argparse
@@ -12,6 +12,7 @@ import subprocess
 import demo
 import measure
 import plot
+import rig
 
 OUT = measure.ROOT / "build" / "cloth"
 IMAGES = measure.ROOT / "docs" / "images" / "cloth"
@@ -89,6 +90,17 @@ def main():
         last = sorted(pictures.glob("*.png"))[-1]
         if not args.quick:
             (IMAGES / f"{garment}.png").write_bytes(last.read_bytes())
+    if (OUT / "homer.off").exists():
+        rig.rig(OUT / "homer.off", OUT / "homer_skinned.glb")
+        worn = {"pattern": "skirt", "fabric": "cotton", "centre": [0, 0.84, -0.055], "waist_radius": 0.25, "length": 0.42,
+                "vertices": 1500 if args.quick else args.vertices, "waist_bone": "chest"}
+        (OUT / "homer_skirt.json").write_text(json.dumps(worn))
+        pictures = OUT / "homer"
+        pictures.mkdir(exist_ok=True)
+        measure.run("dress", "--avatar", OUT / "homer_skinned.glb", "--walk", "--garment", OUT / "homer_skirt.json", "--seconds", "4", "--fps",
+                    "4", "--pictures", pictures, "-o", OUT / "homer.glb", "--report", OUT / "homer.json")
+        if not args.quick:
+            (IMAGES / "homer.png").write_bytes(sorted(pictures.glob("*.png"))[-1].read_bytes())
     print(f"numbers in {OUT}, animations beside them")
 
 

@@ -1,5 +1,5 @@
 // glTF 2.0 (Khronos, ISO/IEC 12113:2022), JSON with buffers beside it or inside it, and GLB. Only what makes the surface
-// is read: nodes, meshes, triangle primitives, positions and indices.
+// is read: nodes, meshes, triangle primitives, positions and indices; and of skins what moves it.
 #include "parse.h"
 #include "sqmap/io/read_skin.h"
 
@@ -77,21 +77,30 @@ const json* array_or_null(const json& object, const char* key, const std::string
     return &*found;
 }
 
+JointPlace place_of(const json& node, const std::string& where)
+{
+    const auto t = reals<3>(node, "translation", where, {0, 0, 0});
+    const auto s = reals<3>(node, "scale", where, {1, 1, 1});
+    return {{t[0], t[1], t[2]}, reals<4>(node, "rotation", where, {0, 0, 0, 1}), {s[0], s[1], s[2]}};
+}
+
+Transform transform_of(const JointPlace& place)
+{
+    const auto [x, y, z, w] = place.rotation;
+    const Mat3d rotation{{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                          {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                          {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+    const Mat3d scale{{{place.scale.x, 0, 0}, {0, place.scale.y, 0}, {0, 0, place.scale.z}}};
+    return {rotation * scale, place.translation};
+}
+
 Transform transform_of(const json& node, const std::string& where)
 {
     if (node.contains("matrix")) {
         const auto m = reals<16>(node, "matrix", where, {});  // columns first
         return {{{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}}, {m[12], m[13], m[14]}};
     }
-    const auto t = reals<3>(node, "translation", where, {0, 0, 0});
-    const auto q = reals<4>(node, "rotation", where, {0, 0, 0, 1});
-    const auto s = reals<3>(node, "scale", where, {1, 1, 1});
-    const double x = q[0], y = q[1], z = q[2], w = q[3];
-    const Mat3d rotation{{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-                          {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-                          {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
-    const Mat3d scale{{{s[0], 0, 0}, {0, s[1], 0}, {0, 0, s[2]}}};
-    return {rotation * scale, {t[0], t[1], t[2]}};
+    return transform_of(place_of(node, where));
 }
 
 std::vector<std::byte> decoded_base64(std::string_view text, const std::string& where)
@@ -255,7 +264,8 @@ public:
             if (!node.contains("mesh") || !node.contains("skin")) continue;
             SkinnedSoup out;
             const std::uint64_t mesh = whole(node, "mesh", where);
-            add_joints(whole(node, "skin", where), *nodes, out.skeleton);
+            const std::vector<std::int64_t> joint_of = add_joints(whole(node, "skin", where), *nodes, out.skeleton);
+            add_animations(joint_of, out);
             const json* primitives = array_or_null(item(root_, "meshes", mesh), "primitives", name_of("mesh", mesh));
             for (const json& primitive : primitives != nullptr ? *primitives : json::array())
                 add_influences(primitive, name_of("mesh", mesh), out);
@@ -269,7 +279,8 @@ public:
     }
 
 private:
-    void add_joints(std::uint64_t index, const json& nodes, std::vector<SkinJoint>& out)
+    /// Returns of each node which joint it is, or -1.
+    std::vector<std::int64_t> add_joints(std::uint64_t index, const json& nodes, std::vector<SkinJoint>& out)
     {
         const std::string where = name_of("skin", index);
         const json& skin = item(root_, "skins", index);
@@ -300,17 +311,22 @@ private:
             const json& node = item(root_, "nodes", node_of[j]);
             if (const auto name = node.find("name"); name != node.end() && name->is_string())
                 joint.name = name->get<std::string>();
-            Transform local = transform_of(node, name_of("node", node_of[j]));
+            const Transform own = transform_of(node, name_of("node", node_of[j]));
+            Transform above;
+            joint.has_matrix = node.contains("matrix");
+            if (!joint.has_matrix) joint.rest = place_of(node, name_of("node", node_of[j]));
             // Nodes between a joint and the joint above it do not move by themselves.
             std::int64_t up = parent[node_of[j]];
             for (std::size_t steps = 0; up >= 0 && joint_of[static_cast<std::size_t>(up)] < 0; ++steps) {
                 if (steps > nodes.size()) fail_format("nodes", "every node is another's child: nodes must form a tree");
-                local = transform_of(item(root_, "nodes", static_cast<std::uint64_t>(up)),
+                above = transform_of(item(root_, "nodes", static_cast<std::uint64_t>(up)),
                                      name_of("node", static_cast<std::uint64_t>(up))) *
-                        local;
+                        above;
                 up = parent[static_cast<std::size_t>(up)];
             }
             joint.parent = up < 0 ? -1 : static_cast<int>(joint_of[static_cast<std::size_t>(up)]);
+            const Transform local = above * own;
+            joint.above = {above.linear, above.shift};
             joint.local = {local.linear, local.shift};
             if (bind) {
                 const auto m = [&](std::size_t row, std::size_t column) { return bind->real(j, 4 * column + row); };
@@ -319,6 +335,90 @@ private:
             }
             out.push_back(std::move(joint));
         }
+        for (const SkinJoint& joint : out) {
+            std::size_t steps = 0;
+            for (int up = joint.parent; up >= 0; up = out[static_cast<std::size_t>(up)].parent)
+                if (++steps > out.size()) fail_format(where, "a joint is above itself: nodes must form a tree");
+        }
+        return joint_of;
+    }
+
+    void add_animations(std::span<const std::int64_t> joint_of, SkinnedSoup& out)
+    {
+        const json* animations = array_or_null(root_, "animations", "animations");
+        for (std::uint64_t a = 0; animations != nullptr && a < animations->size(); ++a) {
+            const std::string where = name_of("animation", a);
+            const json& animation = item(root_, "animations", a);
+            SkinAnimation& to = out.animations.emplace_back();
+            if (const auto name = animation.find("name"); name != animation.end() && name->is_string())
+                to.name = name->get<std::string>();
+            const json *channels = array_or_null(animation, "channels", where),
+                       *samplers = array_or_null(animation, "samplers", where);
+            if (channels == nullptr || samplers == nullptr) fail_format(where, "'channels' or 'samplers' is missing");
+            for (const json& channel : *channels) {
+                const auto target = channel.is_object() ? channel.find("target") : channel.end();
+                if (!channel.is_object() || target == channel.end() || !target->is_object())
+                    fail_format(where, "a channel has no target");
+                const auto path = target->find("path");
+                const bool named = path != target->end() && path->is_string();
+                const std::string text = named ? path->get<std::string>() : "";
+                const std::uint64_t node = whole(*target, "node", where, joint_of.size());
+                const std::int64_t joint = node < joint_of.size() ? joint_of[node] : -1;
+                if (joint < 0 || (text != "translation" && text != "rotation" && text != "scale")) {
+                    ++to.ignored;
+                    continue;
+                }
+                if (out.skeleton[static_cast<std::size_t>(joint)].has_matrix)
+                    fail_format(where, "a node with a matrix is animated");
+                const std::uint64_t sampler = whole(channel, "sampler", where);
+                if (sampler >= samplers->size() || !(*samplers)[sampler].is_object())
+                    fail_format(where, "a channel's sampler is not there");
+                to.tracks.push_back(track_of((*samplers)[sampler], static_cast<std::uint32_t>(joint), text, where));
+                to.duration = std::max(to.duration, to.tracks.back().times.back());
+            }
+        }
+    }
+
+    JointTrack track_of(const json& sampler, std::uint32_t joint, const std::string& path, const std::string& where)
+    {
+        JointTrack track;
+        track.joint = joint;
+        track.path = path == "rotation" ? JointTrack::Path::Rotation
+                     : path == "scale"  ? JointTrack::Path::Scale
+                                        : JointTrack::Path::Translation;
+        if (const auto kind = sampler.find("interpolation"); kind != sampler.end()) {
+            if (*kind == "STEP")
+                track.between = JointTrack::Between::Step;
+            else if (*kind == "CUBICSPLINE")
+                track.between = JointTrack::Between::Cubic;
+            else if (*kind != "LINEAR")
+                fail_format(where, "an unknown interpolation");
+        }
+        const bool turns = track.path == JointTrack::Path::Rotation;
+        const Accessor times = accessor(whole(sampler, "input", where)), values = accessor(whole(sampler, "output", where));
+        const std::size_t each = track.between == JointTrack::Between::Cubic ? 3 : 1, width = turns ? 4 : 3;
+        if (times.type != "SCALAR" || times.component != 5126 || values.type != (turns ? "VEC4" : "VEC3") || times.count == 0 ||
+            values.count != each * times.count)
+            fail_format(where, "a sampler's input and output do not match");
+        const std::uint64_t cost = times.count * (sizeof(double) + each * sizeof(track.values.front()));
+        if (cost > budget_) fail_limit(where, "its channels unfold to far more than the file's size", "export fewer channels");
+        budget_ -= cost;
+        for (std::size_t k = 0; k < times.count; ++k) {
+            track.times.push_back(times.real(k, 0));
+            if (!std::isfinite(track.times.back()) || (k > 0 && !(track.times[k] > track.times[k - 1])))
+                fail_format(where, "times do not ascend");
+        }
+        for (std::size_t k = 0; k < values.count; ++k) {
+            std::array<double, 4>& value = track.values.emplace_back();
+            double length_sq = 0;
+            for (std::size_t i = 0; i < width; ++i) {
+                value[i] = values.real(k, i);
+                if (!std::isfinite(value[i])) fail_format(where, "a key is not finite");
+                length_sq += value[i] * value[i];
+            }
+            if (turns && k % each == each / 2 && !(length_sq > 0.25)) fail_format(where, "a key is no rotation");
+        }
+        return track;
     }
 
     void add_influences(const json& primitive, const std::string& where, SkinnedSoup& out)
@@ -606,6 +706,120 @@ SkinResult read_skinned_file(const std::filesystem::path& path, const ReadLimits
         result.error = failure.error;
     }
     return result;
+}
+
+namespace {
+
+using Quaternion = std::array<double, 4>;
+
+Quaternion normalized(Quaternion q)
+{
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double& v : q) v /= length;
+    return q;
+}
+
+/// About one axis, the short way (Shoemake 1985).
+Quaternion between(const Quaternion& a, Quaternion b, double share)
+{
+    double cosine = 0;
+    for (std::size_t i = 0; i < 4; ++i) cosine += a[i] * b[i];
+    if (cosine < 0) {
+        cosine = -cosine;
+        for (double& v : b) v = -v;
+    }
+    double of_a = 1 - share, of_b = share;
+    if (cosine < 0.9999) {
+        const double angle = std::acos(cosine);
+        of_a = std::sin((1 - share) * angle) / std::sin(angle);
+        of_b = std::sin(share * angle) / std::sin(angle);
+    }
+    Quaternion q;
+    for (std::size_t i = 0; i < 4; ++i) q[i] = of_a * a[i] + of_b * b[i];
+    return normalized(q);
+}
+
+Quaternion value_at(const JointTrack& track, double time)
+{
+    const bool turns = track.path == JointTrack::Path::Rotation, cubic = track.between == JointTrack::Between::Cubic;
+    const auto value = [&](std::size_t k) {
+        const Quaternion& v = track.values[cubic ? 3 * k + 1 : k];
+        return turns ? normalized(v) : v;
+    };
+    const auto next = std::upper_bound(track.times.begin(), track.times.end(), time);
+    if (next == track.times.begin()) return value(0);
+    const auto k = static_cast<std::size_t>(next - track.times.begin()) - 1;
+    if (next == track.times.end() || track.between == JointTrack::Between::Step) return value(k);
+    const double span = track.times[k + 1] - track.times[k], t = (time - track.times[k]) / span;
+    if (turns && !cubic) return between(value(k), value(k + 1), t);
+    Quaternion out;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double a = track.values[cubic ? 3 * k + 1 : k][i], b = track.values[cubic ? 3 * k + 4 : k + 1][i];
+        if (!cubic) {
+            out[i] = a + t * (b - a);
+            continue;
+        }
+        const double t2 = t * t, t3 = t2 * t, leaves = track.values[3 * k + 2][i], comes = track.values[3 * k + 3][i];
+        out[i] = (2 * t3 - 3 * t2 + 1) * a + span * (t3 - 2 * t2 + t) * leaves + (3 * t2 - 2 * t3) * b + span * (t3 - t2) * comes;
+    }
+    return turns ? normalized(out) : out;
+}
+
+}  // namespace
+
+std::vector<JointPlace> rest_places(const SkinnedSoup& skin)
+{
+    std::vector<JointPlace> places;
+    for (const SkinJoint& joint : skin.skeleton) places.push_back(joint.rest);
+    return places;
+}
+
+std::vector<JointPlace> places_at(const SkinnedSoup& skin, const SkinAnimation& animation, double time)
+{
+    std::vector<JointPlace> places = rest_places(skin);
+    for (const JointTrack& track : animation.tracks) {
+        const Quaternion v = value_at(track, time);
+        JointPlace& place = places[track.joint];
+        if (track.path == JointTrack::Path::Rotation)
+            place.rotation = v;
+        else
+            (track.path == JointTrack::Path::Scale ? place.scale : place.translation) = {v[0], v[1], v[2]};
+    }
+    return places;
+}
+
+std::vector<JointPlace> blended(std::span<const JointPlace> a, std::span<const JointPlace> b, double share)
+{
+    std::vector<JointPlace> out;
+    for (std::size_t j = 0; j < a.size(); ++j)
+        out.push_back({a[j].translation + share * (b[j].translation - a[j].translation),
+                       between(normalized(a[j].rotation), normalized(b[j].rotation), share),
+                       a[j].scale + share * (b[j].scale - a[j].scale)});
+    return out;
+}
+
+std::vector<Affine> joint_maps(const SkinnedSoup& skin, std::span<const JointPlace> places)
+{
+    const std::size_t n = skin.skeleton.size();
+    std::vector<Affine> world(n), maps;
+    std::vector<std::uint8_t> done(n, 0);
+    std::vector<std::size_t> chain;
+    for (std::size_t j = 0; j < n; ++j) {
+        for (std::size_t at = j; done[at] == 0;) {
+            chain.push_back(at);
+            if (skin.skeleton[at].parent < 0) break;
+            at = static_cast<std::size_t>(skin.skeleton[at].parent);
+        }
+        for (; !chain.empty(); chain.pop_back()) {
+            const SkinJoint& joint = skin.skeleton[chain.back()];
+            const Transform own = transform_of(places[chain.back()]);
+            const Affine local = joint.has_matrix ? joint.local : joint.above * Affine{own.linear, own.shift};
+            world[chain.back()] = joint.parent < 0 ? local : world[static_cast<std::size_t>(joint.parent)] * local;
+            done[chain.back()] = 1;
+        }
+        maps.push_back(world[j] * skin.skeleton[j].inverse_bind);
+    }
+    return maps;
 }
 
 }  // namespace sqmap::io

@@ -40,6 +40,11 @@ PosedSkin::PosedSkin(const SkinLattice& lattice)
     (void)pose(std::vector<Affine>(lattice.bones));
 }
 
+MovingSkin::MovingSkin(const SkinLattice& lattice)
+    : lattice_(&lattice), from_(lattice), to_(lattice), between_(lattice), maps_(lattice.bones)
+{
+}
+
 SkinRoom::SkinRoom(const SkinLattice& lattice, std::span<const Vec3d> points)
     : size_(points.size()),
       probe_(moved_to(lattice, points)),
@@ -49,7 +54,11 @@ SkinRoom::SkinRoom(const SkinLattice& lattice, std::span<const Vec3d> points)
       asked_(points.size()),
       covered_(points.size()),
       best_(points.size()),
-      found_(points.size())
+      found_(points.size()),
+      at_(points.size()),
+      fast_(points.size()),
+      contact_(points.size()),
+      swept_(points.size())
 {
 }
 

@@ -39,11 +39,13 @@ void place(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const 
         float *x = to.x + c * Probe::k_cluster, *y = to.y + c * Probe::k_cluster, *z = to.z + c * Probe::k_cluster;
         // Points come in their own order, which no machine foresees.
         const std::size_t ahead = std::min(c + k_ahead, to.clusters - 1) * Probe::k_cluster;
-        for (std::size_t i = 0; i < Probe::k_cluster; ++i) hwy::Prefetch(&points[index[ahead + i]]);
+        for (std::size_t i = 0; i < Probe::k_cluster; ++i)
+            if (asked == nullptr || asked[index[ahead + i]] != 0) hwy::Prefetch(&points[index[ahead + i]]);
         std::size_t shown = 0;
         if (asked != nullptr)
             while (shown < Probe::k_cluster && asked[own[shown]] == 0) ++shown;
         if (shown == Probe::k_cluster) {
+            if (to.centre_x[c] == far) continue;  // as it was
             for (std::size_t i = 0; i < Probe::k_cluster; ++i) x[i] = y[i] = z[i] = far;
             to.centre_x[c] = to.centre_y[c] = to.centre_z[c] = far;
             to.radius[c] = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sqmap::query {
 
@@ -197,6 +198,37 @@ bool PosedSkin::carry_forward(Vec3d bound, Affine& local) const noexcept
     return false;
 }
 
+double PosedSkin::farthest_from(const PosedSkin& other) const noexcept
+{
+    double far_sq = 0;
+    for (std::size_t c = 0; c < corners_.size(); ++c) far_sq = std::max(far_sq, norm_sq(corners_[c] - other.corners_[c]));
+    double far = std::sqrt(far_sq);
+    for (const SkinLattice::Node& node : lattice_->nodes) {
+        if (node.bone == k_none) continue;
+        const Affine &a = maps_[node.bone], &b = other.maps_[node.bone];
+        const Vec3d centre = 0.5 * (node.lo + node.hi);
+        double turn_sq = 0;  // Frobenius norm, no less than the spectral
+        for (int k = 0; k < 3; ++k) turn_sq += norm_sq(a.linear.row[k] - b.linear.row[k]);
+        far = std::max(far, norm(apply(a, centre) - apply(b, centre)) + std::sqrt(turn_sq) * 0.5 * norm(node.hi - node.lo));
+    }
+    return far;
+}
+
+bool MovingSkin::step(std::span<const Affine> maps) noexcept
+{
+    // The pose before last makes room: nothing is copied, nothing allocated.
+    std::swap(from_, to_);
+    const bool good = to_.pose(maps);
+    if (!good) (void)to_.pose(from_.maps());
+    motion_ = good ? to_.farthest_from(from_) : 0;
+    return good;
+}
+
+Vec3d carried_normal(const Affine& local, Vec3d normal) noexcept
+{
+    return normalized(transpose_mul(adjugate(local.linear), normal));
+}
+
 struct SkinQuery {
     const model::ModelView& bound;
     const PosedSkin& skin;
@@ -204,6 +236,7 @@ struct SkinQuery {
     FrameOptions options;
     SkinRoom& room;
     std::span<SkinContact> contacts;
+    std::span<const std::uint8_t> only;
 
     FrameResult run() const noexcept
     {
@@ -212,11 +245,12 @@ struct SkinQuery {
         std::size_t most = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
             const std::span<PreImage> places = std::span(room.places_).subspan(i * SkinRoom::k_most, SkinRoom::k_most);
-            const std::size_t count = is_finite(points[i]) ? skin.carry_back(points[i], places) : 0;
+            const bool asked = (only.size() != points.size() || only[i] != 0) && is_finite(points[i]);
+            const std::size_t count = asked ? skin.carry_back(points[i], places) : 0;
             if (count > places.size()) result.status |= k_skin_crowded;
             room.count_[i] = static_cast<std::uint8_t>(std::min(count, places.size()));
             room.covered_[i] = 0;
-            room.best_[i] = {};
+            room.best_[i].part = -1;
             most = std::max<std::size_t>(most, room.count_[i]);
         }
         FrameOptions all = options;
@@ -257,8 +291,9 @@ struct SkinQuery {
         (void)skin.carry_forward(surface, there);
         const Vec3d asked = points[c.index];
         SkinContact contact;
-        // Planes go with the inverse transpose.
-        contact.normal = normalized(transpose_mul(adjugate(there.linear), cast<double>(c.normal)));
+        contact.bound_point = surface;
+        contact.bound_normal = cast<double>(c.normal);
+        contact.normal = carried_normal(there, contact.bound_normal);
         contact.depth = std::max(0.0, dot(apply(there, surface) - asked, contact.normal));
         contact.point = asked + contact.depth * contact.normal;
         contact.index = c.index;
@@ -270,9 +305,10 @@ struct SkinQuery {
 };
 
 FrameResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts) noexcept
+                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts,
+                       std::span<const std::uint8_t> asked) noexcept
 {
-    return SkinQuery{bound, skin, points, options, room, contacts}.run();
+    return SkinQuery{bound, skin, points, options, room, contacts, asked}.run();
 }
 
 }  // namespace sqmap::query

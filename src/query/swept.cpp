@@ -61,12 +61,13 @@ struct SweptQuery {
         SweptResult result;
         double longest = 0;
         const Reach reach = reach_of_model();
+        const double slow = options.step - reach.motion;
         for (std::size_t i = 0; i < now.size(); ++i) {
             room.fast_[i] = 0;
             // Most points move too little, or are too far from the model, whatever the poses do to them.
-            const double own = norm(now[i] - previous[i]);
-            if (own + reach.motion <= options.step) continue;
-            const double far = reach.radius + own + reach.motion;
+            const double own_sq = norm_sq(now[i] - previous[i]);
+            if (slow >= 0 && own_sq <= slow * slow) continue;
+            const double far = reach.radius + std::sqrt(own_sq) + reach.motion;
             if (norm_sq(now[i] - reach.centre) > far * far) continue;
             const double way_sq = norm_sq(apply(to, now[i]) - apply(from, previous[i]));
             if (!(way_sq > options.step * options.step && std::isfinite(way_sq))) continue;
@@ -83,17 +84,20 @@ struct SweptQuery {
         const double wanted = std::ceil(std::sqrt(longest) / options.step);
         const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
         if (wanted > steps) result.frame.status |= k_swept_coarse;
+        const bool own_probe = room.probe_.size() == now.size();
+        Probe& swept = own_probe ? room.probe_ : probe;
         for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
             const double share = static_cast<double>(step) / steps;
             const Pose pose = between(from, to, share);
-            for (std::size_t i = 0; i < now.size(); ++i) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
-            probe.move(room.at_, room.fast_);
-            const FrameResult found = query_frame(model, probe, pose, options.frame, room.found_);
+            for (std::size_t i = 0; i < now.size(); ++i)
+                if (room.fast_[i] == 1) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
+            swept.move(room.at_, room.fast_);
+            const FrameResult found = query_frame(model, swept, pose, options.frame, room.found_);
             result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
             for (std::size_t f = 0; f < std::min(found.contacts, room.found_.size()); ++f)
                 if (room.fast_[room.found_[f].index] == 1) take(room.found_[f], count, result);
         }
-        probe.move(now);
+        if (!own_probe) probe.move(now);
         return result;
     }
 

@@ -15,15 +15,16 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr int k_last_pushes = 3;       ///< a node between several surfaces needs more than one
-constexpr double k_hard_push = 2;      ///< times thickness: a node that is pushed farther stops where it is
+constexpr int k_last_pushes = 3;   ///< a node between several surfaces needs more than one
+constexpr double k_hard_push = 2;  ///< times thickness: a node that is pushed farther stops where it is
+// A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
+// while it turns back more often than about every fifth step, faster than k_stirs.
+constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
+constexpr double k_stirs = 0.015;  ///< m / s
+constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
 constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
 
 btVector3 to_bullet(Vec3d v) { return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)}; }
-Vec3d from_bullet(const btVector3& v)
-{
-    return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
-}
 bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 bool finite(const query::Pose& p)
 {
@@ -94,9 +95,23 @@ struct Cloth::State {
         Vec3d place;  ///< in the solid's frame
         btScalar mass;
     };
+    struct Restless {
+        Vec3f way{};                    ///< when it last stirred
+        float turns = 0, leash = 1e9f;  ///< lately; m
+    };
     struct HeldLink {
         std::uint32_t held, free;
         btScalar rest_sq, stiffness;
+    };
+    /// A node while its place is solved for, and a link between two: what Bullet's own have, in an eighth of the bytes. They are
+    /// gone through a dozen times a step, and what they push out of the caches the contacts wait for.
+    struct Moving {
+        Vec3f at;
+        float inverse_mass;
+    };
+    struct Thread {
+        std::uint32_t a, b;
+        float stiff, rest_sq;  ///< Bullet's c0: inverse masses over stiffness, not positive where it is cut; c1
     };
 
     State(const Garment& garment, const Fabric& f, const ClothOptions& o)
@@ -116,6 +131,9 @@ struct Cloth::State {
         body->m_bUpdateRtCst = false;  // Bullet would take the start for the rest shape
         body->updateLinkConstants();
         if (o.self_collision) body->initializeFaceTree();
+        moving.resize(n);
+        restless.resize(n);
+        threads.resize(static_cast<std::size_t>(body->m_links.size()));
         position.assign(garment.start.begin(), garment.start.end());
         velocity.resize(n);
         previous = good = position;
@@ -218,16 +236,56 @@ struct Cloth::State {
         for (std::size_t i = 0; i < held.size(); ++i) node(held[i]).m_x = to_bullet(tool + held_place[i]);
     }
 
+    /// From Bullet's nodes and links, after it has predicted; links alone where one has changed.
+    void take_nodes()
+    {
+        for (std::size_t i = 0; i < moving.size(); ++i) {
+            const btSoftBody::Node& n = node(i);
+            moving[i] = {{n.m_x.x(), n.m_x.y(), n.m_x.z()}, n.m_im};
+        }
+    }
+    void take_links()
+    {
+        for (std::size_t l = 0; l < threads.size(); ++l) {
+            const btSoftBody::Link& link = body->m_links[static_cast<int>(l)];
+            threads[l] = {number(link.m_n[0]), number(link.m_n[1]), link.m_c0, link.m_c1};
+        }
+    }
+
+    /// A sweep of Bullet's PSolve_Links.
+    void solve_threads()
+    {
+        for (const Thread& l : threads) {
+            if (!(l.stiff > 0)) continue;
+            Moving &a = moving[l.a], &b = moving[l.b];
+            const Vec3f del = b.at - a.at;
+            const float length_sq = norm_sq(del);
+            if (!(l.rest_sq + length_sq > SIMD_EPSILON)) continue;
+            const float k = (l.rest_sq - length_sq) / (l.stiff * (l.rest_sq + length_sq));
+            a.at -= (k * a.inverse_mass) * del;
+            b.at += (k * b.inverse_mass) * del;
+        }
+    }
+
+    /// What Bullet solves itself, on its own nodes.
+    void solve_self()
+    {
+        for (std::size_t i = 0; i < moving.size(); ++i) node(i).m_x.setValue(moving[i].at.x, moving[i].at.y, moving[i].at.z);
+        btSoftBody::PSolve_SContacts(body.get(), 1, 0);
+        for (std::size_t i = 0; i < moving.size(); ++i) moving[i].at = {node(i).m_x.x(), node(i).m_x.y(), node(i).m_x.z()};
+    }
+
     /// Links that leave what a tool holds, with what they pull at it.
     void solve_held()
     {
         for (const HeldLink& l : held_links) {
-            const btVector3 del = node(l.free).m_x - node(l.held).m_x;
-            const btScalar length_sq = del.length2();
-            if (!(length_sq + l.rest_sq > SIMD_EPSILON) || !(node(l.free).m_im > 0)) continue;
-            const btVector3 shift = del * (l.stiffness * (l.rest_sq - length_sq) / (l.rest_sq + length_sq));
-            node(l.free).m_x += shift;
-            pull += from_bullet(-shift) / static_cast<double>(node(l.free).m_im);
+            Moving& free = moving[l.free];
+            const Vec3f del = free.at - moving[l.held].at;
+            const float length_sq = norm_sq(del);
+            if (!(length_sq + l.rest_sq > SIMD_EPSILON) || !(free.inverse_mass > 0)) continue;
+            const Vec3f shift = (l.stiffness * (l.rest_sq - length_sq) / (l.rest_sq + length_sq)) * del;
+            free.at += shift;
+            pull -= cast<double>(shift) / static_cast<double>(free.inverse_mass);
         }
     }
 
@@ -236,9 +294,9 @@ struct Cloth::State {
     {
         const float mu = static_cast<float>(fabric.friction);
         for (HalfSpace& s : contacts.all()) {
-            btSoftBody::Node& n = node(s.node);
-            if (!(n.m_im > 0)) continue;
-            Vec3f x{n.m_x.x(), n.m_x.y(), n.m_x.z()};
+            Moving& n = moving[s.node];
+            if (!(n.inverse_mass > 0)) continue;
+            Vec3f x = n.at;
             const float height = dot(s.normal, x) - s.offset;
             if (height < 0.f) {
                 x -= height * s.normal;
@@ -247,24 +305,23 @@ struct Cloth::State {
                 continue;
             }
             if (last && options.friction == Friction::Paper) {  // has acted already: it does not grow with the push
-                n.m_x.setValue(x.x, x.y, x.z);
+                n.at = x;
                 continue;
             }
-            const Vec3f q{n.m_q.x(), n.m_q.y(), n.m_q.z()};
-            Vec3f slip = x - q - s.motion;
+            Vec3f slip = x - cast<float>(previous[s.node]) - s.motion;
             slip -= dot(slip, s.normal) * s.normal;
             // Friction's sum so far, less the slip, but no longer than the cone (or what eq. 33 says) allows.
             float most = mu * s.push;
             if (options.friction == Friction::Paper)
                 most = static_cast<float>(options.paper_friction * (1 + options.paper_stiffness * static_cast<double>(s.depth)) *
                                           dt * dt) *
-                       n.m_im;
+                       n.inverse_mass;
             Vec3f grip = s.grip - slip;
             const float length = norm(grip);
             if (length > most) grip = (most / length) * grip;
             x += grip - s.grip;
             s.grip = grip;
-            n.m_x.setValue(x.x, x.y, x.z);
+            n.at = x;
         }
     }
 
@@ -273,27 +330,62 @@ struct Cloth::State {
     {
         const double most = options.most_speed * dt;
         for (std::size_t i = 0; i < position.size(); ++i) {
-            previous[i] = from_bullet(node(i).m_q);
-            position[i] = from_bullet(node(i).m_x);
+            position[i] = cast<double>(moving[i].at);
             const Vec3d way = position[i] - previous[i];
             const double way_sq = norm_sq(way);
-            if (!(way_sq > most * most) || !(node(i).m_im > 0)) continue;
-            position[i] = previous[i] + (most / std::sqrt(way_sq)) * way;
-            node(i).m_x = to_bullet(position[i]);
+            if (!(way_sq > most * most) || !(moving[i].inverse_mass > 0)) continue;
+            moving[i].at = cast<float>(previous[i] + (most / std::sqrt(way_sq)) * way);
+            position[i] = cast<double>(moving[i].at);
             report.status |= k_cloth_slowed;
         }
     }
 
-    void finish(double dt, StepReport& report)
+    /// Nodes that go to and fro without end are stilled, where no solid moves and the cloth as a whole hardly does.
+    void still_restless(double dt, bool solids_stand)
+    {
+        double moving_mass = 0;
+        for (std::size_t i = 0; i < position.size(); ++i)
+            if (moving[i].inverse_mass > 0) moving_mass += 1 / static_cast<double>(moving[i].inverse_mass);
+        const bool calm = solids_stand && last_kinetic <= 0.5 * moving_mass * k_calm * k_calm;
+        const auto stirs = static_cast<float>(k_stirs * dt);
+        for (std::size_t i = 0; i < position.size(); ++i) {
+            Restless& r = restless[i];
+            if (!calm) {
+                r = {};
+                continue;
+            }
+            const Vec3f way = cast<float>(position[i] - previous[i]);
+            const float length = norm(way);
+            r.turns *= k_calms;
+            r.leash *= k_longer;
+            if (length > stirs) {
+                if (dot(way, r.way) < 0) r.turns += 1;
+                r.way = way;
+                if (r.turns > k_restless) r.leash = std::max(0.5f * stirs, k_shorter * std::min(r.leash, length));
+            }
+            if (!(length > r.leash)) continue;
+            position[i] = previous[i] + static_cast<double>(r.leash / length) * (position[i] - previous[i]);
+        }
+        // Held back within the cloth's thickness at most, not in the solid.
+        for (const HalfSpace& s : contacts.all()) {
+            if (!(restless[s.node].leash < static_cast<float>(fabric.thickness))) continue;
+            const Vec3d normal = cast<double>(s.normal);
+            const double below = static_cast<double>(s.offset) - fabric.thickness - dot(position[s.node], normal);
+            if (below > 0) position[s.node] += below * normal;
+        }
+    }
+
+    void finish(double dt, bool solids_stand, StepReport& report)
     {
         const std::size_t n = position.size();
         const double keep = std::exp(-fabric.damping * dt);
         bool all_finite = true;
         for (std::size_t i = 0; i < n; ++i) {
-            position[i] = from_bullet(node(i).m_x);
+            position[i] = cast<double>(moving[i].at);
             all_finite = all_finite && finite(position[i]);
-            velocity[i] = (keep / dt) * (position[i] - previous[i]);
         }
+        if (all_finite) still_restless(dt, solids_stand);
+        for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);
         if (!all_finite) {
             report.status |= k_cloth_not_finite;
             position = previous = good;
@@ -324,13 +416,14 @@ struct Cloth::State {
             b.m_x = to_bullet(position[i]);
             b.m_v = to_bullet(velocity[i]);
             b.m_f.setZero();
-            if (b.m_im > 0) {
-                const double mass = 1 / static_cast<double>(b.m_im);
+            if (moving[i].inverse_mass > 0) {
+                const double mass = 1 / static_cast<double>(moving[i].inverse_mass);
                 report.kinetic += 0.5 * mass * norm_sq(velocity[i]);
                 report.potential -= mass * dot(options.gravity, position[i]);
             }
         }
         report.fastest = std::sqrt(fastest_sq);
+        last_kinetic = report.kinetic;
     }
 
     void hold_links()
@@ -357,6 +450,10 @@ struct Cloth::State {
     ClothOptions options;
     btSoftBodyWorldInfo info;
     std::unique_ptr<btSoftBody> body;
+    std::vector<Moving> moving;
+    std::vector<Restless> restless;
+    double last_kinetic = 0;
+    std::vector<Thread> threads;  ///< Bullet's links, in their order
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<Vec3d> position, previous, good, velocity;
     std::vector<SeamLinks> seams;
@@ -379,16 +476,21 @@ Cloth::~Cloth() = default;
 Cloth::Cloth(Cloth&&) noexcept = default;
 Cloth& Cloth::operator=(Cloth&&) noexcept = default;
 
+void Cloth::expect(const query::SkinLattice& lattice) { state_->contacts.expect(lattice, state_->position); }
+
 StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
 {
     State& s = *state_;
     StepReport report;
     bool good = std::isfinite(dt) && dt > 0;
-    for (const Solid& solid : solids) good = good && finite(solid.pose) && finite(solid.previous);
+    for (const Solid& solid : solids)
+        good = good && finite(solid.pose) && finite(solid.previous) && (solid.skin == nullptr || s.contacts.expects_skins());
     if (!good) {
         report.status = k_cloth_bad_step;
         return report;
     }
+    bool solids_stand = true;
+    for (const Solid& solid : solids) solids_stand = solids_stand && stands(solid);
     const double start = cpu_seconds();
     btSoftBody& body = *s.body;
     // The tailor's hands carry a garment until it is sewn.
@@ -398,6 +500,9 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     body.predictMotion(static_cast<btScalar>(dt));
     s.place_pins(solids);
     s.set_seams(dt);
+    s.take_nodes();
+    s.take_links();
+    s.previous.swap(s.position);  // Bullet predicts from there, in float
     s.contacts.ride(solids);
     double mark = cpu_seconds();
     report.seconds.predict = mark - start;
@@ -414,9 +519,9 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     // afterwards and has the last word.
     s.pull = {};
     for (int i = 0; i < s.options.iterations; ++i) {
-        btSoftBody::PSolve_Links(&body, 1, 0);
+        s.solve_threads();
         s.solve_held();
-        if (s.options.self_collision) btSoftBody::PSolve_SContacts(&body, 1, 0);
+        if (s.options.self_collision) s.solve_self();
         const double threads = cpu_seconds();
         report.seconds.threads += threads - mark;
         s.push_out(dt, false);
@@ -431,7 +536,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     report.seconds.response += cpu_seconds() - mark;
     mark = cpu_seconds();
     s.tension = s.pull / (dt * dt);
-    s.finish(dt, report);
+    s.finish(dt, solids_stand, report);
     report.seconds.predict += cpu_seconds() - mark;
     return report;
 }

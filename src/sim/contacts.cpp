@@ -17,7 +17,12 @@ constexpr double k_creep = 0.1;           ///< times thickness: how far a node m
 // How fast the surface under a node that was held before may rise or fall: shares of thickness a step and of the node's way.
 // Layer 3 is not continuous, and a node that rests where it jumps would go up and down for ever.
 constexpr double k_settle = 0.01, k_settle_way = 0.25;
-constexpr float k_same_surface = 0.97f;   ///< cosine between normals
+// How far beside a surface point, in thicknesses, a node may be held by its plane alone.
+constexpr double k_beside = 1;
+constexpr float k_same_surface = 0.97f;  ///< cosine between normals
+constexpr std::size_t k_sample = 16;     ///< of nodes one in so many tells whether it is worth while to look at each
+constexpr std::size_t k_block = 32;
+constexpr std::size_t k_fetched = 8;      ///< contacts ahead
 constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -36,16 +41,16 @@ double motion_bound(const Solid& solid)
 
 Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep_step, query::Layer layer)
     : probe_(points),
-      room_(points.size()),
+      room_(probe_),
       found_(points.size()),
       spaces_(k_most_solids * points.size()),
-      head_(points.size()),
+      head_(points.size(), k_none),
       asked_(points.size()),
       touched_(points.size()),
       free_for_(points.size()),
       asked_from_(points.size()),
-      last_(points.size()),
-      last_at_(points.size()),
+      last_(spaces_.size()),
+      last_head_(points.size(), k_none),
       stale_(points.size(), 1),
       thickness_(thickness),
       sweep_step_(std::max(sweep_step, 2 * thickness)),
@@ -53,19 +58,88 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
 {
 }
 
+void Contacts::expect(const query::SkinLattice& lattice, std::span<const Vec3d> points)
+{
+    skin_room_ = std::make_unique<query::SkinRoom>(lattice, points);
+    skin_found_.resize(points.size());
+}
+
 bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
 {
     stale_count_ = now.size();
-    if (!still || !asked_from_kept_) return false;
-    const double most = k_creep * thickness_;
+    if (!still || kept_ == Kept::Nothing) {
+        kept_ = still ? Kept::All : Kept::Nothing;
+        return false;
+    }
+    const double most_sq = k_creep * thickness_ * k_creep * thickness_;
+    std::size_t moved = 0;
+    for (std::size_t i = 0; i < now.size(); i += k_sample) moved += norm_sq(now[i] - asked_from_[i]) <= most_sq ? 0 : 1;
+    const bool few = 2 * k_sample * moved < now.size(), all_kept = kept_ == Kept::All;
+    kept_ = few ? Kept::All : Kept::Samples;
+    if (!few || !all_kept) return false;
     stale_count_ = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
-        stale_[i] = norm_sq(now[i] - asked_from_[i]) <= most * most ? 0 : 1;
+        stale_[i] = norm_sq(now[i] - asked_from_[i]) <= most_sq ? 0 : 1;
         stale_count_ += stale_[i];
     }
-    if (2 * stale_count_ < now.size()) return true;
-    stale_count_ = now.size();
-    return false;
+    return true;
+}
+
+double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some) noexcept
+{
+    // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
+    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
+    constexpr auto k_least_sq = static_cast<float>(k_speed_matters * k_speed_matters);
+    const auto deeper = static_cast<float>(k_deeper * thickness_), thickness = static_cast<float>(thickness_);
+    const std::size_t keep_every = kept_ == Kept::All ? 1 : k_sample;
+    float longest_sq = 0;
+    for (std::size_t first = 0; first < now.size(); first += k_block) {
+        // In blocks, so that the compiler takes several at once.
+        const std::size_t count = std::min(k_block, now.size() - first);
+        float way[3][k_block] = {}, touched[3][k_block] = {}, ahead[3][k_block], way_sq[k_block];
+        for (std::size_t j = 0; j < count; ++j) {
+            const Vec3d w = now[first + j] - previous[first + j];
+            const Vec3f t = touched_[first + j];
+            for (int k = 0; k < 3; ++k) {
+                way[k][j] = static_cast<float>(w[k]);
+                touched[k][j] = t[k];
+            }
+        }
+        for (std::size_t j = 0; j < k_block; ++j) {
+            const float sq = way[0][j] * way[0][j] + way[1][j] * way[1][j] + way[2][j] * way[2][j];
+            const float held =
+                touched[0][j] * touched[0][j] + touched[1][j] * touched[1][j] + touched[2][j] * touched[2][j] > 0.f ? 1.f : 0.f;
+            const float along = (1.f - held) * (sq > k_least_sq ? thickness : 0.f) / std::sqrt(sq > k_least_sq ? sq : 1.f);
+            for (int k = 0; k < 3; ++k) ahead[k][j] = along * way[k][j] - deeper * touched[k][j];
+            way_sq[j] = sq;
+        }
+        for (std::size_t j = 0; j < count; ++j) {
+            const std::size_t i = first + j;
+            if (some && stale_[i] == 0) continue;
+            const Vec3d n = now[i];
+            asked_[i] = {n.x + static_cast<double>(ahead[0][j]), n.y + static_cast<double>(ahead[1][j]),
+                         n.z + static_cast<double>(ahead[2][j])};
+            longest_sq = std::max(longest_sq, way_sq[j]);
+            if (kept_ != Kept::Nothing && i % keep_every == 0) asked_from_[i] = n;
+        }
+    }
+    return std::sqrt(static_cast<double>(longest_sq)) * (1 + 1e-6);
+}
+
+void Contacts::turn_over(bool some) noexcept
+{
+    spaces_.swap(last_);
+    head_.swap(last_head_);
+    std::fill(head_.begin(), head_.end(), k_none);
+    const std::size_t had = count_;
+    count_ = 0;
+    voided_ = false;
+    for (std::size_t s = 0; s < had && some; ++s) {
+        if (stale_[last_[s].node] != 0) continue;
+        spaces_[count_] = last_[s];
+        spaces_[count_].next = head_[last_[s].node];
+        head_[last_[s].node] = static_cast<std::uint32_t>(count_++);
+    }
 }
 
 void Contacts::drop_void() noexcept
@@ -80,35 +154,33 @@ void Contacts::drop_void() noexcept
     }
 }
 
+void Contacts::keep_pressed(std::uint32_t node, Vec3d now) noexcept
+{
+    for (std::uint32_t s = last_head_[node]; s != k_none && count_ < spaces_.size(); s = last_[s].next) {
+        const HalfSpace& was = last_[s];
+        if (!(was.push > 0.f)) continue;
+        const Vec3f d = cast<float>(now) - was.at, beside = d - dot(d, was.normal) * was.normal;
+        if (!(norm_sq(beside) <= static_cast<float>(k_beside * thickness_ * k_beside * thickness_))) continue;
+        spaces_[count_] = was;
+        spaces_[count_].next = head_[node];
+        head_[node] = static_cast<std::uint32_t>(count_++);
+    }
+}
+
 std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
                              StepReport& report) noexcept
 {
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
     bool still = solids.size() == solids_;
-    for (const Solid& s : solids)
-        still = still && s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+    for (const Solid& s : solids) still = still && stands(s);
     solids_ = solids.size();
     // What was asked within a hair of where it is, of solids that stand still, has its answer.
     const bool some = mark_stale(now, still);
     if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
-    asked_from_kept_ = still;
-    // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
-    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
-    double longest_sq = 0;
-    const auto deeper = static_cast<float>(k_deeper * thickness_), thickness = static_cast<float>(thickness_);
-    for (std::size_t i = 0; i < now.size(); ++i) {
-        if (stale_[i] == 0) continue;
-        Vec3f ahead = -deeper * touched_[i];
-        const Vec3d way = now[i] - previous[i];
-        if (touched_[i] == Vec3f{})
-            if (const double way_sq = norm_sq(way); way_sq > k_speed_matters * k_speed_matters)
-                ahead = thickness / std::sqrt(static_cast<float>(way_sq)) * cast<float>(way);
-        asked_[i] = now[i] + cast<double>(ahead);
-        if (still) asked_from_[i] = now[i];
-        longest_sq = std::max(longest_sq, norm_sq(asked_[i] - previous[i]));
-    }
+    double longest = 0;
     if (stale_count_ > 0) {
+        longest = place_asked(previous, now, some);
         if (some)
             probe_.move(asked_, stale_);
         else
@@ -116,35 +188,32 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     }
     const double moved = cpu_seconds();
 
+    std::size_t held = 0;
     if (stale_count_ > 0) {
-        std::fill(last_at_.begin(), last_at_.end(), k_none);
-        std::uint32_t lasts = 0;
-        for (HalfSpace& s : all())
-            if (stale_[s.node] != 0) {
-                s.push = -1.f;
-                if (spaces_[head_[s.node]].next != k_none) continue;
-                last_[lasts] = {s.normal, s.offset, s.solid};
-                last_at_[s.node] = lasts++;
-            }
-        drop_void();
+        turn_over(some);
         for (std::size_t k = 0; k < solids.size(); ++k)
-            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, now, std::sqrt(longest_sq), report);
-        // Half-spaces that another one of the same node made void are not kept.
-        drop_void();
+            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, now, longest, report);
+        if (voided_) drop_void();
         for (std::size_t i = 0; i < touched_.size(); ++i) {
-            if (stale_[i] == 0) continue;
-            if (head_[i] != k_none) {
-                touched_[i] = {};
+            if (head_[i] == k_none && last_head_[i] != k_none && stale_[i] != 0)
+                keep_pressed(static_cast<std::uint32_t>(i), now[i]);
+            const std::uint32_t first = head_[i];
+            if (first != k_none) {
+                ++held;
+                if (stale_[i] == 0) continue;
+                Vec3f& touched = touched_[i];
+                touched = spaces_[first].normal;
                 free_for_[i] = 0;
-                for (std::uint32_t s = head_[i]; s != k_none; s = spaces_[s].next) touched_[i] += spaces_[s].normal;
-                touched_[i] = normalized(touched_[i]);
-            } else if (free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
+                if (spaces_[first].next == k_none) continue;
+                for (std::uint32_t s = spaces_[first].next; s != k_none; s = spaces_[s].next) touched += spaces_[s].normal;
+                touched = normalized(touched);
+            } else if (stale_[i] != 0 && free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
                 touched_[i] = {};
             }
         }
+        held_ = held;
     }
-    report.contacts =
-        static_cast<std::size_t>(std::count_if(head_.begin(), head_.end(), [](std::uint32_t h) { return h != k_none; }));
+    report.contacts = held_;
     report.seconds.move += moved - start;
     report.seconds.query += cpu_seconds() - moved;
     return status;
@@ -154,10 +223,12 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
                             double longest, StepReport& report) noexcept
 {
     if (solid.model == nullptr) return k_cloth_ok;
+    if (solid.skin != nullptr) return ask_skin(number, solid, previous, now, report);
     std::uint32_t status = k_cloth_ok;
     const double motion = motion_bound(solid);
     query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
-    near.radius += longest + motion;
+    // Places are asked about as far ahead as a node is thick.
+    near.radius += longest + motion + k_deeper * thickness_;
     if (!probe_.reaches(near)) return k_cloth_ok;
     const query::Pose to = query::inverse(solid.pose);
     query::FrameResult frame;
@@ -172,9 +243,46 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
     if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
-    for (const query::FrameContact& contact : std::span(found_).first(std::min(frame.contacts, found_.size())))
-        if ((contact.status & query::k_no_surface) == 0 && stale_[contact.index] != 0)
-            add(number, solid, contact, previous[contact.index], now[contact.index], status);
+    const auto& header = solid.model->header;
+    const double unit = header.unit;
+    const auto contacts = std::span<const query::FrameContact>(found_).first(std::min(frame.contacts, found_.size()));
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const query::FrameContact& contact = contacts[c];
+        // Nodes lie in another order than what is found.
+        if (c + k_fetched < contacts.size()) {
+            const std::uint32_t next = contacts[c + k_fetched].index;
+            __builtin_prefetch(&now[next]);
+            __builtin_prefetch(&previous[next]);
+            __builtin_prefetch(&last_head_[next]);
+        }
+        if ((contact.status & query::k_no_surface) != 0 || stale_[contact.index] == 0) continue;
+        const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
+        const Vec3d at = apply(solid.pose, in_mesh), direction = cast<double>(contact.normal);
+        add({contact.index, number, at, solid.pose.rotation * direction, at - apply(solid.previous, in_mesh),
+             unit * static_cast<double>(contact.depth), in_mesh, direction},
+            previous[contact.index], now[contact.index], status);
+    }
+    return status;
+}
+
+std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous,
+                                 std::span<const Vec3d> now, StepReport& report) noexcept
+{
+    std::uint32_t status = k_cloth_ok;
+    const query::SweptResult result = query::query_swept_skin(*solid.model, *solid.skin, previous, asked_,
+                                                              {options_, sweep_step_, 64}, *skin_room_, skin_found_, stale_);
+    report.caught += result.caught;
+    if ((result.frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+    if ((result.frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
+    if ((result.frame.status & query::k_skin_crowded) != 0) status |= k_cloth_crowded;
+    for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.frame.contacts, skin_found_.size()))) {
+        if ((c.status & query::k_no_surface) != 0) continue;
+        Affine was, is;
+        if (!solid.skin->from().carry_forward(c.bound_point, was) || !solid.skin->to().carry_forward(c.bound_point, is)) continue;
+        add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth,
+             c.bound_point, c.bound_normal},
+            previous[c.index], now[c.index], status);
+    }
     return status;
 }
 
@@ -185,46 +293,52 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
         s.grip = {};
         if (s.solid >= solids.size()) continue;
         const Solid& solid = solids[s.solid];
-        const Vec3d at = apply(solid.pose, cast<double>(s.place)), normal = solid.pose.rotation * cast<double>(s.direction);
+        const Vec3d place = cast<double>(s.place);
+        Vec3d at = apply(solid.pose, place), normal = solid.pose.rotation * cast<double>(s.direction);
+        s.motion = cast<float>(at - apply(solid.previous, place));
+        if (solid.skin != nullptr) {
+            Affine was, is;
+            if (!solid.skin->from().carry_forward(place, was) || !solid.skin->to().carry_forward(place, is)) continue;
+            at = sqmap::apply(is, place);
+            normal = query::carried_normal(is, cast<double>(s.direction));
+            s.motion = cast<float>(at - sqmap::apply(was, place));
+        }
+        s.at = cast<float>(at);
         s.normal = cast<float>(normal);
         s.offset = static_cast<float>(dot(normal, at) + thickness_);
-        s.motion = cast<float>(at - apply(solid.previous, cast<double>(s.place)));
     }
 }
 
 double Contacts::steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept
 {
-    if (last_at_[space.node] == k_none) return 0;
-    const Held& last = last_[last_at_[space.node]];
+    const std::uint32_t before = last_head_[space.node];
+    if (before == k_none || last_[before].next != k_none) return 0;  // held by none, or several
+    const HalfSpace& last = last_[before];
     if (last.solid != space.solid || dot(last.normal, space.normal) < k_same_surface) return 0;
     const auto height = [&](const auto& s) { return dot(cast<double>(s.normal), now) - static_cast<double>(s.offset); };
     const double fall = height(space) - height(last), most = k_settle * thickness_ + k_settle_way * norm(now - previous);
     return fall - std::clamp(fall, -most, most);
 }
 
-void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous, Vec3d now,
-                   std::uint32_t& status) noexcept
+void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint32_t& status) noexcept
 {
     if (count_ == spaces_.size()) {
         status |= k_cloth_full;
         return;
     }
-    const auto& header = solid.model->header;
-    const double unit = header.unit;
-    const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
-    const Vec3d at = apply(solid.pose, in_mesh), normal = solid.pose.rotation * cast<double>(contact.normal);
+    const Vec3d at = touched.at, normal = touched.normal;
     HalfSpace space;
     space.normal = cast<float>(normal);
     space.offset = static_cast<float>(dot(normal, at) + thickness_);
-    space.motion = cast<float>(at - apply(solid.previous, in_mesh));
-    space.depth = static_cast<float>(unit * static_cast<double>(contact.depth));
-    space.node = contact.index;
-    space.solid = solid_number;
-    space.place = cast<float>(in_mesh);
-    space.direction = contact.normal;
+    space.motion = cast<float>(touched.motion);
+    space.depth = static_cast<float>(touched.depth);
+    space.node = touched.node;
+    space.solid = touched.solid;
+    space.direction = cast<float>(touched.direction);
+    space.at = cast<float>(at);
     const double shift = steadied(space, previous, now);
     space.offset += static_cast<float>(shift);
-    space.place = cast<float>(in_mesh + shift * cast<double>(contact.normal));
+    space.place = cast<float>(touched.place + shift * touched.direction);
     // Solids are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point lies
     // behind the other's tangent plane is left out; the deeper one stays where both do.
     const double slack = 0.25 * thickness_;
@@ -236,7 +350,10 @@ void Contacts::add(std::uint32_t solid_number, const Solid& solid, const query::
         const bool hidden = dot(at, cast<double>(other.normal)) < dot(other_at, cast<double>(other.normal)) - slack;
         const bool hides = dot(other_at - at, normal) < -slack;
         if (hidden && (!hides || space.depth <= other.depth)) return;
-        if (hides) other.push = -1.f;  // void
+        if (hides) {
+            other.push = -1.f;  // void
+            voided_ = true;
+        }
     }
     space.next = head_[space.node];
     head_[space.node] = static_cast<std::uint32_t>(count_);

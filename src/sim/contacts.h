@@ -2,10 +2,12 @@
 #pragma once
 
 #include "sqmap/query/pair.h"
+#include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
 #include "sqmap/sim/cloth.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,8 +24,16 @@ struct HalfSpace {
     std::uint32_t node = 0;
     std::uint32_t next = 0;  ///< of the same node
     std::uint32_t solid = 0;
-    Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame
+    Vec3f at{};                  ///< surface point, world
+    Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame, the bound one of a skin
 };
+
+/// Whether a solid does not move in the step.
+[[nodiscard]] inline bool stands(const Solid& s) noexcept
+{
+    return s.skin != nullptr ? !(s.skin->motion() > 0)
+                             : s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+}
 
 class Contacts {
 public:
@@ -32,6 +42,10 @@ public:
     /// Nodes went from previous to now; finds the half-spaces. Bits of ClothStatus. No allocation.
     std::uint32_t find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
                        StepReport& report) noexcept;
+
+    /// Room for skinned solids.
+    void expect(const query::SkinLattice& lattice, std::span<const Vec3d> points);
+    [[nodiscard]] bool expects_skins() const noexcept { return skin_room_ != nullptr; }
 
     /// Moves the half-spaces of the last step with their solids.
     void ride(std::span<const Solid> solids) noexcept;
@@ -42,36 +56,46 @@ public:
 private:
     /// Marks the nodes that have to be asked again; false: every node has. still: no solid moves.
     bool mark_stale(std::span<const Vec3d> now, bool still) noexcept;
+    /// Where the nodes, or the stale ones alone, are asked about. Returns the longest way of one.
+    double place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some) noexcept;
+    /// Sets aside what held the nodes; keeps it for those that are not stale.
+    void turn_over(bool some) noexcept;
     void drop_void() noexcept;
+    /// Half-spaces that a node is pressed against beside an edge, where nothing is found below it any more.
+    void keep_pressed(std::uint32_t node, Vec3d now) noexcept;
     std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
                       double longest, StepReport& report) noexcept;
-    void add(std::uint32_t solid_number, const Solid& solid, const query::FrameContact& contact, Vec3d previous, Vec3d now,
-             std::uint32_t& status) noexcept;
+    std::uint32_t ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
+                           StepReport& report) noexcept;
+    /// A surface that a node is behind: world, and in the solid's frame.
+    struct Touched {
+        std::uint32_t node, solid;
+        Vec3d at, normal, motion;
+        double depth;  ///< m, of the asked place
+        Vec3d place, direction;
+    };
+    void add(const Touched& touched, Vec3d previous, Vec3d now, std::uint32_t& status) noexcept;
     /// How far the surface may be moved along the normal so that it does not jump under a node that hardly moves.
     double steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept;
-
-    /// What held a node before it was asked again.
-    struct Held {
-        Vec3f normal;
-        float offset;
-        std::uint32_t solid;
-    };
 
     query::Probe probe_;
     query::SweptRoom room_;
     std::vector<query::FrameContact> found_;
+    std::unique_ptr<query::SkinRoom> skin_room_;
+    std::vector<query::SkinContact> skin_found_;
     std::vector<HalfSpace> spaces_;
     std::vector<std::uint32_t> head_;     ///< of each node
     std::vector<Vec3d> asked_;            ///< the nodes, each a little more than thickness deeper along its last normal
     std::vector<Vec3f> touched_;          ///< that normal; zero where the node is free
     std::vector<std::uint8_t> free_for_;  ///< steps since it was felt
     std::vector<Vec3d> asked_from_;       ///< where the node was when it was asked; kept while no solid moves
-    std::vector<Held> last_;              ///< of the nodes that one half-space held
-    std::vector<std::uint32_t> last_at_;  ///< of each node: where among those, or none
+    std::vector<HalfSpace> last_;         ///< what held nodes before they were asked again
+    std::vector<std::uint32_t> last_head_;
     std::vector<std::uint8_t> stale_;
-    bool asked_from_kept_ = false;
+    enum class Kept { Nothing, Samples, All } kept_ = Kept::Nothing;  ///< of asked_from_
+    bool voided_ = false;                                             ///< half-spaces that another one made void
     std::size_t stale_count_ = 0, solids_ = 0;
-    std::size_t count_ = 0;
+    std::size_t count_ = 0, held_ = 0;  ///< half-spaces; nodes with one
     double thickness_, sweep_step_;
     query::FrameOptions options_;
 };

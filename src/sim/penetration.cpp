@@ -2,6 +2,7 @@
 #include "sqmap/sim/cloth.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace sqmap::sim {
 
@@ -11,7 +12,7 @@ double depth_of(Vec3d p, std::span<const Solid> solids, query::Layer layer)
 {
     double deepest = 0;
     for (const Solid& solid : solids) {
-        if (solid.model == nullptr) continue;
+        if (solid.model == nullptr || solid.skin != nullptr) continue;
         const auto& header = solid.model->header;
         const query::Pose to = query::inverse(solid.pose);
         const Vec3d in_mesh = to.rotation * p + to.translation;
@@ -27,23 +28,33 @@ double depth_of(Vec3d p, std::span<const Solid> solids, query::Layer layer)
 Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array<std::uint32_t, 3>> triangles,
                         std::span<const Solid> solids, int steps, query::Layer layer)
 {
-    Penetration out;
-    const auto keep = [&](Vec3d p, double& deepest, Vec3d& at) {
-        const double depth = depth_of(p, solids, layer);
-        if (!(depth > deepest)) return;
-        deepest = depth;
-        at = p;
-    };
-    for (const Vec3d& p : nodes) keep(p, out.nodes, out.node_at);
+    std::vector<Vec3d> places(nodes.begin(), nodes.end());
     for (const auto& t : triangles)
         for (int i = 0; i <= steps; ++i)
             for (int j = 0; j <= steps - i; ++j) {
                 const int k = steps - i - j;
                 if (i == steps || j == steps || k == steps) continue;
                 const double n = steps;
-                const Vec3d p = (i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]];
-                keep(p, out.interiors, out.interior_at);
+                places.push_back((i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]]);
             }
+    std::vector<double> depth(places.size());
+    for (std::size_t p = 0; p < places.size(); ++p) depth[p] = depth_of(places[p], solids, layer);
+    for (const Solid& solid : solids)
+        if (solid.model != nullptr && solid.skin != nullptr) {
+            query::SkinRoom room(solid.skin->lattice(), places);
+            std::vector<query::SkinContact> contacts(places.size());
+            const auto found = query::query_skin(*solid.model, solid.skin->to(), places, {.layer = layer}, room, contacts);
+            for (const query::SkinContact& c : std::span(contacts).first(std::min(found.contacts, contacts.size())))
+                depth[c.index] = std::max(depth[c.index], c.depth);
+        }
+    Penetration out;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        const bool node = p < nodes.size();
+        double& deepest = node ? out.nodes : out.interiors;
+        if (!(depth[p] > deepest)) continue;
+        deepest = depth[p];
+        (node ? out.node_at : out.interior_at) = places[p];
+    }
     return out;
 }
 

@@ -1,13 +1,18 @@
-// Who is dressed: solids that stand still or ride bones.
+// Who is dressed: solids that stand still or ride bones, or one whose bones blend.
 #pragma once
 
+#include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/skin.h"
 #include "sqmap/query/frame.h"
+#include "sqmap/query/skin.h"
 #include "sqmap/sim/walker.h"
 
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -21,10 +26,31 @@ struct AvatarPart {
     mesh::Mesh mesh;
 };
 
+/// A skinned file's surface, with what carries cloth's points back to the pose that it was bound in.
+struct SkinnedBody {
+    io::SkinnedSoup file;
+    mesh::Mesh bound;  ///< as its part's mesh
+    mesh::Influences influences;
+    query::SkinLattice lattice;
+    std::unique_ptr<query::MovingSkin> moving;
+    std::vector<Affine> maps;  ///< of the pose that it is in
+
+    /// Where the vertices are.
+    [[nodiscard]] std::vector<Vec3d> posed() const { return mesh::skinned(bound.vertices, influences, maps); }
+};
+
 struct Avatar {
     std::vector<AvatarPart> parts;
-    std::function<void(double time, std::span<query::Pose>)> pose;  ///< of each part
+    std::vector<std::string> joints;  ///< of a skin: what garments may be pinned to; after the parts among the poses
+    std::function<void(double time, std::span<query::Pose>)> pose;  ///< of each part and joint; moves the skin
+    std::unique_ptr<SkinnedBody> skin;                              ///< of the only part
     double height = 0;                                              ///< m, as it stands
+};
+
+/// An avatar file that cannot be dressed; what() names it and the cure.
+class AvatarError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
 };
 
 /// One solid that stands still, in the model's own mesh units.
@@ -35,5 +61,12 @@ struct Avatar {
 /// progress: called before each bone, with how many are done of how many; what it throws ends it.
 [[nodiscard]] Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
                                     const std::function<void(std::size_t done, std::size_t of)>& progress = {});
+
+/// The first skinned mesh of a glTF or GLB file, m, y up. It stands as the file has its joints at rest, or for walk: from 1 s to
+/// 2 s it goes over to the animation (its name; empty: the first), which is played from then on, again and again where it ends as
+/// it begins. target_error: percent of R_max.
+/// @throw AvatarError where the file has no skin, its mesh is not closed as it is, or there is no such animation
+[[nodiscard]] Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::string& animation,
+                                    double target_error);
 
 }  // namespace sqmap::app

@@ -25,8 +25,14 @@ constexpr double k_tool_stiffness = 500;  ///< N / m: k_f of eq. 32 for the tool
 constexpr unsigned k_colours[] = {0x3b6ea5, 0xb5563c, 0x5a8f4a, 0x8a5fa0, 0xc29a3a};
 constexpr unsigned k_skin = 0xd9b99b;
 
+bool is_gltf(const std::filesystem::path& path)
+{
+    const std::string ending = path.extension().string();
+    return ending == ".glb" || ending == ".gltf" || ending == ".GLB" || ending == ".GLTF";
+}
+
 struct Arguments {
-    std::string avatar, output, report, pictures, layer = "3";
+    std::string avatar, animation, output, report, pictures, layer = "3";
     std::vector<std::string> garments;
     double walker = 0, seconds = 4, rate = 240, fps = 15, azimuth = 25, thinnest = 0.02;
     bool walk = false, paper_friction = false, self_collision = false;
@@ -84,6 +90,8 @@ const char* status_text(std::uint32_t bit)
             return "more contacts than there is room for";
         case sim::k_cloth_coarse_sweep:
             return "thin parts may have been missed";
+        case sim::k_cloth_crowded:
+            return "the skin is folded more often at one place than is looked at";
         default:
             return "bad step";
     }
@@ -94,7 +102,15 @@ Vec3d body_force(Vec3d tip, std::span<const sim::Solid> solids)
 {
     Vec3d force{};
     for (const sim::Solid& s : solids) {
+        if (s.model == nullptr) continue;
         const auto& h = s.model->header;
+        if (s.skin != nullptr) {
+            query::SkinRoom room(s.skin->lattice(), {&tip, 1});
+            query::SkinContact c;
+            if (query::query_skin(*s.model, s.skin->to(), {&tip, 1}, {.layer = query::Layer::Three}, room, {&c, 1}).contacts > 0)
+                force += k_tool_stiffness * c.depth * c.normal;
+            continue;
+        }
         const query::Pose to = query::inverse(s.pose);
         const Vec3d p = (to.rotation * tip + to.translation - Vec3d{h.origin[0], h.origin[1], h.origin[2]}) / h.unit;
         const query::Contact c = query::query_point(*s.model, cast<float>(p), query::Layer::Three);
@@ -142,6 +158,7 @@ Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const st
     std::vector<Layer> layers;
     for (std::size_t p = 0; p < avatar.parts.size(); ++p) {
         Layer layer{avatar.parts[p].mesh, {}, 1, {}, false};
+        if (avatar.skin) layer.mesh.vertices = avatar.skin->posed();
         for (Vec3d& v : layer.mesh.vertices) v = solids[p].pose.rotation * v + solids[p].pose.translation;
         layer.colours.assign(layer.mesh.triangles.size(), srgb(k_skin));
         layers.push_back(std::move(layer));
@@ -168,7 +185,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
     for (const double s : strain) map.push_back(std::round(1e4 * s) / 1e4);
     std::sort(strain.begin(), strain.end());
     json status = json::array();
-    for (std::uint32_t bit = 1; bit <= sim::k_cloth_bad_step; bit *= 2)
+    for (std::uint32_t bit = 1; bit <= sim::k_cloth_crowded; bit *= 2)
         if ((w.status & bit) != 0) status.push_back(status_text(bit));
     json seams = json::object();
     for (std::size_t s = 0; s < w.cloth.seams(); ++s) seams[w.file.garment.seams[s].name] = w.cloth.gap(s);
@@ -217,11 +234,18 @@ void dress(const Arguments& a)
 {
     sim::Gait gait;
     if (!a.walk) gait.lower_at = gait.walk_at = INFINITY;
-    Avatar avatar = a.avatar.empty() ? walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3) : still_avatar(a.avatar);
-    std::vector<query::Pose> poses(avatar.parts.size());
+    Avatar avatar = a.avatar.empty()    ? walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3)
+                    : is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3)
+                                        : still_avatar(a.avatar);
+    std::vector<query::Pose> poses(avatar.parts.size() + avatar.joints.size());
     avatar.pose(0, poses);
     std::vector<sim::Solid> solids;
-    for (std::size_t p = 0; p < poses.size(); ++p) solids.push_back({&avatar.parts[p].model, poses[p], poses[p]});
+    for (std::size_t p = 0; p < poses.size(); ++p)
+        solids.push_back({p < avatar.parts.size() ? &avatar.parts[p].model : nullptr, poses[p], poses[p]});
+    if (avatar.skin) solids[0].skin = avatar.skin->moving.get();
+    const auto bone_name = [&](std::size_t p) -> const std::string& {
+        return p < avatar.parts.size() ? avatar.parts[p].name : avatar.joints[p - avatar.parts.size()];
+    };
 
     sim::ClothOptions options;
     options.layer = a.layer == "exact" ? query::Layer::Exact : (a.layer == "2" ? query::Layer::Two : query::Layer::Three);
@@ -233,10 +257,11 @@ void dress(const Arguments& a)
     for (const std::string& path : a.garments) {
         GarmentFile file = read_garment(path);
         sim::Cloth cloth(file.garment, file.fabric, options);
+        if (avatar.skin) cloth.expect(avatar.skin->lattice);
         if (!file.waist_bone.empty()) {
             std::uint32_t solid = sim::Cloth::k_world;
-            for (std::uint32_t p = 0; p < avatar.parts.size(); ++p)
-                if (avatar.parts[p].name == file.waist_bone) solid = p;
+            for (std::uint32_t p = 0; p < poses.size(); ++p)
+                if (bone_name(p) == file.waist_bone) solid = p;
             if (solid == sim::Cloth::k_world && file.waist_bone != "world")
                 throw GarmentFileError(path + ": 'waist_bone' " + file.waist_bone + " is no bone of the avatar");
             cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? query::Pose{} : poses[solid]);
@@ -251,7 +276,11 @@ void dress(const Arguments& a)
     std::vector<double> times;
     const auto keep_frame = [&](double time) {
         times.push_back(time);
-        for (std::size_t p = 0; p < poses.size(); ++p) scene[p].keys.push_back({poses[p].rotation, poses[p].translation});
+        for (std::size_t p = 0; p < scene.size(); ++p)
+            if (avatar.skin)
+                scene[p].shapes.push_back(avatar.skin->posed());
+            else
+                scene[p].keys.push_back({poses[p].rotation, poses[p].translation});
         for (Worn& w : worn) {
             w.shapes.emplace_back(w.cloth.positions().begin(), w.cloth.positions().end());
             w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids, 1).nodes);
@@ -301,7 +330,9 @@ void dress(const Arguments& a)
         scene[p].triangles = avatar.parts[p].mesh.triangles;
         scene[p].colour = {c.r, c.g, c.b};
         scene[p].times = times;
-        if (a.walker <= 0) scene[p].times.clear(), scene[p].keys.clear();
+        // Who stands still has no animation.
+        if (a.walker <= 0 && !(avatar.skin && a.walk)) scene[p].times.clear(), scene[p].keys.clear(), scene[p].shapes.clear();
+        if (avatar.skin && !a.walk) scene[p].positions = avatar.skin->posed();
     }
     for (std::size_t g = 0; g < worn.size(); ++g) {
         const Rgb c = srgb(k_colours[g % std::size(k_colours)]);
@@ -349,17 +380,22 @@ void dress(const Arguments& a)
 void add_dress(CLI::App& app, int& exit_code)
 {
     const auto a = std::make_shared<Arguments>();
-    CLI::App* command =
-        app.add_subcommand("dress", "Dress an avatar: cloth on a model, or on a figure that walks; animation as glTF");
-    auto* avatar = command->add_option("--avatar", a->avatar, "Model (.sqmap) of a solid in metres, y up; it stands still")
-                       ->check(CLI::ExistingFile);
+    CLI::App* command = app.add_subcommand(
+        "dress", "Dress an avatar: cloth on a model, on a skinned mesh, or on a figure that walks; animation as glTF");
+    auto* avatar =
+        command
+            ->add_option(
+                "--avatar", a->avatar,
+                "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
+            ->check(CLI::ExistingFile);
     auto* walker = command->add_option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres")
                        ->check(CLI::Range(0.2, 5.0));
     avatar->excludes(walker);
-    command
-        ->add_flag("--walk", a->walk,
-                   "The figure lowers its arms after 1 s and walks from 2 s on; otherwise it stands, arms stretched")
-        ->needs(walker);
+    command->add_flag(
+        "--walk", a->walk,
+        "The figure lowers its arms after 1 s and walks from 2 s on; a skinned mesh goes over to its animation from "
+        "1 s to 2 s and plays it; otherwise either stands");
+    command->add_option("--animation", a->animation, "Which of a skinned mesh's animations --walk plays; default: the first");
     command->add_option("--garment", a->garments, "Garment (.json); several are worn, but do not feel each other")
         ->required()
         ->check(CLI::ExistingFile);
@@ -387,11 +423,19 @@ void add_dress(CLI::App& app, int& exit_code)
     command->footer("Exit code: 0 done, 2 bad model or garment, or a file not written, 64 wrong usage, 70 internal error.");
     command->callback([a, &exit_code] {
         if (a->avatar.empty() && a->walker <= 0) throw CLI::ValidationError("dress", "give --avatar or --figure");
+        const bool skinned = is_gltf(a->avatar);
+        if (a->walk && a->walker <= 0 && !skinned)
+            throw CLI::ValidationError("--walk",
+                                       "a baked model has no joints: give --figure, or --avatar a skinned .glb or .gltf");
+        if (!a->animation.empty() && !(a->walk && skinned))
+            throw CLI::ValidationError("--animation", "goes with --walk and a skinned --avatar");
         exit_code = 2;
         try {
             dress(*a);
             exit_code = 0;
         } catch (const GarmentFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const AvatarError& e) {
             std::fprintf(stderr, "%s\n", e.what());
         } catch (const io::ModelFileError& e) {
             std::fprintf(stderr, "%s\n", e.what());

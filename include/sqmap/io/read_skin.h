@@ -1,4 +1,4 @@
-// Skinned meshes from glTF: the surface as it was bound, its joints, and which joint moves which vertex.
+// Skinned meshes from glTF: the surface as it was bound, its joints, which joint moves which vertex, and how joints move.
 #pragma once
 
 #include "sqmap/io/read.h"
@@ -7,16 +7,45 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace sqmap::io {
+
+/// Translation, rotation (unit quaternion x, y, z, w) and scale of a joint's own node, in this order from the left.
+struct JointPlace {
+    Vec3d translation{};
+    std::array<double, 4> rotation{0, 0, 0, 1};
+    Vec3d scale{1, 1, 1};
+};
 
 struct SkinJoint {
     std::string name;
     int parent = -1;        ///< among the joints, or none; stands anywhere
     Affine local{};         ///< rest: the joint's frame in its parent's; in the scene's where there is none
     Affine inverse_bind{};  ///< bound mesh -> the joint's frame
+    Affine above{};         ///< of the nodes between the joint above and this one: local = above * rest
+    JointPlace rest{};
+    bool has_matrix = false;  ///< in place of rest: such a node is not animated
+};
+
+/// One channel of an animation.
+struct JointTrack {
+    enum class Path : std::uint8_t { Translation, Rotation, Scale };
+    enum class Between : std::uint8_t { Step, Linear, Cubic };
+    std::uint32_t joint = 0;
+    Path path = Path::Translation;
+    Between between = Between::Linear;
+    std::vector<double> times;                  ///< s, ascending, at least one
+    std::vector<std::array<double, 4>> values;  ///< one a time; Cubic: tangent in, value, tangent out
+};
+
+struct SkinAnimation {
+    std::string name;
+    std::vector<JointTrack> tracks;
+    double duration = 0;      ///< s: the last key's time
+    std::size_t ignored = 0;  ///< channels of nodes that are no joints, and of morph targets
 };
 
 /// A bound vertex goes to sum over k of weights[k] world[joints[k]] inverse_bind[joints[k]] x.
@@ -24,7 +53,8 @@ struct SkinnedSoup {
     PolygonSoup soup;                                  ///< as bound; several primitives after each other
     std::vector<std::array<std::uint16_t, 4>> joints;  ///< #positions
     std::vector<std::array<double, 4>> weights;        ///< #positions, sum 1
-    std::vector<SkinJoint> skeleton;
+    std::vector<SkinJoint> skeleton;                   ///< no joint is above itself
+    std::vector<SkinAnimation> animations;
 };
 
 struct SkinResult {
@@ -35,5 +65,14 @@ struct SkinResult {
 /// The first mesh of a glTF or GLB file that has a skin, with all its triangles; four joints a vertex at most.
 /// Failures: in the result, as read_mesh_file's; E_FORMAT where nothing is skinned.
 [[nodiscard]] SkinResult read_skinned_file(const std::filesystem::path& path, const ReadLimits& limits = {});
+
+/// Of each joint, as the file has it at rest.
+[[nodiscard]] std::vector<JointPlace> rest_places(const SkinnedSoup& skin);
+/// Of each joint at a time of an animation, s; held before its first key and after its last.
+[[nodiscard]] std::vector<JointPlace> places_at(const SkinnedSoup& skin, const SkinAnimation& animation, double time);
+/// From a to b, share in [0, 1]: rotations about one axis, the short way. @pre as many of each
+[[nodiscard]] std::vector<JointPlace> blended(std::span<const JointPlace> a, std::span<const JointPlace> b, double share);
+/// Bound mesh -> posed, of each joint. @pre places.size() == skeleton.size()
+[[nodiscard]] std::vector<Affine> joint_maps(const SkinnedSoup& skin, std::span<const JointPlace> places);
 
 }  // namespace sqmap::io

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sqmap/query/frame.h"
+#include "sqmap/query/swept.h"
 
 #include <array>
 #include <cstddef>
@@ -67,11 +68,16 @@ public:
     std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
     /// What takes a bound place to where it is now. False where no cell is.
     bool carry_forward(Vec3d bound, Affine& local) const noexcept;
-
-private:
+    /// A box that holds all of the posed lattice; empty (lo > hi) where nothing is.
     struct Box {
         Vec3d lo{}, hi{};
     };
+    [[nodiscard]] Box box() const noexcept { return boxes_.empty() ? Box{{1, 1, 1}, {-1, -1, -1}} : boxes_.front(); }
+    [[nodiscard]] std::span<const Affine> maps() const noexcept { return maps_; }
+    /// How far a place of the lattice is from where another pose has it, at most. @pre both are of one lattice
+    [[nodiscard]] double farthest_from(const PosedSkin& other) const noexcept;
+
+private:
     void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
     void add_blended(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
     std::uint32_t leaf_at(Vec3d bound) const noexcept;
@@ -83,10 +89,37 @@ private:
     std::vector<Box> boxes_;
 };
 
+/// A skin on its way through a step: where it began, where it ends, and where it is asked about in between. One a thread that
+/// changes it; a swept query changes what is in between.
+class MovingSkin {
+public:
+    /// lattice: outlives this. Begins and ends at rest. Allocates.
+    explicit MovingSkin(const SkinLattice& lattice);
+
+    /// What was the end is the beginning, and the end is where the maps (#bones, bound -> posed) take the lattice. False as
+    /// PosedSkin::pose: then it stands still in this step. No allocation. Cost: of one pose.
+    bool step(std::span<const Affine> maps) noexcept;
+
+    [[nodiscard]] const SkinLattice& lattice() const noexcept { return *lattice_; }
+    [[nodiscard]] const PosedSkin& from() const noexcept { return from_; }
+    [[nodiscard]] const PosedSkin& to() const noexcept { return to_; }
+    /// How far a place of the lattice goes in the step at most; zero where it stands still.
+    [[nodiscard]] double motion() const noexcept { return motion_; }
+
+private:
+    friend struct SkinSweep;
+    const SkinLattice* lattice_;
+    PosedSkin from_, to_, between_;
+    std::vector<Affine> maps_;
+    double motion_ = 0;
+};
+
 /// One contact of a skinned shape, the posed frame and its units.
 struct SkinContact {
     Vec3d point{};            ///< on the tangent plane of the nearest surface: where asked + depth normal
     Vec3d normal{};           ///< unit, outward
+    Vec3d bound_point{};      ///< the nearest surface point in the bound mesh's frame: rides the skin
+    Vec3d bound_normal{};     ///< and its unit normal there
     double depth = 0;         ///< >= 0
     std::uint32_t index = 0;  ///< of the point asked about
     std::int16_t part = -1;   ///< of the bound model
@@ -108,6 +141,7 @@ public:
 
 private:
     friend struct SkinQuery;
+    friend struct SkinSweep;
     std::size_t size_;
     Probe probe_;                      ///< in the bound frame
     std::vector<PreImage> places_;     ///< k_most a point
@@ -117,7 +151,14 @@ private:
     std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign
     std::vector<SkinContact> best_;
     std::vector<FrameContact> found_;
+    std::vector<Vec3d> at_;  ///< of a sweep; so below
+    std::vector<std::uint8_t> fast_;
+    std::vector<std::uint32_t> contact_;
+    std::vector<SkinContact> swept_;
 };
+
+/// The unit normal of a surface with this one where a map takes it (the cofactors, as areas go).
+[[nodiscard]] Vec3d carried_normal(const Affine& local, Vec3d normal) noexcept;
 
 /// Which points are in the posed solid (where the winding number of the posed surface is positive), how deep and which way is
 /// out; in order of their index. bound: baked from the bound mesh. points: as many as the room was made for, the posed frame;
@@ -126,7 +167,19 @@ private:
 /// allocation. first_only stops at the contact of lowest index.
 /// @pre options.offset and margin are off
 /// Cost: a walk down the tree a point, and a frame of the points that it finds something for.
+/// asked: of each point, whether it is asked about; empty for all.
 FrameResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts) noexcept;
+                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts,
+                       std::span<const std::uint8_t> asked = {}) noexcept;
+
+/// Contacts of the points at the end of the skin's step and their own, as query_skin gives them, and of those that crossed the
+/// surface on their way, as query_swept has it: with the surface that was crossed first, carried to where the step ends, and the
+/// depth behind its tangent plane there. previous, now: the posed frame. In between, bones' maps are blended, which is right to
+/// the square of half the angle that they turn in a step.
+/// @pre as query_skin; previous.size() == now.size(), and the room is for as many
+/// Cost: a query, and for each options.step of the longest way a pose and a query of the points that move farther than one.
+SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
+                             std::span<const Vec3d> now, const SweptOptions& options, SkinRoom& room,
+                             std::span<SkinContact> contacts, std::span<const std::uint8_t> asked = {}) noexcept;
 
 }  // namespace sqmap::query

@@ -31,9 +31,12 @@ class SweptRoom {
 public:
     /// points: of the probe. Allocates.
     explicit SweptRoom(std::size_t points);
+    /// With a second probe in it, like the first, for what is on its way: the first one need not be moved there and back.
+    explicit SweptRoom(const Probe& probe);
 
 private:
     friend struct SweptQuery;
+    Probe probe_;
     std::vector<Vec3d> at_;
     std::vector<std::uint8_t> fast_;
     std::vector<std::uint32_t> contact_;  ///< of each point: where its contact is, or none

@@ -1,6 +1,7 @@
 // Cloth on bodies: Bullet's soft body carries the threads, sqmap the contacts.
 #pragma once
 
+#include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
 #include "sqmap/sim/garment.h"
 
@@ -11,10 +12,13 @@
 
 namespace sqmap::sim {
 
-/// A solid that cloth lies on: a model and where it is, at the step's beginning and end. x_world = pose x_mesh, m.
+/// A solid that cloth lies on: a model and where it is, at the step's beginning and end. x_world = pose x_mesh, m. With a skin
+/// the model is that of the bound mesh, and the skin says where it is, in the world; the poses move what is pinned to it alone.
+/// Without a model there is nothing to lie on: a joint that pins ride.
 struct Solid {
     const model::ModelView* model = nullptr;
     query::Pose previous{}, pose{};
+    query::MovingSkin* skin = nullptr;
 };
 
 enum class Friction : std::uint8_t {
@@ -40,7 +44,8 @@ enum ClothStatus : std::uint32_t {
     k_cloth_slowed = 2,        ///< a node was faster than most_speed
     k_cloth_full = 4,          ///< more contacts than there is room for
     k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
-    k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive: nothing was done
+    k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
+    k_cloth_crowded = 32,      ///< more places of a skinned solid at one node than are looked at
 };
 
 /// Seconds of CPU time.
@@ -99,6 +104,9 @@ public:
     Cloth(Cloth&&) noexcept;
     Cloth& operator=(Cloth&&) noexcept;
 
+    /// Before the first step with a solid that has a skin: room for asking it. Allocates, about 2 kB a node.
+    void expect(const query::SkinLattice& lattice);
+
     /// One step of dt seconds. Pinned nodes ride their solids. Never throws.
     StepReport step(double dt, std::span<const Solid> solids) noexcept;
 
@@ -133,9 +141,9 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Deepest places of cloth in solids, asked of the models point by point: nodes, and samples within triangles (a grid of
-/// barycentric coordinates with the given steps an edge, corners left out). m; zero where nothing is inside. Of a union of
-/// solids the deepest solid counts, which bounds the depth in the union from below.
+/// Deepest places of cloth in solids, asked of the models point by point (skins: all points at once): nodes, and samples within
+/// triangles (a grid of barycentric coordinates with the given steps an edge, corners left out). m; zero where nothing is inside.
+/// Of a union of solids the deepest solid counts, which bounds the depth in the union from below.
 struct Penetration {
     double nodes = 0, interiors = 0;
     Vec3d node_at{}, interior_at{};  ///< where, world

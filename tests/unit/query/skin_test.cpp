@@ -257,5 +257,75 @@ TEST(Skin, LatticesOfNothingAreRefused)
     EXPECT_THROW((void)bake::skin_lattice(finger.mesh, none), mesh::InvalidInput);
 }
 
+/// A finger that bends in one step, and points that move in it.
+struct SweptFinger {
+    MovingSkin skin{Finger::get().lattice};
+    std::vector<SkinContact> contacts;
+    SweptResult result;
+
+    SweptFinger(double from, double to, std::span<const Vec3d> previous, std::span<const Vec3d> now, double step)
+    {
+        EXPECT_TRUE(skin.step(Finger::bent(from)));
+        EXPECT_TRUE(skin.step(Finger::bent(to)));
+        SkinRoom room(Finger::get().lattice, now);
+        contacts.resize(now.size());
+        SweptOptions options;
+        options.step = step;
+        result = query_swept_skin(Finger::get().model.view(), skin, previous, now, options, room, contacts);
+        contacts.resize(std::min(contacts.size(), result.frame.contacts));
+    }
+};
+
+TEST(SweptSkin, PointsThatJumpThroughItAreCaughtOnTheSideTheyCameFrom)
+{
+    std::vector<Vec3d> above, below;
+    for (double x = -0.8; x < 0.81; x += 0.05) {
+        above.push_back({x, 0, 0.5});
+        below.push_back({x, 0.01, -0.45});
+    }
+    EXPECT_EQ(SweptFinger(0, 0, above, below, 10).result.frame.contacts, 0u);  // a frame alone sees nothing
+    const SweptFinger swept(0, 0, above, below, 0.1);
+    ASSERT_EQ(swept.contacts.size(), above.size());
+    EXPECT_EQ(swept.result.caught, above.size());
+    for (const SkinContact& c : swept.contacts) {
+        EXPECT_GT(c.normal.z, 0.5);
+        // The plane at the ellipsoid's surface, straight above where the point came in or near it.
+        EXPECT_GT(c.depth, 0.45);
+        EXPECT_LT(c.depth, 0.45 + 0.2 + 0.02);
+        EXPECT_LT(norm(c.point - below[c.index] - c.depth * c.normal), 1e-12);
+    }
+}
+
+TEST(SweptSkin, AFingerThatSweepsOverPointsCatchesThemToo)
+{
+    // What is near its tip goes up by about 0.8; the points stand still where it passes.
+    const std::vector<Vec3d> points{{0.8, 0.02, 0}, {0.83, 0, 0.02}, {0.78, 0.04, -0.03}};
+    EXPECT_EQ(SweptFinger(-0.25, 0.3, points, points, 100).result.frame.contacts, 0u);
+    const SweptFinger swept(-0.25, 0.3, points, points, 0.05);
+    EXPECT_EQ(swept.contacts.size(), points.size());
+    for (const SkinContact& c : swept.contacts) {
+        // On the upper side as the finger ends: the surface's normal there, turned with it.
+        EXPECT_GT(c.bound_normal.y, 0.5);
+        EXPECT_GT(c.normal.y, 0);
+        EXPECT_GT(c.depth, 0);
+    }
+}
+
+TEST(SweptSkin, WhatHardlyMovesAnswersAsAQueryDoes)
+{
+    test::Random random(7);
+    const std::vector<Vec3d> points = points_near(Finger::get().posed(Finger::bent(0.5)), 0.05, 400, random);
+    const SweptFinger swept(0.499, 0.5, points, points, 0.05);
+    const PosedSkin& end = swept.skin.to();
+    const Asked alone = ask(end, points, Layer::Three);
+    EXPECT_EQ(swept.result.fast, 0u);
+    EXPECT_GT(swept.skin.motion(), 0.001 * 0.3);  // of the tip, two joints away
+    ASSERT_EQ(swept.contacts.size(), alone.contacts.size());
+    for (std::size_t c = 0; c < swept.contacts.size(); ++c) {
+        EXPECT_EQ(swept.contacts[c].index, alone.contacts[c].index);
+        EXPECT_EQ(swept.contacts[c].depth, alone.contacts[c].depth);
+    }
+}
+
 }  // namespace
 }  // namespace sqmap::query

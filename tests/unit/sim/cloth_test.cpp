@@ -1,5 +1,6 @@
 #include "sqmap/sim/cloth.h"
 
+#include "sqmap/bake/skin_lattice.h"
 #include "support/bodies.h"
 #include "support/parsed.h"
 
@@ -265,6 +266,71 @@ TEST(Cloth, PenetrationIsTheDepthOfPlacesWithinTriangles)
     const Penetration deep = penetration(corners, triangle, {&solid, 1}, 3);
     EXPECT_EQ(deep.nodes, 0);
     EXPECT_NEAR(deep.interiors, 0.1, 0.002);
+}
+
+/// A bar along x whose right half turns about z, blended about its middle.
+struct Bar {
+    mesh::Mesh mesh = mesh::ellipsoid({0.5, 0.08, 0.3}, 4);
+    mesh::Influences influences;
+    test::Parsed model{mesh};
+    query::SkinLattice lattice;
+
+    Bar()
+    {
+        for (const Vec3d& v : mesh.vertices) {
+            const double right = std::clamp(0.5 + v.x / 0.3, 0.0, 1.0);
+            influences.joints.push_back({0, 1, 0, 0});
+            influences.weights.push_back({1 - right, right, 0, 0});
+        }
+        lattice = bake::skin_lattice(mesh, influences);
+    }
+    static std::vector<Affine> bent(double angle) { return {{}, {test::rotation_about({0, 0, 1}, angle), {}}}; }
+};
+
+TEST(Cloth, LiesOnASkinThatBendsUnderItAndRidesIt)
+{
+    const Bar bar;
+    query::MovingSkin skin(bar.lattice);
+    const Solid solid{&bar.model.view(), {}, {}, &skin};
+    Cloth cloth(sheet({{0.1, 0.1, 0}, 0.5, 0.3, 0, 0, 400}), fabric("wool"));
+    // No room was made for a skin.
+    EXPECT_EQ(cloth.step(k_dt, {&solid, 1}).status, k_cloth_bad_step);
+    cloth.expect(bar.lattice);
+    double angle = 0;
+    StepReport r;
+    for (int i = 0; i < 480; ++i) {
+        if (i > 120 && i < 360) angle += 0.6 / 240;  // the half goes up by 0.6 in a second, and the cloth with it
+        ASSERT_TRUE(skin.step(Bar::bent(angle)));
+        r = cloth.step(k_dt, {&solid, 1});
+        ASSERT_EQ(r.status & ~std::uint32_t{k_cloth_slowed}, 0u);
+    }
+    EXPECT_GT(r.contacts, 100u);
+    EXPECT_GT(largest_y(cloth), 0.1);  // lifted
+    const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 3);
+    EXPECT_LT(deep.nodes, 0.002);
+    // Against the skinned mesh itself, which nothing of the lattice knows.
+    mesh::Mesh posed = bar.mesh;
+    posed.vertices = mesh::skinned(bar.mesh.vertices, bar.influences, Bar::bent(angle));
+    const mesh::Solid exact(posed, mesh::find_self_intersections(posed).crossed);
+    double deepest = 0;
+    for (const Vec3d& p : cloth.positions())
+        if (exact.inside(p)) deepest = std::max(deepest, exact.bvh().closest_point(p, INFINITY).distance);
+    EXPECT_LT(deepest, 0.002);
+    EXPECT_NEAR(deepest, deep.nodes, 0.001);
+}
+
+TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
+{
+    // A roof of 50 degrees, its ridge a fold: a node beside it is thrown from one slope to the other.
+    mesh::Mesh roof = test::cube();
+    for (Vec3d& v : roof.vertices) v = {0.3 * v.x, v.y > 0 ? 0.28 : 0.0, v.y > 0 ? 0.004 * v.z : 0.13 * v.z};
+    const test::Parsed model(roof);
+    const Solid solid = still(model);
+    Cloth cloth(sheet({{0, 0.3, 0}, 0.4, 0.4, 0, 0, 1600}), fabric("wool"));
+    Drape drape;
+    for (int i = 0; i < 5 * 240; ++i) drape.add(cloth.step(k_dt, {&solid, 1}), (i + 1) * k_dt);
+    EXPECT_TRUE(drape.report().at_rest) << drape.report().fastest;
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 1).nodes, 0.002 * 0.28);
 }
 
 }  // namespace

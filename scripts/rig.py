@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Homer of CGAL's data on the skeleton and with the gait of the project's own figure, as a skinned glTF file to dress.
+usage: rig.py HOMER.off OUT.glb      HOMER.off: in metres, soles at y = 0, looking along +z, 1.80 m tall
+"""
+import json
+import math
+import struct
+import sys
+
+# Joint, joint above it, where it is, m.
+SKELETON = [
+    ("pelvis", -1, (0.0, 0.66, 0.0)), ("chest", 0, (0.0, 0.86, 0.0)), ("head", 1, (0.0, 1.20, 0.0)),
+    ("left upper arm", 1, (0.18, 1.07, 0.0)), ("left forearm", 3, (0.40, 0.96, 0.02)),
+    ("right upper arm", 1, (-0.18, 1.07, 0.0)), ("right forearm", 5, (-0.40, 0.96, 0.02)),
+    ("left thigh", 0, (0.14, 0.56, 0.0)), ("left shin", 7, (0.14, 0.33, 0.0)), ("left foot", 8, (0.14, 0.11, 0.0)),
+    ("right thigh", 0, (-0.14, 0.56, 0.0)), ("right shin", 10, (-0.14, 0.33, 0.0)), ("right foot", 11, (-0.14, 0.11, 0.0)),
+]
+PERIOD, FRAMES = 1.1, 44
+
+
+def eased(share):
+    s = min(max(share, 0.0), 1.0)
+    return s * s * (3 - 2 * s)
+
+
+def weights_of(p):
+    """Which joints move a place: shares along the limbs, blended about the joints. The four largest."""
+    x, y, z = p
+    side = "left" if x > 0 else "right"
+    out = {}
+    # Below the crotch legs are apart.
+    leg = eased((0.62 - y) / 0.18) * (1 if y < 0.44 else eased(abs(x) / 0.12))
+    knee, ankle = eased((0.40 - y) / 0.14), eased((0.14 - y) / 0.07)
+    out[f"{side} foot"] = leg * ankle
+    out[f"{side} shin"] = leg * knee * (1 - ankle)
+    out[f"{side} thigh"] = leg * (1 - knee)
+    rest = 1 - leg
+    arm = rest * eased((abs(x) - 0.13 - 0.25 * max(0.0, 1.02 - y)) / 0.14) * eased((y - 0.86) / 0.08) * eased((1.34 - y) / 0.12)
+    elbow = eased((z - 0.02) / 0.12) * eased((abs(x) - 0.26) / 0.08)
+    out[f"{side} forearm"] = arm * elbow
+    out[f"{side} upper arm"] = arm * (1 - elbow)
+    rest -= arm
+    head, chest = eased((y - 1.10) / 0.16), eased((y - 0.72) / 0.24)
+    out["head"] = rest * head
+    out["chest"] = rest * (1 - head) * chest
+    out["pelvis"] = rest * (1 - head) * (1 - chest)
+    largest = sorted(((w, n) for n, w in out.items() if w > 1e-4), reverse=True)[:4]
+    total = sum(w for w, _ in largest)
+    return [(n, w / total) for w, n in largest]
+
+
+def about(axis, angle):
+    q = [0.0, 0.0, 0.0, math.cos(angle / 2)]
+    q[axis] = math.sin(angle / 2)
+    return tuple(q)
+
+
+def gait(phase):
+    """The turn of each joint, and the lift of the first, at a phase of two steps (src/sim/walker.cpp, with shorter steps)."""
+    swing, turns = 0.30 * math.sin(phase), {}
+    turns["pelvis"] = about(1, -0.06 * math.sin(phase))
+    turns["chest"] = about(1, 0.12 * math.sin(phase))
+    turns["head"] = about(1, -0.06 * math.sin(phase))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        leg = sign * swing
+        turns[f"{side} thigh"] = about(0, -leg)
+        turns[f"{side} shin"] = about(0, 0.08 + 0.45 * max(0.0, sign * math.cos(phase)) ** 2)
+        turns[f"{side} foot"] = about(0, 0.15 * leg)
+        turns[f"{side} upper arm"] = about(0, 0.6 * leg)
+        turns[f"{side} forearm"] = about(0, -0.15 * abs(leg))
+    return turns, 0.015 * math.cos(2 * phase)
+
+
+def write_glb(path, vertices, triangles, skeleton, weights, times, turns, lifts):
+    """skeleton: (name, parent, place); weights: of each vertex [(name, weight)], at most four; turns: of each time {name: quaternion}."""
+    binary, views, accessors = bytearray(), [], []
+    number = {name: i for i, (name, _, _) in enumerate(skeleton)}
+
+    def add(values, form, kind, component, bounds=None):
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": struct.calcsize(form) * len(values)})
+        for value in values:
+            binary.extend(struct.pack("<" + form, *value))
+        binary.extend(b"\0" * (-len(binary) % 4))
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind, **(bounds or {})})
+        return len(accessors) - 1
+
+    def box(values):
+        rounded = [struct.unpack(f"<{len(v)}f", struct.pack(f"<{len(v)}f", *v)) for v in values]
+        return {"min": [min(c) for c in zip(*rounded)], "max": [max(c) for c in zip(*rounded)]}
+
+    four = [(list(w) + [("", 0.0)] * 4)[:4] for w in weights]
+    primitive = {
+        "attributes": {
+            "POSITION": add(vertices, "3f", "VEC3", 5126, box(vertices)),
+            "JOINTS_0": add([[number.get(n, 0) if w > 0 else 0 for n, w in v] for v in four], "4B", "VEC4", 5121),
+            "WEIGHTS_0": add([[w for _, w in v] for v in four], "4f", "VEC4", 5126)
+        },
+        "indices": add([[c] for t in triangles for c in t], "I", "SCALAR", 5125)
+    }
+    binds = add([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in skeleton], "16f", "MAT4", 5126)
+    nodes = []
+    for name, parent, place in skeleton:
+        above = skeleton[parent][2] if parent >= 0 else (0, 0, 0)
+        nodes.append({"name": name, "translation": [a - b for a, b in zip(place, above)]})
+    for i, (_, parent, _) in enumerate(skeleton):
+        if parent >= 0:
+            nodes[parent].setdefault("children", []).append(i)
+    nodes.append({"name": "body", "mesh": 0, "skin": 0})
+    seconds = [[t] for t in times]
+    at, samplers, channels = add(seconds, "f", "SCALAR", 5126, box(seconds)), [], []
+
+    def channel(joint, way, output):
+        channels.append({"sampler": len(samplers), "target": {"node": joint, "path": way}})
+        samplers.append({"input": at, "output": output, "interpolation": "LINEAR"})
+
+    for i, (name, _, _) in enumerate(skeleton):
+        channel(i, "rotation", add([t.get(name, (0, 0, 0, 1)) for t in turns], "4f", "VEC4", 5126))
+    x, y, z = nodes[0]["translation"]
+    channel(0, "translation", add([(x, y + lift, z) for lift in lifts], "3f", "VEC3", 5126))
+    text = json.dumps({
+        "asset": {"version": "2.0", "generator": "sqmap, rig.py"},
+        "scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
+        "skins": [{"joints": list(range(len(skeleton))), "inverseBindMatrices": binds}],
+        "animations": [{"name": "walk", "channels": channels, "samplers": samplers}],
+        "buffers": [{"byteLength": len(binary)}], "bufferViews": views, "accessors": accessors
+    }).encode()
+    text += b" " * (-len(text) % 4)
+    with open(path, "wb") as out:
+        out.write(struct.pack("<III", 0x46546C67, 2, 12 + 8 + len(text) + 8 + len(binary)))
+        out.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
+        out.write(struct.pack("<II", len(binary), 0x004E4942) + bytes(binary))
+
+
+def read_off(path):
+    with open(path) as file:
+        words = file.read().split()
+    vertices, triangles = int(words[1]), int(words[2])
+    numbers = words[4:]
+    places = [tuple(map(float, numbers[3 * i:3 * i + 3])) for i in range(vertices)]
+    corners = numbers[3 * vertices:]
+    return places, [tuple(map(int, corners[4 * i + 1:4 * i + 4])) for i in range(triangles)]
+
+
+def rig(mesh, target):
+    vertices, triangles = read_off(mesh)
+    times = [PERIOD * k / FRAMES for k in range(FRAMES + 1)]
+    keys = [gait(2 * math.pi * t / PERIOD) for t in times]
+    write_glb(target, vertices, triangles, SKELETON, [weights_of(p) for p in vertices], times, [k[0] for k in keys], [k[1] for k in keys])
+
+
+if __name__ == "__main__":
+    rig(*sys.argv[1:3])

@@ -1,0 +1,110 @@
+// A skin and points between two frames: as swept.cpp, with the lattice posed in between.
+#include "sqmap/query/skin.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+
+namespace {
+
+constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal, as swept.cpp has it
+constexpr std::uint32_t k_none = 0xffffffffu;
+
+bool meets(const PosedSkin::Box& box, Vec3d a, Vec3d b, double slack)
+{
+    for (int k = 0; k < 3; ++k)
+        if (!(std::max(a[k], b[k]) >= box.lo[k] - slack && std::min(a[k], b[k]) <= box.hi[k] + slack)) return false;
+    return true;
+}
+
+}  // namespace
+
+struct SkinSweep {
+    const model::ModelView& bound;
+    MovingSkin& skin;
+    std::span<const Vec3d> previous, now;
+    const SweptOptions& options;
+    SkinRoom& room;
+    std::span<SkinContact> contacts;
+    std::span<const std::uint8_t> asked;
+
+    SweptResult run() noexcept
+    {
+        SweptResult result;
+        if (now.size() != room.size_ || previous.size() != now.size()) return result;
+        result.frame = query_skin(bound, skin.to(), now, options.frame, room, contacts, asked);
+        double longest = 0;
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            room.fast_[i] = 0;
+            if (asked.size() == now.size() && asked[i] == 0) continue;
+            const double way = norm(now[i] - previous[i]) + skin.motion();
+            if (!(way > options.step && std::isfinite(way))) continue;
+            if (!meets(skin.to().box(), previous[i], now[i], skin.motion())) continue;
+            room.fast_[i] = 1;
+            ++result.fast;
+            longest = std::max(longest, way);
+        }
+        if (result.fast == 0) return result;
+
+        std::size_t count = std::min(result.frame.contacts, contacts.size());
+        std::fill(room.contact_.begin(), room.contact_.end(), k_none);
+        for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
+        const double wanted = std::ceil(longest / options.step);
+        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
+        if (wanted > steps) result.frame.status |= k_swept_coarse;
+        for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
+            const double share = static_cast<double>(step) / steps;
+            for (std::size_t b = 0; b < skin.maps_.size(); ++b) {
+                const Affine &from = skin.from_.maps()[b], &to = skin.to_.maps()[b];
+                for (int k = 0; k < 3; ++k)
+                    skin.maps_[b].linear.row[k] = from.linear.row[k] + share * (to.linear.row[k] - from.linear.row[k]);
+                skin.maps_[b].shift = from.shift + share * (to.shift - from.shift);
+            }
+            (void)skin.between_.pose(skin.maps_);
+            for (std::size_t i = 0; i < now.size(); ++i) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
+            const FrameResult found = query_skin(bound, skin.between_, room.at_, options.frame, room, room.swept_, room.fast_);
+            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
+            for (std::size_t f = 0; f < std::min(found.contacts, room.swept_.size()); ++f)
+                if (room.fast_[room.swept_[f].index] == 1) take(room.swept_[f], count, result);
+        }
+        return result;
+    }
+
+    /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
+    void take(SkinContact c, std::size_t& count, SweptResult& result) const noexcept
+    {
+        Affine first, last;
+        if (!skin.from_.carry_forward(c.bound_point, first) || !skin.to_.carry_forward(c.bound_point, last)) return;
+        const Vec3d surface = apply(last, c.bound_point), normal = carried_normal(last, c.bound_normal);
+        const Vec3d start = previous[c.index] - apply(first, c.bound_point), end = now[c.index] - surface;
+        if (!(dot(normalized(start - end), normal) > k_head_on)) return;
+        const double behind = -dot(end, normal);
+        if (!(behind > 0)) return;
+        const std::uint32_t own = room.contact_[c.index];
+        if (own != k_none && dot(contacts[own].normal, normal) > 0) return;
+        c.normal = normal;
+        c.depth = behind;
+        c.point = now[c.index] + behind * normal;
+        room.fast_[c.index] = 2;  // the first crossing counts
+        ++result.caught;
+        if (own != k_none) {
+            contacts[own] = c;
+            return;
+        }
+        ++result.frame.contacts;
+        if (count < contacts.size())
+            contacts[count++] = c;
+        else
+            result.frame.status |= k_frame_full;
+    }
+};
+
+SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
+                             std::span<const Vec3d> now, const SweptOptions& options, SkinRoom& room,
+                             std::span<SkinContact> contacts, std::span<const std::uint8_t> asked) noexcept
+{
+    return SkinSweep{bound, skin, previous, now, options, room, contacts, asked}.run();
+}
+
+}  // namespace sqmap::query
