@@ -306,7 +306,7 @@ hand.onAim = (target, held) => {
 /// Asked for, also where nothing has changed.
 hand.onAsk = () => {
   const f = lastFrame, name = f && f.contacts > 0 ? touchedName(f) : '';
-  voice.say(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);
+  voice.answer(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);
 };
 hand.onKeyTouch = (text) => { announce(text); if (mode === 'touch') sliders.forEach((s) => s.set()); };
 

@@ -99,6 +99,7 @@ export class Rumble {
 export class Voice {
   private pending = 0;
   private said = '';
+  private heardBy = 0;
   on = false;
   onSay: (text: string) => void = () => {};
 
@@ -107,10 +108,16 @@ export class Voice {
     clearTimeout(this.pending);
     this.said = name;
     if (!name) return;
-    this.pending = window.setTimeout(() => this.say(name), 250);
+    this.pending = window.setTimeout(() => this.say(name), Math.max(250, this.heardBy - performance.now()));
   }
 
-  say(text: string): void {
+  /// An answer to a question: nothing that is touched meanwhile cuts it short.
+  answer(text: string): void {
+    clearTimeout(this.pending);
+    this.heardBy = performance.now() + 2000;
+    this.say(text);
+  }
+  private say(text: string): void {
     this.onSay(text);
     if (!this.on || !('speechSynthesis' in window)) return;
     speechSynthesis.cancel();
