@@ -26,6 +26,8 @@ namespace {
 constexpr std::int64_t k_second = 1'000'000'000;
 constexpr std::int64_t k_heartbeat = 20'000'000;  // ns that a heartbeat may be old
 constexpr std::int64_t k_watch = 5'000'000;       // ns between two looks at it
+constexpr std::int64_t k_settle = 200'000'000;    // ns that a process which ends waits for its servos, at most
+constexpr std::int64_t k_look = 500'000;          // ns between two looks whether they have settled
 constexpr std::size_t k_most_servos = 8;
 
 std::int64_t clock_ns(clockid_t clock) noexcept
@@ -83,6 +85,7 @@ struct Servo::Work {
     void halt() noexcept;
     void loop() noexcept;
     void watch() noexcept;
+    static void halt_all() noexcept;
     static void leave_by_signal(int signal) noexcept;
 
     Device& device;
@@ -98,6 +101,7 @@ struct Servo::Work {
 
     // Between threads.
     static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
+    std::atomic<bool> settled{false};  // the servo has seen that it is halted, and zeroed the device after its last write
     std::atomic<bool> quit{false}, halted{false}, stopped{false}, resumed{false}, restarted{false}, held{false};
     std::atomic<std::int64_t> heartbeat{0};
     std::atomic<std::uint64_t> ticks{0}, late{0}, missed{0}, overruns{0}, degraded{0}, watchdog{0}, dropped{0};
@@ -145,17 +149,30 @@ void Servo::Work::halt() noexcept
     device.zero();
 }
 
+/// Zeroes every device and waits until every servo has seen it: one that lost its core on the way to its device may still write.
+/// One whose tick does not come back, or that calls this itself, is not waited for longer than k_settle.
+void Servo::Work::halt_all() noexcept
+{
+    const auto each = [](auto&& f) {
+        for (Entry& e : g_servos)
+            if (void* work = e.work.load()) f(*static_cast<Work*>(work));
+    };
+    each([](Work& work) { work.halt(); });
+    for (const std::int64_t end = steady_ns() + k_settle; steady_ns() < end;) {
+        bool settled = true;
+        each([&](const Work& work) { settled = settled && work.settled; });
+        if (settled) break;
+        sleep_until(steady_ns() + k_look);
+    }
+    each([](Work& work) { work.halt(); });
+}
+
 void Servo::Work::start()
 {
-    using Halt = void (*)() noexcept;
-    static constexpr Halt k_halt_all = []() noexcept {
-        for (Entry& e : g_servos)
-            if (void* work = e.work.load()) static_cast<Work*>(work)->halt();
-    };
     std::call_once(g_handlers, [] {
-        std::atexit([] { k_halt_all(); });
+        std::atexit([] { halt_all(); });
         g_terminate = std::set_terminate([] {
-            k_halt_all();
+            halt_all();
             if (g_terminate != nullptr) g_terminate();
             std::abort();
         });
@@ -244,7 +261,10 @@ void Servo::Work::loop() noexcept
             device.zero();
         }
         if (!device.write({now.sent.data(), zones})) now.connected = false;
-        if (halted || stopped) device.zero();
+        if (halted || stopped) {
+            device.zero();
+            if (halted) settled = true;
+        }
 
         const std::int64_t done = steady_ns();
         now.cpu = seconds(clock_ns(CLOCK_THREAD_CPUTIME_ID) - cpu);
@@ -283,14 +303,10 @@ void Servo::Work::watch() noexcept
     }
 }
 
-/// Zeroes every device, waits until every servo has seen it, and lets the signal do what it did before there was a servo.
+/// Zeroes every device and lets the signal do what it did before there was a servo.
 void Servo::Work::leave_by_signal(int signal) noexcept
 {
-    for (int pass = 0; pass < 2; ++pass) {
-        if (pass == 1) sleep_until(steady_ns() + k_watch);
-        for (Entry& e : g_servos)
-            if (void* work = e.work.load()) static_cast<Work*>(work)->halt();
-    }
+    halt_all();
     if (!g_caught.exchange(false)) return;
     sigaction(SIGINT, &g_before_int, nullptr);
     sigaction(SIGTERM, &g_before_term, nullptr);
