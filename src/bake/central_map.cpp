@@ -28,15 +28,6 @@ struct RaySample {
     std::array<double, 16> w{};
 };
 
-std::uint16_t code_of_deviation(double e, double w_step)
-{
-    for (std::uint32_t code = 0; code < 256; ++code) {
-        const double value = std::ldexp((8.0 + (code & 7u)) * 0.03125 * w_step, static_cast<int>(code >> 3));
-        if (value >= e) return static_cast<std::uint16_t>(code);
-    }
-    return 0xffff;
-}
-
 [[noreturn]] void too_large(const char* what)
 {
     throw mesh::RefusedMesh(
@@ -88,6 +79,12 @@ public:
     }
 
 private:
+    /// A triangle as rays from the centre meet it.
+    struct Sides {
+        Vec3d normal[3];  ///< of the planes through the centre and an edge
+        double tiny, volume;
+    };
+
     bool buried(std::uint32_t triangle) const { return (context_.flags[triangle] & model::k_buried) != 0; }
 
     /// Keeps the side of a convex polygon where value(corner) >= 0.
@@ -110,6 +107,7 @@ private:
     {
         const std::size_t n = context_.mesh.vertices.size();
         x_.resize(n);
+        place_of_.resize(context_.mesh.triangles.size());
         for (std::size_t i = 0; i < n; ++i) x_[i] = rows_ * (context_.mesh.vertices[i] - centre_);
         std::vector<Vec3d> polygon;
         for (std::uint32_t t = 0; t < context_.mesh.triangles.size(); ++t) {
@@ -127,8 +125,22 @@ private:
                 if (least < lo) cut(polygon, [&](Vec3d p) { return domain_coordinate(p, k) - lo; });
                 if (most > hi) cut(polygon, [&](Vec3d p) { return hi - domain_coordinate(p, k); });
             }
-            if (!polygon.empty()) spread(t, polygon);
+            if (polygon.empty()) continue;
+            place_of_[t] = static_cast<std::uint32_t>(sides_.size());
+            sides_.push_back(sides_of(tri));
+            spread(t, polygon);
         }
+    }
+
+    Sides sides_of(const mesh::Triangle& tri) const
+    {
+        const Vec3d a = x_[tri[0]], b = x_[tri[1]], c = x_[tri[2]];
+        // The same for both triangles of an edge.
+        const auto edge = [](std::uint32_t i, std::uint32_t j, Vec3d e, Vec3d f) { return i < j ? cross(e, f) : -cross(f, e); };
+        const double size = std::sqrt(std::max({norm_sq(a), norm_sq(b), norm_sq(c)}));
+        return {{edge(tri[1], tri[2], b, c), edge(tri[2], tri[0], c, a), edge(tri[0], tri[1], a, b)},
+                1e-14 * size * size,
+                dot(a, cross(b, c))};
     }
 
     void spread(std::uint32_t t, const std::vector<Vec3d>& whole)
@@ -168,6 +180,9 @@ private:
         out_.w_min = static_cast<float>(0.9 * lo);
         out_.w_step = static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0);
         // d rho = dw / w^2, largest where w is least, in the longest axis.
+        for (std::uint32_t code = 0; code < deviations_.size(); ++code)
+            deviations_[code] =
+                std::ldexp((8.0 + (code & 7u)) * 0.03125 * static_cast<double>(out_.w_step), static_cast<int>(code >> 3));
         out_.quantisation = 0.5 * out_.w_step / (lo * lo) * std::max({sq_.a.x, sq_.a.y, sq_.a.z});
     }
 
@@ -216,17 +231,12 @@ private:
         std::array<std::pair<double, int>, 64> hits;
         std::size_t count = 0;
         for (const Polygon& p : polys) {
-            const mesh::Triangle& tri = context_.mesh.triangles[p.triangle];
-            const Vec3d a = x_[tri[0]], b = x_[tri[1]], c = x_[tri[2]];
-            const auto edge = [&](std::uint32_t i, std::uint32_t j, Vec3d e, Vec3d f) {
-                return i < j ? dot(cross(e, f), q) : -dot(cross(f, e), q);
-            };
-            const double u = edge(tri[1], tri[2], b, c), v = edge(tri[2], tri[0], c, a), w = edge(tri[0], tri[1], a, b);
-            const double size = std::sqrt(std::max({norm_sq(a), norm_sq(b), norm_sq(c)}));
-            const double tiny = 1e-14 * size * size;
+            const Sides& sides = sides_[place_of_[p.triangle]];
+            const double u = dot(sides.normal[0], q), v = dot(sides.normal[1], q), w = dot(sides.normal[2], q);
+            const double tiny = sides.tiny, volume = sides.volume;
             if ((u > tiny || v > tiny || w > tiny) && (u < -tiny || v < -tiny || w < -tiny)) continue;
             if (std::abs(u) <= tiny || std::abs(v) <= tiny || std::abs(w) <= tiny) return false;
-            const double volume = dot(a, cross(b, c)), along = u + v + w;
+            const double along = u + v + w;
             if (!((along > 0) == (volume > 0)) || volume == 0) continue;
             if (count == hits.size()) return false;
             hits[count++] = {along / volume, along > 0 ? 1 : -1};  // w = 1/rho since q has largest coordinate 1
@@ -384,9 +394,10 @@ private:
         for (int j = 0; j < sheets; ++j) {
             // The runtime evaluates in float: a few parts in 10^7 of w on top.
             const double largest = std::max(std::max(c[j][0], c[j][1]), std::max(c[j][2], c[j][3]));
-            out.code[j] = code_of_deviation(e[j] + 3e-6 * largest, static_cast<double>(out_.w_step));
-            if (out.code[j] > 255) return out;
-            e[j] = std::ldexp((8.0 + (out.code[j] & 7u)) * 0.03125 * static_cast<double>(out_.w_step), out.code[j] >> 3);
+            const auto at_least = std::lower_bound(deviations_.begin(), deviations_.end(), e[j] + 3e-6 * largest);
+            if (at_least == deviations_.end()) return out;
+            out.code[j] = static_cast<std::uint16_t>(at_least - deviations_.begin());
+            e[j] = *at_least;
             const double w = 0.25 * (c[j][0] + c[j][1] + c[j][2] + c[j][3]);
             const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size,
                          wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
@@ -929,7 +940,10 @@ private:
     Mat3d rows_;
     std::vector<std::uint8_t> own_;  ///< #triangles
     std::vector<Vec3d> x_;
+    std::vector<Sides> sides_;             ///< of triangles in the domain
+    std::vector<std::uint32_t> place_of_;  ///< #triangles, in sides_
     std::vector<Polygon> polygons_[model::k_faces];
+    std::array<double, 256> deviations_{};  ///< that codes stand for
     std::vector<Vec3d> scratch_;
     std::size_t cells_left_ = 0;  ///< base cells not baked yet
 };

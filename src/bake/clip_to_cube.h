@@ -20,6 +20,9 @@ inline ClippedTriangle clip_to_cube(const std::array<Vec3d, 3>& triangle, double
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0}) {
             const auto room = [&](Vec3d p) { return half - sign * p[axis]; };
+            bool whole = true;
+            for (int i = 0; i < piece.count; ++i) whole = whole && room(piece.corners[i]) >= 0;
+            if (whole) continue;
             ClippedTriangle next;
             for (int i = 0; i < piece.count; ++i) {
                 const Vec3d a = piece.corners[i], b = piece.corners[(i + 1) % piece.count];

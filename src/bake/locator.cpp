@@ -417,13 +417,11 @@ private:
             place = bake_place(centre, side);
             return true;
         }
-        // Most are too far from it to ask how far the surface is.
         const double half = 0.5 * side;
-        const bool reached =
-            change.reaches_box(centre, half, 0) || change.reaches_box(centre, half, solid_.closest_boundary(centre).distance);
-        if (!reached) return update_parts(place, centre, side, change);
+        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+        if (!change.reaches_box(centre, half, nearest.distance)) return update_parts(place, centre, side, change);
         if (place.eighths.empty()) {
-            place = bake_place(centre, side);
+            place = bake_place(centre, side, nearest);
         } else {
             for (std::size_t e = 0; e < 8; ++e)
                 (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change);
@@ -467,10 +465,15 @@ private:
 
     Place bake_place(Vec3d centre, double side) const
     {
+        return bake_place(centre, side, solid_.closest_boundary(centre));
+    }
+
+    /// nearest: of the boundary, to the centre.
+    Place bake_place(Vec3d centre, double side, const mesh::ClosestPoint& nearest) const
+    {
         Place place;
-        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
         const bool crossed = nearest.distance <= 0.5 * std::sqrt(3.0) * side * 1.0001;
-        const bool inside = solid_.inside(centre);
+        const bool inside = is_inside(centre, nearest);
         if (!crossed && !inside) {
             place.gap = nearest.distance;
             return place;
@@ -527,8 +530,16 @@ private:
         for (std::size_t i = 0; i < offsets.size(); ++i) points[i] = centre + side * offsets[i];
         std::vector<mesh::ClosestPoint> found;
         nearby.closest({points, offsets.size()}, found);
-        for (std::size_t i = 0; i < found.size(); ++i)
-            samples.push_back({points[i], found[i], place.kind == PlaceKind::Inside || is_inside(points[i], found[i]), 0});
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            // No surface is between a point and another that is nearer to it than that.
+            const auto beside = std::find_if(samples.begin(), samples.end(), [&](const Sample& other) {
+                return other.truth.distance > 0 &&
+                       norm(points[i] - other.point) < 0.999 * std::max(found[i].distance, other.truth.distance);
+            });
+            const bool inside = place.kind == PlaceKind::Inside ||
+                                (beside != samples.end() ? beside->inside : is_inside(points[i], found[i]));
+            samples.push_back({points[i], found[i], inside, 0});
+        }
     }
 
     /// The surface within the place: corners and middles of the triangles' pieces. Where planes are near all of it, a point

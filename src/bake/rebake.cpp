@@ -344,7 +344,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
         canonical = canonical_view(mesh, context.frame);
     }
     each_remade([&](std::uint32_t i) {
-        if (kept[i] == 0) finish(context, parts[i], bake_options);
+        if (kept[i] == 0) fit_and_centre(context, parts[i], bake_options);
         make_map(context, before.parts[i], kept[i] != 0, central, parts[i]);
     });
     lap("parts");
