@@ -463,10 +463,7 @@ private:
         return centre + 0.25 * side * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.};
     }
 
-    Place bake_place(Vec3d centre, double side) const
-    {
-        return bake_place(centre, side, solid_.closest_boundary(centre));
-    }
+    Place bake_place(Vec3d centre, double side) const { return bake_place(centre, side, solid_.closest_boundary(centre)); }
 
     /// nearest: of the boundary, to the centre.
     Place bake_place(Vec3d centre, double side, const mesh::ClosestPoint& nearest) const
@@ -536,8 +533,8 @@ private:
                 return other.truth.distance > 0 &&
                        norm(points[i] - other.point) < 0.999 * std::max(found[i].distance, other.truth.distance);
             });
-            const bool inside = place.kind == PlaceKind::Inside ||
-                                (beside != samples.end() ? beside->inside : is_inside(points[i], found[i]));
+            const bool inside =
+                place.kind == PlaceKind::Inside || (beside != samples.end() ? beside->inside : is_inside(points[i], found[i]));
             samples.push_back({points[i], found[i], inside, 0});
         }
     }

@@ -265,8 +265,9 @@ bool keep(const SurfaceContext& context, const Meshes& meshes, const model::Part
 }
 
 /// In the domain that it had, where that still serves.
-void make_map(const SurfaceContext& context, const model::Part& was, bool kept, const CentralOptions& central, PartWork& part)
+void make_map(const SurfaceContext& context, const KnownMap& known, bool kept, const CentralOptions& central, PartWork& part)
 {
+    const model::Part& was = known.part;
     const shape::Superquadricd& sq = part.fit.superquadric;
     const std::vector<Vec3d> corners = corners_of(context.mesh, part);
     const shape::Superquadricd before = shape::cast<double>(model::superquadric_of(was));
@@ -275,7 +276,7 @@ void make_map(const SurfaceContext& context, const model::Part& was, bool kept, 
     CentralOptions same_base = central;
     same_base.least_base = same_base.most_base = was.base;
     part.map = bake_central_map(context, sq, part.centre, stays ? domain_of(was) : chart_domain(sq, part.centre, corners),
-                                part.triangles, same_base);
+                                part.triangles, same_base, stays ? &known : nullptr);
 }
 
 }  // namespace
@@ -345,7 +346,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     }
     each_remade([&](std::uint32_t i) {
         if (kept[i] == 0) fit_and_centre(context, parts[i], bake_options);
-        make_map(context, before.parts[i], kept[i] != 0, central, parts[i]);
+        make_map(context, {before, before.parts[i], meshes.before, changed}, kept[i] != 0, central, parts[i]);
     });
     lap("parts");
 
