@@ -225,8 +225,12 @@ public:
                 Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
                 if (chosen[i * k_places + static_cast<std::size_t>(k)] == 0) continue;
                 const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
-                for (std::size_t e = 0; e < 8; ++e)
-                    place.eighths.push_back(bake_place(eighth_centre(centre, grid_.cell, e), 0.5 * grid_.cell));
+                mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+                for (std::size_t e = 0; e < 8; ++e) {
+                    const Vec3d p = eighth_centre(centre, grid_.cell, e);
+                    nearest = closest_from(nearest.point, p);
+                    place.eighths.push_back(bake_place(p, 0.5 * grid_.cell, nearest));
+                }
             }
         });
         pack();
@@ -380,15 +384,17 @@ private:
         };
         if (fresh) return anew();
         if (brick.kind == Brick::Kind::Free) return reaches_free(brick.places.front(), centre, change) ? anew() : 0;
-        const bool reached = change.reaches_box(centre, 0.5 * side, solid_.closest_boundary(centre).distance);
+        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+        const bool reached = change.reaches_box(centre, 0.5 * side, nearest.distance);
         if (brick.kind == Brick::Kind::Deep) {
             if (reached) return anew();
             return update_parts(brick.places.front(), centre, side, change) ? 1 : 0;
         }
         std::uint64_t bits = 0;
+        Vec3d close = nearest.point;
         for (int k = 0; k < k_places; ++k) {
             Place& place = brick.places[static_cast<std::size_t>(k)];
-            const bool here = reached ? update_place(place, cell_centre(corner, k), grid_.cell, change)
+            const bool here = reached ? update_place(place, cell_centre(corner, k), grid_.cell, change, close)
                                       : update_parts(place, cell_centre(corner, k), grid_.cell, change);
             if (here) bits |= std::uint64_t{1} << k;
         }
@@ -409,8 +415,8 @@ private:
         return levels == 0;
     }
 
-    /// Whether the nearest surface may be another.
-    bool update_place(Place& place, Vec3d centre, double side, const Change& change) const
+    /// Whether the nearest surface may be another. close: some point of the boundary; the nearest one, where that was looked for.
+    bool update_place(Place& place, Vec3d centre, double side, const Change& change, Vec3d& close) const
     {
         if (place.kind == PlaceKind::Free) {
             if (!reaches_free(place, centre, change)) return false;
@@ -418,13 +424,15 @@ private:
             return true;
         }
         const double half = 0.5 * side;
-        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+        if (!change.reaches_box(centre, half, norm(close - centre))) return update_parts(place, centre, side, change);
+        const mesh::ClosestPoint nearest = closest_from(close, centre);
+        close = nearest.point;
         if (!change.reaches_box(centre, half, nearest.distance)) return update_parts(place, centre, side, change);
         if (place.eighths.empty()) {
             place = bake_place(centre, side, nearest);
         } else {
             for (std::size_t e = 0; e < 8; ++e)
-                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change);
+                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change, close);
         }
         return true;
     }
@@ -456,6 +464,12 @@ private:
             break;
         }
         return false;
+    }
+
+    /// Of the boundary, to p; with another point of it known, so that no more than a ball is searched.
+    mesh::ClosestPoint closest_from(Vec3d known, Vec3d p) const
+    {
+        return solid_.closest_boundary(p, 1.000001 * norm(known - p) + 1e-12);
     }
 
     Vec3d eighth_centre(Vec3d centre, double side, std::size_t e) const
