@@ -542,13 +542,7 @@ private:
         std::vector<mesh::ClosestPoint> found;
         nearby.closest({points, offsets.size()}, found);
         for (std::size_t i = 0; i < found.size(); ++i) {
-            // No surface is between a point and another that is nearer to it than that.
-            const auto beside = std::find_if(samples.begin(), samples.end(), [&](const Sample& other) {
-                return other.truth.distance > 0 &&
-                       norm(points[i] - other.point) < 0.999 * std::max(found[i].distance, other.truth.distance);
-            });
-            const bool inside =
-                place.kind == PlaceKind::Inside || (beside != samples.end() ? beside->inside : is_inside(points[i], found[i]));
+            const bool inside = place.kind == PlaceKind::Inside || is_inside(points[i], found[i], samples);
             samples.push_back({points[i], found[i], inside, 0});
         }
     }
@@ -572,8 +566,9 @@ private:
         });
     }
 
-    /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
-    bool is_inside(Vec3d p, const mesh::ClosestPoint& nearest) const
+    /// By the side of the nearest triangle where the point is right above its face, which tells; else by another sample that no
+    /// surface can be between, for it is nearer; else by the winding number.
+    bool is_inside(Vec3d p, const mesh::ClosestPoint& nearest, std::span<const Sample> samples = {}) const
     {
         const mesh::Triangle& t = solid_.mesh().triangles[nearest.triangle];
         const auto& v = solid_.mesh().vertices;
@@ -585,6 +580,10 @@ private:
         const double corner = 1e-6 * norm_sq(n);
         if (!solid_.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner)
             return height < 0;
+        for (const Sample& other : samples) {
+            const double clear = 0.999 * std::max(nearest.distance, other.truth.distance);
+            if (other.truth.distance > 0 && norm_sq(p - other.point) < clear * clear) return other.inside;
+        }
         return solid_.inside(p);
     }
 
