@@ -24,12 +24,13 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     double pull = 0.1;
     for (int step = 0; step < 100; ++step, pull *= 0.96) {
         Vec3d farthest = points.front();
-        double radius = 0;
+        double radius_sq = 0;
         for (const Vec3d& p : points)
-            if (const double d = norm(p - centre); d > radius) {
-                radius = d;
+            if (const double d_sq = norm_sq(p - centre); d_sq > radius_sq) {
+                radius_sq = d_sq;
                 farthest = p;
             }
+        const double radius = std::sqrt(radius_sq);
         if (radius < best) {
             best = radius;
             best_centre = centre;
@@ -82,9 +83,13 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
         area += mesh::triangle_area(mesh, t);
     }
     std::sort(vertices.begin(), vertices.end());
-    p.vertex_count = static_cast<std::uint32_t>(std::unique(vertices.begin(), vertices.end()) - vertices.begin());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    p.vertex_count = static_cast<std::uint32_t>(vertices.size());
     p.area = static_cast<float>(area);
-    bounding_sphere(corners_of(mesh, work), p.sphere);
+    std::vector<Vec3d> points;
+    for (const std::uint32_t v : vertices) points.push_back(mesh.vertices[v]);
+    for (const CapTriangle& t : work.caps) points.insert(points.end(), t.begin(), t.end());
+    bounding_sphere(points, p.sphere);
 
     const CentralMapData& m = work.map;
     p.sample_count = static_cast<std::uint32_t>(m.samples.size());

@@ -28,15 +28,6 @@ struct RaySample {
     std::array<double, 16> w{};
 };
 
-std::uint16_t code_of_deviation(double e, double w_step)
-{
-    for (std::uint32_t code = 0; code < 256; ++code) {
-        const double value = std::ldexp((8.0 + (code & 7u)) * 0.03125 * w_step, static_cast<int>(code >> 3));
-        if (value >= e) return static_cast<std::uint16_t>(code);
-    }
-    return 0xffff;
-}
-
 [[noreturn]] void too_large(const char* what)
 {
     throw mesh::RefusedMesh(
@@ -63,10 +54,19 @@ public:
     }
 
     /// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
-    CentralMapData run()
+    CentralMapData run(const KnownMap* known)
     {
         project();
         choose_range();
+        if (known == nullptr || !follow(*known)) bake_bases();
+        bake_offsets();
+        bake_smoothing();
+        return std::move(out_);
+    }
+
+private:
+    void bake_bases()
+    {
         const CentralMapData blank = out_;
         CentralMapData best;
         std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
@@ -82,12 +82,121 @@ public:
         }
         out_ = std::move(best);
         base_ = out_.base;
-        bake_offsets();
-        bake_smoothing();
-        return std::move(out_);
     }
 
-private:
+    /// Takes over what no changed triangle reaches. False: nothing is, and the map has to be made anew.
+    bool follow(const KnownMap& known)
+    {
+        const model::Part& was = known.part;
+        const float w_min = was.w_min, w_step = was.w_step;
+        if (was.centre_winding != out_.centre_winding || !(0.95 * least_w_ >= static_cast<double>(w_min)) ||
+            !(1.05 * most_w_ <= static_cast<double>(w_min) + 65000.0 * static_cast<double>(w_step)))
+            return false;
+        const CentralMapData blank = out_;
+        set_range(w_min, w_step);
+        out_.base = base_ = was.base;
+        find_changed(known);
+        known_ = &known;
+        const bool done = bake_faces(std::numeric_limits<std::size_t>::max());
+        known_ = nullptr;
+        if (done) return true;
+        out_ = blank;
+        set_range(blank.w_min, blank.w_step);
+        return false;
+    }
+
+    /// Footprints of changed triangles, where they were and where they are.
+    void find_changed(const KnownMap& known)
+    {
+        std::vector<std::uint8_t> is_changed(context_.mesh.triangles.size(), 0);
+        std::vector<Vec3d> polygon;
+        for (const std::uint32_t t : known.changed) {
+            is_changed[t] = 1;
+            polygon.clear();
+            for (const std::uint32_t v : known.mesh.triangles[t]) polygon.push_back(rows_ * (known.mesh.vertices[v] - centre_));
+            if (clip_to_domain(polygon)) spread(t, polygon, changed_);
+        }
+        for (std::size_t face = 0; face < model::k_faces; ++face)
+            for (const Polygon& p : polygons_[face])
+                if (is_changed[p.triangle] != 0) changed_[face].push_back(p);
+    }
+
+    /// Cells with a changed triangle over them or beside them, for neighbours share samples; and those whose triangles are asked
+    /// for these and their blocks.
+    struct Reached {
+        std::vector<std::uint8_t> anew, listed;  ///< #cells of a face
+    };
+
+    Reached reached_cells(int face, double size, int n) const
+    {
+        const auto count = static_cast<std::size_t>(n * n);
+        if (known_ == nullptr) return {std::vector<std::uint8_t>(count, 1), std::vector<std::uint8_t>(count, 1)};
+        Reached reached{std::vector<std::uint8_t>(count, 0), std::vector<std::uint8_t>(count, 0)};
+        const auto mark = [&](std::vector<std::uint8_t>& cells, int row0, int row1, int column0, int column1) {
+            for (int row = std::max(row0, 0); row <= std::min(row1, n - 1); ++row)
+                for (int column = std::max(column0, 0); column <= std::min(column1, n - 1); ++column)
+                    cells[static_cast<std::size_t>(row * n + column)] = 1;
+        };
+        const auto cell = [&](double v) { return static_cast<int>(std::floor((v + 1) / size)); };
+        for (const Polygon& p : changed_[static_cast<std::size_t>(face)]) {
+            double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
+            for (int i = 0; i < p.count; ++i) {
+                const Stw& c = p.corner[static_cast<std::size_t>(i)];
+                lo_s = std::min(lo_s, c.s);
+                hi_s = std::max(hi_s, c.s);
+                lo_t = std::min(lo_t, c.t);
+                hi_t = std::max(hi_t, c.t);
+            }
+            mark(reached.anew, cell(lo_t - k_border) - 1, cell(hi_t + k_border) + 1, cell(lo_s - k_border) - 1,
+                 cell(hi_s + k_border) + 1);
+        }
+        for (int row = 0; row < n; ++row)
+            for (int column = 0; column < n; ++column) {
+                if (reached.anew[static_cast<std::size_t>(row * n + column)] == 0) continue;
+                const int r = row - row % model::k_block, c = column - column % model::k_block;
+                mark(reached.listed, row - 1, row + 1, column - 1, column + 1);
+                mark(reached.listed, r, r + model::k_block - 1, c, c + model::k_block - 1);
+            }
+        return reached;
+    }
+
+    /// A known cell and all that hangs on it. False: there is no room for it.
+    bool keep_cell(std::uint16_t was, std::uint16_t& cell)
+    {
+        const model::ModelData& m = known_->model;
+        const std::uint32_t payload = model::cell_payload(was);
+        cell = was;
+        if (model::cell_kind(was) == CellKind::Split) {
+            const std::size_t record = out_.splits.size();
+            if (record / model::k_split_size >= 0x4000) return false;
+            const std::uint16_t* from = m.splits.data() + model::k_split_size * (known_->part.first_split + std::size_t{payload});
+            out_.splits.insert(out_.splits.end(), from, from + model::k_split_size);
+            for (std::size_t i = model::k_split_cells; i < model::k_split_size; ++i) {
+                std::uint16_t child = 0;
+                if (!keep_cell(from[i], child)) return false;
+                out_.splits[record + i] = child;
+            }
+            cell = make_cell(CellKind::Split, static_cast<std::uint32_t>(record / model::k_split_size));
+        }
+        if (model::cell_kind(was) == CellKind::Layered) {
+            const std::uint16_t* from =
+                m.pool.data() + known_->part.first_pool + m.specials[known_->part.first_special + payload];
+            std::uint16_t special = 0;
+            if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), special)) return false;
+            out_.pool.insert(out_.pool.end(), from, from + model::layered_record_size(*from));
+            cell = make_cell(CellKind::Layered, special);
+        }
+        return true;
+    }
+
+    using Faces = std::array<std::vector<Polygon>, model::k_faces>;
+
+    /// A triangle as rays from the centre meet it.
+    struct Sides {
+        Vec3d normal[3];  ///< of the planes through the centre and an edge
+        double tiny, volume;
+    };
+
     bool buried(std::uint32_t triangle) const { return (context_.flags[triangle] & model::k_buried) != 0; }
 
     /// Keeps the side of a convex polygon where value(corner) >= 0.
@@ -110,28 +219,49 @@ private:
     {
         const std::size_t n = context_.mesh.vertices.size();
         x_.resize(n);
+        place_of_.resize(context_.mesh.triangles.size());
         for (std::size_t i = 0; i < n; ++i) x_[i] = rows_ * (context_.mesh.vertices[i] - centre_);
         std::vector<Vec3d> polygon;
         for (std::uint32_t t = 0; t < context_.mesh.triangles.size(); ++t) {
             const mesh::Triangle& tri = context_.mesh.triangles[t];
             polygon.assign({x_[tri[0]], x_[tri[1]], x_[tri[2]]});
-            for (std::size_t k = 0; k < 9 && !polygon.empty(); ++k) {
-                double least = std::numeric_limits<double>::infinity(), most = -least;
-                for (const Vec3d& p : polygon) {
-                    const double v = domain_coordinate(p, k);
-                    least = std::min(least, v);
-                    most = std::max(most, v);
-                }
-                const double lo = out_.domain.lo[k] - k_border, hi = out_.domain.hi[k] + k_border;
-                if (most < lo || least > hi) polygon.clear();
-                if (least < lo) cut(polygon, [&](Vec3d p) { return domain_coordinate(p, k) - lo; });
-                if (most > hi) cut(polygon, [&](Vec3d p) { return hi - domain_coordinate(p, k); });
-            }
-            if (!polygon.empty()) spread(t, polygon);
+            if (!clip_to_domain(polygon)) continue;
+            place_of_[t] = static_cast<std::uint32_t>(sides_.size());
+            sides_.push_back(sides_of(tri));
+            spread(t, polygon, polygons_);
         }
     }
 
-    void spread(std::uint32_t t, const std::vector<Vec3d>& whole)
+    /// False: nothing is left.
+    bool clip_to_domain(std::vector<Vec3d>& polygon)
+    {
+        for (std::size_t k = 0; k < 9 && !polygon.empty(); ++k) {
+            double least = std::numeric_limits<double>::infinity(), most = -least;
+            for (const Vec3d& p : polygon) {
+                const double v = domain_coordinate(p, k);
+                least = std::min(least, v);
+                most = std::max(most, v);
+            }
+            const double lo = out_.domain.lo[k] - k_border, hi = out_.domain.hi[k] + k_border;
+            if (most < lo || least > hi) polygon.clear();
+            if (least < lo) cut(polygon, [&](Vec3d p) { return domain_coordinate(p, k) - lo; });
+            if (most > hi) cut(polygon, [&](Vec3d p) { return hi - domain_coordinate(p, k); });
+        }
+        return !polygon.empty();
+    }
+
+    Sides sides_of(const mesh::Triangle& tri) const
+    {
+        const Vec3d a = x_[tri[0]], b = x_[tri[1]], c = x_[tri[2]];
+        // The same for both triangles of an edge.
+        const auto edge = [](std::uint32_t i, std::uint32_t j, Vec3d e, Vec3d f) { return i < j ? cross(e, f) : -cross(f, e); };
+        const double size = std::sqrt(std::max({norm_sq(a), norm_sq(b), norm_sq(c)}));
+        return {{edge(tri[1], tri[2], b, c), edge(tri[2], tri[0], c, a), edge(tri[0], tri[1], a, b)},
+                1e-14 * size * size,
+                dot(a, cross(b, c))};
+    }
+
+    void spread(std::uint32_t t, const std::vector<Vec3d>& whole, Faces& to)
     {
         std::vector<Vec3d> polygon;
         for (int face = 0; face < model::k_faces; ++face) {
@@ -150,7 +280,7 @@ private:
             footprint.triangle = t;
             for (const Vec3d& p : polygon)
                 footprint.corner[static_cast<std::size_t>(footprint.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
-            polygons_[face].push_back(footprint);
+            to[static_cast<std::size_t>(face)].push_back(footprint);
         }
     }
 
@@ -164,11 +294,21 @@ private:
                     hi = std::max(hi, p.corner[static_cast<std::size_t>(i)].w);
                 }
         if (!(hi > 0)) lo = hi = 1;
+        least_w_ = lo;
+        most_w_ = hi;
         // Samples a little beyond the chart's domain are kept for interpolation: leave them room.
-        out_.w_min = static_cast<float>(0.9 * lo);
-        out_.w_step = static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0);
+        set_range(static_cast<float>(0.9 * lo), static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0));
+    }
+
+    void set_range(float w_min, float w_step)
+    {
+        out_.w_min = w_min;
+        out_.w_step = w_step;
+        for (std::uint32_t code = 0; code < deviations_.size(); ++code)
+            deviations_[code] =
+                std::ldexp((8.0 + (code & 7u)) * 0.03125 * static_cast<double>(out_.w_step), static_cast<int>(code >> 3));
         // d rho = dw / w^2, largest where w is least, in the longest axis.
-        out_.quantisation = 0.5 * out_.w_step / (lo * lo) * std::max({sq_.a.x, sq_.a.y, sq_.a.z});
+        out_.quantisation = 0.5 * out_.w_step / (least_w_ * least_w_) * std::max({sq_.a.x, sq_.a.y, sq_.a.z});
     }
 
     double decode(std::uint16_t v) const { return static_cast<double>(out_.w_min + out_.w_step * static_cast<float>(v)); }
@@ -216,17 +356,12 @@ private:
         std::array<std::pair<double, int>, 64> hits;
         std::size_t count = 0;
         for (const Polygon& p : polys) {
-            const mesh::Triangle& tri = context_.mesh.triangles[p.triangle];
-            const Vec3d a = x_[tri[0]], b = x_[tri[1]], c = x_[tri[2]];
-            const auto edge = [&](std::uint32_t i, std::uint32_t j, Vec3d e, Vec3d f) {
-                return i < j ? dot(cross(e, f), q) : -dot(cross(f, e), q);
-            };
-            const double u = edge(tri[1], tri[2], b, c), v = edge(tri[2], tri[0], c, a), w = edge(tri[0], tri[1], a, b);
-            const double size = std::sqrt(std::max({norm_sq(a), norm_sq(b), norm_sq(c)}));
-            const double tiny = 1e-14 * size * size;
+            const Sides& sides = sides_[place_of_[p.triangle]];
+            const double u = dot(sides.normal[0], q), v = dot(sides.normal[1], q), w = dot(sides.normal[2], q);
+            const double tiny = sides.tiny, volume = sides.volume;
             if ((u > tiny || v > tiny || w > tiny) && (u < -tiny || v < -tiny || w < -tiny)) continue;
             if (std::abs(u) <= tiny || std::abs(v) <= tiny || std::abs(w) <= tiny) return false;
-            const double volume = dot(a, cross(b, c)), along = u + v + w;
+            const double along = u + v + w;
             if (!((along > 0) == (volume > 0)) || volume == 0) continue;
             if (count == hits.size()) return false;
             hits[count++] = {along / volume, along > 0 ? 1 : -1};  // w = 1/rho since q has largest coordinate 1
@@ -384,9 +519,10 @@ private:
         for (int j = 0; j < sheets; ++j) {
             // The runtime evaluates in float: a few parts in 10^7 of w on top.
             const double largest = std::max(std::max(c[j][0], c[j][1]), std::max(c[j][2], c[j][3]));
-            out.code[j] = code_of_deviation(e[j] + 3e-6 * largest, static_cast<double>(out_.w_step));
-            if (out.code[j] > 255) return out;
-            e[j] = std::ldexp((8.0 + (out.code[j] & 7u)) * 0.03125 * static_cast<double>(out_.w_step), out.code[j] >> 3);
+            const auto at_least = std::lower_bound(deviations_.begin(), deviations_.end(), e[j] + 3e-6 * largest);
+            if (at_least == deviations_.end()) return out;
+            out.code[j] = static_cast<std::uint16_t>(at_least - deviations_.begin());
+            e[j] = *at_least;
             const double w = 0.25 * (c[j][0] + c[j][1] + c[j][2] + c[j][3]);
             const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size,
                          wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
@@ -740,10 +876,21 @@ private:
         cells_left_ = model::k_faces * base_ * base_;
         for (int face = 0; face < model::k_faces; ++face) {
             std::vector<std::vector<Polygon>> bins(static_cast<std::size_t>(n * n));
-            for (const Polygon& p : polygons_[face]) bin(p, size, n, bins);
+            const Reached reached = reached_cells(face, size, n);
+            for (const Polygon& p : polygons_[static_cast<std::size_t>(face)]) bin(p, size, n, reached.listed, bins);
             std::vector<RaySample> rays;
+            const auto is_anew = [&](int row, int column) {
+                return row >= 0 && column >= 0 && row < n && column < n &&
+                       reached.anew[static_cast<std::size_t>(row * n + column)] != 0;
+            };
             for (int row = 0; row <= n; ++row)
                 for (int column = 0; column <= n; ++column) {
+                    if (!is_anew(row, column) && !is_anew(row - 1, column) && !is_anew(row, column - 1) &&
+                        !is_anew(row - 1, column - 1)) {
+                        rays.emplace_back();
+                        out_.samples.push_back(known_->model.samples[known_->part.first_sample + out_.samples.size()]);
+                        continue;
+                    }
                     // All four cells around: a surface that leaves the chart's domain may be listed in one of them only.
                     std::vector<Polygon> polys;
                     for (int q = 0; q < 4; ++q) {
@@ -758,26 +905,35 @@ private:
                     out_.samples.push_back(stored_sample(rays.back()));
                 }
             std::vector<model::Block> pyramid(static_cast<std::size_t>(blocks * blocks), model::Block{0xffff, 0});
+            std::vector<std::uint8_t> block_is_anew(pyramid.size(), 0);
             for (int row = 0; row < n; ++row) {
                 for (int column = 0; column < n; ++column) {
                     const auto& polys = bins[static_cast<std::size_t>(row * n + column)];
                     --cells_left_;
-                    const RaySample* r = rays.data() + row * (n + 1) + column;
-                    const RaySample corner[4] = {r[0], r[1], r[n + 1], r[n + 2]};
-                    out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
-                    model::Block& block =
-                        pyramid[static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block)];
+                    if (is_anew(row, column)) {
+                        const RaySample* r = rays.data() + row * (n + 1) + column;
+                        const RaySample corner[4] = {r[0], r[1], r[n + 1], r[n + 2]};
+                        out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
+                    } else {
+                        std::uint16_t cell = 0;
+                        if (!keep_cell(known_->model.cells[known_->part.first_cell + out_.cells.size()], cell)) return false;
+                        out_.cells.push_back(cell);
+                    }
+                    const auto at = static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block);
+                    if (is_anew(row, column)) block_is_anew[at] = 1;
                     for (const Polygon& p : polys) {
                         if (buried(p.triangle) || own_[p.triangle] == 0) continue;
                         for (int i = 0; i < p.count; ++i) {
-                            block.lo = std::min(block.lo, encode_down(p.corner[static_cast<std::size_t>(i)].w));
-                            block.hi = std::max(block.hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
+                            pyramid[at].lo = std::min(pyramid[at].lo, encode_down(p.corner[static_cast<std::size_t>(i)].w));
+                            pyramid[at].hi = std::max(pyramid[at].hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
                         }
                     }
                 }
                 if (out_.map_bytes() > most_bytes) return false;
             }
-            out_.blocks.insert(out_.blocks.end(), pyramid.begin(), pyramid.end());
+            for (std::size_t i = 0; i < pyramid.size(); ++i)
+                out_.blocks.push_back(
+                    block_is_anew[i] != 0 ? pyramid[i] : known_->model.blocks[known_->part.first_block + out_.blocks.size()]);
         }
         return out_.map_bytes() <= most_bytes;
     }
@@ -895,7 +1051,9 @@ private:
                                                              : std::int8_t{0});
     }
 
-    static void bin(const Polygon& p, double size, int n, std::vector<std::vector<Polygon>>& bins)
+    /// Into the cells that are listed.
+    static void bin(const Polygon& p, double size, int n, const std::vector<std::uint8_t>& listed,
+                    std::vector<std::vector<Polygon>>& bins)
     {
         double lo_t = 2, hi_t = -2;
         for (int i = 0; i < p.count; ++i) {
@@ -904,6 +1062,8 @@ private:
         }
         const auto cell = [&](double v) { return std::clamp(static_cast<int>(std::floor((v + 1) / size)), 0, n - 1); };
         for (int row = cell(lo_t - k_border); row <= cell(hi_t + k_border); ++row) {
+            const auto first = listed.begin() + static_cast<std::ptrdiff_t>(row * n);
+            if (std::find(first, first + n, 1) == first + n) continue;
             Polygon strip = p;
             clip_to_cell(strip, -2, 2, -1 + size * row - k_border, -1 + size * (row + 1) + k_border);
             if (strip.count == 0) continue;
@@ -913,6 +1073,7 @@ private:
                 hi_s = std::max(hi_s, strip.corner[static_cast<std::size_t>(i)].s);
             }
             for (int column = cell(lo_s - k_border); column <= cell(hi_s + k_border); ++column) {
+                if (listed[static_cast<std::size_t>(row * n + column)] == 0) continue;
                 Polygon c = strip;
                 clip_to_cell(c, -1 + size * column - k_border, -1 + size * (column + 1) + k_border, -2, 2);
                 if (c.count > 0) bins[static_cast<std::size_t>(row * n + column)].push_back(c);
@@ -929,7 +1090,12 @@ private:
     Mat3d rows_;
     std::vector<std::uint8_t> own_;  ///< #triangles
     std::vector<Vec3d> x_;
-    std::vector<Polygon> polygons_[model::k_faces];
+    std::vector<Sides> sides_;              ///< of triangles in the domain
+    std::vector<std::uint32_t> place_of_;   ///< #triangles, in sides_
+    Faces polygons_, changed_;              ///< footprints of all triangles; of the known map's changed ones, then and now
+    const KnownMap* known_ = nullptr;       ///< while it is followed
+    double least_w_ = 1, most_w_ = 1;       ///< of all footprints
+    std::array<double, 256> deviations_{};  ///< that codes stand for
     std::vector<Vec3d> scratch_;
     std::size_t cells_left_ = 0;  ///< base cells not baked yet
 };
@@ -938,9 +1104,9 @@ private:
 
 CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric, Vec3f centre,
                                 const ChartDomain& domain, std::span<const std::uint32_t> own_triangles,
-                                const CentralOptions& options)
+                                const CentralOptions& options, const KnownMap* known)
 {
-    return Baker(context, superquadric, centre, domain, own_triangles, options).run();
+    return Baker(context, superquadric, centre, domain, own_triangles, options).run(known);
 }
 
 }  // namespace sqmap::bake

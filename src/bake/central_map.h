@@ -2,7 +2,9 @@
 #pragma once
 
 #include "chart_frame.h"
+#include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
+#include "sqmap/model/model_data.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <cstdint>
@@ -51,10 +53,19 @@ struct CentralMapData {
     }
 };
 
+/// A part's map before some of the mesh moved, in the same chart and domain.
+struct KnownMap {
+    const model::ModelData& model;
+    const model::Part& part;
+    const mesh::Mesh& mesh;                  ///< as it was
+    std::span<const std::uint32_t> changed;  ///< triangles that are elsewhere now
+};
+
 /// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the
-/// solid that is its.
+/// solid that is its. known: cells that no changed triangle reaches are taken from there, where its range of depths still serves.
 [[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric,
                                               Vec3f centre, const ChartDomain& domain,
-                                              std::span<const std::uint32_t> own_triangles, const CentralOptions& options);
+                                              std::span<const std::uint32_t> own_triangles, const CentralOptions& options,
+                                              const KnownMap* known = nullptr);
 
 }  // namespace sqmap::bake

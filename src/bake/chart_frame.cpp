@@ -95,7 +95,7 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
         const Vec3d c = mesh::triangle_centroid(context.mesh, own[i]);
         for (double depth = 0.5 * std::min({sq.a.x, sq.a.y, sq.a.z}); depth > 1e-4; depth *= 0.5) {
             const Vec3d p = c - depth * n;
-            if (context.bvh.closest_point(p).distance > 0.7 * depth) {
+            if (context.bvh.closest_point(p, 0.71 * depth).distance > 0.7 * depth) {
                 candidates.emplace_back(score(p), p);
                 break;
             }
@@ -109,7 +109,7 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
     for (const auto& [value, p] : candidates) {
         const Vec3d rounded = cast<double>(cast<float>(p));
         const bool inside = context.bvh.winding_number(rounded) > 0;
-        const double clearance = context.bvh.closest_point(rounded).distance;
+        const double clearance = context.bvh.closest_point(rounded, 2 * floor).distance;
         if (inside && clearance > floor) return cast<float>(rounded);
         const double rank = inside ? clearance : -1.0;
         if (rank > best_clearance) {

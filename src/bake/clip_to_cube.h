@@ -17,9 +17,16 @@ struct ClippedTriangle {
 inline ClippedTriangle clip_to_cube(const std::array<Vec3d, 3>& triangle, double half)
 {
     ClippedTriangle piece{{triangle[0], triangle[1], triangle[2]}, 3};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double a = triangle[0][axis], b = triangle[1][axis], c = triangle[2][axis];
+        if ((a > half && b > half && c > half) || (a < -half && b < -half && c < -half)) return {{}, 0};
+    }
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0}) {
             const auto room = [&](Vec3d p) { return half - sign * p[axis]; };
+            bool whole = true;
+            for (int i = 0; i < piece.count; ++i) whole = whole && room(piece.corners[i]) >= 0;
+            if (whole) continue;
             ClippedTriangle next;
             for (int i = 0; i < piece.count; ++i) {
                 const Vec3d a = piece.corners[i], b = piece.corners[(i + 1) % piece.count];

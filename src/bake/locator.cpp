@@ -225,8 +225,12 @@ public:
                 Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
                 if (chosen[i * k_places + static_cast<std::size_t>(k)] == 0) continue;
                 const Vec3d centre = cell_centre(brick_corner(i % n[0], i / n[0] % n[1], i / (n[0] * n[1])), k);
-                for (std::size_t e = 0; e < 8; ++e)
-                    place.eighths.push_back(bake_place(eighth_centre(centre, grid_.cell, e), 0.5 * grid_.cell));
+                mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+                for (std::size_t e = 0; e < 8; ++e) {
+                    const Vec3d p = eighth_centre(centre, grid_.cell, e);
+                    nearest = closest_from(nearest.point, p);
+                    place.eighths.push_back(bake_place(p, 0.5 * grid_.cell, nearest));
+                }
             }
         });
         pack();
@@ -380,15 +384,17 @@ private:
         };
         if (fresh) return anew();
         if (brick.kind == Brick::Kind::Free) return reaches_free(brick.places.front(), centre, change) ? anew() : 0;
-        const bool reached = change.reaches_box(centre, 0.5 * side, solid_.closest_boundary(centre).distance);
+        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
+        const bool reached = change.reaches_box(centre, 0.5 * side, nearest.distance);
         if (brick.kind == Brick::Kind::Deep) {
             if (reached) return anew();
             return update_parts(brick.places.front(), centre, side, change) ? 1 : 0;
         }
         std::uint64_t bits = 0;
+        Vec3d close = nearest.point;
         for (int k = 0; k < k_places; ++k) {
             Place& place = brick.places[static_cast<std::size_t>(k)];
-            const bool here = reached ? update_place(place, cell_centre(corner, k), grid_.cell, change)
+            const bool here = reached ? update_place(place, cell_centre(corner, k), grid_.cell, change, close)
                                       : update_parts(place, cell_centre(corner, k), grid_.cell, change);
             if (here) bits |= std::uint64_t{1} << k;
         }
@@ -409,24 +415,24 @@ private:
         return levels == 0;
     }
 
-    /// Whether the nearest surface may be another.
-    bool update_place(Place& place, Vec3d centre, double side, const Change& change) const
+    /// Whether the nearest surface may be another. close: some point of the boundary; the nearest one, where that was looked for.
+    bool update_place(Place& place, Vec3d centre, double side, const Change& change, Vec3d& close) const
     {
         if (place.kind == PlaceKind::Free) {
             if (!reaches_free(place, centre, change)) return false;
             place = bake_place(centre, side);
             return true;
         }
-        // Most are too far from it to ask how far the surface is.
         const double half = 0.5 * side;
-        const bool reached =
-            change.reaches_box(centre, half, 0) || change.reaches_box(centre, half, solid_.closest_boundary(centre).distance);
-        if (!reached) return update_parts(place, centre, side, change);
+        if (!change.reaches_box(centre, half, norm(close - centre))) return update_parts(place, centre, side, change);
+        const mesh::ClosestPoint nearest = closest_from(close, centre);
+        close = nearest.point;
+        if (!change.reaches_box(centre, half, nearest.distance)) return update_parts(place, centre, side, change);
         if (place.eighths.empty()) {
-            place = bake_place(centre, side);
+            place = bake_place(centre, side, nearest);
         } else {
             for (std::size_t e = 0; e < 8; ++e)
-                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change);
+                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change, close);
         }
         return true;
     }
@@ -460,17 +466,25 @@ private:
         return false;
     }
 
+    /// Of the boundary, to p; with another point of it known, so that no more than a ball is searched.
+    mesh::ClosestPoint closest_from(Vec3d known, Vec3d p) const
+    {
+        return solid_.closest_boundary(p, 1.000001 * norm(known - p) + 1e-12);
+    }
+
     Vec3d eighth_centre(Vec3d centre, double side, std::size_t e) const
     {
         return centre + 0.25 * side * Vec3d{e & 1 ? 1. : -1., e & 2 ? 1. : -1., e & 4 ? 1. : -1.};
     }
 
-    Place bake_place(Vec3d centre, double side) const
+    Place bake_place(Vec3d centre, double side) const { return bake_place(centre, side, solid_.closest_boundary(centre)); }
+
+    /// nearest: of the boundary, to the centre.
+    Place bake_place(Vec3d centre, double side, const mesh::ClosestPoint& nearest) const
     {
         Place place;
-        const mesh::ClosestPoint nearest = solid_.closest_boundary(centre);
         const bool crossed = nearest.distance <= 0.5 * std::sqrt(3.0) * side * 1.0001;
-        const bool inside = solid_.inside(centre);
+        const bool inside = is_inside(centre, nearest);
         if (!crossed && !inside) {
             place.gap = nearest.distance;
             return place;
@@ -527,8 +541,10 @@ private:
         for (std::size_t i = 0; i < offsets.size(); ++i) points[i] = centre + side * offsets[i];
         std::vector<mesh::ClosestPoint> found;
         nearby.closest({points, offsets.size()}, found);
-        for (std::size_t i = 0; i < found.size(); ++i)
-            samples.push_back({points[i], found[i], place.kind == PlaceKind::Inside || is_inside(points[i], found[i]), 0});
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const bool inside = place.kind == PlaceKind::Inside || is_inside(points[i], found[i], samples);
+            samples.push_back({points[i], found[i], inside, 0});
+        }
     }
 
     /// The surface within the place: corners and middles of the triangles' pieces. Where planes are near all of it, a point
@@ -550,8 +566,9 @@ private:
         });
     }
 
-    /// By the side of the nearest triangle where the point is right above its face, which tells; else by the winding number.
-    bool is_inside(Vec3d p, const mesh::ClosestPoint& nearest) const
+    /// By the side of the nearest triangle where the point is right above its face, which tells; else by another sample that no
+    /// surface can be between, for it is nearer; else by the winding number.
+    bool is_inside(Vec3d p, const mesh::ClosestPoint& nearest, std::span<const Sample> samples = {}) const
     {
         const mesh::Triangle& t = solid_.mesh().triangles[nearest.triangle];
         const auto& v = solid_.mesh().vertices;
@@ -563,6 +580,10 @@ private:
         const double corner = 1e-6 * norm_sq(n);
         if (!solid_.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner)
             return height < 0;
+        for (const Sample& other : samples) {
+            const double clear = 0.999 * std::max(nearest.distance, other.truth.distance);
+            if (other.truth.distance > 0 && norm_sq(p - other.point) < clear * clear) return other.inside;
+        }
         return solid_.inside(p);
     }
 

@@ -51,18 +51,23 @@ double near_budget(const model::ModelData& data, double target_error)
 
 /// A brick's record before it is packed: see model::NearRecord.
 struct Record {
+    static constexpr std::uint32_t k_no_place = 0xffffffffu;
+
     std::uint64_t occupied = 0;
     std::vector<std::uint32_t> starts{0}, triangles, refs;
     std::span<const std::uint16_t> packed{};  ///< or as it was before an update
 
-    void add(const std::vector<std::uint32_t>& near)
+    /// place_of: #triangles, of those that are in it already; k_no_place for others.
+    void add(const std::vector<std::uint32_t>& near, std::vector<std::uint32_t>& place_of)
     {
         // Where a brick's lists are too long, the rest of its places tries all of the brick's triangles.
         const bool room = refs.size() + near.size() <= 0xffff;
         for (const std::uint32_t t : near) {
-            const auto at = std::find(triangles.begin(), triangles.end(), t);
-            if (room) refs.push_back(static_cast<std::uint32_t>(at - triangles.begin()));
-            if (at == triangles.end()) triangles.push_back(t);
+            if (place_of[t] == k_no_place) {
+                place_of[t] = static_cast<std::uint32_t>(triangles.size());
+                triangles.push_back(t);
+            }
+            if (room) refs.push_back(place_of[t]);
         }
         starts.push_back(static_cast<std::uint32_t>(refs.size()));
     }
@@ -228,17 +233,18 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             no_lists = r.starts[std::popcount(r.occupied)] == 0;
             no_triangles = r.triangles == 0;
         }
+        std::vector<std::uint32_t> place_of(data.triangle_part.size(), Record::k_no_place);
         for (std::size_t i = 0, fresh = 0; i < places.size(); ++i) {
             if ((reached >> numbers[i] & 1u) == 0) {
                 const model::NearList list = model::near_list(*before, was, numbers[i]);
                 kept.clear();
                 for (std::uint32_t j = 0; j < list.count; ++j) kept.push_back(list[j]);
-                record.add(kept);
+                record.add(kept, place_of);
                 continue;
             }
             const std::vector<std::uint32_t>& near = lists[fresh];
             set_rises(rise, data, places[i], centres[fresh], slack * half, near);
-            record.add(near);
+            record.add(near, place_of);
             ++fresh;
         }
         if (no_lists) record.drop_lists(wide);

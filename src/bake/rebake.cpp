@@ -6,6 +6,7 @@
 #include "near_lists.h"
 #include "parallel.h"
 #include "refine.h"
+#include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
@@ -174,17 +175,66 @@ bool enlarge(const mesh::Mesh& mesh, PartWork& part)
     return part.fit.certificate.largest_f <= 1 - fit::float_margin(part.fit.superquadric);
 }
 
-/// How far a part's surface has gone, by its triangles' mean.
-Vec3d mean_motion(const Meshes& meshes, const PartWork& part)
+/// A turn about a point that comes to lie elsewhere.
+struct Motion {
+    Mat3d turn{};
+    Vec3d from, to;
+
+    Vec3d operator()(Vec3d p) const { return to + turn * (p - from); }
+};
+
+/// How a part's surface has moved, were it rigid: the least squares of its triangles' middles, by Gauss and Newton.
+Motion rigid_motion(const Meshes& meshes, const PartWork& part)
 {
-    Vec3d sum{};
+    struct Middle {
+        Vec3d before, now;
+        double area;
+    };
+    std::vector<Middle> middles;
+    Motion motion;
     double area = 0;
     for (const std::uint32_t t : part.triangles) {
-        const double own = mesh::triangle_area(meshes.now, t);
-        sum += own * (mesh::triangle_centroid(meshes.now, t) - mesh::triangle_centroid(meshes.before, t));
-        area += own;
+        const Middle m{mesh::triangle_centroid(meshes.before, t), mesh::triangle_centroid(meshes.now, t),
+                       mesh::triangle_area(meshes.now, t)};
+        middles.push_back(m);
+        motion.from += m.area * m.before;
+        motion.to += m.area * m.now;
+        area += m.area;
     }
-    return area > 0 ? sum / area : Vec3d{};
+    if (!(area > 0)) return {};
+    motion.from = motion.from / area;
+    motion.to = motion.to / area;
+    for (int step = 0; step < 10; ++step) {
+        // |d - w x r| is to be least, r turned already: sum (r r 1 - r r^T) w = sum r x d.
+        Mat3d m{{{}, {}, {}}};
+        Vec3d sum{};
+        double trace = 0;
+        for (const Middle& middle : middles) {
+            const Vec3d r = motion.turn * (middle.before - motion.from);
+            sum += middle.area * cross(r, middle.now - motion.to);
+            for (int i = 0; i < 3; ++i) {
+                m.row[i] += -(middle.area * r[i]) * r;
+                m.row[i][i] += middle.area * norm_sq(r);
+            }
+            trace += 2 * middle.area * norm_sq(r);
+        }
+        for (int i = 0; i < 3; ++i) m.row[i][i] += 1e-9 * trace;  // what lies on a line may turn about it
+        const Vec3d c[3] = {cross(m.row[1], m.row[2]), cross(m.row[2], m.row[0]), cross(m.row[0], m.row[1])};
+        const double determinant = dot(m.row[0], c[0]);
+        if (!(determinant > 0)) break;
+        const Vec3d by = (sum.x * c[0] + sum.y * c[1] + sum.z * c[2]) / determinant;
+        motion.turn = orthonormal(rotation_by(by) * motion.turn);
+        if (norm(by) < 1e-9) break;
+    }
+    return motion;
+}
+
+shape::Superquadricd moved_by(const Motion& motion, shape::Superquadricd sq)
+{
+    const Mat3d rotation = sq.rotation * transpose(motion.turn);
+    for (int i = 0; i < 3; ++i) sq.rotation.row[i] = cast<double>(cast<float>(rotation.row[i]));
+    sq.translation = cast<double>(cast<float>(motion(sq.translation)));
+    return sq;
 }
 
 /// Superquadric and centre of a part as they were, or the superquadric moved with its part, where they still serve. False: it has
@@ -198,11 +248,11 @@ bool keep(const SurfaceContext& context, const Meshes& meshes, const model::Part
     part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
     part.centre = model::vec3(was.chart_centre);
     if (!enlarge(mesh, part)) {
-        shape::Superquadricd& moved = part.fit.superquadric;
-        moved = shape::cast<double>(model::superquadric_of(was));
-        moved.translation = cast<double>(cast<float>(moved.translation + mean_motion(meshes, part)));
-        part.fit.certificate = certify_part(mesh, part, moved);
+        const Motion motion = rigid_motion(meshes, part);
+        part.fit.superquadric = moved_by(motion, shape::cast<double>(model::superquadric_of(was)));
+        part.fit.certificate = certify_part(mesh, part, part.fit.superquadric);
         if (!enlarge(mesh, part)) return false;
+        part.centre = cast<float>(motion(cast<double>(part.centre)));
     }
     part.fit.certificate.bounding = true;
     // A centre that the surface has come near or passed would see it badly.
@@ -215,16 +265,18 @@ bool keep(const SurfaceContext& context, const Meshes& meshes, const model::Part
 }
 
 /// In the domain that it had, where that still serves.
-void make_map(const SurfaceContext& context, const model::Part& was, bool kept, const CentralOptions& central, PartWork& part)
+void make_map(const SurfaceContext& context, const KnownMap& known, bool kept, const CentralOptions& central, PartWork& part)
 {
+    const model::Part& was = known.part;
     const shape::Superquadricd& sq = part.fit.superquadric;
     const std::vector<Vec3d> corners = corners_of(context.mesh, part);
-    const bool stays = kept && sq.a == shape::cast<double>(model::superquadric_of(was)).a &&
+    const shape::Superquadricd before = shape::cast<double>(model::superquadric_of(was));
+    const bool stays = kept && sq.a == before.a && sq.rotation == before.rotation &&
                        part.centre == model::vec3(was.chart_centre) && holds(was, corners);
     CentralOptions same_base = central;
     same_base.least_base = same_base.most_base = was.base;
     part.map = bake_central_map(context, sq, part.centre, stays ? domain_of(was) : chart_domain(sq, part.centre, corners),
-                                part.triangles, same_base);
+                                part.triangles, same_base, stays ? &known : nullptr);
 }
 
 }  // namespace
@@ -293,8 +345,8 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
         canonical = canonical_view(mesh, context.frame);
     }
     each_remade([&](std::uint32_t i) {
-        if (kept[i] == 0) finish(context, parts[i], bake_options);
-        make_map(context, before.parts[i], kept[i] != 0, central, parts[i]);
+        if (kept[i] == 0) fit_and_centre(context, parts[i], bake_options);
+        make_map(context, {before, before.parts[i], meshes.before, changed}, kept[i] != 0, central, parts[i]);
     });
     lap("parts");
 

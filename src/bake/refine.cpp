@@ -124,16 +124,21 @@ fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, con
 
 }  // namespace
 
-void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
+void fit_and_centre(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
 {
-    part.area = 0;
-    for (const std::uint32_t t : part.triangles) part.area += mesh::triangle_area(context.mesh, t);
     part.ordered = part.triangles;
     std::sort(part.ordered.begin(), part.ordered.end(),
               [&](std::uint32_t l, std::uint32_t r) { return context.canonical.triangles[l] < context.canonical.triangles[r]; });
-    part.solid_volume = enclosed_volume(context.mesh, part);
     part.fit = fit_part(context, part, options);
     part.centre = choose_centre(context, part.fit.superquadric, part.ordered);
+}
+
+void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
+{
+    fit_and_centre(context, part, options);
+    part.area = 0;
+    for (const std::uint32_t t : part.triangles) part.area += mesh::triangle_area(context.mesh, t);
+    part.solid_volume = enclosed_volume(context.mesh, part);
     part.q2_share = hidden_share(context, part);
 }
 

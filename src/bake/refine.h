@@ -13,6 +13,9 @@ namespace sqmap::bake {
 /// Everything of a part that has its triangles and caps, but for its map.
 void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options);
 
+/// Superquadric and centre of a part that has its triangles and caps.
+void fit_and_centre(const SurfaceContext& context, PartWork& part, const BakeOptions& options);
+
 /// Whether, and how narrowly, a superquadric holds a part's patch and caps.
 [[nodiscard]] fit::Certificate certify_part(const mesh::Mesh& mesh, const PartWork& part,
                                             const shape::Superquadricd& superquadric);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace sqmap::mesh {
 namespace {
@@ -73,10 +72,20 @@ public:
         std::frexp(largest, &exponent);
         for (const Vec3d& p : mesh.vertices)
             points_.push_back({std::ldexp(p.x, -exponent), std::ldexp(p.y, -exponent), std::ldexp(p.z, -exponent)});
-        order_.resize(mesh.triangles.size());
-        std::iota(order_.begin(), order_.end(), 0u);
         for (const Triangle& t : mesh.triangles) centres_.push_back((points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3.0);
         out_.crossed.assign(mesh.triangles.size(), 0);
+        // What meets one that is asked for meets the box of them all.
+        Box asked{{2, 2, 2}, {-2, -2, -2}};
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            if (!is_asked(t)) continue;
+            const Box box = box_of(corners(t));
+            for (int k = 0; k < 3; ++k) {
+                asked.lo[k] = std::min(asked.lo[k], box.lo[k]);
+                asked.hi[k] = std::max(asked.hi[k], box.hi[k]);
+            }
+        }
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+            if (boxes_meet(box_of(corners(t)), asked)) order_.push_back(t);
     }
 
     SelfIntersections run()
@@ -94,6 +103,16 @@ private:
         std::uint32_t right = 0;             ///< inner: the left child is the next node
         bool asked = false;                  ///< holds one of which pairs are looked for
     };
+
+    struct Box {
+        Vec3d lo, hi;
+    };
+
+    static Box box_of(const Corners& c)
+    {
+        return {{std::min({c.a.x, c.b.x, c.c.x}), std::min({c.a.y, c.b.y, c.c.y}), std::min({c.a.z, c.b.z, c.c.z})},
+                {std::max({c.a.x, c.b.x, c.c.x}), std::max({c.a.y, c.b.y, c.c.y}), std::max({c.a.z, c.b.z, c.c.z})}};
+    }
 
     [[nodiscard]] bool is_asked(std::uint32_t t) const { return among_.empty() || among_[t] != 0; }
 
@@ -134,8 +153,8 @@ private:
         build(middle, last);
     }
 
-    template <class Box>
-    static bool boxes_meet(const Box& a, const Box& b)
+    template <class A, class B>
+    static bool boxes_meet(const A& a, const B& b)
     {
         return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
                b.lo.z <= a.hi.z;
@@ -174,15 +193,8 @@ private:
 
     [[nodiscard]] bool triangles_meet(std::uint32_t s, std::uint32_t t) const
     {
-        struct Box {
-            Vec3d lo, hi;
-        };
         const Corners p = corners(s), q = corners(t);
-        const auto box = [](const Corners& c) {
-            return Box{{std::min({c.a.x, c.b.x, c.c.x}), std::min({c.a.y, c.b.y, c.c.y}), std::min({c.a.z, c.b.z, c.c.z})},
-                       {std::max({c.a.x, c.b.x, c.c.x}), std::max({c.a.y, c.b.y, c.c.y}), std::max({c.a.z, c.b.z, c.c.z})}};
-        };
-        if (!boxes_meet(box(p), box(q))) return false;
+        if (!boxes_meet(box_of(p), box_of(q))) return false;
         // Turn both so that what they share comes first.
         int shared = 0, at_p = 0, at_q = 0, free_p = 0, free_q = 0;
         bool q_is_shared[3] = {false, false, false};

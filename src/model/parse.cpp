@@ -58,10 +58,7 @@ bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int
     const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
     const std::uint16_t* pool = view.pool.data() + part.first_pool;
     if (!within(offset, 1, part.pool_count)) return false;
-    const std::uint32_t sheets = pool[offset] & 7u;
-    if ((pool[offset] & 8u) != 0) return within(offset, 1 + 5 * sheets, part.pool_count);
-    if ((pool[offset] & k_divided) == 0) return within(offset, 3 + 3 * sheets, part.pool_count);
-    return within(offset, 4 + 3 * (sheets + ((pool[offset] >> 5) & 7u)), part.pool_count);
+    return within(offset, layered_record_size(pool[offset]), part.pool_count);
 }
 
 ParseStatus check_part(const Part& part, const ModelView& view)

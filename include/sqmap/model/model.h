@@ -94,6 +94,14 @@ inline constexpr std::uint32_t k_foreign = 0x100;
 /// planes hold, right of it the second ones, counted by header bits 5 to 7.
 inline constexpr std::uint32_t k_divided = 0x10;
 
+/// Values of a layered record in the pool, told from its first.
+constexpr std::uint32_t layered_record_size(std::uint16_t header)
+{
+    const std::uint32_t sheets = header & 7u;
+    if ((header & 8u) != 0) return 1 + 5 * sheets;
+    return (header & k_divided) == 0 ? 3 + 3 * sheets : 4 + 3 * (sheets + ((header >> 5) & 7u));
+}
+
 /// A place on the border of a cell: 64 steps a side, from the corner of least s and t towards greater s and around.
 struct BorderPoint {
     float u, v;  ///< in the cell, from 0 to 1

@@ -192,6 +192,54 @@ TEST(Rebake, EveryPartInTurnAndBackAgain)
     EXPECT_TRUE(same(back.model.vertices, hand.baked.model.vertices));
 }
 
+template <class T>
+bool same_slice(const std::vector<T>& a, std::size_t at_a, const std::vector<T>& b, std::size_t at_b, std::size_t count)
+{
+    return std::memcmp(a.data() + at_a, b.data() + at_b, count * sizeof(T)) == 0;
+}
+
+bool same_map(const model::ModelData& x, const model::Part& a, const model::ModelData& y, const model::Part& b)
+{
+    if (a.cell_count != b.cell_count || a.split_count != b.split_count || a.special_count != b.special_count ||
+        a.pool_count != b.pool_count)
+        return false;
+    return same_slice(x.samples, a.first_sample, y.samples, b.first_sample, a.sample_count) &&
+           same_slice(x.offsets, a.first_sample, y.offsets, b.first_sample, a.sample_count) &&
+           same_slice(x.smoothing, a.first_sample, y.smoothing, b.first_sample, a.sample_count) &&
+           same_slice(x.cells, a.first_cell, y.cells, b.first_cell, a.cell_count) &&
+           same_slice(x.blocks, a.first_block, y.blocks, b.first_block, a.block_count) &&
+           same_slice(x.splits, a.first_split * std::size_t{model::k_split_size}, y.splits,
+                      b.first_split * std::size_t{model::k_split_size}, a.split_count * std::size_t{model::k_split_size}) &&
+           same_slice(x.specials, a.first_special, y.specials, b.first_special, a.special_count) &&
+           same_slice(x.pool, a.first_pool, y.pool, b.first_pool, a.pool_count);
+}
+
+TEST(Rebake, MapsOfNeighboursAreAgainAsBakedWhenAllIsBack)
+{
+    const Hand& hand = Hand::get();
+    const model::ModelData& baked = hand.baked.model;
+    const RebakeOptions options{.fineness = hand.baked.report.fineness};
+    std::size_t followed = 0;
+    for (std::uint32_t moved = 0; moved < baked.parts.size(); ++moved) {
+        const std::vector<Vec3d> vertices = hand.with_moved(moved, 0.02 * hand.r_max * normalized(Vec3d{1, 2, 1}));
+        const RebakeResult there = rebake(baked, vertices, options);
+        const RebakeResult back = rebake(there.model, hand.mesh.vertices, options);
+        for (const std::uint32_t i : there.report.remade) {
+            const model::Part &was = baked.parts[i], &is = there.model.parts[i], &again = back.model.parts[i];
+            // In the same chart, with the same range of depths.
+            if (std::memcmp(was.chart_rows, is.chart_rows, sizeof was.chart_rows) != 0 ||
+                std::memcmp(was.chart_lo, is.chart_lo, sizeof was.chart_lo) != 0 ||
+                std::memcmp(was.translation, is.translation, sizeof was.translation) != 0 || was.w_min != is.w_min ||
+                was.w_step != is.w_step || std::memcmp(was.chart_centre, is.chart_centre, sizeof was.chart_centre) != 0)
+                continue;
+            ++followed;
+            EXPECT_FALSE(same_map(baked, was, there.model, is)) << "part " << i << " with part " << moved;
+            EXPECT_TRUE(same_map(baked, was, back.model, again)) << "part " << i << " with part " << moved;
+        }
+    }
+    EXPECT_GE(followed, baked.parts.size());
+}
+
 TEST(Rebake, WhatLeavesTheGridGetsBricks)
 {
     const Hand& hand = Hand::get();
