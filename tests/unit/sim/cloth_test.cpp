@@ -175,6 +175,23 @@ TEST(Cloth, ClothRidesASolidThatMoves)
     EXPECT_NEAR(mean.y, 0.024 + 0.1 * std::sin(3.0), 0.003);
 }
 
+TEST(Cloth, ASolidThatCatchesUpWithClothFromBehindDoesNotEnterIt)
+{
+    // The cloth rises at 0.5 m/s at most, the plate at 0.7: less than a thickness a step faster.
+    ClothOptions options;
+    options.gravity = {0, 2, 0};
+    Cloth cloth(sheet({{0, 0.1, 0}, 0.5, 0.5, 0, 0, 400}), fabric("cotton"), options);
+    Solid solid = still(plate());
+    std::size_t most = 0;
+    for (int i = 0; i < 120; ++i) {
+        solid.previous = solid.pose;
+        solid.pose.translation.y += 0.7 * k_dt;
+        most = std::max(most, cloth.step(k_dt, {&solid, 1}).contacts);
+        ASSERT_LT(penetration(cloth.positions(), {}, {&solid, 1}, 1).nodes, 1e-4) << "step " << i;
+    }
+    EXPECT_EQ(most, cloth.size());
+}
+
 TEST(Cloth, OverlappingSolidsAreOne)
 {
     // Two plates, the right one overlapping the left: cloth lies flat across the hidden ends of both.
