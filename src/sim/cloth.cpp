@@ -87,8 +87,8 @@ struct Cloth::State {
         int first = 0, count = 0;  ///< of the body's links
         bool sewn = true;
         std::vector<btScalar> gap;  ///< rest lengths at the time of sewing
-        double age = 0;
-        bool carried = true;  ///< the first sewing
+        double age = 0;             ///< negative while it waits for those that are sewn before it
+        bool carried = true;        ///< the first sewing
     };
     struct Pin {
         std::uint32_t node, solid;
@@ -197,8 +197,16 @@ struct Cloth::State {
     {
         btSoftBody::Material* thread = body->appendMaterial();
         thread->m_kLST = 1;
+        // One after the other: panels whose edges are all drawn together at once bulge, and their edges come so near each other
+        // that an arm between them may keep them apart.
+        double before = 0;
         for (const Seam& seam : garment.seams) {
             SeamLinks links;
+            const bool closed = std::all_of(seam.pairs.begin(), seam.pairs.end(), [&](const auto& pair) {
+                return norm(garment.start[pair[0]] - garment.start[pair[1]]) <= fabric.thickness;
+            });
+            links.age = closed ? k_sewing_time : -before;
+            if (seam.sewn && !closed) before += k_sewing_time;
             links.first = body->m_links.size();
             links.sewn = links.carried = seam.sewn;
             for (const auto& pair : seam.pairs)
@@ -216,7 +224,7 @@ struct Cloth::State {
     {
         for (SeamLinks& seam : seams) {
             seam.age += dt;
-            const double share = std::max(0.0, 1 - seam.age / k_sewing_time);
+            const double share = std::clamp(1 - seam.age / k_sewing_time, 0.0, 1.0);
             for (int i = 0; i < seam.count; ++i) {
                 btSoftBody::Link& l = body->m_links[seam.first + i];
                 const btScalar rest = static_cast<btScalar>(share) * seam.gap[static_cast<std::size_t>(i)];

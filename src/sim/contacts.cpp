@@ -85,12 +85,13 @@ bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
     return true;
 }
 
-double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some) noexcept
+double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool still) noexcept
 {
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
-    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none.
+    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none. Where solids move, that
+    // is asked where it is: a thigh that comes up behind it, faster, is not ahead, and would be felt 2 mm deep only.
     constexpr auto k_least_sq = static_cast<float>(k_speed_matters * k_speed_matters);
-    const auto deeper = static_cast<float>(k_deeper * thickness_), thickness = static_cast<float>(thickness_);
+    const auto deeper = static_cast<float>(k_deeper * thickness_), ahead_by = still ? static_cast<float>(thickness_) : 0.f;
     const std::size_t keep_every = kept_ == Kept::All ? 1 : k_sample;
     float longest_sq = 0;
     for (std::size_t first = 0; first < now.size(); first += k_block) {
@@ -109,7 +110,7 @@ double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Ve
             const float sq = way[0][j] * way[0][j] + way[1][j] * way[1][j] + way[2][j] * way[2][j];
             const float held =
                 touched[0][j] * touched[0][j] + touched[1][j] * touched[1][j] + touched[2][j] * touched[2][j] > 0.f ? 1.f : 0.f;
-            const float along = (1.f - held) * (sq > k_least_sq ? thickness : 0.f) / std::sqrt(sq > k_least_sq ? sq : 1.f);
+            const float along = (1.f - held) * (sq > k_least_sq ? ahead_by : 0.f) / std::sqrt(sq > k_least_sq ? sq : 1.f);
             for (int k = 0; k < 3; ++k) ahead[k][j] = along * way[k][j] - deeper * touched[k][j];
             way_sq[j] = sq;
         }
@@ -180,7 +181,7 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
     double longest = 0;
     if (stale_count_ > 0) {
-        longest = place_asked(previous, now, some);
+        longest = place_asked(previous, now, some, still);
         if (some)
             probe_.move(asked_, stale_);
         else

@@ -94,7 +94,7 @@ private:
     DrapeReport report_;
 };
 
-/// Seams that are sewn at first are drawn together over half a second, in which the cloth has no weight.
+/// Seams that are sewn at first are drawn together one after the other, in half a second each, in which the cloth has no weight.
 /// Not copyable, movable. Set-up allocates and may throw; a step allocates only where self_collision is on.
 class Cloth {
 public:

@@ -175,6 +175,23 @@ TEST(Cloth, ClothRidesASolidThatMoves)
     EXPECT_NEAR(mean.y, 0.024 + 0.1 * std::sin(3.0), 0.003);
 }
 
+TEST(Cloth, ASolidThatCatchesUpWithClothFromBehindDoesNotEnterIt)
+{
+    // The cloth rises at 0.5 m/s at most, the plate at 0.7: less than a thickness a step faster.
+    ClothOptions options;
+    options.gravity = {0, 2, 0};
+    Cloth cloth(sheet({{0, 0.1, 0}, 0.5, 0.5, 0, 0, 400}), fabric("cotton"), options);
+    Solid solid = still(plate());
+    std::size_t most = 0;
+    for (int i = 0; i < 120; ++i) {
+        solid.previous = solid.pose;
+        solid.pose.translation.y += 0.7 * k_dt;
+        most = std::max(most, cloth.step(k_dt, {&solid, 1}).contacts);
+        ASSERT_LT(penetration(cloth.positions(), {}, {&solid, 1}, 1).nodes, 1e-4) << "step " << i;
+    }
+    EXPECT_EQ(most, cloth.size());
+}
+
 TEST(Cloth, OverlappingSolidsAreOne)
 {
     // Two plates, the right one overlapping the left: cloth lies flat across the hidden ends of both.
@@ -212,7 +229,10 @@ TEST(Cloth, SeamsCloseAreCutAndSewnAgain)
 {
     Cloth cloth(shirt({.collar = {0, 0, 0}, .gap = 0.05, .vertices = 600}), fabric("cotton"), {.gravity = {0, -1, 0}});
     EXPECT_NEAR(cloth.gap(1), 0.1, 1e-6);
-    for (int i = 0; i < 144; ++i) cloth.step(k_dt, {});
+    for (int i = 0; i < 132; ++i) cloth.step(k_dt, {});
+    EXPECT_LT(cloth.gap(0), 0.003);
+    EXPECT_NEAR(cloth.gap(1), 0.1, 0.01);  // waits its turn
+    for (int i = 0; i < 132; ++i) cloth.step(k_dt, {});
     EXPECT_LT(cloth.gap(0), 0.003);
     EXPECT_LT(cloth.gap(1), 0.003);
     cloth.cut(1);
@@ -225,6 +245,28 @@ TEST(Cloth, SeamsCloseAreCutAndSewnAgain)
     cloth.sew(1);
     for (int i = 0; i < 180; ++i) cloth.step(k_dt, {});
     EXPECT_LT(cloth.gap(1), 0.003);
+}
+
+TEST(Cloth, SleevesCloseRoundTheArmsInThem)
+{
+    // Both seams at once closed them so that their edges stayed on either side of the arms.
+    mesh::CapsuleSolid solid;
+    solid.capsules = {{{-0.7, 0, 0}, {0.7, 0, 0}, 0.043, 0.043}};
+    const test::Parsed arms(mesh::polygonized(solid, 0.02));
+    const Solid body = still(arms);
+    Cloth cloth(shirt({.collar = {0, 0.1, 0},
+                       .chest = 0.52,
+                       .length = 0.62,
+                       .span = 1.0,
+                       .sleeve = 0.24,
+                       .neck = 0.24,
+                       .gap = 0.14,
+                       .vertices = 4000}),
+                fabric("cotton"));
+    for (int i = 0; i < 300; ++i) cloth.step(k_dt, {&body, 1});
+    EXPECT_LT(cloth.gap(0), 0.003);
+    EXPECT_LT(cloth.gap(1), 0.003);
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&body, 1}, 4).interiors, 0.001);
 }
 
 TEST(Cloth, AToolFeelsTheWeightOfWhatItHolds)
