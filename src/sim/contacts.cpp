@@ -85,13 +85,13 @@ bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
     return true;
 }
 
-double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool still) noexcept
+double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool stand) noexcept
 {
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
     // a place that much below it: along the normal it last felt, or ahead on its way where it felt none. Where solids move, that
     // is asked where it is: a thigh that comes up behind it, faster, is not ahead, and would be felt 2 mm deep only.
     constexpr auto k_least_sq = static_cast<float>(k_speed_matters * k_speed_matters);
-    const auto deeper = static_cast<float>(k_deeper * thickness_), ahead_by = still ? static_cast<float>(thickness_) : 0.f;
+    const auto deeper = static_cast<float>(k_deeper * thickness_), ahead_by = stand ? static_cast<float>(thickness_) : 0.f;
     const std::size_t keep_every = kept_ == Kept::All ? 1 : k_sample;
     float longest_sq = 0;
     for (std::size_t first = 0; first < now.size(); first += k_block) {
@@ -173,15 +173,16 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
 {
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
-    bool still = solids.size() == solids_;
-    for (const Solid& s : solids) still = still && stands(s);
+    bool stand = true;
+    for (const Solid& s : solids) stand = stand && stands(s);
+    const bool still = stand && solids.size() == solids_;
     solids_ = solids.size();
     // What was asked within a hair of where it is, of solids that stand still, has its answer.
     const bool some = mark_stale(now, still);
     if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
     double longest = 0;
     if (stale_count_ > 0) {
-        longest = place_asked(previous, now, some, still);
+        longest = place_asked(previous, now, some, stand);
         if (some)
             probe_.move(asked_, stale_);
         else

@@ -56,8 +56,8 @@ public:
 private:
     /// Marks the nodes that have to be asked again; false: every node has. still: no solid moves.
     bool mark_stale(std::span<const Vec3d> now, bool still) noexcept;
-    /// Where the nodes, or the stale ones alone, are asked about. Returns the longest way of one.
-    double place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool still) noexcept;
+    /// Where the nodes, or the stale ones alone, are asked about. stand: no solid moves. Returns the longest way of one.
+    double place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool stand) noexcept;
     /// Sets aside what held the nodes; keeps it for those that are not stale.
     void turn_over(bool some) noexcept;
     void drop_void() noexcept;
