@@ -46,7 +46,7 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
 {
     device::TraceReader reader(arguments.trace);
     const std::size_t zones = reader.header().zones;
-    TouchSetup setup(options, zones, std::filesystem::path(arguments.trace).parent_path());
+    TouchSetup setup(options, zones, std::filesystem::absolute(arguments.trace).parent_path());
     Outcome o;
     device::TraceRow recorded;
     double time = -INFINITY;

@@ -523,7 +523,14 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     };
     const auto choice = [&](const char* name, auto& value, const auto& names, const char* words, const char* type) {
         command.add_option(name, value, words)
-            ->transform(CLI::CheckedTransformer(names, CLI::ignore_case))
+            ->transform(CLI::Validator(
+                [&names, type](std::string& text) {  // by name alone: CLI11's own takes the enumerator's number as well
+                    const auto found = names.find(CLI::detail::to_lower(text));
+                    if (found == names.end()) return "'" + text + "' is none of " + type;
+                    text = std::to_string(static_cast<int>(found->second));
+                    return std::string();
+                },
+                type))
             ->type_name(type)
             ->default_str(name_of(names, value))
             ->group(group);

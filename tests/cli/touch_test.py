@@ -234,6 +234,8 @@ class Touch(unittest.TestCase):
         os.rename("thing.csv", "travelled/thing.csv")
         os.rename("kept.sqmap", "travelled/thing.sqmap")
         self.assertEqual(run("replay", "travelled/thing.csv").returncode, 0)
+        there = subprocess.run([PROGRAM, "replay", "thing.csv"], capture_output=True, text=True, timeout=300, cwd="travelled")
+        self.assertEqual(there.returncode, 0, there.stderr)
 
     def test_objects_stand_where_they_are_put(self):
         self.record("two_objects.csv", "--object", "torus.sqmap@1,0,0", device="press", seconds="1")
@@ -517,6 +519,8 @@ class Touch(unittest.TestCase):
         for arguments in (["touch"], ["replay"], ["devices", "all"],
                           ["touch", "--object", "sphere.sqmap", "--seconds", "0"],
                           ["touch", "--object", "sphere.sqmap", "--friction", "sticky"],
+                          ["touch", "--object", "sphere.sqmap", "--layer", "1"],  # no number of an enumerator
+                          ["touch", "--object", "sphere.sqmap", "--mode", "1"],
                           ["touch", "--object", "sphere.sqmap", "--stiffness", "-1"]):
             self.assertEqual(run(*arguments).returncode, 64, arguments)
 
