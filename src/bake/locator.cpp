@@ -24,7 +24,7 @@ using model::Seed;
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
 // Cells along the longest side of the object's box, for a target error of half a percent. A plane's error grows with the square
 // of the cell.
-constexpr double k_cells_along = 39;
+constexpr double k_cells_along = 40;
 constexpr double k_cells_target = 0.5;
 constexpr double k_least_cells = 20;
 // The maps come first: the locator makes do with larger cells where little of the budget is left, but for this share of it.
