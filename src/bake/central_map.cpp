@@ -139,16 +139,9 @@ private:
         };
         const auto cell = [&](double v) { return static_cast<int>(std::floor((v + 1) / size)); };
         for (const Polygon& p : changed_[static_cast<std::size_t>(face)]) {
-            double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
-            for (int i = 0; i < p.count; ++i) {
-                const Stw& c = p.corner[static_cast<std::size_t>(i)];
-                lo_s = std::min(lo_s, c.s);
-                hi_s = std::max(hi_s, c.s);
-                lo_t = std::min(lo_t, c.t);
-                hi_t = std::max(hi_t, c.t);
-            }
-            mark(reached.anew, cell(lo_t - k_border) - 1, cell(hi_t + k_border) + 1, cell(lo_s - k_border) - 1,
-                 cell(hi_s + k_border) + 1);
+            const Extent e = extent_of(p);
+            mark(reached.anew, cell(e.lo_t - k_border) - 1, cell(e.hi_t + k_border) + 1, cell(e.lo_s - k_border) - 1,
+                 cell(e.hi_s + k_border) + 1);
         }
         for (int row = 0; row < n; ++row)
             for (int column = 0; column < n; ++column) {

@@ -53,16 +53,26 @@ void clip(Polygon& p, Value&& value)
     p = out;
 }
 
-inline void clip_to_cell(Polygon& p, double s0, double s1, double t0, double t1)
-{
+struct Extent {
     double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
+};
+
+inline Extent extent_of(const Polygon& p)
+{
+    Extent e;
     for (int i = 0; i < p.count; ++i) {
         const Stw& c = p.corner[static_cast<std::size_t>(i)];
-        lo_s = std::min(lo_s, c.s);
-        hi_s = std::max(hi_s, c.s);
-        lo_t = std::min(lo_t, c.t);
-        hi_t = std::max(hi_t, c.t);
+        e.lo_s = std::min(e.lo_s, c.s);
+        e.hi_s = std::max(e.hi_s, c.s);
+        e.lo_t = std::min(e.lo_t, c.t);
+        e.hi_t = std::max(e.hi_t, c.t);
     }
+    return e;
+}
+
+inline void clip_to_cell(Polygon& p, double s0, double s1, double t0, double t1)
+{
+    const auto [lo_s, hi_s, lo_t, hi_t] = extent_of(p);
     if (hi_s < s0 || lo_s > s1 || hi_t < t0 || lo_t > t1) p.count = 0;
     if (p.count > 0 && lo_s < s0) clip(p, [&](const Stw& c) { return c.s - s0; });
     if (p.count > 0 && hi_s > s1) clip(p, [&](const Stw& c) { return s1 - c.s; });

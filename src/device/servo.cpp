@@ -209,6 +209,7 @@ void Servo::Work::end() noexcept
     device.zero();
     quit = true;
     if (servo_thread.joinable()) servo_thread.join();
+    settled = true;  // it writes no more: nobody who ends the process has to wait for it
     if (watchdog_thread.joinable()) watchdog_thread.join();
     device.zero();
     for (Entry& e : g_servos) {

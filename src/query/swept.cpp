@@ -1,5 +1,6 @@
 #include "sqmap/query/swept.h"
 
+#include "crossing.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/query/pair.h"
 
@@ -9,9 +10,6 @@
 namespace sqmap::query {
 
 namespace {
-
-constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal
-constexpr std::uint32_t k_none = 0xffffffffu;
 
 Vec3d apply(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
 
@@ -79,7 +77,7 @@ struct SweptQuery {
         if (result.fast == 0) return result;
 
         std::size_t count = std::min(result.frame.contacts, contacts.size());
-        std::fill(room.contact_.begin(), room.contact_.end(), k_none);
+        std::fill(room.contact_.begin(), room.contact_.end(), k_no_contact);
         for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(std::sqrt(longest) / options.step);
         const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
@@ -110,19 +108,10 @@ struct SweptQuery {
         const double behind = dot(cast<double>(c.point) - end, cast<double>(c.normal));
         if (!(behind > 0)) return;
         const std::uint32_t own = room.contact_[c.index];
-        if (own != k_none && dot(contacts[own].normal, c.normal) > 0.f) return;
+        if (own != k_no_contact && dot(contacts[own].normal, c.normal) > 0.f) return;
         c.depth = static_cast<float>(behind);
         room.fast_[c.index] = 2;  // the first crossing counts
-        ++result.caught;
-        if (own != k_none) {
-            contacts[own] = c;
-            return;
-        }
-        ++result.frame.contacts;
-        if (count < contacts.size())
-            contacts[count++] = c;
-        else
-            result.frame.status |= k_frame_full;
+        keep_crossing(c, own, contacts, count, result);
     }
 };
 

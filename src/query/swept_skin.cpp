@@ -1,15 +1,14 @@
 // A skin and points between two frames: as swept.cpp, with the lattice posed in between.
 #include "sqmap/query/skin.h"
 
+#include "crossing.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace sqmap::query {
 
 namespace {
-
-constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal, as swept.cpp has it
-constexpr std::uint32_t k_none = 0xffffffffu;
 
 bool meets(const PosedSkin::Box& box, Vec3d a, Vec3d b, double slack)
 {
@@ -48,7 +47,7 @@ struct SkinSweep {
         if (result.fast == 0) return result;
 
         std::size_t count = std::min(result.frame.contacts, contacts.size());
-        std::fill(room.contact_.begin(), room.contact_.end(), k_none);
+        std::fill(room.contact_.begin(), room.contact_.end(), k_no_contact);
         for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(longest / options.step);
         const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
@@ -82,21 +81,12 @@ struct SkinSweep {
         const double behind = -dot(end, normal);
         if (!(behind > 0)) return;
         const std::uint32_t own = room.contact_[c.index];
-        if (own != k_none && dot(contacts[own].normal, normal) > 0) return;
+        if (own != k_no_contact && dot(contacts[own].normal, normal) > 0) return;
         c.normal = normal;
         c.depth = behind;
         c.point = now[c.index] + behind * normal;
         room.fast_[c.index] = 2;  // the first crossing counts
-        ++result.caught;
-        if (own != k_none) {
-            contacts[own] = c;
-            return;
-        }
-        ++result.frame.contacts;
-        if (count < contacts.size())
-            contacts[count++] = c;
-        else
-            result.frame.status |= k_frame_full;
+        keep_crossing(c, own, contacts, count, result);
     }
 };
 

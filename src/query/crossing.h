@@ -1,0 +1,32 @@
+// What a point met on its way, beside what it met at the end: common to solids and skins.
+#pragma once
+
+#include "sqmap/query/swept.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sqmap::query {
+
+inline constexpr std::uint32_t k_no_contact = 0xffffffffu;
+inline constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal
+
+/// In place of the point's own contact at the end, or behind the others, of which there are `count`.
+template <class Contact>
+void keep_crossing(const Contact& crossing, std::uint32_t own, std::span<Contact> contacts, std::size_t& count,
+                   SweptResult& result) noexcept
+{
+    ++result.caught;
+    if (own != k_no_contact) {
+        contacts[own] = crossing;
+        return;
+    }
+    ++result.frame.contacts;
+    if (count < contacts.size())
+        contacts[count++] = crossing;
+    else
+        result.frame.status |= k_frame_full;
+}
+
+}  // namespace sqmap::query
