@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -41,8 +42,9 @@ void mix(std::uint64_t& hash, double value)
     hash = (hash ^ bits) * 0x100000001b3u;
 }
 
-/// rows: prints what differs. Everything is this thread's own: setup, reader, state.
-Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows)
+/// rows: prints what differs. felt: gets what was computed; null: nobody wants it. Everything is this thread's own: setup,
+/// reader, state.
+Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows, Comparison* felt)
 {
     device::TraceReader reader(arguments.trace);
     const std::size_t zones = reader.header().zones;
@@ -58,15 +60,25 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
                 arguments.trace + ":" + std::to_string(reader.line()) +
                 ": time must be finite and not run back, dt finite and not below 0\n  cure: record again, or remove the row "
                 "and count the last line's rows anew");
-        constexpr std::uint32_t k_inputs = device::k_trace_measured_twist | device::k_trace_degraded;
+        constexpr std::uint32_t k_inputs = device::k_trace_measured_twist | device::k_trace_degraded | device::k_trace_idle;
         if ((recorded.input & ~k_inputs) != 0)
             throw BadTouch(arguments.trace + ":" + std::to_string(reader.line()) + ": input is " +
                            std::to_string(recorded.input) + ": it must be 0 to " + std::to_string(k_inputs) +
                            "\n  cure: record again, or replay with the version that recorded it");
         time = recorded.time;
         device::TraceRow row = recorded;
-        setup.step(row);
+        if ((row.input & device::k_trace_idle) == 0) setup.step(row);
         ++o.ticks;
+        if (felt != nullptr) {
+            double force = 0, torque = 0;
+            for (std::size_t z = 0; z < zones; ++z) {
+                force = std::max(force, norm(row.computed[z].force));
+                torque = std::max(torque, norm(row.computed[z].torque));
+            }
+            felt->depth.push_back(row.depth);
+            felt->force.push_back(force);
+            felt->torque.push_back(torque);
+        }
         for (std::size_t z = 0; z < zones; ++z)
             for (int i = 0; i < 3; ++i) {
                 mix(o.hash, row.computed[z].force[i]);
@@ -113,18 +125,20 @@ int run(const Arguments& arguments)
         options.objects.front().file = arguments.against;
         options.objects.front().hash = 0;
     }
+    const bool compare = !arguments.against.empty() && !arguments.plot.empty();
+    Comparison felt{.name = std::filesystem::path(arguments.against).filename().string()};
     std::vector<Outcome> outcomes(arguments.threads);
     std::vector<std::thread> threads;
     for (unsigned i = 1; i < arguments.threads; ++i)
         threads.emplace_back([&, i] {
             try {
-                outcomes[i] = replay(arguments, options, false);
+                outcomes[i] = replay(arguments, options, false, nullptr);
             } catch (const std::exception& e) {
                 outcomes[i].error = e.what();
             }
         });
     try {
-        outcomes[0] = replay(arguments, options, arguments.diff);
+        outcomes[0] = replay(arguments, options, arguments.diff, compare ? &felt : nullptr);
     } catch (...) {
         for (std::thread& thread : threads) thread.join();
         throw;
@@ -152,7 +166,7 @@ int run(const Arguments& arguments)
     }
     if (arguments.threads > 1)
         std::fprintf(out, "%u threads: %s\n", arguments.threads, alike ? "all the same forces" : "NOT the same forces");
-    if (!arguments.plot.empty()) plot_trace(arguments.trace, arguments.plot);
+    if (!arguments.plot.empty()) plot_trace(arguments.trace, arguments.plot, compare ? &felt : nullptr);
     const bool failed = !alike || (o.different > 0 && arguments.against.empty());
     return failed ? 1 : 0;
 }
@@ -169,7 +183,8 @@ void add_replay(CLI::App& app, int& exit_code)
     command->add_option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
-    command->add_option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG)");
+    command->add_option("--plot", arguments->plot,
+                        "Draw the recording: depth, force, torque, CPU time (SVG); with --against both");
     command->footer(
         "Exit code: 0 bit-identical, or compared --against another model; 1 different; 2 bad trace or model, 64 wrong usage, 70 "
         "internal error.");

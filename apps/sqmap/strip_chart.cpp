@@ -90,7 +90,7 @@ std::string path_of(const Curve& curve, double first, double last, const std::ve
 
 }  // namespace
 
-void plot_trace(const std::filesystem::path& trace, const std::filesystem::path& svg)
+void plot_trace(const std::filesystem::path& trace, const std::filesystem::path& svg, const Comparison* other)
 {
     device::TraceReader reader(trace);
     const std::size_t zones = reader.header().zones;
@@ -119,6 +119,19 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
         strips[2].curves[1].values.push_back(1e3 * sent_torque);
         strips[3].curves[0].values.push_back(1e6 * row.cpu);
     }
+    if (other != nullptr) {
+        const auto add = [](Strip& strip, const std::vector<double>& values, double scale) {
+            strip.curves.front().name = "recorded";
+            Curve& curve = strip.curves.emplace_back("against", "#14906a");
+            for (const double v : values) curve.values.push_back(scale * v);
+        };
+        add(strips[0], other->depth, 1e3);
+        add(strips[1], other->force, 1);
+        add(strips[2], other->torque, 1e3);
+        for (const Strip& strip : strips)
+            if (strip.curves.back().values.size() != times.size())
+                throw device::TraceError(trace.string() + ": has changed while it was read");
+    }
     if (times.empty()) throw device::TraceError(trace.string() + ": no tick to draw");
     const auto [least, most] = std::minmax_element(times.begin(), times.end());
     const double first = *least, last = *most > *least ? *most : *least + 1e-3;
@@ -135,7 +148,7 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
     const std::string device = reader.header().find("device").value_or("unknown device");
     words(18, 27, "start", 15, k_ink,
           trace.filename().string() + ": " + device + ", " + std::to_string(times.size()) + " ticks" +
-              (reader.complete() ? "" : ", cut short"));
+              (other != nullptr ? ", against " + other->name : "") + (reader.complete() ? "" : ", cut short"));
     double top = k_top;
     for (Strip& strip : strips) {
         double high = 0;
@@ -155,7 +168,7 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
             if (&strip == &strips.back()) words(x, top + k_strip + 18, "middle", 11, k_faint, text("%.6g", t));
         }
         words(k_left, top - 8, "start", 12, k_ink, strip.title);
-        // Where there are two curves, their names stand at the right, above the strip.
+        // Where there are several curves, their names stand at the right, above the strip.
         double x = k_width - k_right;
         if (strip.curves.size() > 1)
             for (auto curve = strip.curves.rbegin(); curve != strip.curves.rend(); ++curve) {
@@ -174,7 +187,10 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
 void check_plot_name(const std::filesystem::path& svg)
 {
     const std::string end = svg.extension().string();
-    if (svg.empty() || end == ".svg" || end == ".SVG") return;
+    if (svg.empty()) return;
+    if (const std::filesystem::path folder = svg.parent_path(); !folder.empty() && !std::filesystem::is_directory(folder))
+        throw BadTouch("--plot " + svg.string() + ": there is no folder " + folder.string() + "\n  cure: make it first");
+    if (end == ".svg" || end == ".SVG") return;
     throw BadTouch("--plot " + svg.string() + ": the picture is an SVG\n  cure: --plot " +
                    std::filesystem::path(svg).replace_extension(".svg").string());
 }

@@ -47,6 +47,8 @@ const std::map<std::string, device::Script> k_scripts{{"press", device::Script::
                                                       {"slide", device::Script::Slide},
                                                       {"circle", device::Script::Circle}};
 
+constexpr double k_wait = 0.6, k_long = 2;  // s that scripts of so long wait for the safety filter's ramp
+
 std::atomic<bool> interrupted{false};
 extern "C" void interrupt(int) { interrupted = true; }
 
@@ -102,9 +104,13 @@ std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device:
     o.speed = spec.number("speed", o.speed, 1e-6, 1e3);
     o.depth = spec.number("depth", o.depth, -1, 1);
     o.gap = spec.number("gap", o.gap, -1, 1);
+    o.wait = spec.number("wait", seconds >= k_long ? k_wait : 0, 0, 1e3);
     o.radius = spec.number("radius", o.radius, 1e-6, 1e3);
     o.direction = vector_option(spec, "direction", o.direction);
     o.travel = vector_option(spec, "travel", o.travel);
+    if (const double needed = device::script_needs(script, o); needed > seconds)
+        std::printf("  warning: %.4g s are too short for all of this script: at least %.4g s, of which it waits %.4g s (wait=)\n",
+                    seconds, needed, o.wait);
     std::vector<haptic::Pose> poses = device::scripted_path(setup.first_model(), setup.tool(), script, o);
     for (haptic::Pose& pose : poses) pose = query::compose(setup.first_pose(), pose);
     return poses;
@@ -132,7 +138,7 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
                                             HandPath& hand)
 {
     if (const auto script = k_scripts.find(spec.kind); script != k_scripts.end()) {
-        spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate"});
+        spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "wait"});
         double rate = 0;
         std::vector<haptic::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
         return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), rate);
@@ -150,7 +156,7 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
             top.front().translation + setup.first_pose().translation - Vec3d{0, 0.45 * hand.glove.length, 0};
         return device::simulated_glove(hand.glove);
     }
-    spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "hand", "delay"});
+    spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "wait", "hand", "delay"});
     const auto script = k_scripts.find(spec.first.empty() ? "press" : spec.first);
     if (script == k_scripts.end())
         throw device::DeviceError("simulated: a hand can press, tap, slide or circle, not '" + spec.first + "'");
@@ -181,6 +187,21 @@ std::string reasons(std::uint32_t faults)
     return out;
 }
 
+/// What was wrong with poses, and what the filter did about it.
+void print_glitches(const haptic::SafetyCounters& counted)
+{
+    const auto ticks = [](const char* what, std::uint64_t n, const char* then) {
+        if (n > 0) std::printf("  %s in %llu tick%s: %s\n", what, static_cast<unsigned long long>(n), n == 1 ? "" : "s", then);
+    };
+    ticks("a pose, rotation or force was not finite", counted.not_finite, "no force in them");
+    ticks("no fresh pose had come for more than 5 ms", counted.stale, "force was falling or zero");
+    ticks("the tool was faster than 1 m/s or 20 rad/s", counted.fast, "a damper in the force's place");
+    if (counted.teleports == 1) std::printf("  the pose jumped once by more than 5 cm or 1 rad: force set in anew\n");
+    if (counted.teleports > 1)
+        std::printf("  the pose jumped %llu times by more than 5 cm or 1 rad: force set in anew each time\n",
+                    static_cast<unsigned long long>(counted.teleports));
+}
+
 /// True once Enter was pressed, where there is somebody to press it.
 bool entered()
 {
@@ -197,6 +218,7 @@ struct Totals {
     std::uint64_t changed = 0;                         ///< ticks in which it sent anything but what was asked for
     double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, most_cpu = 0;
     bool gone = false;
+    haptic::SafetyCounters counted{};
     device::ServoCounters servo{};
 
     void add(const device::TraceRow& row, std::size_t zones, double depth)
@@ -257,6 +279,7 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
         totals.add(row, zones, setup.device_depth());
         if (writer != nullptr) writer->push_wait(row);
     }
+    totals.counted = filter.counters();
     return totals;
 }
 
@@ -311,6 +334,8 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                 // Ticks come in order on both ways; one that only one of them holds was dropped by the other.
                 while (felt.tick < tick.tick && feeling->felt.pop(felt)) {
                 }
+                const bool idle = !tick.connected || tick.sample.sequence == 0;
+                if (idle) felt = {.tick = tick.tick, .input = device::k_trace_idle};
                 const bool whole = felt.tick == tick.tick;
                 if (!begin) begin = tick.time;
                 device::TraceRow row{.time = tick.time - *begin,
@@ -328,6 +353,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                                      .sent = tick.sent};
                 if (tick.sample.has_twist) row.twists = tick.sample.twists;
                 totals.add(row, zones, felt.device_depth);
+                totals.counted = tick.counted;
                 if (tick.safety.faults != 0 && told == 0)
                     std::fprintf(stderr, "  no force from %.3f s on: %s%s\n", row.time, reasons(tick.safety.faults).c_str(),
                                  ::isatty(STDIN_FILENO) == 1 ? "; Enter goes on" : "");
@@ -459,6 +485,7 @@ void touch(const Arguments& arguments)
         std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
                     static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),
                     1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped));
+    print_glitches(totals.counted);
     if (totals.hot > 0 || totals.braked > 0)
         std::printf("  the safety filter held force back in %llu ticks for the motors' heat, in %llu for passivity\n",
                     static_cast<unsigned long long>(totals.hot), static_cast<unsigned long long>(totals.braked));
@@ -502,7 +529,7 @@ void add_touch(CLI::App& app, int& exit_code)
     command
         ->add_option("--device", arguments->device,
                      "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
-                     "travel, rate), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices")
+                     "travel, rate, wait), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices")
         ->capture_default_str();
     auto* const size = command->add_option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
                            ->check(above_zero(1000))

@@ -123,7 +123,7 @@ std::vector<std::string> advice(const Machine& m, const Jitter& plain, const std
     const Jitter& best = fifo && fifo->late <= plain.late ? *fifo : plain;
     if (judge(best) == Holds::Steadily) {
         if (&best != &plain && judge(plain) != Holds::Steadily)
-            list.push_back("run the servo with SCHED_FIFO (ServoOptions::priority 80)");
+            list.push_back("run the servo with SCHED_FIFO: sqmap touch --priority 80, ServoOptions::priority in C++");
         return list;
     }
     if (!fifo)
@@ -133,7 +133,7 @@ std::vector<std::string> advice(const Machine& m, const Jitter& plain, const std
             "USER), log "
             "in again, measure again");
     else
-        list.push_back("run the servo with SCHED_FIFO (ServoOptions::priority 80)");
+        list.push_back("run the servo with SCHED_FIFO: sqmap touch --priority 80, ServoOptions::priority in C++");
     if (m.load > 0.7 * m.processors)
         list.push_back("the machine is busy: close what works in the background, or give it more processors");
     if (m.preemption != "PREEMPT_RT")

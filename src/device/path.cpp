@@ -19,7 +19,7 @@ PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, s
                           " zones");
     if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
     capabilities_ = {.name = std::move(name), .simulated = true, .zones = zones, .rotates_in = true, .rate = rate};
-    capabilities_.continuous_force = 1000;  // no motors that could grow hot
+    capabilities_.max_force = capabilities_.max_torque = capabilities_.continuous_force = 1000;  // no motors at all
 }
 
 bool PathDevice::read(Sample& sample) noexcept
@@ -188,6 +188,8 @@ Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d directio
     throw DeviceError("no surface lies along the axes through the model's origin: choose a direction");
 }
 
+constexpr double k_hurry = 1.875;  // of minimum jerk: its greatest speed over the mean
+
 double smooth(double x)  // minimum jerk from 0 to 1
 {
     x = std::clamp(x, 0.0, 1.0);
@@ -294,7 +296,7 @@ std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
             if (norm_sq(along) > 0) ways_out[k] = normalized(cross(travel.binormal, along));
         }
     ways_out = averaged(ways_out, k_half);
-    const double in = (o.gap + o.depth) / o.speed * 1.875;  // minimum jerk: its greatest speed is 1.875 times the mean
+    const double in = k_hurry * (o.gap + o.depth) / o.speed;
     for (std::size_t k = 0; k < places.size(); ++k)
         places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);
     return places;
@@ -302,14 +304,22 @@ std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 
 }  // namespace
 
+double script_needs(Script script, const ScriptOptions& o) noexcept
+{
+    const double hurry = script == Script::Tap ? std::numbers::pi : script == Script::Press ? 2 * k_hurry : k_hurry;
+    return o.wait + hurry * (o.gap + o.depth) / o.speed;
+}
+
 std::vector<Pose> scripted_path(const model::ModelView& model, const query::Probe& tool, Script script, const ScriptOptions& o)
 {
     const double numbers[] = {o.seconds, o.rate, o.speed, o.radius};
     if (!std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return x > 0 && std::isfinite(x); }) ||
-        !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) || !std::isfinite(norm(o.direction)) ||
-        !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
+        !(o.wait >= 0 && o.wait < o.seconds) || !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) ||
+        !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
         throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
-    const auto ticks = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
+    const double seconds = o.seconds - o.wait;
+    const auto all = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
+    const std::size_t waiting = std::min(all - 1, static_cast<std::size_t>(std::round(o.wait * o.rate))), ticks = all - waiting;
     const Feeler feeler(model, tool);
     const Place place = anchor(feeler, model, o.direction);
     std::vector<Vec3d> places;
@@ -321,19 +331,19 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
         double height = 0;
         if (!feeler.height(place.point, place.normal, feeler.far(), height))
             throw DeviceError("the tool does not reach the surface in that direction: choose another");
-        const double stroke = o.gap + o.depth, in = 1.875 * stroke / o.speed;
+        const double stroke = o.gap + o.depth, in = k_hurry * stroke / o.speed;
         for (std::size_t k = 0; k < ticks; ++k) {
             const double t = static_cast<double>(k) / o.rate;
             double above;
             if (script == Script::Tap)
                 above = o.gap - 0.5 * stroke * (1 - std::cos(2 * o.speed / stroke * t));
             else
-                above = o.gap - stroke * std::min(smooth(t / in), smooth((o.seconds - t) / in));
+                above = o.gap - stroke * std::min(smooth(t / in), smooth((seconds - t) / in));
             places.push_back(place.point + (height + above) * place.normal);
         }
     }
-    std::vector<Pose> poses(places.size());
-    for (std::size_t k = 0; k < places.size(); ++k) poses[k].translation = places[k];
+    std::vector<Pose> poses(all);
+    for (std::size_t k = 0; k < all; ++k) poses[k].translation = places[k > waiting ? k - waiting : 0];
     return poses;
 }
 

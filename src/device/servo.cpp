@@ -254,6 +254,7 @@ void Servo::Work::loop() noexcept
                                .restart = restarted.exchange(false)};
         if (now.sample.has_twist) in.twists = {now.sample.twists.data(), zones};
         now.safety = filter.tick(in, now.sent);
+        now.counted = filter.counters();
 
         // A wrench that took longer than the watchdog waits must not undo what the watchdog did.
         const std::int64_t answered = steady_ns();

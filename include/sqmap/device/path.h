@@ -46,7 +46,8 @@ enum class Script {
 
 /// Lengths in mesh units, times in seconds.
 struct ScriptOptions {
-    double seconds = 10;
+    double seconds = 10;   ///< in all
+    double wait = 0;       ///< s of them at rest where the tool starts: the safety filter's ramp takes half a second
     double rate = 1000;    ///< Hz, poses a second
     double speed = 0.1;    ///< a second
     double depth = 0.002;  ///< of the deepest point of the tool
@@ -57,6 +58,10 @@ struct ScriptOptions {
     Vec3d direction{};
     Vec3d travel{1, 0, 0};  ///< where a slide or circle sets out to, as far as the surface lets it
 };
+
+/// s from the start until the tool is as deep as it is to be; of a press or a tap, until it is out again. Less time cuts the
+/// script short.
+[[nodiscard]] double script_needs(Script script, const ScriptOptions& options) noexcept;
 
 /// Poses of a tool over a model, in the mesh's frame and units: the tool is never turned. Slides and circles are smoothed over 50
 /// ticks, so depth is met on the average. A circle is felt along one direction and hovers where the surface drops away from it.

@@ -42,6 +42,7 @@ struct ServoTick {
     bool connected = false, degraded = false;
     std::uint32_t status = 0;  ///< what TickFunction returned
     haptic::SafetyReport safety{};
+    haptic::SafetyCounters counted{};  ///< by the filter, since the start
     std::size_t zones = 0;
     Sample sample{};
     std::array<Wrench, k_most_zones> asked{}, sent{};

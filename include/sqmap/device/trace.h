@@ -38,6 +38,7 @@ struct TraceHeader {
 enum TraceInput : std::uint32_t {
     k_trace_measured_twist = 1,  ///< with the device's twists, not with differences of poses
     k_trace_degraded = 2,        ///< from the last tangent planes
+    k_trace_idle = 4,            ///< nothing was computed: there is no reading yet, or the device is gone
 };
 
 /// One tick. Arrays hold as many zones as the header says; the rest is not stored.
