@@ -283,10 +283,11 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
     return travel;
 }
 
-/// The places of a travel, smoothed and pressed in; it starts at the gap.
+constexpr std::size_t k_half = 25;  // ticks to either side that travels are smoothed over
+
+/// The places of a travel, smoothed and pressed in; it starts at the gap. The last k_half are only there to smooth those before.
 std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 {
-    constexpr std::size_t k_half = 25;
     std::vector<Vec3d> places = averaged(travel.places, k_half);
     std::vector<Vec3d> ways_out = travel.ways_out;
     if (norm_sq(travel.binormal) > 0)
@@ -299,6 +300,7 @@ std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
     const double in = k_hurry * (o.gap + o.depth) / o.speed;
     for (std::size_t k = 0; k < places.size(); ++k)
         places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);
+    places.resize(places.size() - k_half);
     return places;
 }
 
@@ -324,9 +326,9 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
     const Place place = anchor(feeler, model, o.direction);
     std::vector<Vec3d> places;
     if (script == Script::Slide) {
-        places = pressed(slide(feeler, place, o, ticks), o);
+        places = pressed(slide(feeler, place, o, ticks + k_half), o);
     } else if (script == Script::Circle) {
-        places = pressed(circle(feeler, place, o, ticks), o);
+        places = pressed(circle(feeler, place, o, ticks + k_half), o);
     } else {
         double height = 0;
         if (!feeler.height(place.point, place.normal, feeler.far(), height))
