@@ -14,6 +14,7 @@ namespace {
 
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
+constexpr double k_free_turn = 0.001;      ///< m: and across itself by its size times motion over this
 constexpr double k_fade = 250;             ///< N/s: what is left of a jump fades no faster, so that the fading is none
 constexpr double k_fade_arm = 0.05;        ///< m: its torque likewise, at this lever
 constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so many are expected of a denser set that is taken
@@ -401,6 +402,7 @@ struct Stepper {
     /// By how much motion explains that springs change in a tick.
     struct Explained {
         double force = 0, torque = 0;
+        double turn = 0;  ///< of the force, rad
     };
 
     /// Modes Direct and Coupled: springs, damping and friction of all solids on a zone that stands at `at`.
@@ -468,8 +470,9 @@ struct Stepper {
             t.spring = spring_size;
             const double slope = k_free_slope * o.stiffness, reach = std::max(felt.reach, norm(contact));
             explained.force = std::max(explained.force, slope * norm(motion));
-            explained.torque = std::max(explained.torque, slope * reach *
-                                                              (norm(motion) + (reach + norm(contact)) * turn_over(m, t, solid, at)));
+            explained.turn = std::max(explained.turn, norm(motion) / k_free_turn);
+            explained.torque =
+                std::max(explained.torque, slope * reach * (norm(motion) + (reach + norm(contact)) * turn_over(m, t, solid, at)));
             report.depth += felt.depth * size;
             report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
@@ -501,8 +504,11 @@ struct Stepper {
             const double slowest = size > 0 ? 1 - k_fade * in.dt / size : 0;
             m.left = std::max(std::exp(-in.dt / o.blend_time), slowest) * m.left;
             const Wrench change = springs + -1. * m.springs_before;
-            const double jump = std::max(share_beyond(norm(change.force), explained.force),
-                                         share_beyond(norm(change.torque), explained.torque));
+            const double before = norm(m.springs_before.force), now = norm(springs.force), grown = now - before;
+            const double across = std::sqrt(std::max(norm_sq(change.force) - grown * grown, 0.));
+            const double jump = std::max({share_beyond(norm(change.force), explained.force),
+                                          share_beyond(across, std::max(before, now) * explained.turn),
+                                          share_beyond(norm(change.torque), explained.torque)});
             if (jump > 0) m.left = m.left + -jump * (whole + -1. * m.whole_before);
             if (norm(m.left.force) > 1e-6 * norm(springs.force)) state.reports_[z].status |= k_step_blended;
         }
@@ -512,8 +518,7 @@ struct Stepper {
         double total = 0;
         for (std::size_t s = 0; s < solids; ++s) total += touch(z, s).spring;
         if (total > 0)
-            for (std::size_t s = 0; s < solids; ++s)
-                add_to_solid(s, touch(z, s).spring / total * m.left, about);
+            for (std::size_t s = 0; s < solids; ++s) add_to_solid(s, touch(z, s).spring / total * m.left, about);
         return whole + m.left;
     }
 
@@ -670,7 +675,7 @@ struct Stepper {
         // Between walls it may lie on the one or the other, and off an edge it drops, with its lever: such jumps are blended.
         const double slope = k_free_slope * o.stiffness * (motion + norm(lever) * m.track.turn());
         return with_its_share(z, blended(z, m.body.translation, {spring, cross(lever, spring)}, {force, cross(lever, force)},
-                                         {k_free_slope * o.stiffness * motion, slope * norm(lever)}));
+                                         {k_free_slope * o.stiffness * motion, slope * norm(lever), motion / k_free_turn}));
     }
 
     void clear(std::size_t z)
