@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -143,11 +144,14 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         hand.glove.sway = {0, 0, spec.number("sway", hand.glove.sway.z, 0, 1)};
         hand.glove.curl = spec.number("curl", hand.glove.curl, 0, 1.5);
         hand.glove.length = setup.options().hand_length;
+        // From where no zone is inside: one that is has no force until it has left.
+        const Vec3d wrist{0, -0.45 * hand.glove.length, 0};
+        hand.glove.wrist.translation = wrist;
+        const auto zones = device::glove_zones(device::hand_joints(device::posture_at(hand.glove, 0), hand.glove.length));
         const std::vector<haptic::Pose> top =
-            device::scripted_path(setup.first_model(), setup.tool(), device::Script::Press,
+            device::scripted_path(setup.first_model(), setup.tool_at(zones), device::Script::Press,
                                   {.seconds = 1, .depth = 1e-6, .gap = 0, .direction = {0, 0, 1}});
-        hand.glove.wrist.translation =
-            top.front().translation + setup.first_pose().translation - Vec3d{0, 0.45 * hand.glove.length, 0};
+        hand.glove.wrist.translation = top.front().translation + setup.first_pose().translation + wrist;
         return device::simulated_glove(hand.glove);
     }
     spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "hand", "delay"});
@@ -189,6 +193,22 @@ bool entered()
     return ::isatty(STDIN_FILENO) == 1 && ::poll(&in, 1, 0) > 0 && ::read(STDIN_FILENO, text, sizeof text) > 0;
 }
 
+/// What a zone is called: a glove's by its finger.
+std::string zone_name(std::size_t zone, std::size_t zones, bool glove)
+{
+    constexpr const char* k_names[device::k_glove_zones] = {"thumb",       "index",         "middle finger",
+                                                            "ring finger", "little finger", "palm"};
+    if (zones == 1) return "the tool";
+    return glove && zone < device::k_glove_zones ? k_names[zone] : "zone " + std::to_string(zone);
+}
+
+/// While a zone had no force because it was inside when forces were to begin.
+struct Inside {
+    std::uint64_t ticks = 0;
+    double first = 0, last = 0;  ///< s
+    bool now = false;
+};
+
 struct Totals {
     std::uint64_t ticks = 0, contact = 0, faulty = 0;  ///< faulty: the filter let nothing through
     double first_fault = 0;                            ///< s
@@ -196,6 +216,7 @@ struct Totals {
     std::uint64_t hot = 0, braked = 0;                 ///< ticks in which the filter's duty and passivity steps acted
     std::uint64_t changed = 0;                         ///< ticks in which it sent anything but what was asked for
     double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, most_cpu = 0;
+    std::array<Inside, device::k_most_zones> inside{};
     bool gone = false;
     device::ServoCounters servo{};
 
@@ -215,6 +236,12 @@ struct Totals {
             largest_force = std::max(largest_force, norm(row.computed[z].force));
             largest_sent = std::max(largest_sent, norm(row.sent[z].force));
             as_asked = as_asked && row.sent[z] == row.computed[z];
+            Inside& in = inside[z];
+            in.now = (row.filter & haptic::k_acted_inside) != 0 && row.sent[z] == haptic::Wrench{} &&
+                     !(row.computed[z] == haptic::Wrench{});
+            if (!in.now) continue;
+            if (in.ticks++ == 0) in.first = row.time;
+            in.last = row.time;
         }
         changed += !as_asked;
         deepest = std::max(deepest, depth);
@@ -292,7 +319,7 @@ std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span
 
 /// A device, by the clock: the servo's thread ticks, this one records.
 Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOptions& options, device::TraceWriter* writer,
-            double seconds)
+            double seconds, bool glove)
 {
     const std::size_t zones = device.capabilities().zones;
     const auto feeling = std::make_unique<Feeling>(setup, zones);
@@ -303,7 +330,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
         Felt felt;
         std::optional<double> begin;
         bool more = true;
-        std::uint32_t told = 0;
+        std::uint32_t told = 0, told_inside = 0;
         while (more) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
             if (entered()) servo.resume();
@@ -332,6 +359,13 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                     std::fprintf(stderr, "  no force from %.3f s on: %s%s\n", row.time, reasons(tick.safety.faults).c_str(),
                                  ::isatty(STDIN_FILENO) == 1 ? "; Enter goes on" : "");
                 told = tick.safety.faults;
+                if (const std::uint32_t more_inside = tick.safety.waiting & ~told_inside; more_inside != 0) {
+                    told_inside |= more_inside;
+                    for (std::size_t z = 0; z < zones; ++z)
+                        if ((more_inside >> z & 1) != 0)
+                            std::fprintf(stderr, "  %s is inside an object at %.3f s: no force until it is lifted out once\n",
+                                         zone_name(z, zones, glove).c_str(), row.time);
+                }
                 totals.gone = !tick.connected;
                 if (writer != nullptr && whole) writer->push_wait(row);
                 more = row.time < seconds;
@@ -439,7 +473,7 @@ void touch(const Arguments& arguments)
     device::TraceWriter* const out = writer ? &*writer : nullptr;
     const double seconds = over || !arguments.all_of_it ? arguments.seconds : INFINITY;
     const Totals totals =
-        path ? play(*device, *setup, servo.safety, out, seconds) : feel(*device, *setup, servo, out, arguments.seconds);
+        path ? play(*device, *setup, servo.safety, out, seconds) : feel(*device, *setup, servo, out, arguments.seconds, glove);
     device.reset();
     std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force asked for %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
@@ -465,6 +499,13 @@ void touch(const Arguments& arguments)
     if (totals.faulty > 0)
         std::printf("  the safety filter let no force through in %llu ticks, first at %.3f s: %s\n",
                     static_cast<unsigned long long>(totals.faulty), totals.first_fault, reasons(totals.faults).c_str());
+    for (std::size_t z = 0; z < capabilities.zones; ++z)
+        if (const Inside& in = totals.inside[z]; in.ticks > 0)
+            std::printf("  %s was inside an object when forces were to begin, and had none in %llu ticks, from %.3f s to %s\n",
+                        zone_name(z, capabilities.zones, glove).c_str(), static_cast<unsigned long long>(in.ticks), in.first,
+                        in.now ? "the end" : (std::to_string(in.last) + " s").c_str());
+    if (std::any_of(totals.inside.begin(), totals.inside.end(), [](const Inside& in) { return in.ticks > 0; }))
+        std::printf("  cure: start outside, or lift it out of the object once; force then comes in over half a second\n");
     if (totals.gone) std::printf("  the device was gone at the end\n");
     if (!writer) return;
     writer->finish();

@@ -224,6 +224,16 @@ void TouchSetup::load_hand(device::HandMesh mesh)
     std::vector<Vec3d> middle(hand_->points().begin(), hand_->points().end());
     for (Vec3d& p : middle) p.y -= 0.45 * options_.hand_length;
     probe_ = std::make_unique<query::Probe>(middle);
+    points_ = std::move(middle);
+}
+
+query::Probe TouchSetup::tool_at(std::span<const haptic::Pose> zones) const
+{
+    if (hand_) return query::Probe(points_);
+    std::vector<Vec3d> points;
+    for (const haptic::Pose& zone : zones)
+        for (const Vec3d& p : points_) points.push_back(zone.rotation * p + zone.translation);
+    return query::Probe(points);
 }
 
 void TouchSetup::suit(const haptic::DeviceLimits* device)
@@ -316,7 +326,10 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hex(hash) + ", the trace has " +
                        hex(options_.tool_hash));
     options_.tool_hash = hash;
-    if (!hand_) probe_ = std::make_unique<query::Probe>(tool.vertices);
+    if (!hand_) {
+        probe_ = std::make_unique<query::Probe>(tool.vertices);
+        points_ = tool.vertices;
+    }
     if (!(options_.zone_radius > 0)) return;
     if (!patch) {
         notes_.push_back("warning: --zone counts for a mesh only: " + options_.tool + " is felt as a whole");
