@@ -68,8 +68,8 @@ TouchObject object_from(const std::string& text)
     const char* const last = text.data() + text.size();
     for (int i = 0; i < 3; ++i) {
         const auto [end, error] = std::from_chars(c, last, object.place[i]);
-        if (error != std::errc() || !std::isfinite(object.place[i]) || (i < 2 ? end == last || *end != ',' : end != last))
-            throw BadTouch("--object " + text + ": a place is three numbers, as in bunny.sqmap@0.1,0,0");
+        if (error != std::errc() || !(std::fabs(object.place[i]) <= 1000) || (i < 2 ? end == last || *end != ',' : end != last))
+            throw BadTouch("--object " + text + ": a place is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
         c = end + 1;
     }
     object.file.resize(at);
@@ -78,8 +78,8 @@ TouchObject object_from(const std::string& text)
 
 Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d otherwise)
 {
+    if (std::none_of(spec.options.begin(), spec.options.end(), [&](const auto& o) { return o.first == name; })) return otherwise;
     const std::string text = spec.text(name, "");
-    if (text.empty()) return otherwise;
     // Commas part options, so a direction is written with blanks or slashes between its numbers.
     Vec3d v;
     const char* c = text.data();
@@ -87,10 +87,24 @@ Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d othe
     for (int i = 0; i < 3; ++i) {
         const auto [end, error] = std::from_chars(c, last, v[i]);
         if (error != std::errc() || !std::isfinite(v[i]) || (i < 2 ? end == last || (*end != '/' && *end != ' ') : end != last))
-            throw device::DeviceError(std::string(name) + " is three numbers with slashes between them, as in 0/0/1");
+            throw device::DeviceError(spec.kind + ": " + name +
+                                      " is three numbers with slashes between them, as in 0/0/1, found '" + text + "'");
         c = end + 1;
     }
+    if (!std::isnormal(norm_sq(v)))
+        throw device::DeviceError(spec.kind + ": " + name + "=" + text +
+                                  " points nowhere\n  cure: numbers that are not all 0, as in 0/0/1, or leave it out");
     return v;
+}
+
+/// What a script has no use for is refused, not passed over.
+void allow(const device::DeviceSpec& spec, device::Script script, bool simulated)
+{
+    std::vector<std::string_view> names{"speed", "depth", "gap", "direction", "rate"};
+    if (script == device::Script::Slide || script == device::Script::Circle) names.push_back("travel");
+    if (script == device::Script::Circle) names.push_back("radius");
+    if (simulated) names.insert(names.end(), {"hand", "delay"});
+    spec.allow(names);
 }
 
 /// Poses in the world, of press, tap, slide or circle.
@@ -99,11 +113,18 @@ std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device:
 {
     device::ScriptOptions o;
     o.seconds = seconds;
-    o.rate = rate = spec.number("rate", o.rate, 1, 1e5);
-    o.speed = spec.number("speed", o.speed, 1e-6, 1e3);
+    o.rate = rate = spec.number("rate", o.rate, 50, 1e4);  // what the safety filter takes
+    o.speed = spec.number("speed", o.speed, 1e-5, 10);
     o.depth = spec.number("depth", o.depth, -1, 1);
     o.gap = spec.number("gap", o.gap, -1, 1);
-    o.radius = spec.number("radius", o.radius, 1e-6, 1e3);
+    if (!(o.gap + o.depth > 0)) {
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "%s: depth=%g lies above gap=%g from where it starts: nothing would move\n  cure: a depth + gap above 0",
+                      spec.kind.c_str(), o.depth, o.gap);
+        throw device::DeviceError(text);
+    }
+    o.radius = spec.number("radius", o.radius, 1e-5, 1);
     o.direction = vector_option(spec, "direction", o.direction);
     o.travel = vector_option(spec, "travel", o.travel);
     std::vector<haptic::Pose> poses = device::scripted_path(setup.first_model(), setup.tool(), script, o);
@@ -133,13 +154,15 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
                                             HandPath& hand)
 {
     if (const auto script = k_scripts.find(spec.kind); script != k_scripts.end()) {
-        spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate"});
+        spec.only_named();
+        allow(spec, script->second, false);
         double rate = 0;
         std::vector<haptic::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
         return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), rate);
     }
     if (spec.kind == "glove") {
         // The palm sways about the top of the object, along z, while the fingers open and close.
+        spec.only_named();
         spec.allow({"sway", "curl", "length"});
         hand.glove.sway = {0, 0, spec.number("sway", hand.glove.sway.z, 0, 1)};
         hand.glove.curl = spec.number("curl", hand.glove.curl, 0, 1.5);
@@ -154,13 +177,13 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         hand.glove.wrist.translation = top.front().translation + setup.first_pose().translation + wrist;
         return device::simulated_glove(hand.glove);
     }
-    spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "hand", "delay"});
     const auto script = k_scripts.find(spec.first.empty() ? "press" : spec.first);
     if (script == k_scripts.end())
         throw device::DeviceError("simulated: a hand can press, tap, slide or circle, not '" + spec.first + "'");
+    allow(spec, script->second, true);
     hand.poses = scripted_poses(spec, script->second, setup, seconds, hand.rate);
     device::SimulatedOptions options{.script = HandPath::at, .script_context = &hand};
-    options.mechanism.delay_ticks = static_cast<int>(spec.number("delay", options.mechanism.delay_ticks, 0, 8));
+    options.mechanism.delay_ticks = spec.whole("delay", options.mechanism.delay_ticks, 0, 8);
     const std::string name = spec.text("hand", options.hand.name);
     const auto profile = std::find_if(device::k_hand_profiles.begin(), device::k_hand_profiles.end(),
                                       [&](const device::HandProfile& p) { return name == p.name; });
