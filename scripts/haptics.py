@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures haptic rendering on a folder of meshes and hand paths; writes the figures into docs/algorithms/haptics.md.
 
-usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only slide,ball,tick,density,points,points_tick,energy,picture]
+usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only slide,ball,tick,density,points,points_tick,energy,paper,picture]
 FOLDERs default to ../shared/meshes and ../shared/paths beside the repository.
 """
 import argparse
@@ -79,7 +79,7 @@ def main():
     parser.add_argument("--meshes", type=pathlib.Path, default=ROOT.parent / "shared/meshes")
     parser.add_argument("--paths", type=pathlib.Path, default=ROOT.parent / "shared/paths")
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sqmap_haptic")
-    parser.add_argument("--only", default="slide,ball,tick,density,points,points_tick,energy,picture")
+    parser.add_argument("--only", default="slide,ball,tick,density,points,points_tick,energy,paper,picture")
     options = parser.parse_args()
     meshes, paths = sorted(options.meshes.glob("*.obj")), sorted(options.paths.glob("*.csv"))
     hand = ["--meshes", options.meshes]
@@ -92,6 +92,7 @@ def main():
         "points": ["density", "--touching", "1200", *hand, *paths],
         "points_tick": ["tick", "--touching", "1200", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
         "energy": ["energy", "--places", "200", *meshes],
+        "paper": ["energy", "--paper", "--places", "200", *meshes],
     }
     wanted = options.only.split(",")
     for name, arguments in runs.items():

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -69,8 +70,8 @@ TouchObject object_from(const std::string& text)
     const char* const last = text.data() + text.size();
     for (int i = 0; i < 3; ++i) {
         const auto [end, error] = std::from_chars(c, last, object.place[i]);
-        if (error != std::errc() || !std::isfinite(object.place[i]) || (i < 2 ? end == last || *end != ',' : end != last))
-            throw BadTouch("--object " + text + ": a place is three numbers, as in bunny.sqmap@0.1,0,0");
+        if (error != std::errc() || !(std::fabs(object.place[i]) <= 1000) || (i < 2 ? end == last || *end != ',' : end != last))
+            throw BadTouch("--object " + text + ": a place is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
         c = end + 1;
     }
     object.file.resize(at);
@@ -79,8 +80,8 @@ TouchObject object_from(const std::string& text)
 
 Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d otherwise)
 {
+    if (std::none_of(spec.options.begin(), spec.options.end(), [&](const auto& o) { return o.first == name; })) return otherwise;
     const std::string text = spec.text(name, "");
-    if (text.empty()) return otherwise;
     // Commas part options, so a direction is written with blanks or slashes between its numbers.
     Vec3d v;
     const char* c = text.data();
@@ -88,10 +89,24 @@ Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d othe
     for (int i = 0; i < 3; ++i) {
         const auto [end, error] = std::from_chars(c, last, v[i]);
         if (error != std::errc() || !std::isfinite(v[i]) || (i < 2 ? end == last || (*end != '/' && *end != ' ') : end != last))
-            throw device::DeviceError(std::string(name) + " is three numbers with slashes between them, as in 0/0/1");
+            throw device::DeviceError(spec.kind + ": " + name +
+                                      " is three numbers with slashes between them, as in 0/0/1, found '" + text + "'");
         c = end + 1;
     }
+    if (!std::isnormal(norm_sq(v)))
+        throw device::DeviceError(spec.kind + ": " + name + "=" + text +
+                                  " points nowhere\n  cure: numbers that are not all 0, as in 0/0/1, or leave it out");
     return v;
+}
+
+/// What a script has no use for is refused, not passed over.
+void allow(const device::DeviceSpec& spec, device::Script script, bool simulated)
+{
+    std::vector<std::string_view> names{"speed", "depth", "gap", "direction", "rate", "wait"};
+    if (script == device::Script::Slide || script == device::Script::Circle) names.push_back("travel");
+    if (script == device::Script::Circle) names.push_back("radius");
+    if (simulated) names.insert(names.end(), {"hand", "delay"});
+    spec.allow(names);
 }
 
 /// Poses in the world, of press, tap, slide or circle.
@@ -100,12 +115,19 @@ std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device:
 {
     device::ScriptOptions o;
     o.seconds = seconds;
-    o.rate = rate = spec.number("rate", o.rate, 1, 1e5);
-    o.speed = spec.number("speed", o.speed, 1e-6, 1e3);
+    o.rate = rate = spec.number("rate", o.rate, 50, 1e4);  // what the safety filter takes
+    o.speed = spec.number("speed", o.speed, 1e-5, 10);
     o.depth = spec.number("depth", o.depth, -1, 1);
     o.gap = spec.number("gap", o.gap, -1, 1);
     o.wait = spec.number("wait", seconds >= k_long ? k_wait : 0, 0, 1e3);
-    o.radius = spec.number("radius", o.radius, 1e-6, 1e3);
+    if (!(o.gap + o.depth > 0)) {
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "%s: depth=%g lies above gap=%g from where it starts: nothing would move\n  cure: a depth + gap above 0",
+                      spec.kind.c_str(), o.depth, o.gap);
+        throw device::DeviceError(text);
+    }
+    o.radius = spec.number("radius", o.radius, 1e-5, 1);
     o.direction = vector_option(spec, "direction", o.direction);
     o.travel = vector_option(spec, "travel", o.travel);
     if (const double needed = device::script_needs(script, o); needed > seconds)
@@ -138,31 +160,36 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
                                             HandPath& hand)
 {
     if (const auto script = k_scripts.find(spec.kind); script != k_scripts.end()) {
-        spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "wait"});
+        spec.only_named();
+        allow(spec, script->second, false);
         double rate = 0;
         std::vector<haptic::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
         return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), rate);
     }
     if (spec.kind == "glove") {
         // The palm sways about the top of the object, along z, while the fingers open and close.
+        spec.only_named();
         spec.allow({"sway", "curl", "length"});
         hand.glove.sway = {0, 0, spec.number("sway", hand.glove.sway.z, 0, 1)};
         hand.glove.curl = spec.number("curl", hand.glove.curl, 0, 1.5);
         hand.glove.length = setup.options().hand_length;
+        // From where no zone is inside: one that is has no force until it has left.
+        const Vec3d wrist{0, -0.45 * hand.glove.length, 0};
+        hand.glove.wrist.translation = wrist;
+        const auto zones = device::glove_zones(device::hand_joints(device::posture_at(hand.glove, 0), hand.glove.length));
         const std::vector<haptic::Pose> top =
-            device::scripted_path(setup.first_model(), setup.tool(), device::Script::Press,
+            device::scripted_path(setup.first_model(), setup.tool_at(zones), device::Script::Press,
                                   {.seconds = 1, .depth = 1e-6, .gap = 0, .direction = {0, 0, 1}});
-        hand.glove.wrist.translation =
-            top.front().translation + setup.first_pose().translation - Vec3d{0, 0.45 * hand.glove.length, 0};
+        hand.glove.wrist.translation = top.front().translation + setup.first_pose().translation + wrist;
         return device::simulated_glove(hand.glove);
     }
-    spec.allow({"speed", "depth", "gap", "radius", "direction", "travel", "rate", "wait", "hand", "delay"});
     const auto script = k_scripts.find(spec.first.empty() ? "press" : spec.first);
     if (script == k_scripts.end())
         throw device::DeviceError("simulated: a hand can press, tap, slide or circle, not '" + spec.first + "'");
+    allow(spec, script->second, true);
     hand.poses = scripted_poses(spec, script->second, setup, seconds, hand.rate);
     device::SimulatedOptions options{.script = HandPath::at, .script_context = &hand};
-    options.mechanism.delay_ticks = static_cast<int>(spec.number("delay", options.mechanism.delay_ticks, 0, 8));
+    options.mechanism.delay_ticks = spec.whole("delay", options.mechanism.delay_ticks, 0, 8);
     const std::string name = spec.text("hand", options.hand.name);
     const auto profile = std::find_if(device::k_hand_profiles.begin(), device::k_hand_profiles.end(),
                                       [&](const device::HandProfile& p) { return name == p.name; });
@@ -210,6 +237,22 @@ bool entered()
     return ::isatty(STDIN_FILENO) == 1 && ::poll(&in, 1, 0) > 0 && ::read(STDIN_FILENO, text, sizeof text) > 0;
 }
 
+/// What a zone is called: a glove's by its finger.
+std::string zone_name(std::size_t zone, std::size_t zones, bool glove)
+{
+    constexpr const char* k_names[device::k_glove_zones] = {"thumb",       "index",         "middle finger",
+                                                            "ring finger", "little finger", "palm"};
+    if (zones == 1) return "the tool";
+    return glove && zone < device::k_glove_zones ? k_names[zone] : "zone " + std::to_string(zone);
+}
+
+/// While a zone had no force because it was inside when forces were to begin.
+struct Inside {
+    std::uint64_t ticks = 0;
+    double first = 0, last = 0;  ///< s
+    bool now = false;
+};
+
 struct Totals {
     std::uint64_t ticks = 0, contact = 0, faulty = 0;  ///< faulty: the filter let nothing through
     double first_fault = 0;                            ///< s
@@ -217,6 +260,7 @@ struct Totals {
     std::uint64_t hot = 0, braked = 0;                 ///< ticks in which the filter's duty and passivity steps acted
     std::uint64_t changed = 0;                         ///< ticks in which it sent anything but what was asked for
     double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, most_cpu = 0;
+    std::array<Inside, device::k_most_zones> inside{};
     bool gone = false;
     haptic::SafetyCounters counted{};
     device::ServoCounters servo{};
@@ -237,6 +281,12 @@ struct Totals {
             largest_force = std::max(largest_force, norm(row.computed[z].force));
             largest_sent = std::max(largest_sent, norm(row.sent[z].force));
             as_asked = as_asked && row.sent[z] == row.computed[z];
+            Inside& in = inside[z];
+            in.now = (row.filter & haptic::k_acted_inside) != 0 && row.sent[z] == haptic::Wrench{} &&
+                     !(row.computed[z] == haptic::Wrench{});
+            if (!in.now) continue;
+            if (in.ticks++ == 0) in.first = row.time;
+            in.last = row.time;
         }
         changed += !as_asked;
         deepest = std::max(deepest, depth);
@@ -315,7 +365,7 @@ std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span
 
 /// A device, by the clock: the servo's thread ticks, this one records.
 Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOptions& options, device::TraceWriter* writer,
-            double seconds)
+            double seconds, bool glove)
 {
     const std::size_t zones = device.capabilities().zones;
     const auto feeling = std::make_unique<Feeling>(setup, zones);
@@ -326,7 +376,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
         Felt felt;
         std::optional<double> begin;
         bool more = true;
-        std::uint32_t told = 0;
+        std::uint32_t told = 0, told_inside = 0;
         while (more) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
             if (entered()) servo.resume();
@@ -358,6 +408,13 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                     std::fprintf(stderr, "  no force from %.3f s on: %s%s\n", row.time, reasons(tick.safety.faults).c_str(),
                                  ::isatty(STDIN_FILENO) == 1 ? "; Enter goes on" : "");
                 told = tick.safety.faults;
+                if (const std::uint32_t more_inside = tick.safety.waiting & ~told_inside; more_inside != 0) {
+                    told_inside |= more_inside;
+                    for (std::size_t z = 0; z < zones; ++z)
+                        if ((more_inside >> z & 1) != 0)
+                            std::fprintf(stderr, "  %s is inside an object at %.3f s: no force until it is lifted out once\n",
+                                         zone_name(z, zones, glove).c_str(), row.time);
+                }
                 totals.gone = !tick.connected;
                 if (writer != nullptr && whole) writer->push_wait(row);
                 more = row.time < seconds;
@@ -465,7 +522,7 @@ void touch(const Arguments& arguments)
     device::TraceWriter* const out = writer ? &*writer : nullptr;
     const double seconds = over || !arguments.all_of_it ? arguments.seconds : INFINITY;
     const Totals totals =
-        path ? play(*device, *setup, servo.safety, out, seconds) : feel(*device, *setup, servo, out, arguments.seconds);
+        path ? play(*device, *setup, servo.safety, out, seconds) : feel(*device, *setup, servo, out, arguments.seconds, glove);
     device.reset();
     std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force asked for %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
@@ -492,6 +549,13 @@ void touch(const Arguments& arguments)
     if (totals.faulty > 0)
         std::printf("  the safety filter let no force through in %llu ticks, first at %.3f s: %s\n",
                     static_cast<unsigned long long>(totals.faulty), totals.first_fault, reasons(totals.faults).c_str());
+    for (std::size_t z = 0; z < capabilities.zones; ++z)
+        if (const Inside& in = totals.inside[z]; in.ticks > 0)
+            std::printf("  %s was inside an object when forces were to begin, and had none in %llu ticks, from %.3f s to %s\n",
+                        zone_name(z, capabilities.zones, glove).c_str(), static_cast<unsigned long long>(in.ticks), in.first,
+                        in.now ? "the end" : (std::to_string(in.last) + " s").c_str());
+    if (std::any_of(totals.inside.begin(), totals.inside.end(), [](const Inside& in) { return in.ticks > 0; }))
+        std::printf("  cure: start outside, or lift it out of the object once; force then comes in over half a second\n");
     if (totals.gone) std::printf("  the device was gone at the end\n");
     if (!writer) return;
     writer->finish();

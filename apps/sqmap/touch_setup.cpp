@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double k_default_radius = 0.005, k_two_pi = 6.283185307179586;
+constexpr double k_default_radius = 0.005, k_least_radius = 1e-6, k_two_pi = 6.283185307179586;
 
 const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
@@ -126,15 +126,18 @@ std::uint64_t hash_of(std::span<const Vec3d> points)
 }
 
 /// NAME or NAME:RADIUS, m; false for any other tool.
-bool is_shape(const std::string& tool, const std::string& name, double& radius)
+bool is_shape(const std::string& tool, const std::string& name, double most, double& radius)
 {
     if (tool == name) return true;
     if (!tool.starts_with(name + ":")) return false;
     const char* const last = tool.data() + tool.size();
     const auto [end, error] = std::from_chars(tool.data() + name.size() + 1, last, radius);
-    if (error != std::errc() || end != last || !(radius > 0 && radius < 10))
-        throw BadTouch("--tool " + tool + ": the radius must be above 0 and below 10 m\n  cure: metres, as in " + name +
+    if (error != std::errc() || end != last || !(radius >= k_least_radius && radius <= most)) {
+        char limits[80];
+        std::snprintf(limits, sizeof limits, "%g to %.4g m, the first object's R_max", k_least_radius, most);
+        throw BadTouch("--tool " + tool + ": the radius must be a number from " + limits + "\n  cure: metres, as in " + name +
                        ":0.005");
+    }
     return true;
 }
 
@@ -224,6 +227,16 @@ void TouchSetup::load_hand(device::HandMesh mesh)
     std::vector<Vec3d> middle(hand_->points().begin(), hand_->points().end());
     for (Vec3d& p : middle) p.y -= 0.45 * options_.hand_length;
     probe_ = std::make_unique<query::Probe>(middle);
+    points_ = std::move(middle);
+}
+
+query::Probe TouchSetup::tool_at(std::span<const haptic::Pose> zones) const
+{
+    if (hand_) return query::Probe(points_);
+    std::vector<Vec3d> points;
+    for (const haptic::Pose& zone : zones)
+        for (const Vec3d& p : points_) points.push_back(zone.rotation * p + zone.translation);
+    return query::Probe(points);
 }
 
 void TouchSetup::suit(const haptic::DeviceLimits* device)
@@ -290,11 +303,12 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
     if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
     ball.kernel = point.kernel = options_.kernel;
-    if (is_shape(options_.tool, "sphere", ball.radius)) {
+    const double most = views_.front().header.r_max * views_.front().header.unit;
+    if (is_shape(options_.tool, "sphere", most, ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;
         tool.vertices = haptic::stencil_points(ball);
-    } else if (is_shape(options_.tool, "point", point.radius)) {
+    } else if (is_shape(options_.tool, "point", most, point.radius)) {
         options_.zone.averaging = haptic::Averaging::Stencil;
         options_.zone.smoothing = point;
         tool.vertices = haptic::stencil_points(point);
@@ -316,7 +330,10 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hex(hash) + ", the trace has " +
                        hex(options_.tool_hash));
     options_.tool_hash = hash;
-    if (!hand_) probe_ = std::make_unique<query::Probe>(tool.vertices);
+    if (!hand_) {
+        probe_ = std::make_unique<query::Probe>(tool.vertices);
+        points_ = tool.vertices;
+    }
     if (!(options_.zone_radius > 0)) return;
     if (!patch) {
         notes_.push_back("warning: --zone counts for a mesh only: " + options_.tool + " is felt as a whole");

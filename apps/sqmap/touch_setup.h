@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -86,6 +87,8 @@ public:
     /// What a script brings into contact: the tool's points; of a point the point alone, not the samples of its smoothing; of a
     /// hand on a glove the flat hand, its middle at the origin.
     [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : *probe_; }
+    /// The same of all zones at once, where they stand at these poses; of a hand on a glove the flat hand, whatever they are.
+    [[nodiscard]] query::Probe tool_at(std::span<const haptic::Pose> zones) const;
     /// A glove poses a skinned hand every tick.
     [[nodiscard]] bool has_hand() const { return hand_ != nullptr; }
     /// What the user should know of these options; a line each.
@@ -120,6 +123,7 @@ private:
     std::vector<haptic::Solid> solids_;
     std::unique_ptr<query::Probe> probe_, point_;
     std::unique_ptr<device::HandSkin> hand_;
+    std::vector<Vec3d> points_;  // of the probe
     std::vector<float> weights_;
     haptic::DenserSets denser_;
     double reach_ = 0;  // m, of the points of a mesh from their zone's pose

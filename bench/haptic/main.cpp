@@ -105,18 +105,28 @@ void add_energy(CLI::App& app)
     command->add_option("--layer", c->options.zone.layer, "3 or exact")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
+    command->add_flag("--paper", c->options.paper,
+                      "The paper's mode instead: a point, depth and normal of layer 3 of its own projection");
     command->callback([c] {
         c->options.zone.blend_time = 0;
-        std::printf("%-18s | %-52s | %-52s\n%-18s", "", "consistent", "levelled", "mesh");
-        for (int i = 0; i < 2; ++i) std::printf(" | %9s %9s %9s %11s %10s", "median", "least", "most", "asked, mJ", "sent, mJ");
+        const bool paper = c->options.paper;
+        if (paper) c->options.zone.layer = query::Layer::Three;
+        std::printf("%-18s | %-52s", "", paper ? "paper" : "consistent");
+        std::printf(" | %-*s", paper ? 22 : 52, paper ? "with eq. 33" : "levelled");
+        std::printf("\n%-18s", "mesh");
+        for (int i = 0; i < (paper ? 1 : 2); ++i)
+            std::printf(" | %9s %9s %9s %11s %10s", "median", "least", "most", "asked, mJ", "sent, mJ");
+        if (paper) std::printf(" | %11s %10s", "asked, mJ", "sent, mJ");
         std::printf("\n");
         for (const std::filesystem::path& file : c->meshes) {
-            const TouchObject object(file);
+            const TouchObject object(file, paper ? model::Projection::Normal : model::Projection::Central);
             std::printf("%-18s", file.stem().string().c_str());
             for (const haptic::Shading shading : {haptic::Shading::Consistent, haptic::Shading::Levelled}) {
+                if (paper && shading == haptic::Shading::Consistent) continue;  // the mean of one point is the point
                 c->options.zone.shading = shading;
                 const Energy e = energy(object, c->options, c->places);
                 std::printf(" | %9.6f %9.6f %9.6f %11.4f %10.4f", e.median, e.least, e.worst, 1e3 * e.asked, 1e3 * e.sent);
+                if (paper) std::printf(" | %11.4f %10.4f", 1e3 * e.rubbed_asked, 1e3 * e.rubbed_sent);
             }
             std::printf("\n");
             std::fflush(stdout);

@@ -80,7 +80,7 @@ std::vector<Corner> longest_outline(const mesh::Mesh& mesh, Vec3d n, double offs
 
 }  // namespace
 
-TouchObject::TouchObject(const std::filesystem::path& file)
+TouchObject::TouchObject(const std::filesystem::path& file, model::Projection projection)
 {
     const io::ReadResult read = io::read_mesh_file(file);
     if (read.error) throw BenchError(file.string() + ": " + read.error->message + "\n  cure: " + read.error->cure);
@@ -91,7 +91,7 @@ TouchObject::TouchObject(const std::filesystem::path& file)
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);
     for (Vec3d& v : mesh.vertices) v = scale * v;
     solid = std::make_unique<mesh::Solid>(mesh, gate.crossed);
-    bytes_ = io::serialize(bake::bake(mesh, true, {}).model);
+    bytes_ = io::serialize(bake::bake(mesh, true, {.projection = projection}).model);
     if (model::parse(bytes_, view) != model::ParseStatus::Ok) throw BenchError(file.string() + ": the model does not parse");
 
     vertex_normals.resize(mesh.vertices.size());

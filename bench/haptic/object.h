@@ -17,7 +17,7 @@ inline constexpr double k_object_size = 0.3;  ///< R_max, m
 class TouchObject {
 public:
     /// Reads, scales and bakes. @throw BenchError where the mesh is refused
-    explicit TouchObject(const std::filesystem::path& file);
+    explicit TouchObject(const std::filesystem::path& file, model::Projection projection = model::Projection::Central);
     TouchObject(const TouchObject&) = delete;
     TouchObject& operator=(const TouchObject&) = delete;
 

@@ -17,7 +17,8 @@ constexpr double k_sphere = 0.005;  ///< m
 class Tool {
 public:
     Tool(const TouchObject& object, const SlideOptions& options)
-        : probe_(haptic::stencil_points(options.sphere ? haptic::ball_of(k_sphere) : options.zone.smoothing)),
+        : probe_(options.paper ? std::vector<Vec3d>{{}}
+                               : haptic::stencil_points(options.sphere ? haptic::ball_of(k_sphere) : options.zone.smoothing)),
           zone_{.probe = &probe_, .options = zone_options(options)},
           state_(std::span(&zone_, 1), {.most_contacts = 2048, .most_solids = 1})
     {
@@ -35,6 +36,7 @@ public:
         return w.force;
     }
     void reset() { state_.reset(); }
+    void rub(haptic::Friction friction) { solid_.material.friction = friction; }
     double depth_of(Vec3d force) const { return norm(force) / per_depth_; }
     [[nodiscard]] double stiffness() const { return per_depth_; }
 
@@ -44,6 +46,10 @@ private:
         haptic::ZoneOptions o = options.zone;
         o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
         if (options.sphere) o.smoothing.radius = k_sphere;
+        if (options.paper) {
+            o.averaging = haptic::Averaging::Patch;
+            o.entry_depth = 0;
+        }
         o.stiffness = options.stiffness;
         return o;
     }
@@ -320,11 +326,17 @@ Energy energy(const TouchObject& object, const SlideOptions& options, int places
     }
     if (found.empty()) return {};
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    Energy e{found.front().first, 0, found.back().first, 0, 0, found.size()};
+    Energy e{.worst = found.front().first, .least = found.back().first, .ways = found.size()};
     for (std::size_t i = 0; i < std::min(repeated, found.size()); ++i) {
+        tool.rub(haptic::Friction::None);
         const Given g = given(tool, found[i].second, 100);
         e.asked = std::max(e.asked, g.asked);
         e.sent = std::max(e.sent, g.sent);
+        if (!options.paper) continue;
+        tool.rub(haptic::Friction::Paper);
+        const Given r = given(tool, found[i].second, 100);
+        e.rubbed_asked = std::max(e.rubbed_asked, r.asked);
+        e.rubbed_sent = std::max(e.rubbed_sent, r.sent);
     }
     std::vector<double> shares;
     for (const auto& [share, round] : found) shares.push_back(std::abs(share));

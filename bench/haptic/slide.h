@@ -13,6 +13,8 @@ struct SlideOptions {
     double stiffness = 500;    ///< N/m
     haptic::ZoneOptions zone;  ///< layer, smoothing, shading, blending
     int planes = 3;            ///< sections along each axis
+    /// The paper's: one point, depth and normal of its map (eqs. 21, 26, 32), nothing smoothed or averaged.
+    bool paper = false;
 };
 
 /// One tick of a slide.
@@ -56,8 +58,9 @@ struct NormalError {
 /// And J given, at most, by a device that goes the ten ways with most gain around 100 times at 0.1 m/s and 1 kHz, each force held
 /// for a tick: as asked, and behind the safety filter.
 struct Energy {
-    double worst = 0, median = 0, least = 0;  ///< greatest, of the absolute value, and least
-    double asked = 0, sent = 0;               ///< J
+    double worst = 0, median = 0, least = 0;   ///< greatest, of the absolute value, and least
+    double asked = 0, sent = 0;                ///< J
+    double rubbed_asked = 0, rubbed_sent = 0;  ///< the same with the friction of eq. 33
     std::size_t ways = 0;
 };
 [[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int places);

@@ -91,8 +91,7 @@ void list_chai3d(std::vector<DeviceListing>& list)
 std::unique_ptr<Device> open_chai3d(const DeviceSpec& spec)
 {
     spec.allow({});
-    const DeviceSpec index{spec.kind, "", {{"index", spec.first}}};
-    return std::make_unique<Chai3d>(static_cast<unsigned>(index.number("index", 0, 0, 64)));
+    return std::make_unique<Chai3d>(static_cast<unsigned>(spec.index(0, 0, 64)));
 }
 
 }  // namespace sqmap::device

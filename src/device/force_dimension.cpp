@@ -82,8 +82,7 @@ void list_force_dimension(std::vector<DeviceListing>& list)
 std::unique_ptr<Device> open_force_dimension(const DeviceSpec& spec)
 {
     spec.allow({});
-    const DeviceSpec index{spec.kind, "", {{"index", spec.first}}};
-    return std::make_unique<ForceDimension>(static_cast<int>(index.number("index", -1, -1, 64)));
+    return std::make_unique<ForceDimension>(spec.index(-1, -1, 64));
 }
 
 }  // namespace sqmap::device

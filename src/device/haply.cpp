@@ -287,9 +287,9 @@ std::unique_ptr<Device> open_haply(const DeviceSpec& spec)
     spec.allow({"port", "device", "max-force", "wait"});
     Settings settings;
     if (!spec.first.empty()) settings.host = spec.first;
-    settings.port = std::to_string(static_cast<int>(spec.number("port", std::stoi(k_default_port), 1, 65535)));
+    settings.port = std::to_string(spec.whole("port", std::stoi(k_default_port), 1, 65535));
     settings.device_id = spec.text("device", "");
-    settings.max_force = spec.number("max-force", 0, 0, 50);
+    settings.max_force = spec.number("max-force", 0, 0.01, 50);
     settings.wait = spec.number("wait", settings.wait, 0.1, 3600);
     return std::make_unique<Haply>(settings);
 }

@@ -324,7 +324,7 @@ std::unique_ptr<Device> open_network(const DeviceSpec& spec)
     spec.allow({"port", "wait"});
     NetworkOptions options;
     if (!spec.first.empty()) options.address = spec.first;
-    options.port = static_cast<std::uint16_t>(spec.number("port", k_network_port, 1, 65535));
+    options.port = static_cast<std::uint16_t>(spec.whole("port", k_network_port, 1, 65535));
     options.wait = spec.number("wait", options.wait, 0.1, 86400);
     return open_network(options);
 }

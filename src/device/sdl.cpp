@@ -238,7 +238,7 @@ std::unique_ptr<Device> open_sdl(const DeviceSpec& spec)
 {
     spec.allow({"range", "full"});
     Settings settings;
-    settings.index = static_cast<int>(DeviceSpec{spec.kind, "", {{"index", spec.first}}}.number("index", 0, 0, 1000));
+    settings.index = spec.index(0, 0, 1000);
     settings.range = spec.number("range", settings.range, 1e-4, 10);
     settings.full = spec.number("full", settings.full, 1e-3, 1e3);
     return std::make_unique<SdlDevice>(settings);

@@ -146,7 +146,7 @@ void list_spacenav(std::vector<DeviceListing>& list)
 std::unique_ptr<Device> open_spacenav(const DeviceSpec& spec)
 {
     spec.allow({"speed", "turn"});
-    if (!spec.first.empty()) throw DeviceError("spacenav takes NAME=VALUE only, found '" + spec.first + "'");
+    spec.only_named();
     return std::make_unique<Spacenav>(Settings{spec.number("speed", 0.1, 1e-4, 10), spec.number("turn", 1.5, 1e-3, 100)});
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 
 namespace sqmap::device {
@@ -12,21 +13,47 @@ std::string DeviceSpec::text(std::string_view name, std::string_view otherwise) 
     return at == options.end() ? std::string(otherwise) : at->second;
 }
 
-double DeviceSpec::number(std::string_view name, double otherwise, double least, double most) const
+namespace {
+
+double number_of(const std::string& value, const std::string& what, double least, double most, bool whole)
 {
-    const std::string value = text(name, "");
-    if (value.empty()) return otherwise;
     double number = 0;
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error != std::errc() || end != value.data() + value.size() || !(number >= least && number <= most)) {
-        char limits[64];
-        std::snprintf(limits, sizeof limits, "%g to %g", least, most);
-        throw DeviceError(kind + ": " + std::string(name) + " must be a number from " + limits + ", found '" + value + "'");
-    }
-    return number;
+    if (error == std::errc() && end == value.data() + value.size() && number >= least && number <= most &&
+        (!whole || number == std::floor(number)))
+        return number;
+    char limits[64];
+    std::snprintf(limits, sizeof limits, "%g to %g", least, most);
+    throw DeviceError(what + " must be a " + (whole ? "whole " : "") + "number from " + limits + ", found '" + value + "'");
 }
 
-void DeviceSpec::allow(std::initializer_list<std::string_view> names) const
+}  // namespace
+
+double DeviceSpec::number(std::string_view name, double otherwise, double least, double most) const
+{
+    for (const auto& [known, value] : options)
+        if (known == name) return number_of(value, kind + ": " + known, least, most, false);
+    return otherwise;
+}
+
+int DeviceSpec::whole(std::string_view name, int otherwise, int least, int most) const
+{
+    for (const auto& [known, value] : options)
+        if (known == name) return static_cast<int>(number_of(value, kind + ": " + known, least, most, true));
+    return otherwise;
+}
+
+int DeviceSpec::index(int otherwise, int least, int most) const
+{
+    return first.empty() ? otherwise : static_cast<int>(number_of(first, kind + ": the index", least, most, true));
+}
+
+void DeviceSpec::only_named() const
+{
+    if (!first.empty()) throw DeviceError(kind + " takes NAME=VALUE only, found '" + first + "'");
+}
+
+void DeviceSpec::allow(std::span<const std::string_view> names) const
 {
     for (const auto& [name, value] : options) {
         if (std::find(names.begin(), names.end(), name) != names.end()) continue;
@@ -46,6 +73,8 @@ DeviceSpec parse_spec(std::string_view text)
     std::string_view rest = text.substr(colon + 1);
     for (bool first = true; !rest.empty(); first = false) {
         const std::string_view argument = rest.substr(0, rest.find(','));
+        if (argument.empty() || argument.size() + 1 == rest.size())
+            throw DeviceError(spec.kind + ": an argument is empty: a comma too many in '" + std::string(text) + "'");
         rest.remove_prefix(std::min(rest.size(), argument.size() + 1));
         const std::size_t equals = argument.find('=');
         if (equals == std::string_view::npos && first) {

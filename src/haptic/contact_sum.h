@@ -29,6 +29,7 @@ struct Felt {
     Vec3d lever{};     ///< centre of the contact, from the pose's centre
     std::uint32_t contacts = 0;
     double deepest = 0;
+    double reach = 0;  ///< of a patch: how far from the pose's centre it touches
 };
 
 /// Moments of the contacts: weights times powers of depth. Whatever enters or leaves does so with weight zero.
@@ -54,6 +55,7 @@ public:
         turn1_ += wd * turn;
         point_ += w * s.point;
         deepest_ = std::max(deepest_, s.depth);
+        reach_sq_ = std::max(reach_sq_, norm_sq(s.point));
         ++count_;
     }
 
@@ -65,6 +67,7 @@ public:
         felt.contacts = count_;
         felt.deepest = deepest_;
         felt.lever = point_ / weight_;
+        felt.reach = std::sqrt(reach_sq_);
         if (shading_ == Shading::Consistent) {
             felt.exact = felt.depth = second_ / first_;
             const double a = 3 * felt.depth / first_, b = -2 * felt.depth * felt.depth / first_;
@@ -84,7 +87,7 @@ private:
     double per_entry_;
     double weight_ = 0, first_ = 0, second_ = 0;
     Vec3d normal0_{}, normal1_{}, turn0_{}, turn1_{}, point_{};
-    double deepest_ = 0;
+    double deepest_ = 0, reach_sq_ = 0;
     std::uint32_t count_ = 0;
 };
 

@@ -24,6 +24,7 @@ struct State::Touch {
     Pose solid_before{};  ///< at the last step
     bool known = false;   ///< solid_before is
     Vec3d bristle{};      ///< Coulomb: how far the sticking spring is stretched, in the solid's frame
+    double mu = 0;        ///< what it slips at: falls from static to dynamic once it has let go
     bool stuck = true;
     bool touching = false;
     double spring = 0;  ///< N, of this tick
@@ -45,7 +46,8 @@ struct State::Memory {
     Pose body{};         ///< proxy or coupled body
     Twist body_twist{};
     bool has_body = false;
-    Wrench springs_before{}, left{};  ///< blending: springs of the last tick, what is left of jumps
+    /// Blending: the springs of the last tick and all that was pushed with, what is left of jumps.
+    Wrench springs_before{}, whole_before{}, left{};
     bool was_touching = false;
     std::uint32_t points = 0;  ///< 0: the zone's own; i: those of denser[i - 1]
 };

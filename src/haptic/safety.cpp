@@ -214,6 +214,7 @@ struct SafetyFilter::Tick {
     bool fresh = false;    // a new sample
     bool off = false;      // all zero
     std::uint32_t acted = 0;
+    std::uint32_t waiting = 0;  // zones that ask for force before they have been free
     std::array<Wrench, k_most_safe_zones> wrench{};
     std::array<double, k_most_safe_zones> share;             // of the limits: ramp, heat
     std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
@@ -401,10 +402,11 @@ void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
             zone.ramp = 0;
             ++counters_.teleports;
         }
-        if (zone.phase == Phase::Waiting && tick.fresh && !tick.off) {
+        if (zone.phase == Phase::Waiting && !tick.off) {
             const bool calm = norm(tick.wrench[z].force) < k_engage_force &&
                               norm(tick.wrench[z].torque) < k_engage_force / k_default_force * torque_limit_;
-            zone.calm = calm ? zone.calm + 1 : 0;
+            if (!calm) tick.waiting |= 1u << z, tick.acted |= k_acted_inside;
+            if (tick.fresh) zone.calm = calm ? zone.calm + 1 : 0;
             if (zone.calm > k_engage_ticks) {
                 zone.phase = Phase::Ramping;
                 zone.ramp_store = k_ramp_store;
@@ -574,7 +576,11 @@ SafetyReport SafetyFilter::finish(Tick& tick, std::span<Wrench> safe) noexcept
         // A tick that is not finite passes; all else begins anew.
         if ((tick.acted & k_acted_finite) == 0 || faults_ != 0) disengage();
     }
-    SafetyReport report{.acted = tick.acted, .faults = faults_, .engaged = !off && tick.zones > 0, .age = tick.age};
+    SafetyReport report{.acted = tick.acted,
+                        .faults = faults_,
+                        .engaged = !off && tick.zones > 0,
+                        .age = tick.age,
+                        .waiting = off ? 0 : tick.waiting};
     for (std::size_t z = 0; z < safe.size(); ++z) safe[z] = off || z >= tick.zones ? Wrench{} : tick.wrench[z];
     const double dt = std::clamp(tick.dt, device_.period, k_longest_tick);
     for (std::size_t z = 0; z < k_most_safe_zones; ++z) {

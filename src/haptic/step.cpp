@@ -14,6 +14,9 @@ namespace {
 
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
+constexpr double k_free_turn = 0.001;      ///< m: and across itself by its size times motion over this
+constexpr double k_fade = 250;             ///< N/s: what is left of a jump fades no faster, so that the fading is none
+constexpr double k_fade_arm = 0.05;        ///< m: its torque likewise, at this lever
 constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so many are expected of a denser set that is taken
 constexpr int k_proxy_rounds = 4;
 /// m: a proxy lies so deep, and so goes on touching what it rests on.
@@ -328,6 +331,14 @@ struct Stepper {
         return solid_before - zone_before;
     }
 
+    /// rad: how far the zone has turned over the solid since the last step.
+    double turn_over(const Memory& m, const Touch& t, const Solid& solid, const Pose& at) const
+    {
+        if (!m.known || !t.known) return 0;
+        const Pose before = query::compose(query::inverse(t.solid_before), m.body_before);
+        return norm(twist_between(before, query::compose(query::inverse(solid.pose), at), 1).angular);
+    }
+
     Vec3d velocity_over(const Twist& twist, const Solid& solid, const Pose& at, Vec3d lever) const
     {
         return velocity_at(twist, lever) - velocity_at(solid.twist, at.translation + lever - solid.pose.translation);
@@ -341,12 +352,16 @@ struct Stepper {
         if (material.friction == Friction::Paper) return printed_friction({material.f_c, material.k_f}, felt.depth, motion);
         if (material.friction != Friction::Coulomb || !(o.tangential_stiffness > 0)) return {};
         if (!t.touching) t.bristle = {}, t.stuck = true;
+        if (t.stuck) t.mu = material.mu_static;
         Vec3d stretch = solid.pose.rotation * t.bristle + motion;
         stretch -= dot(stretch, normal) * normal;
         const double pull = o.tangential_stiffness * norm(stretch);
-        if (pull > (t.stuck ? material.mu_static : material.mu_dynamic) * load) {
+        if (pull > t.mu * load) {
             t.stuck = false;
-            stretch = (material.mu_dynamic * load / pull) * stretch;
+            // What lets go does so over some ticks, or the drop from the one coefficient to the other is a jump.
+            const double kept = o.blend_time > 0 ? std::exp(-in.dt / o.blend_time) : 0;
+            t.mu = material.mu_dynamic + kept * std::max(t.mu - material.mu_dynamic, 0.);
+            stretch = (t.mu * load / pull) * stretch;
             status |= k_step_slipping;
         } else {
             t.stuck = true;
@@ -381,12 +396,18 @@ struct Stepper {
         if (!(felt.depth > 0) || !(approach > 0)) return {};
         const double share = std::min(1., felt.depth / (approach * o.brake_ahead));
         const Vec3d force = (o.brake * approach * share) * normal;
-        return {force, o.torque_share * cross(felt.lever, force)};
+        return {force, cross(felt.lever, force)};
     }
+
+    /// By how much motion explains that springs change in a tick.
+    struct Explained {
+        double force = 0, torque = 0;
+        double turn = 0;  ///< of the force, rad
+    };
 
     /// Modes Direct and Coupled: springs, damping and friction of all solids on a zone that stands at `at`.
     void push(std::size_t z, const Pose& at, const Twist& twist, Wrench& springs, Wrench& rest, BodyLoad* load,
-              double& free_change)
+              Explained& explained)
     {
         const ZoneOptions& o = state.zones_[z].options;
         Memory& m = state.memory_[z];
@@ -418,20 +439,20 @@ struct Stepper {
             const double out = felt.depth - (o.averaging == Averaging::Ball ? o.smoothing.radius : 0);
             const Vec3d contact = o.averaging == Averaging::Ball ? felt.lever + out * normal : felt.lever;
             const Vec3d motion = motion_over(m, t, solid, at, contact);
-            const Wrench spring{o.stiffness * felt.force, (o.torque_share * o.stiffness) * felt.torque};
+            const Wrench spring{o.stiffness * felt.force, o.stiffness * felt.torque};
             const double spring_size = o.stiffness * size;
             const double approach = -dot(velocity_over(twist, solid, at, contact), normal);
             const double damping = o.damping * std::min(1., felt.depth / k_damping_depth);
             const double extra = std::max(damping * approach, -spring_size);
             const Vec3d rub = friction(o, t, solid, felt, normal, spring_size + extra, motion, report.status);
             const Vec3d other = extra * normal + rub;
-            const Wrench side{other, o.torque_share * cross(contact, other)};
+            const Wrench side{other, cross(contact, other)};
             springs = springs + spring;
             if (load == nullptr) {
                 rest = rest + side;
             } else {
                 // Implicit: a light body is damped by far more than its mass over a tick.
-                rest = rest + Wrench{rub, o.torque_share * cross(contact, rub)};
+                rest = rest + Wrench{rub, cross(contact, rub)};
                 // The body lands without bouncing: drag is where it touches, not in free air.
                 const double landing = std::max(damping, 2 * std::sqrt(o.mass * o.stiffness));
                 const bool patch = o.averaging == Averaging::Patch && !in.degraded;
@@ -447,7 +468,11 @@ struct Stepper {
             add_to_solid(s, spring + side, at.translation);
             t.touching = true;
             t.spring = spring_size;
-            free_change = std::max(free_change, k_free_slope * o.stiffness * norm(motion));
+            const double slope = k_free_slope * o.stiffness, reach = std::max(felt.reach, norm(contact));
+            explained.force = std::max(explained.force, slope * norm(motion));
+            explained.turn = std::max(explained.turn, norm(motion) / k_free_turn);
+            explained.torque =
+                std::max(explained.torque, slope * reach * (norm(motion) + (reach + norm(contact)) * turn_over(m, t, solid, at)));
             report.depth += felt.depth * size;
             report.point += size * (at.translation + felt.lever + out * normal);
             report.potential += 0.5 * o.stiffness * felt.depth * felt.depth;
@@ -460,8 +485,13 @@ struct Stepper {
         report.normal = normalized(springs.force);
     }
 
-    /// Spreads jumps of the spring force, as where the foot point crosses a medial axis, over time. What motion explains passes.
-    Wrench blended(std::size_t z, const Wrench& springs, double free_change)
+    /// How much of a change is none that motion explains.
+    static double share_beyond(double change, double explained) { return change > explained ? 1 - explained / change : 0; }
+
+    /// Spreads jumps over time, as where the foot point crosses a medial axis. The springs tell of a jump; what damping and
+    /// friction, whose normal and lever jump with it, change by in that tick is spread alike, so that the whole wrench stays as
+    /// it was but for what motion explains.
+    Wrench blended(std::size_t z, const Vec3d& about, const Wrench& springs, const Wrench& whole, const Explained& explained)
     {
         const ZoneOptions& o = state.zones_[z].options;
         Memory& m = state.memory_[z];
@@ -469,28 +499,41 @@ struct Stepper {
         if (!touching || !(o.blend_time > 0)) {
             m.left = {};
         } else if (m.was_touching) {
-            m.left = std::exp(-in.dt / o.blend_time) * m.left;
+            // A share of a large jump would be a jump itself.
+            const double size = std::max(norm(m.left.force), norm(m.left.torque) / k_fade_arm);
+            const double slowest = size > 0 ? 1 - k_fade * in.dt / size : 0;
+            m.left = std::max(std::exp(-in.dt / o.blend_time), slowest) * m.left;
             const Wrench change = springs + -1. * m.springs_before;
-            const double size = norm(change.force);
-            if (size > free_change) m.left = m.left + -(1 - free_change / size) * change;
+            const double before = norm(m.springs_before.force), now = norm(springs.force), grown = now - before;
+            const double across = std::sqrt(std::max(norm_sq(change.force) - grown * grown, 0.));
+            const double jump = std::max({share_beyond(norm(change.force), explained.force),
+                                          share_beyond(across, std::max(before, now) * explained.turn),
+                                          share_beyond(norm(change.torque), explained.torque)});
+            if (jump > 0) m.left = m.left + -jump * (whole + -1. * m.whole_before);
             if (norm(m.left.force) > 1e-6 * norm(springs.force)) state.reports_[z].status |= k_step_blended;
         }
         m.springs_before = springs;
+        m.whole_before = whole;
         m.was_touching = touching;
         double total = 0;
         for (std::size_t s = 0; s < solids; ++s) total += touch(z, s).spring;
         if (total > 0)
-            for (std::size_t s = 0; s < solids; ++s)
-                add_to_solid(s, touch(z, s).spring / total * m.left, in.poses[z].translation);
-        return springs + m.left;
+            for (std::size_t s = 0; s < solids; ++s) add_to_solid(s, touch(z, s).spring / total * m.left, about);
+        return whole + m.left;
+    }
+
+    /// As much of the torque as the zone is to have.
+    Wrench with_its_share(std::size_t z, const Wrench& w) const
+    {
+        return {w.force, state.zones_[z].options.torque_share * w.torque};
     }
 
     Wrench direct(std::size_t z)
     {
         Wrench springs, rest;
-        double free_change = 0;
-        push(z, in.poses[z], state.memory_[z].device_twist, springs, rest, nullptr, free_change);
-        return blended(z, springs, free_change) + rest;
+        Explained explained;
+        push(z, in.poses[z], state.memory_[z].device_twist, springs, rest, nullptr, explained);
+        return with_its_share(z, blended(z, in.poses[z].translation, springs, springs + rest, explained));
     }
 
     Wrench coupled(std::size_t z)
@@ -504,19 +547,18 @@ struct Stepper {
         }
         Wrench springs, rest, on_hand;
         BodyLoad load;
-        double free_change = 0;
+        Explained explained;
         const Pose at = m.body;
         state.reports_[z].body = at;
-        push(z, at, m.body_twist, springs, rest, &load, free_change);
-        load.wrench = load.wrench + springs + rest;
+        push(z, at, m.body_twist, springs, rest, &load, explained);
+        load.wrench = load.wrench + with_its_share(z, springs + rest);
         m.body_before = at;
         if (!step_body(o, in.poses[z], m.device_twist, load, in.dt, m.body, m.body_twist, on_hand)) {
             m.has_body = false;
             state.reports_[z].status |= k_step_not_finite;
             return {};
         }
-        on_hand.torque = o.torque_share * on_hand.torque;
-        return on_hand;
+        return with_its_share(z, on_hand);
     }
 
     /// The nearest place to the goal that no plane forbids: each plane in turn, a few times over.
@@ -606,18 +648,17 @@ struct Stepper {
         }
         report.body = m.body;
         if (!(load > 0)) {
-            (void)blended(z, {}, 0);
+            (void)blended(z, goal, {}, {}, {});
             return {};
         }
         report.status |= k_step_contact;
         report.normal = normal;
         report.depth = norm(m.body.translation - goal);
         report.potential = 0.5 * o.stiffness * report.depth * report.depth;
-        // Between walls it may lie on the one or the other, and off an edge it drops: such jumps are blended.
-        Wrench w = blended(z, {o.stiffness * (m.body.translation - goal), {}}, k_free_slope * o.stiffness * motion);
+        const Vec3d spring = o.stiffness * (m.body.translation - goal);
         const double approach = -dot(m.device_twist.linear, normal);
         const double damped = o.damping * approach * std::min(1., load / k_damping_depth);
-        w.force += std::max(damped, -o.stiffness * load) * normal;
+        const Vec3d force = spring + std::max(damped, -o.stiffness * load) * normal;
         Vec3d lever{};
         double share = 0;
         for (std::size_t s = 0; s < solids; ++s) share += touches[s].touching ? 1 : 0;
@@ -625,11 +666,16 @@ struct Stepper {
             if (touches[s].touching) {
                 const Vec3d arm = m.body.rotation * touches[s].planes[0].probe;
                 lever += arm / share;
-                add_to_solid(s, {w.force / share, cross(arm, w.force / share)}, m.body.translation);
+                touches[s].spring = norm(spring) / share;
+                add_to_solid(s, {force / share, cross(arm, force / share)}, m.body.translation);
+            } else {
+                touches[s].spring = 0;
             }
         report.point = m.body.translation + lever;
-        w.torque = o.torque_share * cross(lever, w.force);
-        return w;
+        // Between walls it may lie on the one or the other, and off an edge it drops, with its lever: such jumps are blended.
+        const double slope = k_free_slope * o.stiffness * (motion + norm(lever) * m.track.turn());
+        return with_its_share(z, blended(z, m.body.translation, {spring, cross(lever, spring)}, {force, cross(lever, force)},
+                                         {k_free_slope * o.stiffness * motion, slope * norm(lever), motion / k_free_turn}));
     }
 
     void clear(std::size_t z)

@@ -22,6 +22,12 @@ public:
     /// m since the last tick
     [[nodiscard]] double step() const { return count_ > 1 ? norm(past_[0].pose.translation - past_[1].pose.translation) : 0; }
 
+    /// rad since the last tick
+    [[nodiscard]] double turn() const
+    {
+        return count_ > 1 ? norm(rotation_vector(past_[0].pose.rotation * transpose(past_[1].pose.rotation))) : 0;
+    }
+
     /// resolution: m, of the encoder; 0: the difference of the last two poses. A turn counts at k_arm.
     [[nodiscard]] Twist twist(double resolution) const
     {

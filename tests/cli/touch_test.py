@@ -313,9 +313,23 @@ class Touch(unittest.TestCase):
         rows = rows_of("glove.csv")
         self.assertIn("z5_sent_tz", rows[0])
         self.assertNotIn("z6_px", rows[0])
+        for zone in range(6):  # one that begins inside has no force
+            self.assertEqual([float(rows[0][f"z{zone}_f{axis}"]) for axis in "xyz"], [0, 0, 0])
         felt = [max(math.hypot(*(float(row[f"z{zone}_f{axis}"]) for axis in "xyz")) for row in rows) for zone in range(6)]
         self.assertGreater(sum(force > 0.01 for force in felt), 1, felt)
         self.assertIn("bit-identical", run("replay", "glove.csv").stdout)
+
+    def test_what_begins_inside_is_told_with_the_cure(self):
+        inside = self.record("inside.csv", device="press:gap=-0.002,depth=0.004", seconds="0.5")
+        self.assertIn("the tool was inside an object when forces were to begin, and had none in 500 ticks, from 0.000 s to the end",
+                      inside.stdout)
+        self.assertIn("cure: start outside, or lift it out of the object once", inside.stdout)
+        for row in rows_of("inside.csv"):
+            self.assertEqual(int(row["filter"]) & 1024, 1024)
+            self.assertEqual([float(row["z0_sent_f" + axis]) for axis in "xyz"], [0, 0, 0])
+        outside = self.record("outside.csv", device="press:depth=0.004", seconds="0.5")
+        self.assertNotIn("inside", outside.stdout)
+        self.assertEqual([row for row in rows_of("outside.csv") if int(row["filter"]) & 1024], [])
 
     def forces(self, name):
         return [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of(name)]
@@ -516,7 +530,7 @@ class Touch(unittest.TestCase):
                                  (["replay", "short.csv", "--plot", "x.png"], "--plot x.png: the picture is an SVG\n  cure: --plot x.svg"),
                                  ([*touch, "--record", "x.csv", "--plot", "x.png"], "cure: --plot x.svg"),
                                  ([*touch, "--mu-static", "0.1"], "--mu-static 0.1 is below --mu-dynamic 0.3"),
-                                 ([*touch, "--tool", "sphere:1e9"], "above 0 and below 10 m"),
+                                 ([*touch, "--tool", "sphere:1e9"], "first object's R_max"),
                                  ([*touch, "--texture", "velvet"], "--texture velvet: there is no such texture"),
                                  ([*touch, "--texture", "image:absent.png"], "--texture image:absent.png: cannot be read as PNG"),
                                  ([*touch, "--texture", "image:oblong.png"], "the image is 8 by 4 pixels, it must be square"),
@@ -533,6 +547,20 @@ class Touch(unittest.TestCase):
                                  ([*touch, "--device", "slide:speeed=1"], "no option 'speeed'"),
                                  ([*touch, "--device", "slide:speed=fast"], "speed must be a number"),
                                  ([*touch, "--device", "press:direction=0/0"], "three numbers"),
+                                 ([*touch, "--device", "press:direction="], "three numbers"),
+                                 ([*touch, "--device", "press:direction=0/0/0"], "direction=0/0/0 points nowhere"),
+                                 ([*touch, "--device", "slide:travel=0/0/0"], "travel=0/0/0 points nowhere"),
+                                 ([*touch, "--device", "press:0.01"], "takes NAME=VALUE only, found '0.01'"),
+                                 ([*touch, "--device", "glove:open"], "takes NAME=VALUE only, found 'open'"),
+                                 ([*touch, "--device", "press:depth="], "depth must be a number from -1 to 1, found ''"),
+                                 ([*touch, "--device", "press:depth=0.01,"], "a comma too many"),
+                                 ([*touch, "--device", "press:depth=-0.01,gap=0.005"], "depth=-0.01 lies above gap=0.005"),
+                                 ([*touch, "--device", "press:radius=0.01"], "press has no option 'radius'"),
+                                 ([*touch, "--device", "slide:rate=1"], "rate must be a number from 50 to 10000"),
+                                 ([*touch, "--device", "slide:speed=100"], "speed must be a number from 1e-05 to 10"),
+                                 ([*touch, "--device", "simulated:press,delay=1.5"], "delay must be a whole number from 0 to 8"),
+                                 ([*touch, "--tool", "sphere:0.5"], "the first object's R_max"),
+                                 ([*touch, "--tool", "sphere:5mm"], "cure: metres"),
                                  ([*touch, "--device", "path:absent.csv"], "absent.csv"),
                                  (["replay", "absent.csv"], "absent.csv"),
                                  ([*touch, "--device", "simulated:dance"], "dance"),

@@ -4,6 +4,7 @@
 #include "sqmap/device/device.h"
 
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,13 +20,20 @@ struct DeviceSpec {
 
     /// The value of an option, or the default.
     [[nodiscard]] std::string text(std::string_view name, std::string_view otherwise) const;
-    /// @throw DeviceError where it is no finite number in [least, most].
+    /// @throw DeviceError where it is given and no finite number in [least, most].
     [[nodiscard]] double number(std::string_view name, double otherwise, double least, double most) const;
+    /// @throw DeviceError where it is given and no whole number in [least, most].
+    [[nodiscard]] int whole(std::string_view name, int otherwise, int least, int most) const;
+    /// The argument without a name as a whole number. @throw as whole
+    [[nodiscard]] int index(int otherwise, int least, int most) const;
+    /// @throw DeviceError where there is an argument without a name.
+    void only_named() const;
     /// @throw DeviceError where an option is none of these.
-    void allow(std::initializer_list<std::string_view> names) const;
+    void allow(std::span<const std::string_view> names) const;
+    void allow(std::initializer_list<std::string_view> names) const { allow(std::span(names.begin(), names.size())); }
 };
 
-/// @throw DeviceError for an empty kind, an option without a name or one given twice.
+/// @throw DeviceError for an empty kind, an empty argument, an option without a name or one given twice.
 [[nodiscard]] DeviceSpec parse_spec(std::string_view text);
 
 enum class Presence {

@@ -114,8 +114,9 @@ enum SafetyStep : std::uint32_t {
     k_acted_speed = 1u << 5,
     k_acted_passivity = 1u << 6,
     k_acted_duty = 1u << 7,
-    k_acted_last = 1u << 8,  ///< the final clamp
-    k_acted_off = 1u << 9,   ///< FAULT, STOP, dead-man switch or no device: zero
+    k_acted_last = 1u << 8,     ///< the final clamp
+    k_acted_off = 1u << 9,      ///< FAULT, STOP, dead-man switch or no device: zero
+    k_acted_inside = 1u << 10,  ///< of k_acted_engage: some zone asks for force before it has been free: see waiting
 };
 
 /// Bits of SafetyReport::faults; any of them means zero until the user acts.
@@ -132,6 +133,9 @@ struct SafetyReport {
     std::uint32_t faults = 0;  ///< bits of SafetyFault
     bool engaged = false;      ///< every zone gets all of what is asked, within limits
     double age = 0;            ///< s since the last sample
+    /// A bit a zone: it was inside an object when forces were to begin, and has none until it has left (k_engage_force). The
+    /// cure is to lift it out once.
+    std::uint32_t waiting = 0;
 };
 
 /// Ticks in which each thing happened, since construction.

@@ -27,19 +27,28 @@ TEST(Spec, HasKindFirstArgumentAndOptions)
 
 TEST(Spec, RefusesWhatItCannotMean)
 {
-    for (const char* const text : {"", ":x", "a:b,c", "a:b,=1", "a:x=1,x=2"})
+    for (const char* const text : {"", ":x", "a:b,c", "a:b,=1", "a:x=1,x=2", "a:b=1,", "a:,b=1", "a:b=1,,c=2"})
         EXPECT_THROW((void)parse_spec(text), DeviceError) << text;
-    const DeviceSpec spec = parse_spec("k:a=1,b=x,c=nan,d=1e9");
-    for (const char* const name : {"b", "c", "d"}) EXPECT_THROW((void)spec.number(name, 0, 0, 10), DeviceError) << name;
+    const DeviceSpec spec = parse_spec("k:a=1,b=x,c=nan,d=1e9,e=,f=1.5");
+    for (const char* const name : {"b", "c", "d", "e"}) EXPECT_THROW((void)spec.number(name, 0, 0, 10), DeviceError) << name;
+    EXPECT_EQ(spec.whole("a", 0, 0, 10), 1);
+    EXPECT_EQ(spec.whole("absent", 7, 0, 1), 7);
+    EXPECT_THROW((void)spec.whole("f", 0, 0, 10), DeviceError);
     EXPECT_THROW(spec.allow({"a"}), DeviceError);
-    EXPECT_NO_THROW(spec.allow({"a", "b", "c", "d"}));
+    EXPECT_NO_THROW(spec.allow({"a", "b", "c", "d", "e", "f"}));
+    EXPECT_NO_THROW(spec.only_named());
+    EXPECT_THROW(parse_spec("k:first,a=1").only_named(), DeviceError);
+    EXPECT_EQ(parse_spec("k").index(3, 0, 9), 3);
+    EXPECT_EQ(parse_spec("k:2").index(3, 0, 9), 2);
+    EXPECT_THROW((void)parse_spec("k:2.5").index(3, 0, 9), DeviceError);
 }
 
 TEST(OpenDevice, RefusesKindsAndOptionsThatDoNotExist)
 {
     for (const char* const spec :
          {"", "teleporter", "path", "path:/no/such/file", "trace", "trace:/no/such/file", "network:wait=0", "network:port=70000",
-          "network:hat=1", "network:300.1.2.3,wait=0.1", "sdl:-1", "sdl:x", "haply:port=0", "spacenav:first"})
+          "network:hat=1", "network:300.1.2.3,wait=0.1", "sdl:-1", "sdl:x", "sdl:0.5", "haply:port=0", "haply:port=80.5",
+          "haply:max-force=0", "network:port=", "network:wait=1,", "spacenav:first"})
         EXPECT_THROW((void)open_device(spec), DeviceError) << spec;
 }
 

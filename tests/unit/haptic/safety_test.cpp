@@ -322,6 +322,35 @@ TEST(SafetyEngage, WaitsForNextToNothingThenRampsForHalfASecond)
     EXPECT_TRUE(bench.report.engaged);
 }
 
+TEST(SafetyEngage, TellsWhichZonesAreInsideWhereForcesAreToBegin)
+{
+    Bench bench(strong(), {}, 3);
+    EXPECT_EQ(bench.tick().waiting, 0u) << "nobody asks for anything";
+    for (int i = 0; i < 700; ++i) {
+        bench.asked[1].force = {1, 0, 0};
+        bench.asked[2].torque = {0, 0.1, 0};
+        bench.tick();
+        ASSERT_EQ(bench.report.waiting, 0b110u) << i;
+        ASSERT_NE(bench.report.acted & k_acted_inside, 0u);
+    }
+    EXPECT_FALSE(bench.report.engaged);
+    bench.asked[0].force = {1, 0, 0};
+    bench.asked[2] = {};
+    bench.tick();
+    EXPECT_EQ(bench.report.waiting, 0b010u) << "the first has been free, and has its force";
+    EXPECT_GT(norm(bench.force(0)), 0.2);
+    // Once out, it is told no more, however much it asks for.
+    bench.run(0.01, {});
+    EXPECT_EQ(bench.report.waiting, 0u);
+    bench.run(1, {1, 0, 0});
+    EXPECT_EQ(bench.report.waiting, 0u);
+    EXPECT_EQ(bench.report.acted & k_acted_inside, 0u);
+    EXPECT_EQ(bench.force(1).x, 1);
+    // Off is off, and says so by itself.
+    bench.input.stop = true;
+    EXPECT_EQ(bench.tick().waiting, 0u);
+}
+
 TEST(SafetyEngage, ATeleportEngagesThatZoneAnew)
 {
     for (const bool turn : {false, true}) {
