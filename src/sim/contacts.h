@@ -51,6 +51,8 @@ public:
     void ride(std::span<const Solid> solids) noexcept;
 
     [[nodiscard]] std::span<const Vec3d> asked() const noexcept { return asked_; }
+    /// The normal that each node felt last; zero where it is free.
+    [[nodiscard]] std::span<const Vec3f> touched() const noexcept { return touched_; }
     [[nodiscard]] std::span<HalfSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:

@@ -1,0 +1,53 @@
+// Interiors of triangles: where a solid's sharp place pokes through cloth between the nodes, which feel nothing of it.
+#pragma once
+
+#include "sqmap/sim/cloth.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::sim {
+
+/// A place of a triangle has to stay where dot(normal, x) >= offset. World, m.
+struct InteriorSpace {
+    std::array<std::uint32_t, 3> nodes{};
+    Vec3f weights{};  ///< of the nodes: the place's barycentric coordinates
+    Vec3f normal{};
+    float offset = 0;
+    Vec3f motion{};  ///< of the surface in this step
+    float push = 0;  ///< sum of what it moved the place, >= 0
+    std::uint32_t sample = 0, solid = 0;
+    Vec3d asked_from{};          ///< the place when it was asked
+    Vec3f place{}, direction{};  ///< in the solid's frame
+};
+
+/// Asks a share of the places within triangles whose nodes feel normals that part, a share in each step, and again and again
+/// those that were found in a solid. Solids with a skin are not asked.
+class Interiors {
+public:
+    Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, std::size_t nodes, double thickness, query::Layer layer);
+
+    /// After the nodes' contacts are known. touched: the normal that each node feels, zero where none. No allocation.
+    void find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids) noexcept;
+
+    /// Moves what the last step found with its solids.
+    void ride(std::span<const Solid> solids) noexcept;
+
+    [[nodiscard]] std::span<InteriorSpace> all() noexcept { return std::span(spaces_).first(count_); }
+
+private:
+    /// Fills where and how the place is to be held, unless no solid is below it.
+    bool ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched,
+             std::span<const Solid> solids) const noexcept;
+
+    std::vector<std::array<std::uint32_t, 3>> triangles_;
+    std::vector<InteriorSpace> spaces_;
+    std::vector<std::uint8_t> held_;  ///< of each sample: whether a space holds it
+    std::size_t count_ = 0, next_ = 0;
+    double thickness_;
+    query::Layer layer_;
+};
+
+}  // namespace sqmap::sim
