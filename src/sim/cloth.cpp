@@ -116,8 +116,11 @@ struct Cloth::State {
     };
 
     State(const Garment& garment, const Fabric& f, const ClothOptions& o)
-        : fabric(f), options(o), triangles(garment.triangles), contacts(garment.start, f.thickness, o.sweep_step, o.layer),
-          interiors(garment.triangles, garment.start.size(), f.thickness, o.layer)
+        : fabric(f),
+          options(o),
+          triangles(garment.triangles),
+          contacts(garment.start, f.thickness, o.sweep_step, o.layer),
+          interiors(garment.triangles, f.thickness, o.layer)
     {
         info.m_gravity = to_bullet(o.gravity);
         const std::size_t n = garment.start.size();
@@ -572,7 +575,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     report.seconds.predict += cpu_seconds() - mark;
     report.status |= s.contacts.find(s.previous, s.position, solids, report);
     mark = cpu_seconds();
-    s.interiors.find(s.position, s.contacts.touched(), solids);
+    s.interiors.find(s.position, s.contacts.touched(), solids, s.contacts.rests());
     report.seconds.query += cpu_seconds() - mark;
     mark = cpu_seconds();
     for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);

@@ -9,14 +9,21 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr std::size_t k_most = 512;     ///< places held at once
-constexpr std::size_t k_samples = 4;    ///< of a triangle: its centroid and the middles of its edges
-constexpr Vec3f k_weights[k_samples] = {{1.f / 3, 1.f / 3, 1.f / 3}, {.5f, .5f, 0}, {0, .5f, .5f}, {.5f, 0, .5f}};
-constexpr double k_rise = 0.25, k_below = 0.5;  ///< times thickness: how far off the surface places are held, and are asked below
-constexpr double k_raise = 1;           ///< times thickness: how far a place is raised in a step where it is pierced
-constexpr double k_creep = 0.1;         ///< times thickness
-constexpr float k_part = 0.5f;          ///< cosine
-constexpr double k_along = 0.5;         ///< cosine
+constexpr std::size_t k_most = 512;  ///< places held at once
+// In a step: of the triangles one in so many is looked at, and so many places are asked, those that are held before new ones.
+// Where the cloth rests there is little new; among bones that move a place is asked of several, and costs more.
+constexpr std::size_t k_share = 16, k_share_at_rest = 64, k_asked = 8, k_asked_of_moving = 2;
+// Places of a triangle, a quarter of an edge apart, and how many of them are asked in a visit: the middles of its edges and one
+// within it, then others.
+constexpr std::size_t k_places = 12, k_visit = 4;
+constexpr Vec3f k_weights[k_places] = {{.5f, .5f, 0},   {0, .5f, .5f},   {.5f, 0, .5f},   {.5f, .25f, .25f},
+                                       {.75f, .25f, 0}, {0, .75f, .25f}, {.25f, 0, .75f}, {.25f, .5f, .25f},
+                                       {.25f, .75f, 0}, {0, .25f, .75f}, {.75f, 0, .25f}, {.25f, .25f, .5f}};
+constexpr float k_parting = 0.5f;  ///< cosine between nodes' normals: below it something sharp may be between them
+// In thicknesses: how far off the surface a place is held, how far below it the solid is asked, how far it is raised in a step
+// at most where it is pierced, how far it may creep until it is asked again.
+constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_creep = 0.1;
+constexpr double k_along = 0.5;  ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
 
@@ -28,8 +35,12 @@ Vec3d place_of(const InteriorSpace& s, std::span<const Vec3d> now)
 
 }  // namespace
 
-Interiors::Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, std::size_t, double thickness, query::Layer layer)
-    : triangles_(triangles.begin(), triangles.end()), spaces_(k_most), held_(k_samples * triangles.size()), thickness_(thickness), layer_(layer)
+Interiors::Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, double thickness, query::Layer layer)
+    : triangles_(triangles.begin(), triangles.end()),
+      spaces_(k_most),
+      held_(k_places * triangles.size()),
+      thickness_(thickness),
+      layer_(layer)
 {
 }
 
@@ -48,6 +59,8 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
     for (std::size_t k = 0; k < solids.size(); ++k) {
         const Solid& solid = solids[k];
         if (solid.model == nullptr || solid.skin != nullptr) continue;
+        const query::Sphere sphere = query::sphere_of({solid.model, nullptr, solid.pose});
+        if (!(norm_sq(asked - sphere.centre) <= sphere.radius * sphere.radius)) continue;
         const auto& header = solid.model->header;
         const query::Pose to = query::inverse(solid.pose);
         const Vec3d origin{header.origin[0], header.origin[1], header.origin[2]};
@@ -56,15 +69,17 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
         const double depth = header.unit * static_cast<double>(c.depth);
         if (!c.contact || (c.status & query::k_no_surface) != 0 || depth <= deepest) continue;
         deepest = depth;
-        const Vec3d in_mesh = origin + header.unit * cast<double>(c.point);
+        // Where something thin has gone through the cloth its surface is beside the place; the way out is along the cloth's own
+        // normal, back to the tip.
         const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
-        const bool along = dot(normal, out) >= k_along;
-        const Vec3d direction = along ? normal : out;
-        const Vec3d at = along ? apply(solid.pose, in_mesh) + k_rise * thickness_ * normal
-                               : p + std::min(k_raise * thickness_, depth + k_rise * thickness_) * out;
+        const bool pierced = dot(normal, out) < k_along;
+        const Vec3d direction = pierced ? out : normal;
+        const Vec3d surface = apply(solid.pose, origin + header.unit * cast<double>(c.point));
+        const Vec3d at = pierced ? p + std::min(k_raise * thickness_, depth + k_off * thickness_) * out
+                                 : surface + k_off * thickness_ * normal;
+        const Vec3d place = apply(to, at);
         space.normal = cast<float>(direction);
         space.offset = static_cast<float>(dot(direction, at));
-        const Vec3d place = apply(query::inverse(solid.pose), at);
         space.place = cast<float>(place);
         space.direction = cast<float>(to.rotation * direction);
         space.motion = cast<float>(at - apply(solid.previous, place));
@@ -74,35 +89,51 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
     return deepest > 0;
 }
 
-void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids) noexcept
+void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids,
+                     bool rests) noexcept
 {
-    bool still = true;
-    for (const Solid& s : solids) still = still && stands(s);
-    std::size_t kept = 0;
+    bool stand = true;
+    for (const Solid& s : solids) stand = stand && stands(s);
     const double creep_sq = k_creep * thickness_ * k_creep * thickness_;
-    for (std::size_t i = 0; i < count_; ++i) {
-        InteriorSpace& s = spaces_[i];
-        if ((still && norm_sq(place_of(s, now) - s.asked_from) <= creep_sq) || ask(s, now, touched, solids))
-            spaces_[kept++] = s;
-        else
-            held_[s.sample] = 0;
+    const std::size_t most_asked = stand ? k_asked : k_asked_of_moving;
+    std::size_t asked = 0;
+    for (std::size_t i = 0; i < count_ && asked < most_asked; ++i) {
+        first_ = first_ >= count_ ? 0 : first_;
+        InteriorSpace& s = spaces_[first_];
+        const bool same = stand && norm_sq(place_of(s, now) - s.asked_from) <= creep_sq;
+        asked += same ? 0 : 1;
+        if (same || ask(s, now, touched, solids)) {
+            ++first_;
+        } else {
+            held_[s.number] = 0;
+            s = spaces_[--count_];
+        }
     }
-    count_ = kept;
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const std::size_t looked_at = triangles_.size() / (rests || !stand ? k_share_at_rest : k_share) + 1;
+    for (std::size_t i = 0; i < looked_at && asked < most_asked; ++i) {
+        const std::size_t t = next_;
+        if (++next_ == triangles_.size()) {
+            next_ = 0;
+            visit_ = (visit_ + k_visit) % k_places;
+        }
         const auto& n = triangles_[t];
         const Vec3f a = touched[n[0]], b = touched[n[1]], c = touched[n[2]];
-        if (dot(a, b) > k_part && dot(b, c) > k_part && dot(c, a) > k_part) continue;
-        if (norm_sq(a + b + c) == 0) continue;
-        for (std::size_t k = 0; k < k_samples; ++k) {
-            const auto sample = static_cast<std::uint32_t>(k_samples * t + k);
-            if (held_[sample] != 0 || count_ == spaces_.size()) continue;
-            InteriorSpace s;
+        const float has_a = norm_sq(a), has_b = norm_sq(b), has_c = norm_sq(c);  // 1, or 0 where the node feels nothing
+        if (!(dot(a, b) < k_parting * has_a * has_b || dot(b, c) < k_parting * has_b * has_c ||
+              dot(c, a) < k_parting * has_c * has_a))
+            continue;
+        for (std::size_t k = visit_; k < visit_ + k_visit && count_ < spaces_.size(); ++k) {
+            const std::size_t number = k_places * t + k;
+            if (held_[number] != 0) continue;
+            InteriorSpace& s = spaces_[count_];
+            s = {};
             s.nodes = n;
             s.weights = k_weights[k];
-            s.sample = sample;
+            s.number = static_cast<std::uint32_t>(number);
+            ++asked;
             if (!ask(s, now, touched, solids)) continue;
-            held_[sample] = 1;
-            spaces_[count_++] = s;
+            held_[number] = 1;
+            ++count_;
         }
     }
 }

@@ -18,7 +18,7 @@ struct InteriorSpace {
     float offset = 0;
     Vec3f motion{};  ///< of the surface in this step
     float push = 0;  ///< sum of what it moved the place, >= 0
-    std::uint32_t sample = 0, solid = 0;
+    std::uint32_t number = 0, solid = 0;
     Vec3d asked_from{};          ///< the place when it was asked
     Vec3f place{}, direction{};  ///< in the solid's frame
 };
@@ -27,10 +27,11 @@ struct InteriorSpace {
 /// those that were found in a solid. Solids with a skin are not asked.
 class Interiors {
 public:
-    Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, std::size_t nodes, double thickness, query::Layer layer);
+    Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, double thickness, query::Layer layer);
 
-    /// After the nodes' contacts are known. touched: the normal that each node feels, zero where none. No allocation.
-    void find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids) noexcept;
+    /// After the nodes' contacts are known. touched: the normal that each node feels, zero where none. rests: the cloth hardly
+    /// moves. No allocation.
+    void find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids, bool rests) noexcept;
 
     /// Moves what the last step found with its solids.
     void ride(std::span<const Solid> solids) noexcept;
@@ -44,8 +45,9 @@ private:
 
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     std::vector<InteriorSpace> spaces_;
-    std::vector<std::uint8_t> held_;  ///< of each sample: whether a space holds it
-    std::size_t count_ = 0, next_ = 0;
+    std::vector<std::uint8_t> held_;     ///< of each triangle's places: whether a space holds it
+    std::size_t count_ = 0, first_ = 0;  ///< spaces; which is asked first
+    std::size_t next_ = 0, visit_ = 0;   ///< the triangle that is looked at next, and the first of its places
     double thickness_;
     query::Layer layer_;
 };

@@ -375,5 +375,41 @@ TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
     EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 1).nodes, 0.002 * 0.28);
 }
 
+TEST(Cloth, ASharpTipDoesNotStayInATriangle)
+{
+    // A spike thinner than the cloth's triangles, whose nodes feel nothing of it until it has gone through.
+    mesh::Mesh spike = test::cube();
+    for (Vec3d& v : spike.vertices) v = {(v.y > 0 ? 0.002 : 0.02) * v.x, v.y > 0 ? 0.3 : 0.0, (v.y > 0 ? 0.002 : 0.02) * v.z};
+    const test::Parsed model(spike);
+    const Solid solid = still(model);
+    for (const double shift : {0.0, 0.003, 0.006, 0.009}) {
+        Cloth cloth(sheet({{shift, 0.4, 0.5 * shift}, 0.3, 0.3, 0, 0, 400}), fabric("wool"));
+        for (int i = 0; i < 2 * 240; ++i) (void)cloth.step(k_dt, {&solid, 1});
+        const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 8);
+        EXPECT_LE(deep.interiors, 0.001) << shift;
+        EXPECT_GT(largest_y(cloth), 0.25) << shift;
+    }
+}
+
+TEST(Cloth, BetweenTwoSolidsItGivesWayToBoth)
+{
+    // Two plates close on a sheet until there is half as much room as its thickness takes on one side.
+    Cloth cloth(sheet({{0, 0.03, 0}, 0.4, 0.4, 0, 0, 400}), fabric("cotton"));
+    std::vector<Solid> solids{still(plate()), still(plate(), {0, 0.1, 0})};
+    for (int i = 0; i < 240; ++i) {
+        solids[1].previous = solids[1].pose;
+        solids[1].pose.translation.y = std::max(0.041, 0.1 - 0.1 * i * k_dt);
+        (void)cloth.step(k_dt, solids);
+    }
+    for (int i = 0; i < 60; ++i) {
+        solids[1].previous = solids[1].pose;
+        (void)cloth.step(k_dt, solids);
+    }
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), solids, 1).nodes, 2e-4);
+    for (const Vec3d& p : cloth.positions()) {
+        EXPECT_NEAR(p.y, 0.0205, 4e-4);  // half way
+    }
+}
+
 }  // namespace
 }  // namespace sqmap::sim
