@@ -10,9 +10,9 @@ namespace sqmap::sim {
 namespace {
 
 constexpr std::size_t k_most = 512;  ///< places held at once
-// In a step: of the triangles one in so many is looked at, and so many places are asked, those that are held before new ones.
+// In a step: so many triangles are looked at, and so many places are asked, those that are held before new ones.
 // Where the cloth rests there is little new; among bones that move a place is asked of several, and costs more.
-constexpr std::size_t k_share = 16, k_share_at_rest = 64, k_asked = 8, k_asked_of_moving = 2;
+constexpr std::size_t k_looked_at = 1250, k_looked_at_resting = 300, k_asked = 32, k_asked_of_moving = 2;
 // Places of a triangle, a quarter of an edge apart, and how many of them are asked in a visit: the middles of its edges and one
 // within it, then others.
 constexpr std::size_t k_places = 12, k_visit = 4;
@@ -109,7 +109,7 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
             s = spaces_[--count_];
         }
     }
-    const std::size_t looked_at = triangles_.size() / (rests || !stand ? k_share_at_rest : k_share) + 1;
+    const std::size_t looked_at = std::min(triangles_.size(), rests || !stand ? k_looked_at_resting : k_looked_at);
     for (std::size_t i = 0; i < looked_at && asked < most_asked; ++i) {
         const std::size_t t = next_;
         if (++next_ == triangles_.size()) {
