@@ -12,10 +12,9 @@ namespace {
 constexpr std::size_t k_most = 512;  ///< places held at once
 // In a step: so many triangles are looked at, and so many places are asked, those that are held before new ones.
 // Where the cloth rests there is little new; among bones that move a place is asked of several, and costs more.
-constexpr std::size_t k_looked_at = 1250, k_looked_at_resting = 300, k_asked = 32, k_asked_of_moving = 2;
-// Places of a triangle, a quarter of an edge apart, and how many of them are asked in a visit: the middles of its edges and one
-// within it, then others.
-constexpr std::size_t k_places = 12, k_visit = 4;
+constexpr std::size_t k_looked_at = 1250, k_looked_at_resting = 300, k_asked = 32, k_asked_of_moving = 1;
+// Places of a triangle, a quarter of an edge apart; how many of them are asked in a visit, and how far on the next one begins.
+constexpr std::size_t k_places = 12, k_visit = 4, k_next = 5;
 constexpr Vec3f k_weights[k_places] = {{.5f, .5f, 0},   {0, .5f, .5f},   {.5f, 0, .5f},   {.5f, .25f, .25f},
                                        {.75f, .25f, 0}, {0, .75f, .25f}, {.25f, 0, .75f}, {.25f, .5f, .25f},
                                        {.25f, .75f, 0}, {0, .25f, .75f}, {.75f, 0, .25f}, {.25f, .25f, .5f}};
@@ -114,7 +113,7 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
         const std::size_t t = next_;
         if (++next_ == triangles_.size()) {
             next_ = 0;
-            visit_ = (visit_ + k_visit) % k_places;
+            visit_ = (visit_ + k_next) % k_places;
         }
         const auto& n = triangles_[t];
         const Vec3f a = touched[n[0]], b = touched[n[1]], c = touched[n[2]];
@@ -122,8 +121,8 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
         if (!(dot(a, b) < k_parting * has_a * has_b || dot(b, c) < k_parting * has_b * has_c ||
               dot(c, a) < k_parting * has_c * has_a))
             continue;
-        for (std::size_t k = visit_; k < visit_ + k_visit && count_ < spaces_.size(); ++k) {
-            const std::size_t number = k_places * t + k;
+        for (std::size_t j = 0; j < k_visit && asked < most_asked && count_ < spaces_.size(); ++j) {
+            const std::size_t k = (visit_ + t + j) % k_places, number = k_places * t + k;
             if (held_[number] != 0) continue;
             InteriorSpace& s = spaces_[count_];
             s = {};
