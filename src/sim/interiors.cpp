@@ -20,8 +20,8 @@ constexpr Vec3f k_weights[k_places] = {{.5f, .5f, 0},   {0, .5f, .5f},   {.5f, 0
                                        {.25f, .75f, 0}, {0, .25f, .75f}, {.75f, 0, .25f}, {.25f, .25f, .5f}};
 constexpr float k_parting = 0.5f;  ///< cosine between nodes' normals: below it something sharp may be between them
 // In thicknesses: how far off the surface a place is held, how far below it the solid is asked, how far it is raised in a step
-// at most where it is pierced, how far it may creep until it is asked again.
-constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_creep = 0.1;
+// at most, also where the cloth rests, how far it may creep until it is asked again.
+constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_raise_resting = 0.05, k_creep = 0.1;
 constexpr double k_along = 0.5;  ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
@@ -44,7 +44,7 @@ Interiors::Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, do
 }
 
 bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched,
-                    std::span<const Solid> solids) const noexcept
+                    std::span<const Solid> solids, bool rests) const noexcept
 {
     const Vec3d p = place_of(space, now);
     const auto& n = space.nodes;
@@ -74,8 +74,10 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
         const bool pierced = dot(normal, out) < k_along;
         const Vec3d direction = pierced ? out : normal;
         const Vec3d surface = apply(solid.pose, origin + header.unit * cast<double>(c.point));
-        const Vec3d at = pierced ? p + std::min(k_raise * thickness_, depth + k_off * thickness_) * out
-                                 : surface + k_off * thickness_ * normal;
+        const double off = k_off * thickness_;
+        const double rise = pierced ? depth + off : dot(direction, surface - p) + off;
+        const double most = (rests ? k_raise_resting : k_raise) * thickness_;
+        const Vec3d at = p + std::min(rise, most) * direction;
         const Vec3d place = apply(to, at);
         space.normal = cast<float>(direction);
         space.offset = static_cast<float>(dot(direction, at));
@@ -83,6 +85,7 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
         space.direction = cast<float>(to.rotation * direction);
         space.motion = cast<float>(at - apply(solid.previous, place));
         space.solid = static_cast<std::uint32_t>(k);
+        space.settled = rise <= most;
         space.asked_from = p;
     }
     return deepest > 0;
@@ -99,9 +102,9 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
     for (std::size_t i = 0; i < count_ && asked < most_asked; ++i) {
         first_ = first_ >= count_ ? 0 : first_;
         InteriorSpace& s = spaces_[first_];
-        const bool same = stand && norm_sq(place_of(s, now) - s.asked_from) <= creep_sq;
+        const bool same = stand && s.settled && norm_sq(place_of(s, now) - s.asked_from) <= creep_sq;
         asked += same ? 0 : 1;
-        if (same || ask(s, now, touched, solids)) {
+        if (same || ask(s, now, touched, solids, rests)) {
             ++first_;
         } else {
             held_[s.number] = 0;
@@ -130,7 +133,7 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
             s.weights = k_weights[k];
             s.number = static_cast<std::uint32_t>(number);
             ++asked;
-            if (!ask(s, now, touched, solids)) continue;
+            if (!ask(s, now, touched, solids, rests)) continue;
             held_[number] = 1;
             ++count_;
         }

@@ -19,6 +19,7 @@ struct InteriorSpace {
     Vec3f motion{};  ///< of the surface in this step
     float push = 0;  ///< sum of what it moved the place, >= 0
     std::uint32_t number = 0, solid = 0;
+    bool settled = true;         ///< it is where it is to be
     Vec3d asked_from{};          ///< the place when it was asked
     Vec3f place{}, direction{};  ///< in the solid's frame
 };
@@ -40,8 +41,8 @@ public:
 
 private:
     /// Fills where and how the place is to be held, unless no solid is below it.
-    bool ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched,
-             std::span<const Solid> solids) const noexcept;
+    bool ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids,
+             bool rests) const noexcept;
 
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     std::vector<InteriorSpace> spaces_;
