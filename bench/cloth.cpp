@@ -1,6 +1,7 @@
 // Fig. 11b: cloth against an avatar. Garments settle and walk once; then every method answers the very same frames in one run:
 // sqmap's layers on points that are moved and refitted, FCL's OBB tree with its tree of the cloth refitted, dense distance
 // fields. usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...     models: solids in metres, y up; a blanket falls on each
+//                sqmap_cloth --shift X Z VERTICES MODEL.off...   blankets alone, from so many m beside the middle: how deep
 #include "sqmap/sim/cloth.h"
 #include "clock.h"
 #include "distance_grid.h"
@@ -81,6 +82,7 @@ void fill(Part& part, std::uint32_t samples)
     part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
     if (model::parse(part.bytes, part.model) != model::ParseStatus::Ok) std::abort();
     part.tree = tree_of(part.mesh.vertices, part.mesh.triangles);
+    if (samples == 0) return;
     const mesh::Solid solid(part.mesh);
     bench::DistanceGrid& g = part.grid;
     g.samples = samples;
@@ -260,10 +262,14 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
 int main(int argc, char** argv)
 {
     if (argc < 3) {
-        std::fprintf(stderr, "usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...\n");
+        std::fprintf(
+            stderr,
+            "usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...\n       sqmap_cloth --shift X Z VERTICES MODEL.off...\n");
         return 64;
     }
-    const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[2]));
+    const bool depth_alone = std::string(argv[1]) == "--shift" && argc > 5;
+    const Vec3d shift = depth_alone ? Vec3d{std::atof(argv[2]), 0, std::atof(argv[3])} : Vec3d{};
+    const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[depth_alone ? 4 : 2]));
     const bench::FrameClock clock;
     nlohmann::json out{{"vertices", vertices}, {"target_error_percent", k_target_error}, {"cases", nlohmann::json::array()}};
     const auto report = [&](const Case& c, std::vector<Part>& parts) {
@@ -289,7 +295,7 @@ int main(int argc, char** argv)
         out["cases"].push_back(std::move(row));
     };
 
-    {
+    if (!depth_alone) {
         const std::vector<sim::Bone> bones = sim::capsule_human(1.75);
         std::vector<Part> parts(bones.size());
         for (std::size_t b = 0; b < bones.size(); ++b) {
@@ -327,7 +333,7 @@ int main(int argc, char** argv)
             }
         }
     }
-    for (int a = 3; a < argc; ++a) {
+    for (int a = depth_alone ? 5 : 3; a < argc; ++a) {
         const io::ReadResult read = io::read_mesh_file(argv[a]);
         const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
         if (read.error || gate.verdict == mesh::Verdict::Refused || !gate.solid) {
@@ -336,21 +342,26 @@ int main(int argc, char** argv)
         }
         std::vector<Part> parts(1);
         parts[0].mesh = gate.mesh;
-        fill(parts[0], k_samples);
+        fill(parts[0], depth_alone ? 0 : k_samples);
         Vec3d lo = gate.facts.box_min, hi = gate.facts.box_max;
         const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
-        sim::Cloth cloth(
-            sim::sheet({{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)}, side, side, 0, 0, vertices}),
-            sim::fabric("wool"), {});
+        sim::Cloth cloth(sim::sheet({Vec3d{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)} + shift, side, side, 0,
+                                     0, vertices}),
+                         sim::fabric("wool"), {});
         double time = 0;
         const auto pose = [](double, std::span<query::Pose> poses) { std::fill(poses.begin(), poses.end(), query::Pose{}); };
         Case falling = played(std::string("blanket on ") + argv[a] + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
         falling.height = height;
-        report(falling, parts);
+        if (!depth_alone) report(falling, parts);
         Case still = played(std::string("blanket on ") + argv[a] + ", at rest", cloth, parts, pose, time, 4.0, 3.75, 1);
         still.height = height;
-        report(still, parts);
+        if (depth_alone)
+            std::printf("%s: nodes %.3f %%, interiors %.3f %% of the height; %.3f m/s at the end\n", argv[a],
+                        100 * still.deep.nodes / height, 100 * still.deep.interiors / height, still.fastest);
+        else
+            report(still, parts);
     }
+    if (depth_alone) return 0;
     const std::string text = out.dump(1) + "\n";
     io::replace_file(argv[1], std::as_bytes(std::span(text)));
 }

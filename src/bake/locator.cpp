@@ -2,6 +2,7 @@
 
 #include "budget.h"
 #include "clip_to_cube.h"
+#include "near_triangles.h"
 #include "nearby.h"
 #include "parallel.h"
 #include "query/approach.h"
@@ -93,9 +94,10 @@ struct Place {
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<PartPlane> planes;  ///< of a flat place
     std::uint8_t rise = model::k_no_rise;
-    std::vector<Seed> seeds;     ///< of another
-    std::uint32_t choices = 0;   ///< which seed comes first in each octant, three bits each
-    std::vector<Place> eighths;  ///< of a place that is divided, x fastest
+    std::vector<Seed> seeds;          ///< of another
+    std::uint32_t choices = 0;        ///< which seed comes first in each octant, three bits each
+    std::vector<Place> eighths;       ///< of a place that is divided, x fastest
+    std::vector<std::uint32_t> near;  ///< in an update, of one that is baked anew: the triangles near it
 };
 
 /// How a part's domain lies to a box about c with half side h, in the chart frame.
@@ -156,6 +158,7 @@ public:
         }
         view_ = data_.view();
         unpack();
+        keeps_near_ = true;
     }
 
     /// In place of run.
@@ -173,6 +176,10 @@ public:
         pack();
         const double room = k_growth_room * static_cast<double>(bytes) - static_cast<double>(packed_bytes());
         divide(static_cast<std::size_t>(std::max(0.0, room) / k_division_bytes), threads, update.reached);
+        update.near.resize(bricks_.size());
+        for (std::size_t i = 0; i < bricks_.size(); ++i)
+            for (Place& place : bricks_[i].places)
+                if (update.reached[i] != 0) update.near[i].push_back(std::move(place.near));
         return update;
     }
 
@@ -229,7 +236,7 @@ public:
                 for (std::size_t e = 0; e < 8; ++e) {
                     const Vec3d p = eighth_centre(centre, grid_.cell, e);
                     nearest = closest_from(nearest.point, p);
-                    place.eighths.push_back(bake_place(p, 0.5 * grid_.cell, nearest));
+                    place.eighths.push_back(bake_place(p, 0.5 * grid_.cell, nearest, place.near));
                 }
             }
         });
@@ -416,11 +423,12 @@ private:
     }
 
     /// Whether the nearest surface may be another. close: some point of the boundary; the nearest one, where that was looked for.
-    bool update_place(Place& place, Vec3d centre, double side, const Change& change, Vec3d& close) const
+    bool update_place(Place& place, Vec3d centre, double side, const Change& change, Vec3d& close,
+                      std::span<const std::uint32_t> near = {}) const
     {
         if (place.kind == PlaceKind::Free) {
             if (!reaches_free(place, centre, change)) return false;
-            place = bake_place(centre, side);
+            place = bake_place(centre, side, solid_.closest_boundary(centre), near);
             return true;
         }
         const double half = 0.5 * side;
@@ -429,10 +437,11 @@ private:
         close = nearest.point;
         if (!change.reaches_box(centre, half, nearest.distance)) return update_parts(place, centre, side, change);
         if (place.eighths.empty()) {
-            place = bake_place(centre, side, nearest);
+            place = bake_place(centre, side, nearest, near);
         } else {
+            place.near = near_triangles(centre, side, nearest.distance);
             for (std::size_t e = 0; e < 8; ++e)
-                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change, close);
+                (void)update_place(place.eighths[e], eighth_centre(centre, side, e), half, change, close, place.near);
         }
         return true;
     }
@@ -479,8 +488,17 @@ private:
 
     Place bake_place(Vec3d centre, double side) const { return bake_place(centre, side, solid_.closest_boundary(centre)); }
 
-    /// nearest: of the boundary, to the centre.
-    Place bake_place(Vec3d centre, double side, const mesh::ClosestPoint& nearest) const
+    /// All that are nearest to some point of a place.
+    const std::vector<std::uint32_t>& near_triangles(Vec3d centre, double side, double distance) const
+    {
+        thread_local NearTriangles search;  // keeps its room
+        const double half = 0.5 * k_near_slack * side;
+        search.begin(solid_, centre, half, {&centre, 1}, distance);
+        return search(0, centre, half, /*fine=*/false);
+    }
+
+    /// nearest: of the boundary, to the centre. near: of a place that this is an eighth of, or nothing.
+    Place bake_place(Vec3d centre, double side, const mesh::ClosestPoint& nearest, std::span<const std::uint32_t> near = {}) const
     {
         Place place;
         const bool crossed = nearest.distance <= 0.5 * std::sqrt(3.0) * side * 1.0001;
@@ -491,7 +509,11 @@ private:
         }
         place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
         if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
-        choose_planes(place, centre, side, nearest, inside);
+        if (keeps_near_ && near.empty()) {
+            place.near = near_triangles(centre, side, nearest.distance);
+            near = place.near;
+        }
+        choose_planes(place, centre, side, nearest, inside, near);
         if (crossed) list_parts(place, centre, side, part_of_triangle_[nearest.triangle]);
         return place;
     }
@@ -504,10 +526,12 @@ private:
     };
 
     /// Planes that are the surface; where none suffice, seeds.
-    void choose_planes(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside) const
+    void choose_planes(Place& place, Vec3d centre, double side, const mesh::ClosestPoint& nearest, bool inside,
+                       std::span<const std::uint32_t> near) const
     {
         std::vector<Sample> samples;
-        Nearby nearby(solid_, centre, (nearest.distance + 2 * k_sample_reach * side) * (1 + 1e-6));
+        Nearby nearby = near.empty() ? Nearby(solid_, centre, (nearest.distance + 2 * k_sample_reach * side) * (1 + 1e-6))
+                                     : Nearby(solid_, centre, near);
         sample(place, centre, side, k_samples, nearby, samples);
         const std::size_t within = samples.size();
         if (place.kind == PlaceKind::Mixed) add_surface(samples, centre, side);
@@ -911,6 +935,7 @@ private:
     Grid grid_;
     double flat_tolerance_;
     std::vector<Brick> bricks_;
+    bool keeps_near_ = false;  ///< in an update
     std::map<std::uint32_t, std::uint32_t> lists_;
 };
 

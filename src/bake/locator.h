@@ -25,6 +25,8 @@ struct LocatorUpdate {
     static constexpr std::uint32_t k_no_brick = 0xffffffffu;
     std::vector<std::uint32_t> brick_before;
     std::vector<std::uint64_t> reached;
+    /// Of each brick nothing, or of each of its places the triangles near it, where they were looked for.
+    std::vector<std::vector<std::vector<std::uint32_t>>> near;
 };
 [[nodiscard]] LocatorUpdate update_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle,
                                            double target_error, const Change& change, unsigned threads, model::ModelData& data);

@@ -169,7 +169,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
     parallel_for(data.bricks.size(), threads, [&](std::size_t b) {
         const std::uint32_t brick = data.bricks[b];
         if ((brick & model::k_free_brick) != 0) return;
-        NearTriangles near_triangles(solid);
+        thread_local NearTriangles near_triangles;  // keeps its room
         Rise rise(solid);
         constexpr int n = model::k_brick;
         const double cell = static_cast<double>(l.cell);
@@ -178,13 +178,12 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
                                           Vec3d{double(b % l.bricks[0]), double(b / l.bricks[0] % l.bricks[1]),
                                                 double(b / (std::size_t{l.bricks[0]} * l.bricks[1]))};
         const bool deep = (brick & model::k_deep_brick) != 0;
-        // What is asked there may lie beside it by rounding.
-        const double slack = 1.0005;
         Record& record = records[b];
         std::vector<Vec3d> centres, group_centres;
         std::vector<std::uint32_t> places, numbers, kept;
         std::vector<std::size_t> group;
         std::vector<std::vector<std::uint32_t>> lists;
+        std::vector<const std::vector<std::uint32_t>*> known;
         const std::uint32_t was = update != nullptr ? update->brick_before[b] : LocatorUpdate::k_no_brick;
         const std::uint64_t reached = was == LocatorUpdate::k_no_brick ? ~std::uint64_t{0} : update->reached[b];
         if (reached == 0) {
@@ -201,6 +200,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             places.push_back(place);
             numbers.push_back(static_cast<std::uint32_t>(k));
             if ((reached >> k & 1u) == 0) continue;
+            if (update != nullptr && !update->near[b].empty()) known.push_back(&update->near[b][static_cast<std::size_t>(k)]);
             centres.push_back(deep ? middle : lowest + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5});
         }
         // Eight places at a time: what can be nearest somewhere in the whole brick is four times as many.
@@ -213,6 +213,10 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
                 const Vec3d d = centres[i] - middle;
                 if (!deep && ((d.x > 0 ? 1u : 0u) | (d.y > 0 ? 2u : 0u) | (d.z > 0 ? 4u : 0u)) != octant) continue;
                 if (deep && octant > 0) continue;
+                if (!known.empty() && !known[i]->empty()) {
+                    lists[i] = *known[i];
+                    continue;
+                }
                 group.push_back(i);
                 group_centres.push_back(centres[i]);
                 for (int k = 0; k < 3; ++k) {
@@ -222,9 +226,11 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
             }
             if (group.empty()) continue;
             const double side = std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
-            near_triangles.begin(0.5 * (lo + hi), slack * (0.5 * side + half), group_centres);
+            const Vec3d group_middle = 0.5 * (lo + hi);
+            near_triangles.begin(solid, group_middle, k_near_slack * (0.5 * side + half), group_centres,
+                                 solid.closest_boundary(group_middle).distance);
             for (std::size_t i = 0; i < group.size(); ++i)
-                lists[group[i]] = near_triangles(i, group_centres[i], slack * half, update == nullptr);
+                lists[group[i]] = near_triangles(i, group_centres[i], k_near_slack * half, update == nullptr);
         }
         // A brick whose lists were too long to keep has none to take over, and gets none.
         bool no_lists = false, no_triangles = false;
@@ -243,7 +249,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
                 continue;
             }
             const std::vector<std::uint32_t>& near = lists[fresh];
-            set_rises(rise, data, places[i], centres[fresh], slack * half, near);
+            set_rises(rise, data, places[i], centres[fresh], k_near_slack * half, near);
             record.add(near, place_of);
             ++fresh;
         }

@@ -15,6 +15,9 @@
 
 namespace sqmap::bake {
 
+/// By how much larger a place is taken for its list: what is asked there may lie beside it by rounding.
+constexpr double k_near_slack = 1.0005;
+
 /// A box is judged at the points of a lattice and in the boxes between them, so many along a side.
 template <std::size_t k_boxes>
 struct BoxLattice {
@@ -31,16 +34,16 @@ struct BoxLattice {
 /// nowhere the nearest.
 class NearTriangles {
 public:
-    explicit NearTriangles(const mesh::Solid& solid) : solid_(solid) {}
-
-    /// Boxes about centres, all within the box about middle of half side half.
-    void begin(Vec3d middle, double half, std::span<const Vec3d> centres)
+    /// Boxes about centres, all within the box about middle of half side half. distance: of the boundary from the middle, or no
+    /// less than that.
+    void begin(const mesh::Solid& solid, Vec3d middle, double half, std::span<const Vec3d> centres, double distance)
     {
+        solid_ = &solid;
         within_.clear();
         corners_.clear();
-        const double reach = (solid_.closest_boundary(middle).distance + 2 * std::sqrt(3.0) * half) * (1 + 1e-6);
-        solid_.bvh().visit_nearest(middle, reach * reach, [&](std::uint32_t t, double radius_sq) {
-            if (solid_.boundary()[t] != mesh::Boundary::Buried) within_.push_back(t);
+        const double reach = (distance + 2 * std::sqrt(3.0) * half) * (1 + 1e-6);
+        solid_->bvh().visit_nearest(middle, reach * reach, [&](std::uint32_t t, double radius_sq) {
+            if (solid_->boundary()[t] != mesh::Boundary::Buried) within_.push_back(t);
             return radius_sq;
         });
         std::sort(within_.begin(), within_.end());
@@ -94,8 +97,8 @@ private:
 
     Vec3d closest(std::uint32_t triangle, Vec3d p) const
     {
-        const mesh::Triangle& t = solid_.mesh().triangles[triangle];
-        const auto& v = solid_.mesh().vertices;
+        const mesh::Triangle& t = solid_->mesh().triangles[triangle];
+        const auto& v = solid_->mesh().vertices;
         return closest_point_on_triangle(p, v[t[0]], v[t[1]], v[t[2]]);
     }
 
@@ -103,8 +106,8 @@ private:
     {
         corners_.clear();
         for (const std::uint32_t t : triangles)
-            for (const std::uint32_t v : solid_.mesh().triangles[t])
-                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - from));
+            for (const std::uint32_t v : solid_->mesh().triangles[t])
+                corners_.push_back(cast<float>(solid_->mesh().vertices[v] - from));
     }
 
     /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
@@ -116,7 +119,7 @@ private:
         std::size_t nearest = within_.size();
         for (const std::uint32_t i : from)
             if ((nearest == within_.size() || from_centre_[i * centres_ + number] < from_centre_[nearest * centres_ + number]) &&
-                solid_.boundary()[within_[i]] == mesh::Boundary::Whole)
+                solid_->boundary()[within_[i]] == mesh::Boundary::Whole)
                 nearest = i;
         if (nearest == within_.size()) {
             to = from;
@@ -187,7 +190,7 @@ private:
         std::uint32_t* __restrict nearest = nearest_.data();
         float* __restrict least = least_.data();
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-            if (solid_.boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
+            if (solid_->boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
             const float* __restrict d = &distance_[t * L::k_room];
             for (std::size_t i = 0; i < L::k_room; ++i) {
                 const std::uint32_t nearer = d[i] < least[i] ? 0xffffffffu : 0u;
@@ -272,7 +275,7 @@ private:
         return false;
     }
 
-    const mesh::Solid& solid_;
+    const mesh::Solid* solid_ = nullptr;
     std::vector<std::uint32_t> triangles_, near_, order_, wins_, losers_;
     std::vector<Vec3f> corners_;
     // What can be nearest somewhere in the boxes, and how it lies to their centres.

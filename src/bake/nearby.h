@@ -26,9 +26,16 @@ public:
             return all ? radius_sq : 0;
         });
         if (!all) triangles_.clear();
-        for (const std::uint32_t t : triangles_)
-            for (const std::uint32_t v : solid_.mesh().triangles[t])
-                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre_));
+        put_corners();
+    }
+
+    /// near: all that are nearest to some point of the place.
+    Nearby(const mesh::Solid& solid, Vec3d centre, std::span<const std::uint32_t> near)
+        : solid_(solid), centre_(centre), triangles_(near.begin(), near.end())
+    {
+        if (std::any_of(near.begin(), near.end(), [&](std::uint32_t t) { return solid.boundary()[t] != mesh::Boundary::Whole; }))
+            triangles_.clear();
+        put_corners();
     }
 
     /// Nearest points of the boundary, no farther off than rounding to float makes them.
@@ -75,6 +82,13 @@ public:
     static constexpr std::size_t k_points = 32;  ///< that can be asked at once
 
 private:
+    void put_corners()
+    {
+        for (const std::uint32_t t : triangles_)
+            for (const std::uint32_t v : solid_.mesh().triangles[t])
+                corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre_));
+    }
+
     static constexpr std::size_t k_most = 400;  ///< more than these take longer than the mesh's tree
 
     const mesh::Solid& solid_;

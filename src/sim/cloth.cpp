@@ -2,6 +2,7 @@
 
 #include "contacts.h"
 #include "cpu_time.h"
+#include "interiors.h"
 
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyInternals.h>
@@ -115,7 +116,11 @@ struct Cloth::State {
     };
 
     State(const Garment& garment, const Fabric& f, const ClothOptions& o)
-        : fabric(f), options(o), triangles(garment.triangles), contacts(garment.start, f.thickness, o.sweep_step, o.layer)
+        : fabric(f),
+          options(o),
+          triangles(garment.triangles),
+          contacts(garment.start, f.thickness, o.sweep_step, o.layer),
+          interiors(garment.triangles, f.thickness, o.layer)
     {
         info.m_gravity = to_bullet(o.gravity);
         const std::size_t n = garment.start.size();
@@ -297,9 +302,29 @@ struct Cloth::State {
         }
     }
 
+    /// Raises the nodes of triangles in which a solid is, each as it weighs at the place.
+    void push_interiors_out()
+    {
+        for (InteriorSpace& s : interiors.all()) {
+            Moving* n[3];
+            Vec3f x{};
+            float give = 0;
+            for (int k = 0; k < 3; ++k) {
+                n[k] = &moving[s.nodes[static_cast<std::size_t>(k)]];
+                x += s.weights[k] * n[k]->at;
+                give += s.weights[k] * s.weights[k] * n[k]->inverse_mass;
+            }
+            const float below = s.offset - dot(s.normal, x);
+            if (!(below > 0.f) || !(give > 0.f)) continue;
+            s.push += below;
+            for (int k = 0; k < 3; ++k) n[k]->at += (below / give * s.weights[k] * n[k]->inverse_mass) * s.normal;
+        }
+    }
+
     /// last: after the step's new half-spaces were found.
     void push_out(double dt, bool last)
     {
+        push_interiors_out();
         const float mu = static_cast<float>(fabric.friction);
         for (HalfSpace& s : contacts.all()) {
             Moving& n = moving[s.node];
@@ -412,6 +437,14 @@ struct Cloth::State {
                     std::max(report.deepest, static_cast<double>(s.offset) - fabric.thickness - dot(position[s.node], normal));
             }
         }
+        for (const InteriorSpace& s : interiors.all()) {
+            if (s.push <= 0.f || !all_finite) continue;
+            const Vec3d normal = cast<double>(s.normal), moves = cast<double>(s.motion) / dt;
+            for (const std::uint32_t i : s.nodes) {
+                const double leaves = dot(velocity[i] - moves, normal);
+                if (leaves > 0) velocity[i] -= leaves * normal;
+            }
+        }
         for (const Pin& pin : pins) velocity[pin.node] = {};
         for (const std::uint32_t h : held) velocity[h] = {};
         double fastest_sq = 0;
@@ -473,6 +506,7 @@ struct Cloth::State {
     std::vector<std::uint32_t> muted;  ///< Bullet's links that are solved here
     Vec3d tool{}, pull{}, tension{};
     Contacts contacts;
+    Interiors interiors;
 };
 
 Cloth::Cloth(const Garment& garment, const Fabric& fabric, const ClothOptions& options)
@@ -512,6 +546,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     s.take_links();
     s.previous.swap(s.position);  // Bullet predicts from there, in float
     s.contacts.ride(solids);
+    s.interiors.ride(solids);
     double mark = cpu_seconds();
     report.seconds.predict = mark - start;
     if (s.options.self_collision) {
@@ -539,6 +574,9 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     s.limit(dt, report);
     report.seconds.predict += cpu_seconds() - mark;
     report.status |= s.contacts.find(s.previous, s.position, solids, report);
+    mark = cpu_seconds();
+    s.interiors.find(s.position, s.contacts.touched(), solids, s.contacts.rests());
+    report.seconds.query += cpu_seconds() - mark;
     mark = cpu_seconds();
     for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
     report.seconds.response += cpu_seconds() - mark;

@@ -20,6 +20,9 @@ constexpr double k_settle = 0.01, k_settle_way = 0.25;
 // How far beside a surface point, in thicknesses, a node may be held by its plane alone.
 constexpr double k_beside = 1;
 constexpr float k_same_surface = 0.97f;  ///< cosine between normals
+constexpr float k_facing = -0.5f;        ///< so, of surfaces that face each other
+constexpr std::size_t k_turned = 2;      ///< of several solids one step in so many looks for a surface on the cloth's other side
+constexpr std::uint8_t k_most_kept = 2;  ///< steps
 constexpr std::size_t k_sample = 16;     ///< of nodes one in so many tells whether it is worth while to look at each
 constexpr std::size_t k_block = 32;
 constexpr std::size_t k_fetched = 8;      ///< contacts ahead
@@ -101,9 +104,10 @@ double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Ve
         for (std::size_t j = 0; j < count; ++j) {
             const Vec3d w = now[first + j] - previous[first + j];
             const Vec3f t = touched_[first + j];
+            const float side = turned(first + j) ? -1.f : 1.f;
             for (int k = 0; k < 3; ++k) {
                 way[k][j] = static_cast<float>(w[k]);
-                touched[k][j] = t[k];
+                touched[k][j] = side * t[k];
             }
         }
         for (std::size_t j = 0; j < k_block; ++j) {
@@ -168,6 +172,47 @@ void Contacts::keep_pressed(std::uint32_t node, Vec3d now) noexcept
     }
 }
 
+bool Contacts::turned(std::size_t node) const noexcept { return solids_ > 1 && (node + step_) % k_turned == 0; }
+
+void Contacts::keep_unasked(std::uint32_t node, Vec3d now) noexcept
+{
+    const std::uint32_t found = head_[node];
+    const bool other_side = turned(node);
+    const Vec3f x = cast<float>(now);
+    for (std::uint32_t s = last_head_[node]; s != k_none && count_ < spaces_.size(); s = last_[s].next) {
+        const HalfSpace& was = last_[s];
+        if (was.kept >= k_most_kept || dot(was.normal, x) - was.offset > static_cast<float>((k_deeper - 1) * thickness_))
+            continue;
+        // A node is asked in one direction: a surface that faces what was found there is not seen.
+        const bool faces =
+            found != k_none && was.solid != spaces_[found].solid && dot(was.normal, spaces_[found].normal) < k_facing;
+        if (!faces && !(found == k_none && other_side)) continue;
+        spaces_[count_] = was;
+        ++spaces_[count_].kept;
+        spaces_[count_].next = head_[node];
+        head_[node] = static_cast<std::uint32_t>(count_++);
+        if (faces) break;
+    }
+}
+
+void Contacts::squeeze(std::uint32_t node, Vec3d now) noexcept
+{
+    const Vec3f x = cast<float>(now);
+    for (std::uint32_t s = head_[node]; s != k_none; s = spaces_[s].next)
+        for (std::uint32_t t = spaces_[s].next; t != k_none; t = spaces_[t].next) {
+            HalfSpace &a = spaces_[s], &b = spaces_[t];
+            if (dot(a.normal, b.normal) > k_facing) continue;
+            touched_[node] = a.normal;
+            // Where there is no room for the thickness, both give half of what is missing.
+            const float missing = a.offset + b.offset - dot(a.normal + b.normal, x) + a.give + b.give;
+            const float give = std::clamp(0.5f * missing, 0.f, static_cast<float>(thickness_));
+            for (HalfSpace* side : {&a, &b}) {
+                side->offset += side->give - give;
+                side->give = give;
+            }
+        }
+}
+
 std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
                              StepReport& report) noexcept
 {
@@ -177,6 +222,7 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     for (const Solid& s : solids) stand = stand && stands(s);
     const bool still = stand && solids.size() == solids_;
     solids_ = solids.size();
+    ++step_;
     // What was asked within a hair of where it is, of solids that stand still, has its answer.
     const bool some = mark_stale(now, still);
     if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
@@ -197,8 +243,11 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
             status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, now, longest, report);
         if (voided_) drop_void();
         for (std::size_t i = 0; i < touched_.size(); ++i) {
-            if (head_[i] == k_none && last_head_[i] != k_none && stale_[i] != 0)
-                keep_pressed(static_cast<std::uint32_t>(i), now[i]);
+            if (last_head_[i] != k_none && stale_[i] != 0) {
+                if (solids.size() > 1 && (head_[i] == k_none || spaces_[head_[i]].next == k_none))
+                    keep_unasked(static_cast<std::uint32_t>(i), now[i]);
+                if (head_[i] == k_none) keep_pressed(static_cast<std::uint32_t>(i), now[i]);
+            }
             const std::uint32_t first = head_[i];
             if (first != k_none) {
                 ++held;
@@ -209,6 +258,7 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
                 if (spaces_[first].next == k_none) continue;
                 for (std::uint32_t s = spaces_[first].next; s != k_none; s = spaces_[s].next) touched += spaces_[s].normal;
                 touched = normalized(touched);
+                squeeze(static_cast<std::uint32_t>(i), now[i]);
             } else if (stale_[i] != 0 && free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
                 touched_[i] = {};
             }
@@ -307,7 +357,7 @@ void Contacts::ride(std::span<const Solid> solids) noexcept
         }
         s.at = cast<float>(at);
         s.normal = cast<float>(normal);
-        s.offset = static_cast<float>(dot(normal, at) + thickness_);
+        s.offset = static_cast<float>(dot(normal, at) + thickness_) - s.give;
     }
 }
 
@@ -351,6 +401,7 @@ void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint3
         const Vec3d other_at = p + static_cast<double>(other.depth) * cast<double>(other.normal);
         const bool hidden = dot(at, cast<double>(other.normal)) < dot(other_at, cast<double>(other.normal)) - slack;
         const bool hides = dot(other_at - at, normal) < -slack;
+        if (hidden && hides && dot(other.normal, space.normal) < k_facing) continue;
         if (hidden && (!hides || space.depth <= other.depth)) return;
         if (hides) {
             other.push = -1.f;  // void

@@ -25,6 +25,8 @@ struct HalfSpace {
     std::uint32_t next = 0;  ///< of the same node
     std::uint32_t solid = 0;
     Vec3f at{};                  ///< surface point, world
+    float give = 0;              ///< how far it gives way to one that faces it
+    std::uint8_t kept = 0;       ///< for so many steps without having been found again
     Vec3f place{}, direction{};  ///< surface point and normal in the solid's frame, the bound one of a skin
 };
 
@@ -51,6 +53,10 @@ public:
     void ride(std::span<const Solid> solids) noexcept;
 
     [[nodiscard]] std::span<const Vec3d> asked() const noexcept { return asked_; }
+    /// The normal that each node felt last; zero where it is free.
+    [[nodiscard]] std::span<const Vec3f> touched() const noexcept { return touched_; }
+    /// Most nodes kept their answers in the last step.
+    [[nodiscard]] bool rests() const noexcept { return 2 * stale_count_ < stale_.size(); }
     [[nodiscard]] std::span<HalfSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:
@@ -63,6 +69,12 @@ private:
     void drop_void() noexcept;
     /// Half-spaces that a node is pressed against beside an edge, where nothing is found below it any more.
     void keep_pressed(std::uint32_t node, Vec3d now) noexcept;
+    /// Whether a node is asked about the other side of the cloth in this step.
+    [[nodiscard]] bool turned(std::size_t node) const noexcept;
+    /// What held a node before and was not looked for in this step.
+    void keep_unasked(std::uint32_t node, Vec3d now) noexcept;
+    /// Between two surfaces that face each other.
+    void squeeze(std::uint32_t node, Vec3d now) noexcept;
     std::uint32_t ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
                       double longest, StepReport& report) noexcept;
     std::uint32_t ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
@@ -94,7 +106,7 @@ private:
     std::vector<std::uint8_t> stale_;
     enum class Kept { Nothing, Samples, All } kept_ = Kept::Nothing;  ///< of asked_from_
     bool voided_ = false;                                             ///< half-spaces that another one made void
-    std::size_t stale_count_ = 0, solids_ = 0;
+    std::size_t stale_count_ = 0, solids_ = 0, step_ = 0;
     std::size_t count_ = 0, held_ = 0;  ///< half-spaces; nodes with one
     double thickness_, sweep_step_;
     query::FrameOptions options_;

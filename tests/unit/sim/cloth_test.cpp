@@ -375,5 +375,44 @@ TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
     EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 1).nodes, 0.002 * 0.28);
 }
 
+TEST(Cloth, ASharpTipHardlyStaysInATriangle)
+{
+    // A horn as wide as the cloth's triangles, whose nodes feel it when it has gone through.
+    mesh::Mesh horn = test::cube();
+    for (Vec3d& v : horn.vertices) v = {(v.y > 0 ? 0.004 : 0.03) * v.x, v.y > 0 ? 0.15 : 0.0, (v.y > 0 ? 0.004 : 0.03) * v.z};
+    const test::Parsed model(horn);
+    const Solid solid = still(model);
+    double sum = 0;
+    int on_it = 0;
+    for (const double shift : {0.0, 0.003, 0.006, 0.009, 0.012}) {
+        Cloth cloth(sheet({{shift, 0.2, 0.5 * shift}, 0.3, 0.3, 0, 0, 900}), fabric("wool"));
+        for (int i = 0; i < 2 * 240; ++i) (void)cloth.step(k_dt, {&solid, 1});
+        sum += penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 8).interiors;
+        if (largest_y(cloth) > 0.1) ++on_it;  // it may slip off
+    }
+    EXPECT_LE(sum, 0.016);  // 27 mm where only nodes are asked
+    EXPECT_GE(on_it, 3);
+}
+
+TEST(Cloth, BetweenTwoSolidsItGivesWayToBoth)
+{
+    // Two plates close on a sheet until there is half as much room as its thickness takes on one side.
+    Cloth cloth(sheet({{0, 0.03, 0}, 0.4, 0.4, 0, 0, 400}), fabric("cotton"));
+    std::vector<Solid> solids{still(plate()), still(plate(), {0, 0.1, 0})};
+    for (int i = 0; i < 240; ++i) {
+        solids[1].previous = solids[1].pose;
+        solids[1].pose.translation.y = std::max(0.041, 0.1 - 0.1 * i * k_dt);
+        (void)cloth.step(k_dt, solids);
+    }
+    for (int i = 0; i < 60; ++i) {
+        solids[1].previous = solids[1].pose;
+        (void)cloth.step(k_dt, solids);
+    }
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), solids, 1).nodes, 2e-4);
+    for (const Vec3d& p : cloth.positions()) {
+        EXPECT_NEAR(p.y, 0.0205, 4e-4);  // half way
+    }
+}
+
 }  // namespace
 }  // namespace sqmap::sim
