@@ -74,10 +74,10 @@ void add_bake(CLI::App& app, int& exit_code)
     command
         ->add_option("--subdivisions", options->bake.subdivisions,
                      "A_S of the normal projection: layer 3 halves the spacing of layer 2 this often")
-        ->check(CLI::Range(0, 5))
+        ->check(in_range(0, 5))
         ->capture_default_str();
     command->add_option("--max-parts", options->bake.max_parts, "Most parts that cuts may make; a mesh of more pieces has more")
-        ->check(CLI::Range(1, 1000))
+        ->check(in_range(1, 1000))
         ->capture_default_str();
     command->add_flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     command->add_option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")

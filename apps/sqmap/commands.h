@@ -25,6 +25,18 @@ inline CLI::Validator number(const char* wanted, const char* name, bool (*allowe
             },
             name};
 }
+/// CLI::Range lets nan pass.
+inline CLI::Validator in_range(double least, double most)
+{
+    std::ostringstream range;
+    range << least << " to " << most;
+    return {[=, words = range.str()](std::string& text) {
+                double value = 0;
+                const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+                return good ? std::string() : "must be a number from " + words + ", not '" + text + "'";
+            },
+            range.str()};
+}
 inline CLI::Validator above_zero(double most = INFINITY)
 {
     return number(

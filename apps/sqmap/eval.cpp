@@ -68,7 +68,7 @@ void add_eval(CLI::App& app, int& exit_code)
     command
         ->add_option("--points", options->evaluate.points,
                      "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
-        ->check(CLI::Range(1, 100000000))
+        ->check(in_range(1, 100000000))
         ->capture_default_str();
     command->add_option("--seed", options->evaluate.seed, "Seed of the sample")->capture_default_str();
     command->add_flag("--json", options->json, "Answer as JSON");

@@ -181,7 +181,7 @@ void add_replay(CLI::App& app, int& exit_code)
     command->add_option("--against", arguments->against, "Another model in place of the first: how do its forces differ?");
     command->add_flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
     command->add_option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
-        ->check(CLI::Range(1, 64))
+        ->check(in_range(1, 64))
         ->capture_default_str();
     command->add_option("--plot", arguments->plot,
                         "Draw the recording: depth, force, torque, CPU time (SVG); with --against both");

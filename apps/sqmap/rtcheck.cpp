@@ -68,7 +68,7 @@ void add_rtcheck(CLI::App& app, int& exit_code)
     CLI::App* command =
         app.add_subcommand("rtcheck", "Measure what this machine can hold of a 1 kHz loop, with and without SCHED_FIFO");
     command->add_option("--seconds", options->seconds, "How long to measure, for each of the two")
-        ->check(CLI::Range(0.1, 3600.))
+        ->check(in_range(0.1, 3600.))
         ->capture_default_str();
     command->add_flag("--json", options->json, "Answer as JSON");
     command->footer("Exit code: 0 measured, whatever was found, 64 wrong usage, 70 internal error.");

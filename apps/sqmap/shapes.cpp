@@ -72,7 +72,7 @@ void add_shapes(CLI::App& app, int& exit_code)
     command->add_option("name", arguments->name, "Which shape: " + names + "or a mesh file")->required();
     command->add_option("-o,--output", arguments->output, "File to write: .obj or .off")->required();
     command->add_option("--subdivide", arguments->subdivide, "Loop subdivisions: each makes four triangles of one")
-        ->check(CLI::Range(0, 4))
+        ->check(in_range(0, 4))
         ->capture_default_str();
     command->footer("Exit code: 0 written, 2 no such shape, mesh refused or not closed, 64 wrong usage, 70 internal error.");
     command->callback([arguments, &exit_code] {

@@ -190,12 +190,7 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
     hand.poses = scripted_poses(spec, script->second, setup, seconds, hand.rate);
     device::SimulatedOptions options{.script = HandPath::at, .script_context = &hand};
     options.mechanism.delay_ticks = spec.whole("delay", options.mechanism.delay_ticks, 0, 8);
-    const std::string name = spec.text("hand", options.hand.name);
-    const auto profile = std::find_if(device::k_hand_profiles.begin(), device::k_hand_profiles.end(),
-                                      [&](const device::HandProfile& p) { return name == p.name; });
-    if (profile == device::k_hand_profiles.end())
-        throw device::DeviceError("simulated: a hand is relaxed, fingertip, pen, firm or stiff, not '" + name + "'");
-    options.hand = *profile;
+    options.hand = device::hand_profile(spec.text("hand", options.hand.name));
     return std::make_unique<device::SimulatedDevice>(options);
 }
 
@@ -579,13 +574,13 @@ void add_touch(CLI::App& app, int& exit_code)
     command
         ->add_option("--tool-spacing", arguments->touch.tool_spacing,
                      "m; larger triangles of a mesh as tool are divided, so that it is felt between its vertices too; 0: not")
-        ->check(CLI::Range(0., 1.));
+        ->check(in_range(0., 1.));
     arguments->touch.tool_touching = 1200;  // a trace that does not say has none
     command
         ->add_option("--tool-touching", arguments->touch.tool_touching,
                      "A mesh as tool without --tool-spacing is felt with ever more points, to 1.5 mm, while no more than so many "
                      "touch; 0: with its vertices")
-        ->check(CLI::Range(0., 1e5))
+        ->check(in_range(0., 1e5))
         ->capture_default_str();
     command->add_option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
         ->check(above_zero())
@@ -621,7 +616,7 @@ void add_touch(CLI::App& app, int& exit_code)
                    "A small process owns the device and lets it go when this one is killed")
         ->group(safety);
     command->add_option("--priority", arguments->servo.priority, "SCHED_FIFO of the servo, see sqmap rtcheck; 0: none")
-        ->check(CLI::Range(0, 98))
+        ->check(in_range(0, 98))
         ->capture_default_str()
         ->group(safety);
     command->footer("Exit code: 0 done, 2 bad model, tool, device or file, 64 wrong usage, 70 internal error.");

@@ -139,7 +139,7 @@ void add_view(CLI::App& app, int& exit_code)
         ->check(CLI::ExistingFile);
     command->add_option("--port", arguments->port, "Port on this machine; 0: any that is free")->capture_default_str();
     command->add_option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
-        ->check(CLI::Range(0.01, 10.0))
+        ->check(in_range(0.01, 10.0))
         ->capture_default_str();
     command->footer(
         "Serves this machine alone, and only the address that it prints. Exit code: 0 ended, 2 a file was refused or the port is "

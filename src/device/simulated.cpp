@@ -111,6 +111,16 @@ Capabilities capabilities_of(const Mechanism& m, std::size_t zones)
     return c;
 }
 
+const HandProfile& hand_profile(std::string_view name)
+{
+    std::string all;
+    for (const HandProfile& p : k_hand_profiles) {
+        if (name == p.name) return p;
+        all += (all.empty() ? "" : ", ") + std::string(p.name);
+    }
+    throw DeviceError("simulated: a hand is one of " + all + ", not '" + std::string(name) + "'");
+}
+
 SimulatedDevice::SimulatedDevice(const SimulatedOptions& options)
     : options_(options),
       capabilities_(capabilities_of(options.mechanism, options.zones)),

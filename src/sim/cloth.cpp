@@ -100,9 +100,11 @@ struct Cloth::State {
         Vec3f way{};                    ///< when it last stirred
         float turns = 0, leash = 1e9f;  ///< lately; m
     };
-    struct HeldLink {
-        std::uint32_t held, free;
-        btScalar rest_sq, stiffness;
+    /// A node on a spring to its place in a tool's grip.
+    struct Held {
+        std::uint32_t node;
+        Vec3d place;  ///< from the tool
+        Vec3d pull;   ///< kg m: what the spring did in this step, times dt^2
     };
     /// A node while its place is solved for, and a link between two: what Bullet's own have, in an eighth of the bytes. They are
     /// gone through a dozen times a step, and what they push out of the caches the contacts wait for.
@@ -237,7 +239,6 @@ struct Cloth::State {
                 l.m_c1 = rest * rest;
             }
         }
-        for (const std::uint32_t l : muted) body->m_links[static_cast<int>(l)].m_c0 = 0;
     }
 
     void place_pins(std::span<const Solid> solids)
@@ -246,7 +247,6 @@ struct Cloth::State {
             const Vec3d at = pin.solid < solids.size() ? apply(solids[pin.solid].pose, pin.place) : pin.place;
             node(pin.node).m_x = to_bullet(at);
         }
-        for (std::size_t i = 0; i < held.size(); ++i) node(held[i]).m_x = to_bullet(tool + held_place[i]);
     }
 
     /// From Bullet's nodes and links, after it has predicted; links alone where one has changed.
@@ -288,17 +288,18 @@ struct Cloth::State {
         for (std::size_t i = 0; i < moving.size(); ++i) moving[i].at = {node(i).m_x.x(), node(i).m_x.y(), node(i).m_x.z()};
     }
 
-    /// Links that leave what a tool holds, with what they pull at it.
-    void solve_held()
+    /// The springs of the grip, by extended position-based dynamics (Macklin et al. 2016): as stiff as they are said to be,
+    /// whatever the step and the sweeps.
+    void solve_held(double dt)
     {
-        for (const HeldLink& l : held_links) {
-            Moving& free = moving[l.free];
-            const Vec3f del = free.at - moving[l.held].at;
-            const float length_sq = norm_sq(del);
-            if (!(length_sq + l.rest_sq > SIMD_EPSILON) || !(free.inverse_mass > 0)) continue;
-            const Vec3f shift = (l.stiffness * (l.rest_sq - length_sq) / (l.rest_sq + length_sq)) * del;
-            free.at += shift;
-            pull -= cast<double>(shift) / static_cast<double>(free.inverse_mass);
+        const double give = 1 / (grip_stiffness / static_cast<double>(held.size()) * dt * dt);
+        for (Held& h : held) {
+            Moving& n = moving[h.node];
+            const double w = static_cast<double>(n.inverse_mass);
+            const Vec3d off = cast<double>(n.at) - (tool + h.place);
+            const Vec3d more = (-1 / (w + give)) * (off + give * h.pull);
+            h.pull += more;
+            n.at += cast<float>(w * more);
         }
     }
 
@@ -446,7 +447,6 @@ struct Cloth::State {
             }
         }
         for (const Pin& pin : pins) velocity[pin.node] = {};
-        for (const std::uint32_t h : held) velocity[h] = {};
         double fastest_sq = 0;
         for (std::size_t i = 0; i < n; ++i) {
             if (norm_sq(velocity[i]) > fastest_sq) {
@@ -467,26 +467,6 @@ struct Cloth::State {
         last_kinetic = report.kinetic;
     }
 
-    void hold_links()
-    {
-        for (const std::uint32_t l : muted) {
-            btSoftBody::Link& link = body->m_links[static_cast<int>(l)];
-            link.m_c0 = (link.m_n[0]->m_im + link.m_n[1]->m_im) / link.m_material->m_kLST;
-        }
-        muted.clear();
-        held_links.clear();
-        std::vector<std::uint8_t> is_held(position.size(), 0);
-        for (const std::uint32_t h : held) is_held[h] = 1;
-        const int last = seams.empty() ? body->m_links.size() : seams.front().first;
-        for (int l = 0; l < last; ++l) {
-            const btSoftBody::Link& link = body->m_links[l];
-            const std::uint32_t a = number(link.m_n[0]), b = number(link.m_n[1]);
-            if (is_held[a] == is_held[b]) continue;
-            muted.push_back(static_cast<std::uint32_t>(l));
-            held_links.push_back({is_held[a] != 0 ? a : b, is_held[a] != 0 ? b : a, link.m_c1, link.m_material->m_kLST});
-        }
-    }
-
     Fabric fabric;
     ClothOptions options;
     btSoftBodyWorldInfo info;
@@ -499,12 +479,9 @@ struct Cloth::State {
     std::vector<Vec3d> position, previous, good, velocity;
     std::vector<SeamLinks> seams;
     std::vector<Pin> pins;
-    std::vector<std::uint32_t> held;
-    std::vector<Vec3d> held_place;
-    std::vector<btScalar> held_mass;
-    std::vector<HeldLink> held_links;
-    std::vector<std::uint32_t> muted;  ///< Bullet's links that are solved here
-    Vec3d tool{}, pull{}, tension{};
+    std::vector<Held> held;
+    double grip_stiffness = 0;  ///< N / m, of all the springs
+    Vec3d tool{}, tension{};
     Contacts contacts;
     Interiors interiors;
 };
@@ -560,10 +537,10 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     }
     // Threads pull against the half-spaces that the last step found; what they pulled into a solid, or through one, is found
     // afterwards and has the last word.
-    s.pull = {};
+    for (State::Held& h : s.held) h.pull = {};
     for (int i = 0; i < s.options.iterations; ++i) {
         s.solve_threads();
-        s.solve_held();
+        s.solve_held(dt);
         if (s.options.self_collision) s.solve_self();
         const double threads = cpu_seconds();
         report.seconds.threads += threads - mark;
@@ -581,7 +558,8 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
     report.seconds.response += cpu_seconds() - mark;
     mark = cpu_seconds();
-    s.tension = s.pull / (dt * dt);
+    s.tension = {};
+    for (const State::Held& h : s.held) s.tension -= h.pull / (dt * dt);
     s.finish(dt, solids_stand, report);
     report.seconds.predict += cpu_seconds() - mark;
     return report;
@@ -673,23 +651,17 @@ double Cloth::gap(std::size_t seam) const
     return widest;
 }
 
-void Cloth::grasp(std::uint32_t node, double radius, Vec3d tool)
+void Cloth::grasp(std::uint32_t node, double radius, Vec3d tool, double stiffness)
 {
     State& s = *state_;
     if (node >= size()) throw std::invalid_argument("a grasp of a node that is not there");
+    if (!(stiffness > 0) || !std::isfinite(stiffness)) throw std::invalid_argument("a grip's stiffness must be above zero");
     release();
-    for (std::uint32_t i = 0; i < size(); ++i) {
-        if (i != node && norm(s.position[i] - s.position[node]) > radius) continue;
-        if (s.node(i).m_im <= 0) continue;
-        s.held.push_back(i);
-        s.held_place.push_back(s.position[i] - tool);
-        s.held_mass.push_back(s.body->getMass(static_cast<int>(i)));
-        s.body->setMass(static_cast<int>(i), 0);
-    }
+    for (std::uint32_t i = 0; i < size(); ++i)
+        if ((i == node || norm(s.position[i] - s.position[node]) <= radius) && s.node(i).m_im > 0)
+            s.held.push_back({i, s.position[i] - tool, {}});
     s.tool = tool;
-    s.body->m_bUpdateRtCst = false;
-    s.body->updateLinkConstants();
-    s.hold_links();
+    s.grip_stiffness = stiffness;
 }
 
 void Cloth::drag(Vec3d tool) noexcept
@@ -699,15 +671,8 @@ void Cloth::drag(Vec3d tool) noexcept
 
 void Cloth::release()
 {
-    State& s = *state_;
-    for (std::size_t i = 0; i < s.held.size(); ++i) s.body->setMass(static_cast<int>(s.held[i]), s.held_mass[i]);
-    s.held.clear();
-    s.held_place.clear();
-    s.held_mass.clear();
-    s.body->m_bUpdateRtCst = false;
-    s.body->updateLinkConstants();
-    s.hold_links();
-    s.tension = {};
+    state_->held.clear();
+    state_->tension = {};
 }
 
 Vec3d Cloth::tension() const noexcept { return state_->tension; }

@@ -86,9 +86,74 @@ class Dress(unittest.TestCase):
         with open("report.json") as file:
             self.assertGreater(json.load(file)["garments"][0]["pulls"][0]["most_cloth_N"], 0.1)
 
+    def report(self):
+        with open("report.json") as file:
+            return json.load(file)
+
+    def test_a_pull_into_the_body_stops_at_it(self):
+        pull = {"at": 0.7, "until": 1.2, "near": [0, 1, 0], "by": [0, -0.3, 0]}
+        for device in ([], ["--device", "simulated:hand=firm"]):
+            done = run("dress", "--avatar", "ball.sqmap", "--garment", self.garment(pull=[pull]), "-o", "out.glb", "--report", "report.json",
+                       "--seconds", "1.3", "--fps", "60", *device)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            report = self.report()
+            garment = report["garments"][0]
+            felt = report["tool"] if device else garment["pulls"][0]
+            self.assertGreater(felt["most_body_N"], 10)
+            self.assertGreater(felt["most_cloth_N"], 0.05)
+            self.assertGreater(felt["most_sent_N"], 1)
+            self.assertLessEqual(felt["most_sent_N"], 2 + 1e-9)
+            self.assertLess(garment["deepest_node_of_any_frame_m"], 0.01)
+            if device:
+                self.assertTrue(felt["simulated"])
+                self.assertEqual(felt["grasps"], 1)
+                self.assertIn("no hardware", done.stdout)
+            else:
+                self.assertAlmostEqual(felt["tip_behind_m"], 0.3, delta=0.02)
+
+    def test_pins_hold_until_they_are_let_go(self):
+        pins = [{"near": [x, 1.02, z], "radius": 0.1} for x in (-1, 1) for z in (-1, 1)]
+        heights = []
+        for until in (None, 0.1):
+            for pin in pins:
+                if until:
+                    pin["until"] = until
+            done = self.dress(centre=[0, 3, 0], pin=pins)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("touched nothing", done.stdout)
+            garment = self.report()["garments"][0]
+            heights.append(garment["energy_J"]["least"])
+        self.assertLess(heights[1], heights[0] - 1, "what is let go falls")
+
+    def test_what_is_listed_happens_or_is_said(self):
+        shirt = dict(pattern="shirt", width=None, depth=None, centre=None, collar=[0, 3, 0], vertices=400)
+        self.assertEqual(self.dress(**shirt).returncode, 0)
+        whole = self.report()["garments"][0]["seam_gaps_m"]["sides"]
+        done = self.dress(**shirt, cut=[{"seam": "sides"}, {"seam": "shoulders", "at": 9}])
+        self.assertGreater(self.report()["garments"][0]["seam_gaps_m"]["sides"], whole + 0.05)
+        self.assertIn("a cut at 9 s never came", done.stdout)
+
+    def test_what_cannot_be_written_is_told_first(self):
+        for options, words in ((["-o", "absent/x.glb"], "there is no folder absent"), (["-o", "x.gltf"], "is a .glb"),
+                               (["-o", "x.glb", "--report", "absent/r.json"], "there is no folder absent")):
+            done = run("dress", "--avatar", "ball.sqmap", "--garment", self.garment(), *options, "--seconds", "600")
+            self.assertEqual(done.returncode, 2, options)
+            self.assertIn(words, done.stderr)
+        done = run("dress", "--avatar", "ball.obj", "--garment", self.garment(), "-o", "x.glb")
+        self.assertIn("sqmap bake", done.stderr)
+        for device, words in (("teleporter", "no device of kind"), ("simulated", "no garment has a 'pull'")):
+            done = self.dress("--device", device)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(words, done.stderr)
+
     def test_a_wrong_garment_is_named_with_its_key(self):
         for changes, words in (({"pattern": "cape"}, "poncho, blanket, skirt or shirt"), ({"widht": 1}, "widht"), ({"fabric": "tin"}, "cotton"),
-                               ({"width": -1}, "positive"), ({"vertices": 3}, "vertices"), ({"cut": [{"seam": "back"}]}, "seam")):
+                               ({"width": -1}, "'width' is -1: it must be from 0.001 to 20"),
+                               ({"width": 1e300}, "'width' is 1e+300"), ({"centre": [0, 1e20, 0]}, "are these metres?"),
+                               ({"pattern": "poncho", "hole_x": 3}, "'hole_x' is 3"), ({"fabric": {"thickness": 1}}, "garment.json: fabric: 'thickness'"),
+                               ({"pull": [{"at": 1, "until": 0.5}]}, "later than 'at'"), ({"cut": [{"seam": "back", "at": -1}]}, "'at' is -1"),
+                               ({"pull": [{"at": 1, "until": 2}, {"at": 1.5, "until": 3}]}, "two at one time"),
+                               ({"pin": [{"bone": "tail"}]}, "'bone' tail is none of the avatar's: world, ball"), ({"vertices": 3}, "vertices"), ({"cut": [{"seam": "back"}]}, "seam")):
             done = self.dress(**changes)
             self.assertEqual(done.returncode, 2, changes)
             self.assertIn(words, done.stderr)

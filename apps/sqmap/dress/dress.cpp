@@ -2,7 +2,10 @@
 #include "commands.h"
 #include "dress/avatar.h"
 #include "dress/garment_file.h"
+#include "dress/handling.h"
+#include "dress/tool.h"
 #include "render/raycast.h"
+#include "sqmap/device/open.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/io/write_gltf.h"
@@ -10,18 +13,25 @@
 
 #include <nlohmann/json.hpp>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <charconv>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <numeric>
+#include <optional>
+#include <thread>
 
 namespace sqmap::app {
 namespace {
 
 using nlohmann::json;
 
-constexpr double k_tool_stiffness = 500;  ///< N / m: k_f of eq. 32 for the tool against the body
+constexpr double k_began_inside = 0.005;                        ///< m
+constexpr double k_deep_node = 0.002, k_deep_interior = 0.005;  ///< of the height: what a user would see
 constexpr unsigned k_colours[] = {0x3b6ea5, 0xb5563c, 0x5a8f4a, 0x8a5fa0, 0xc29a3a};
 constexpr unsigned k_skin = 0xd9b99b;
 
@@ -34,10 +44,43 @@ bool is_gltf(const std::filesystem::path& path)
 struct Arguments {
     std::string avatar, animation, output, report, pictures, layer = "3";
     std::vector<std::string> garments;
+    std::string device, tool_at;
     double walker = 0, seconds = 4, rate = 240, fps = 15, azimuth = 25, thinnest = 0.02;
     bool walk = false, paper_friction = false, self_collision = false;
     int iterations = 12;
 };
+
+/// X,Y,Z. @throw device::DeviceError
+Vec3d place_from(const std::string& text)
+{
+    Vec3d place;
+    if (text.empty()) return place;
+    const char *c = text.data(), *const last = c + text.size();
+    for (int i = 0; i < 3; ++i) {
+        const auto [end, error] = std::from_chars(c, last, place[i]);
+        if (error != std::errc() || !std::isfinite(place[i]) || (i < 2 ? end == last || *end != ',' : end != last))
+            throw device::DeviceError("--tool-at " + text + ": a place is three numbers, as in 0,1.2,0.3");
+        c = end + 1;
+    }
+    return place;
+}
+
+/// Before anything is simulated. @throw GarmentFileError
+void check_outputs(const Arguments& a)
+{
+    for (const auto& [option, file] : {std::pair{"-o ", a.output}, {"--report ", a.report}}) {
+        const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+        if (!folder.empty() && !std::filesystem::is_directory(folder))
+            throw GarmentFileError(option + file + ": there is no folder " + folder.string() + "\n  cure: make it first");
+    }
+    const std::string end = std::filesystem::path(a.output).extension().string();
+    if (end != ".glb" && end != ".GLB")
+        throw GarmentFileError("-o " + a.output + ": what is written is a .glb\n  cure: that ending");
+    std::error_code error;
+    if (!a.pictures.empty() && !std::filesystem::is_directory(a.pictures) &&
+        !std::filesystem::create_directory(a.pictures, error))
+        throw GarmentFileError("--pictures " + a.pictures + ": the folder cannot be made");
+}
 
 /// What a stage takes, over the steps.
 struct Stage {
@@ -62,9 +105,8 @@ struct Worn {
     double deepest_walking = 0;
     sim::Drape drape{};
     double least_energy = INFINITY, start_energy = NAN, most_energy = -INFINITY;
-    const Pull* pulling = nullptr;
-    Vec3d grabbed{};
-    json pulls = json::array();
+    std::unique_ptr<Handling> handling{};
+    double began_inside = 0;  ///< m, the deepest vertex at first
 };
 
 /// What became of it, for people.
@@ -73,6 +115,8 @@ std::string text_of(const sim::DrapeReport& drape)
     char text[96];
     if (drape.at_rest)
         std::snprintf(text, sizeof text, "at rest after %.2f s", drape.since);
+    else if (drape.fastest <= sim::Drape::k_slow)
+        std::snprintf(text, sizeof text, "not yet at rest: slow for less than %.2f s at the end", sim::Drape::k_quiet);
     else
         std::snprintf(text, sizeof text, "did not come to rest: fastest vertex %u at %.2f m/s", drape.fastest_node,
                       drape.fastest);
@@ -97,61 +141,90 @@ const char* status_text(std::uint32_t bit)
     }
 }
 
-/// Force of the body on a tool's tip (eq. 32).
-Vec3d body_force(Vec3d tip, std::span<const sim::Solid> solids)
-{
-    Vec3d force{};
-    for (const sim::Solid& s : solids) {
-        if (s.model == nullptr) continue;
-        const auto& h = s.model->header;
-        if (s.skin != nullptr) {
-            query::SkinRoom room(s.skin->lattice(), {&tip, 1});
-            query::SkinContact c;
-            if (query::query_skin(*s.model, s.skin->to(), {&tip, 1}, {.layer = query::Layer::Three}, room, {&c, 1}).contacts > 0)
-                force += k_tool_stiffness * c.depth * c.normal;
-            continue;
+/// A tool on a device that somebody holds, and the garment that it has grasped.
+class Held {
+public:
+    /// Takes a simulated hand's pull out of the garment that has it. @throw device::DeviceError, GarmentFileError
+    Held(const Arguments& a, std::span<const sim::Solid> solids, std::vector<Worn>& worn) : worn_(&worn)
+    {
+        const device::DeviceSpec spec = device::parse_spec(a.device);
+        if (spec.kind == "simulated") {
+            spec.allow({"hand"});
+            for (Worn& w : worn)
+                if (!w.file.pulls.empty() && !script_) {
+                    script_ = w.file.pulls.front();
+                    w.file.pulls.clear();
+                }
+            if (!script_) throw GarmentFileError("--device simulated: no garment has a 'pull' for its hand to follow");
+            device_ = simulated_hand(*script_, spec.text("hand", "pen"));
+        } else {
+            device_ = device::open_device(a.device);
         }
-        const query::Pose to = query::inverse(s.pose);
-        const Vec3d p = (to.rotation * tip + to.translation - Vec3d{h.origin[0], h.origin[1], h.origin[2]}) / h.unit;
-        const query::Contact c = query::query_point(*s.model, cast<float>(p), query::Layer::Three);
-        if (c.contact)
-            force += k_tool_stiffness * h.unit * static_cast<double>(c.depth) * (s.pose.rotation * cast<double>(c.normal));
+        std::printf("%s; %s\n", device_->capabilities().name.c_str(),
+                    script_ ? "its hand follows the pull" : "its first button grasps the nearest vertex");
+        tool_.emplace(solids, *device_, place_from(a.tool_at));
+        begin_ = std::chrono::steady_clock::now();
     }
-    return force;
-}
 
-void handle_events(Worn& worn, double time, double dt, std::span<const sim::Solid> solids)
-{
-    for (const SeamEvent& e : worn.file.seam_events) {
-        if (!(e.at > time - 0.5 * dt && e.at <= time + 0.5 * dt)) continue;
-        for (std::size_t s = 0; s < worn.cloth.seams(); ++s)
-            if (worn.file.garment.seams[s].name == e.seam) e.sew ? worn.cloth.sew(s) : worn.cloth.cut(s);
-    }
-    for (const Pull& p : worn.file.pulls) {
-        if (worn.pulling == nullptr && time >= p.at && time < p.until) {
-            std::uint32_t nearest = 0;
-            const auto at = worn.cloth.positions();
-            for (std::uint32_t i = 1; i < at.size(); ++i)
-                if (norm_sq(at[i] - p.near) < norm_sq(at[nearest] - p.near)) nearest = i;
-            worn.grabbed = at[nearest];
-            worn.cloth.grasp(nearest, p.radius, worn.grabbed);
-            worn.pulling = &p;
-            worn.pulls.push_back({{"at", p.at}, {"vertex", nearest}, {"most_cloth_N", 0.0}, {"most_body_N", 0.0}});
+    /// Before the step that ends at time: waits until its time has come, grasps, drags, lets go.
+    void before(double time)
+    {
+        std::this_thread::sleep_until(begin_ + std::chrono::duration<double>(time));
+        const ToolFelt& felt = tool_->felt();
+        const bool wants = script_ ? time >= script_->at && time < script_->until : (felt.buttons & 1u) != 0;
+        if (wants && held_ == nullptr) {
+            double least = script_ ? INFINITY : k_reach;
+            for (Worn& w : *worn_) {
+                const std::uint32_t v = nearest_vertex(w.cloth, felt.tip);
+                const double distance = norm(w.cloth.positions()[v] - felt.tip);
+                if (!(distance < least)) continue;
+                least = distance;
+                held_ = &w.cloth;
+                vertex_ = v;
+            }
+            if (held_ != nullptr) {
+                held_->grasp(vertex_, script_ ? script_->radius : Pull{}.radius, felt.tip, ClothTool::k_stiffness);
+                ++grasps_;
+            }
+        } else if (!wants && held_ != nullptr) {
+            held_->release();
+            held_ = nullptr;
         }
-        if (worn.pulling != &p) continue;
-        if (time >= p.until) {
-            worn.cloth.release();
-            worn.pulling = nullptr;
-            continue;
-        }
-        const Vec3d tool = worn.grabbed + ((time - p.at) / (p.until - p.at)) * p.by;
-        worn.cloth.drag(tool);
-        json& log = worn.pulls.back();
-        log["last_cloth_N"] = norm(worn.cloth.tension());
-        log["most_cloth_N"] = std::max(log["most_cloth_N"].get<double>(), norm(worn.cloth.tension()));
-        log["most_body_N"] = std::max(log["most_body_N"].get<double>(), norm(body_force(tool, solids)));
+        dragged_ = felt.tip;
+        if (held_ != nullptr) held_->drag(dragged_);
+        most_cloth_ = std::max(most_cloth_, norm(felt.cloth));
+        most_body_ = std::max(most_body_, norm(felt.body));
     }
-}
+    void after(std::span<const sim::Solid> solids) { tool_->show(solids, held_, dragged_); }
+
+    [[nodiscard]] json report(double time) const
+    {
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin_;
+        return {{"device", device_->capabilities().name},
+                {"simulated", device_->capabilities().simulated},
+                {"ticks", tool_->ticks()},
+                {"grasps", grasps_},
+                {"most_cloth_N", most_cloth_},
+                {"most_body_N", most_body_},
+                {"most_asked_N", tool_->most_asked()},
+                {"most_sent_N", tool_->most_sent()},
+                {"gone_at_end", tool_->gone()},
+                {"cloth_s_per_s", time / took.count()}};
+    }
+
+private:
+    static constexpr double k_reach = 0.05;  ///< m
+    std::vector<Worn>* worn_;
+    std::optional<Pull> script_;
+    std::unique_ptr<device::Device> device_;
+    std::optional<LiveTool> tool_;
+    std::chrono::steady_clock::time_point begin_;
+    sim::Cloth* held_ = nullptr;
+    std::uint32_t vertex_ = 0;
+    Vec3d dragged_{};
+    std::size_t grasps_ = 0;
+    double most_cloth_ = 0, most_body_ = 0;
+};
 
 Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const std::vector<Worn>& worn, double azimuth)
 {
@@ -177,6 +250,27 @@ Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const st
     return render(layers, view);
 }
 
+/// What else the user should know of how it went, and what to do about it.
+std::vector<std::string> worries(const Worn& w, const sim::Penetration& end, double height, double time)
+{
+    std::vector<std::string> out = w.handling->never_came(time);
+    char text[200];
+    const auto add = [&](const char* format, auto... values) {
+        std::snprintf(text, sizeof text, format, values...);
+        out.emplace_back(text);
+    };
+    if (w.began_inside > k_began_inside)
+        add("began %.0f mm inside the body: start it clear of it (garment files are in metres, y up)", 1e3 * w.began_inside);
+    if (w.most_contacts == 0) add("touched nothing: is it above the body, and of its size?");
+    if (end.nodes > k_deep_node * height)
+        add("a vertex is %.1f mm inside at the end, at %.3f %.3f %.3f", 1e3 * end.nodes, end.node_at.x, end.node_at.y,
+            end.node_at.z);
+    if (end.interiors > k_deep_interior * height)
+        add("triangles are up to %.1f mm inside at the end, at %.3f %.3f %.3f: more vertices, or a thicker fabric",
+            1e3 * end.interiors, end.interior_at.x, end.interior_at.y, end.interior_at.z);
+    return out;
+}
+
 json report_of(Worn& w, double height, std::span<const sim::Solid> solids, double time)
 {
     const sim::Penetration deep = sim::penetration(w.cloth.positions(), w.cloth.triangles(), solids, 4);
@@ -187,6 +281,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
     json status = json::array();
     for (std::uint32_t bit = 1; bit <= sim::k_cloth_crowded; bit *= 2)
         if ((w.status & bit) != 0) status.push_back(status_text(bit));
+    for (const std::string& line : worries(w, deep, height, time)) status.push_back(line);
     json seams = json::object();
     for (std::size_t s = 0; s < w.cloth.seams(); ++s) seams[w.file.garment.seams[s].name] = w.cloth.gap(s);
     const sim::DrapeReport& drape = w.drape.report();
@@ -207,6 +302,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
               {"interiors_m", deep.interiors},
               {"nodes_percent_of_height", 100 * deep.nodes / height},
               {"interiors_percent_of_height", 100 * deep.interiors / height},
+              {"deepest_node_at", {deep.node_at.x, deep.node_at.y, deep.node_at.z}},
               {"deepest_interior_at", {deep.interior_at.x, deep.interior_at.y, deep.interior_at.z}}}},
             {"deepest_node_of_any_frame_m", w.deepest_walking},
             {"caught_by_sweep", w.caught},
@@ -218,7 +314,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
               {"largest", strain.back()},
               {"vertices", map}}},
             {"seam_gaps_m", seams},
-            {"pulls", w.pulls},
+            {"pulls", w.handling->pulls()},
             {"until_s", time},
             {"us_per_step",
              {{"collision", w.collision.summary()},
@@ -232,9 +328,18 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
 
 void dress(const Arguments& a)
 {
+    check_outputs(a);
+    // People see how far it is; files and pipes do not.
+    const bool watched = ::isatty(STDERR_FILENO) == 1;
+    const auto progress = [watched](const char* what, double done, double of) {
+        if (watched) std::fprintf(stderr, done < of ? "\r%s %g of %g  " : "\r\033[K", what, done, of);
+    };
     sim::Gait gait;
     if (!a.walk) gait.lower_at = gait.walk_at = INFINITY;
-    Avatar avatar = a.avatar.empty()    ? walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3)
+    Avatar avatar = a.avatar.empty()    ? walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3,
+                                                         [&](std::size_t done, std::size_t of) {
+                                                          progress("bone", static_cast<double>(done), static_cast<double>(of));
+                                                      })
                     : is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3)
                                         : still_avatar(a.avatar);
     std::vector<query::Pose> poses(avatar.parts.size() + avatar.joints.size());
@@ -245,6 +350,15 @@ void dress(const Arguments& a)
     if (avatar.skin) solids[0].skin = avatar.skin->moving.get();
     const auto bone_name = [&](std::size_t p) -> const std::string& {
         return p < avatar.parts.size() ? avatar.parts[p].name : avatar.joints[p - avatar.parts.size()];
+    };
+    const FindBone find_bone = [&](const std::string& name) {
+        std::string all;
+        for (std::uint32_t p = 0; p < poses.size(); ++p) {
+            if (bone_name(p) == name) return p;
+            all += ", " + bone_name(p);
+        }
+        if (name != "world") throw GarmentFileError(name + " is none of the avatar's: world" + all);
+        return sim::Cloth::k_world;
     };
 
     sim::ClothOptions options;
@@ -259,14 +373,20 @@ void dress(const Arguments& a)
         sim::Cloth cloth(file.garment, file.fabric, options);
         if (avatar.skin) cloth.expect(avatar.skin->lattice);
         if (!file.waist_bone.empty()) {
-            std::uint32_t solid = sim::Cloth::k_world;
-            for (std::uint32_t p = 0; p < poses.size(); ++p)
-                if (bone_name(p) == file.waist_bone) solid = p;
-            if (solid == sim::Cloth::k_world && file.waist_bone != "world")
-                throw GarmentFileError(path + ": 'waist_bone' " + file.waist_bone + " is no bone of the avatar");
-            cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? query::Pose{} : poses[solid]);
+            try {
+                const std::uint32_t solid = find_bone(file.waist_bone);
+                cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? query::Pose{} : poses[solid]);
+            } catch (const GarmentFileError& e) {
+                throw GarmentFileError(path + ": 'waist_bone' " + e.what());
+            }
         }
         worn.push_back({std::move(file), std::move(cloth), {}, {}, {}, {}, {}, {}, {}, {}});
+    }
+    std::unique_ptr<Held> held;
+    if (!a.device.empty()) held = std::make_unique<Held>(a, solids, worn);
+    for (std::size_t g = 0; g < worn.size(); ++g) {  // once none of them moves in memory any more
+        worn[g].handling = std::make_unique<Handling>(worn[g].file, a.garments[g], solids, find_bone);
+        worn[g].began_inside = sim::penetration(worn[g].cloth.positions(), {}, solids, 1).nodes;
     }
 
     const double dt = 1 / a.rate;
@@ -294,13 +414,15 @@ void dress(const Arguments& a)
     keep_frame(0);
     for (int step = 1; step <= steps; ++step) {
         const double time = step * dt;
+        if (step % every == 0 || step == steps) progress("second", time, steps * dt);
         avatar.pose(time, poses);
         for (std::size_t p = 0; p < poses.size(); ++p) {
             solids[p].previous = solids[p].pose;
             solids[p].pose = poses[p];
         }
+        if (held) held->before(time);
         for (Worn& w : worn) {
-            handle_events(w, time, dt, solids);
+            w.handling->before(w.cloth, time, dt, solids);
             const sim::StepReport r = w.cloth.step(dt, solids);
             w.status |= r.status;
             w.caught += r.caught;
@@ -320,6 +442,7 @@ void dress(const Arguments& a)
                                                  {&w.collision, s.move + s.query}})
                 stage->us.push_back(1e6 * seconds);
         }
+        if (held) held->after(solids);
         if (step % every == 0 || step == steps) keep_frame(time);
     }
 
@@ -369,6 +492,14 @@ void dress(const Arguments& a)
         for (const json& s : garment["status"]) std::printf("  %s\n", s.get<std::string>().c_str());
         report["garments"].push_back(std::move(garment));
     }
+    if (held) {
+        report["tool"] = held->report(steps * dt);
+        const json& t = report["tool"];
+        std::printf("tool: %llu ticks, %zu grasps; asked for at most %.3g N, sent %.3g N; the cloth ran at %.2f of real time%s\n",
+                    t["ticks"].get<unsigned long long>(), t["grasps"].get<std::size_t>(), t["most_asked_N"].get<double>(),
+                    t["most_sent_N"].get<double>(), t["cloth_s_per_s"].get<double>(),
+                    t["gone_at_end"].get<bool>() ? "; the device was gone at the end" : "");
+    }
     if (!a.report.empty()) {
         const std::string text = report.dump(1) + "\n";
         io::replace_file(a.report, std::as_bytes(std::span(text)));
@@ -389,7 +520,7 @@ void add_dress(CLI::App& app, int& exit_code)
                 "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
             ->check(CLI::ExistingFile);
     auto* walker = command->add_option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres")
-                       ->check(CLI::Range(0.2, 5.0));
+                       ->check(in_range(0.2, 5.0));
     avatar->excludes(walker);
     command->add_flag(
         "--walk", a->walk,
@@ -401,20 +532,21 @@ void add_dress(CLI::App& app, int& exit_code)
         ->check(CLI::ExistingFile);
     command->add_option("-o,--output", a->output, "Animation to write (.glb)")->required();
     command->add_option("--report", a->report, "Write penetration, strain and time by stage, as JSON");
-    command->add_option("--pictures", a->pictures, "Folder for a picture of each frame")->check(CLI::ExistingDirectory);
+    command->add_option("--pictures", a->pictures, "Folder for a picture of each frame; made where it is not there");
+    auto* const device = command->add_option(
+        "--device", a->device,
+        "A tool that grasps: simulated[:hand=], whose hand follows the garment's pull, or a kind that sqmap devices lists "
+        "(its first button grasps). The cloth then keeps to the clock");
+    command->add_option("--tool-at", a->tool_at, "X,Y,Z, m: where the device's origin is; default 0,0,0")->needs(device);
     command->add_option("--azimuth", a->azimuth, "Of the pictures, degrees; 0: from the front")->capture_default_str();
-    command->add_option("--seconds", a->seconds, "Time to simulate")->check(CLI::Range(0.01, 600.0))->capture_default_str();
-    command->add_option("--rate", a->rate, "Steps a second")->check(CLI::Range(10.0, 10000.0))->capture_default_str();
-    command->add_option("--fps", a->fps, "Frames a second that are written")
-        ->check(CLI::Range(0.1, 240.0))
-        ->capture_default_str();
+    command->add_option("--seconds", a->seconds, "Time to simulate")->check(in_range(0.01, 600.0))->capture_default_str();
+    command->add_option("--rate", a->rate, "Steps a second")->check(in_range(10.0, 10000.0))->capture_default_str();
+    command->add_option("--fps", a->fps, "Frames a second that are written")->check(in_range(0.1, 240.0))->capture_default_str();
     command
         ->add_option("--thinnest", a->thinnest, "Parts of the avatar at least this thick, in metres, are not tunnelled through")
-        ->check(CLI::Range(0.001, 1.0))
+        ->check(in_range(0.001, 1.0))
         ->capture_default_str();
-    command->add_option("--iterations", a->iterations, "Of the threads' solver")
-        ->check(CLI::Range(1, 200))
-        ->capture_default_str();
+    command->add_option("--iterations", a->iterations, "Of the threads' solver")->check(in_range(1, 200))->capture_default_str();
     command->add_option("--layer", a->layer, "Of the contacts: 2, 3 or exact")
         ->check(CLI::IsMember({"2", "3", "exact"}))
         ->capture_default_str();
@@ -435,10 +567,12 @@ void add_dress(CLI::App& app, int& exit_code)
             exit_code = 0;
         } catch (const GarmentFileError& e) {
             std::fprintf(stderr, "%s\n", e.what());
+        } catch (const device::DeviceError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
         } catch (const AvatarError& e) {
             std::fprintf(stderr, "%s\n", e.what());
         } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
+            std::fprintf(stderr, "%s\n  cure: a model is what sqmap bake writes; a skinned mesh is a .glb or .gltf\n", e.what());
         } catch (const ImageError& e) {
             std::fprintf(stderr, "%s\n", e.what());
         }

@@ -22,6 +22,14 @@ struct SeamEvent {
     bool sew = false;
 };
 
+/// The vertex nearest to a place and what is within radius of it ride a bone, from a time until another.
+struct PinEvent {
+    double at = 0, until = 0;  ///< s
+    Vec3d near{};
+    double radius = 0.02;  ///< m
+    std::string bone;      ///< or "world"
+};
+
 /// A tool that takes the vertex nearest to a place and moves it.
 struct Pull {
     double at = 0, until = 0;  ///< s
@@ -35,7 +43,8 @@ struct GarmentFile {
     sim::Fabric fabric;
     std::string waist_bone;  ///< that the waistband rides; empty: none
     std::vector<SeamEvent> seam_events;
-    std::vector<Pull> pulls;
+    std::vector<PinEvent> pins;
+    std::vector<Pull> pulls;  ///< one after the other
 };
 
 /// @throw GarmentFileError

@@ -111,7 +111,7 @@ void add_render(CLI::App& app, int& exit_code)
     command->add_option("--azimuth", arguments->azimuth,
                         "Degrees about the up axis, 0 the front; default: off the broadest side");
     command->add_option("--elevation", arguments->view.elevation, "Degrees above the horizon")
-        ->check(CLI::Range(-90, 90))
+        ->check(in_range(-90, 90))
         ->capture_default_str();
     command->add_option("--up", arguments->up, "The mesh's upward axis: x, y, z, -x, -y or -z")
         ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}))

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 namespace sqmap::device {
@@ -33,6 +34,9 @@ inline constexpr std::array<HandProfile, 5> k_hand_profiles{{
     {"firm", 0.080, 8, 800, 3e-5, 0.005, 0.8},
     {"stiff", 0.150, 15, 1500, 8e-5, 0.01, 2},
 }};
+
+/// By its name. @throw DeviceError that names them all
+[[nodiscard]] const HandProfile& hand_profile(std::string_view name);
 
 /// The mechanism. Defaults: a light desktop stylus.
 struct Mechanism {

@@ -80,9 +80,9 @@ struct DrapeReport {
 /// Tells it from the steps, one after the other.
 class Drape {
 public:
-    static constexpr double k_quiet = 0.25;  ///< s
+    static constexpr double k_quiet = 0.25, k_slow = 0.05;  ///< s; m/s
 
-    explicit Drape(double threshold = 0.05) : threshold_(threshold) {}  ///< m / s
+    explicit Drape(double threshold = k_slow) : threshold_(threshold) {}  ///< m / s
     /// time: at the step's end, s.
     void add(const StepReport& step, double time) noexcept;
     [[nodiscard]] const DrapeReport& report() const noexcept { return report_; }
@@ -130,11 +130,12 @@ public:
     /// Largest distance of a pair of the seam, m.
     [[nodiscard]] double gap(std::size_t seam) const;
 
-    /// Holds a node and what is within radius of it at a place relative to a tool; tension is what it feels.
-    void grasp(std::uint32_t node, double radius, Vec3d tool);
+    /// Holds a node and what is within radius of it by springs, at their places relative to a tool; tension is what it feels.
+    /// stiffness: N/m, of all of them together; what is held still lies on solids. Nodes that are pinned are not held.
+    void grasp(std::uint32_t node, double radius, Vec3d tool, double stiffness = 500);
     void drag(Vec3d tool) noexcept;
     void release();
-    [[nodiscard]] Vec3d tension() const noexcept;  ///< N, on the tool, of the threads that leave what is held
+    [[nodiscard]] Vec3d tension() const noexcept;  ///< N, on the tool, of the springs
 
 private:
     struct State;
