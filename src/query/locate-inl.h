@@ -9,6 +9,8 @@
 #include "frame_job.h"
 #include "lanes-inl.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 
 HWY_BEFORE_NAMESPACE();
@@ -136,8 +138,17 @@ public:
         I brick;    // index
         I within;   // of the place in its brick, 0 of a deep one
     };
+    /// Where a lane's place is written, before it is read.
+    struct Address {
+        M free_brick, whole;  // whole: the brick is one place, or free
+        I gap_code;           // of free bricks
+        I index;              // of the place's word; 0 where the brick is free
+        V3 offset;            // from the place's centre, in cells
+        I brick;              // index
+        I within;             // of the place in its brick, 0 of a deep one
+    };
     /// at: in cells, within the grid for active lanes.
-    HWY_INLINE Located locate(const V3& at, M active) const
+    HWY_INLINE Address address(const V3& at, M active) const
     {
         const I nil = hn::Zero(di);
         const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil),
@@ -145,31 +156,38 @@ public:
         const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])),
                 ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
         const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
-        const I brick_index = hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx);
-        const I brick = gather_word(model_.bricks.data(), brick_index);
-        const M free_brick = hn::AndNot(not_negative(brick), active);
-        const M whole = hn::Or(free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
+        Address a;
+        a.brick = hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx);
+        const I brick = gather_word(model_.bricks.data(), a.brick);
+        a.free_brick = hn::AndNot(not_negative(brick), active);
+        a.whole = hn::Or(a.free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
         const I three = set_int(3);
         const I within =
             hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
-        const I low_bits = hn::And(brick, set_int(0x3fffffff));
-        const I index = blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil);
-        const I place = gather_word(model_.places.data(), index);
-        Located found;
-        const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
+        a.within = blend(a.whole, nil, within);
+        a.index = blend(hn::AndNot(a.free_brick, active), hn::Add(hn::And(brick, set_int(0x3fffffff)), a.within), nil);
+        a.gap_code = hn::And(brick, set_int(0x7fffffff));
+        const F half = blend(a.whole, set(0.5f * model::k_brick), set(0.5f));
         const auto from_centre = [&](F v, I cell, I brick_at) {
-            return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
+            return hn::Sub(v, hn::Add(to_float(blend(a.whole, hn::ShiftLeft<2>(brick_at), cell)), half));
         };
-        found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
-        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
-        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
-        found.place = place;
-        found.index = index;
-        found.brick = brick_index;
-        found.within = blend(whole, nil, within);
-        found.gap_code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
+        a.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
+        return a;
+    }
+    HWY_INLINE Located locate(const V3& at, M active) const
+    {
+        const Address a = address(at, active);
+        Located found;
+        found.place = gather_word(model_.places.data(), a.index);
+        found.is_free = hn::Or(a.free_brick, hn::And(active, is_free(found.place, a.whole)));
+        found.offset = a.offset;
+        found.index = a.index;
+        found.brick = a.brick;
+        found.within = a.within;
+        found.gap_code = blend(a.free_brick, a.gap_code, shift_right<2>(found.place));
         return found;
     }
+    static HWY_INLINE M is_free(I place, M whole) { return hn::AndNot(whole, equal(hn::And(place, set_int(3)), hn::Zero(di))); }
 
     /// Points in divided places: into the eighth that holds them. Takes those off the mask where that is free.
     HWY_INLINE void divide(I& place, I& index, V3& offset, M& occupied) const
@@ -294,7 +312,28 @@ public:
         return hn::And(hn::Shr(list, hn::ShiftLeft<3>(hn::And(shift_right<29>(plane), set_int(3)))), set_int(0xff));
     }
 
-    /// The points from a slot on that are in places which are not Free; those may be divided.
+    /// The points from a slot on, and those of them that are in the grid.
+    struct Posed {
+        V3 p;         // model space
+        V3 in_cells;  // from the grid's corner
+        M in_grid;
+    };
+    HWY_INLINE Posed pose(std::size_t slot) const
+    {
+        Posed e;
+        e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
+        const V3 g = e.in_cells = in_cells(e.p);
+        const F zero = hn::Zero(df);
+        e.in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
+        e.in_grid = hn::And(
+            e.in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
+        // The padding of the last cluster is nobody.
+        if (slot + hn::Lanes(df) > job_.points)
+            e.in_grid = hn::And(e.in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
+        return e;
+    }
+
+    /// Those that are in places which are not Free; those may be divided.
     struct Entered {
         V3 p;  // model space
         Located at;
@@ -302,19 +341,18 @@ public:
     };
     HWY_INLINE Entered enter(std::size_t slot) const
     {
-        Entered e;
-        e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
-        const V3 g = in_cells(e.p);
-        const F zero = hn::Zero(df);
-        M in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
-        in_grid = hn::And(
-            in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
-        // The padding of the last cluster is nobody.
-        if (slot + hn::Lanes(df) > job_.points)
-            in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
-        e.at = locate(g, in_grid);
-        e.occupied = hn::AndNot(e.at.is_free, in_grid);
+        const Posed posed = pose(slot);
+        Entered e{posed.p, locate(posed.in_cells, posed.in_grid), posed.in_grid};
+        e.occupied = hn::AndNot(e.at.is_free, e.occupied);
         return e;
+    }
+
+    /// Has the words at some indices of an array fetched.
+    static HWY_INLINE void fetch(const std::uint32_t* words, I index, M which)
+    {
+        HWY_ALIGN std::int32_t at[k_lanes];
+        hn::Store(index, di, at);
+        each_lane(which, [&](std::size_t i) { hwy::Prefetch(words + at[i]); });
     }
 
     static HWY_INLINE M is_inside(I place, M occupied)
