@@ -296,10 +296,20 @@ private:
                                         hn::IfThenElseZero(hn::RebindMask(di, present), hn::And(word, set_int(~k_whole))));
             const M occupied = hn::AndNot(is_free(place, whole), present);
             if (!any(occupied)) continue;
+            fetch_next(place, occupied);
             located_.add(LocatedPoints::load(addressed_.p, first), LocatedPoints::load(addressed_.offset, first), place,
                          hn::LoadU(di, addressed_.point + first), occupied);
         }
         addressed_.count = 0;
+    }
+
+    /// What is read next: planes of flat places, eighths of divided ones.
+    HWY_INLINE void fetch_next(I place, M occupied) const
+    {
+        const M divided = is_divided(place, occupied), flat = is_flat(place, occupied);
+        const I at = shift_right<14>(place);
+        if (any(divided)) fetch(model_.places.data(), at, divided);
+        if (any(flat)) fetch(model_.planes.data(), at, flat);
     }
 
     HWY_NOINLINE void answer_located()
@@ -309,7 +319,9 @@ private:
             V3 offset = LocatedPoints::load(located_.offset, first);
             I place = hn::LoadU(di, located_.place + first), index = hn::Zero(di);
             M occupied = located_.present(first);
+            const M divided = is_divided(place, occupied);
             divide(place, index, offset, occupied);
+            if (any(divided)) fetch_next(place, hn::And(divided, occupied));
             if (job_.layer == Layer::One) {
                 ask_superquadrics(first, occupied);
                 continue;

@@ -28,6 +28,8 @@ struct FlatPlanes {
 
 class Places {
 public:
+    static constexpr std::size_t k_groups_at_once = 16;
+
     explicit Places(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
     {
         inverse_cell_ = 1.f / locator_.cell;
@@ -40,18 +42,35 @@ public:
     HWY_INLINE void each_near(Ask&& ask, AfterCluster&& after_cluster, AfterGroup&& after_group) const
     {
         if (job_.points == 0 || is_far(job_.sphere[0], job_.sphere[1], job_.sphere[2], job_.sphere[3])) return;
-        for (std::size_t g = 0; g < job_.groups; ++g) {
-            if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
-            const std::size_t last = std::min(job_.clusters, (g + 1) * Probe::k_cluster);
-            for (std::size_t c = g * Probe::k_cluster; c < last; c += hn::Lanes(df)) {
-                const M near = hn::And(near_clusters(c), hn::FirstN(df, std::min(last - c, hn::Lanes(df))));
-                each_lane(near, [&](std::size_t i) {
-                    for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
-                    after_cluster();
-                });
+        for (std::size_t first = 0; first < job_.groups; first += k_groups_at_once) {
+            // What their clusters' centres are in is fetched for all before it is read for one.
+            std::uint32_t near_groups = 0;
+            const std::size_t end = std::min(job_.groups, first + k_groups_at_once);
+            for (std::size_t g = first; g < end; ++g) {
+                if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
+                near_groups |= 1u << (g - first);
+                each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
             }
-            if (!after_group()) return;
+            for (std::size_t g = first; g < end; ++g) {
+                if ((near_groups >> (g - first) & 1u) == 0) continue;
+                each_vector(g, [&](std::size_t c, std::size_t count) {
+                    const M near = hn::And(near_clusters(c), hn::FirstN(df, count));
+                    each_lane(near, [&](std::size_t i) {
+                        for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
+                        after_cluster();
+                    });
+                });
+                if (!after_group()) return;
+            }
         }
+    }
+
+    /// The clusters of a group by whole vectors: their first, and how many there are.
+    template <class Do>
+    HWY_INLINE void each_vector(std::size_t group, Do&& action) const
+    {
+        const std::size_t last = std::min(job_.clusters, (group + 1) * Probe::k_cluster);
+        for (std::size_t c = group * Probe::k_cluster; c < last; c += hn::Lanes(df)) action(c, std::min(last - c, hn::Lanes(df)));
     }
 
     Vec3f transformed(float x, float y, float z) const
@@ -91,27 +110,48 @@ public:
         return away > 0.f && away * away + outside_sq > reach * reach * 1.0001f;
     }
 
-    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
-    HWY_NOINLINE M near_clusters(std::size_t first) const
+    /// Clusters from one on, where their centres are in the grid or nearest to it.
+    struct Centres {
+        V3 at;  // in cells
+        F reach_sq, outside_sq;
+        M touches_box;
+    };
+    HWY_INLINE Centres centres(std::size_t first) const
     {
         const F zero = hn::Zero(df);
         const V3 c = posed(
             {hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
         const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
-        const F reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
+        Centres found;
+        found.reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
         const V3 g = in_cells(c);
         // Clamped below the last cell's end, so that truncation stays within.
-        const V3 at{hn::Min(hn::Max(g.x, zero), set(cells_[0] - 0.001f)), hn::Min(hn::Max(g.y, zero), set(cells_[1] - 0.001f)),
-                    hn::Min(hn::Max(g.z, zero), set(cells_[2] - 0.001f))};
-        const V3 out{hn::Sub(g.x, at.x), hn::Sub(g.y, at.y), hn::Sub(g.z, at.z)};
-        const F outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
-        const M touches_box = hn::Le(outside_sq, reach_sq);
-        if (!any(touches_box)) return touches_box;
-        const Located found = locate(at, touches_box);
+        const auto within = [&](F v, int k) { return hn::Min(hn::Max(v, zero), set(cells_[k] - 0.001f)); };
+        found.at = {within(g.x, 0), within(g.y, 1), within(g.z, 2)};
+        const V3 out = minus(g, found.at);
+        found.outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
+        found.touches_box = hn::Le(found.outside_sq, found.reach_sq);
+        return found;
+    }
+
+    HWY_NOINLINE void fetch_clusters(std::size_t first) const
+    {
+        const Centres c = centres(first);
+        if (!any(c.touches_box)) return;
+        const Address a = address(c.at, c.touches_box);
+        fetch(model_.places.data(), a.index, hn::AndNot(a.free_brick, c.touches_box));
+    }
+
+    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
+    HWY_NOINLINE M near_clusters(std::size_t first) const
+    {
+        const Centres c = centres(first);
+        if (!any(c.touches_box)) return c.touches_box;
+        const Located found = locate(c.at, c.touches_box);
         const F gap = gap_of(found);
-        const M far_away = hn::And(found.is_free, hn::Gt(gap, zero));
+        const M far_away = hn::And(found.is_free, hn::Gt(gap, hn::Zero(df)));
         const F away = hn::Mul(gap, set(locator_.cell));
-        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, outside_sq), reach_sq)), touches_box);
+        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, c.outside_sq), c.reach_sq)), c.touches_box);
     }
 
     HWY_INLINE V3 posed(const V3& local) const
@@ -189,13 +229,18 @@ public:
     }
     static HWY_INLINE M is_free(I place, M whole) { return hn::AndNot(whole, equal(hn::And(place, set_int(3)), hn::Zero(di))); }
 
+    static HWY_INLINE M is_divided(I place, M which)
+    {
+        return hn::And(
+            which, equal(hn::And(place, set_int(0x7ff)), set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3)));
+    }
+
     /// Points in divided places: into the eighth that holds them. Takes those off the mask where that is free.
     HWY_INLINE void divide(I& place, I& index, V3& offset, M& occupied) const
     {
-        const I divided_bits = set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3), nil = hn::Zero(di);
-        const auto is_divided = [&](M which) { return hn::And(which, equal(hn::And(place, set_int(0x7ff)), divided_bits)); };
+        const I nil = hn::Zero(di);
         float quarter = 0.25f;
-        M divided = is_divided(occupied);
+        M divided = is_divided(place, occupied);
         for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
             const F zero = hn::Zero(df);
             const M up_x = hn::Ge(offset.x, zero), up_y = hn::Ge(offset.y, zero), up_z = hn::Ge(offset.z, zero);
@@ -206,7 +251,7 @@ public:
             const auto move = [&](M up, F v) { return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v); };
             offset = {move(up_x, offset.x), move(up_y, offset.y), move(up_z, offset.z)};
             occupied = hn::AndNot(hn::And(divided, equal(hn::And(place, set_int(3)), nil)), occupied);
-            divided = is_divided(hn::And(divided, occupied));
+            divided = is_divided(place, hn::And(divided, occupied));
             quarter *= 0.5f;
         }
     }
