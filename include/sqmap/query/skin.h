@@ -54,6 +54,9 @@ struct PreImage {
     std::int32_t sign = 1;  ///< -1: turned inside out, as the inner side of a sharp bend is
 };
 
+struct SkinCluster;
+struct CellHit;
+
 /// A lattice in one pose. One a thread that changes it; reading is safe from several.
 class PosedSkin {
 public:
@@ -78,8 +81,12 @@ public:
     [[nodiscard]] double farthest_from(const PosedSkin& other) const noexcept;
 
 private:
+    friend struct SkinQuery;
     void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
-    void add_blended(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
+    void add_blended(std::uint32_t leaf, const CellHit& hit, std::span<PreImage> found, std::size_t& count) const noexcept;
+    /// Of a cluster's points at once, most for each; counts: how many there are.
+    void carry_back(const SkinCluster& cluster, std::span<PreImage> found, std::size_t most,
+                    std::span<std::size_t, Probe::k_cluster> counts) const noexcept;
     std::uint32_t leaf_at(Vec3d bound) const noexcept;
 
     const SkinLattice* lattice_;
@@ -143,9 +150,11 @@ private:
     friend struct SkinQuery;
     friend struct SkinSweep;
     std::size_t size_;
-    Probe probe_;                      ///< in the bound frame
-    std::vector<PreImage> places_;     ///< k_most a point
-    std::vector<std::uint8_t> count_;  ///< of them
+    Probe probe_;                         ///< in the bound frame
+    std::vector<PreImage> places_;        ///< all that were found, a point's together
+    std::vector<PreImage> found_places_;  ///< of a cluster, k_most a point
+    std::vector<std::uint32_t> first_;    ///< of a point's places
+    std::vector<std::uint8_t> count_;     ///< of them
     std::vector<Vec3d> asked_places_;
     std::vector<std::uint8_t> asked_;
     std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign
