@@ -16,7 +16,8 @@ namespace {
 constexpr std::uint32_t k_none = SkinLattice::k_none;
 /// Of a tetrahedron's side: what is that far outside belongs to both, so that rounding opens no gap; found twice, it counts once.
 constexpr double k_border = 1e-7, k_same = 1e-4;
-constexpr double k_collapsed = 1e-9;  ///< times a cell: a tetrahedron of less volume holds nothing
+constexpr std::size_t k_at_once = 64;  ///< places that one point is answered with at most
+constexpr double k_collapsed = 1e-9;   ///< times a cell: a tetrahedron of less volume holds nothing
 
 bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
@@ -61,7 +62,7 @@ inline void merge(Vec3d& lo, Vec3d& hi, const Vec3d& p, const Vec3d& q)
     hi = {greatest(hi.x, q.x), greatest(hi.y, q.y), greatest(hi.z, q.z)};
 }
 
-void add(const PreImage& at, double cell, std::span<PreImage> found, std::size_t& count)
+void add(const SkinPlace& at, double cell, std::span<SkinPlace> found, std::size_t& count)
 {
     for (std::size_t i = 0; i < std::min(count, found.size()); ++i)
         if (found[i].sign == at.sign && norm_sq(found[i].bound - at.bound) < k_same * k_same * cell * cell) return;
@@ -132,28 +133,32 @@ std::uint32_t PosedSkin::leaf_at(Vec3d bound) const noexcept
     return lattice_->leaf_of[index];
 }
 
-void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept
+void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPlace> found, std::size_t& count) const noexcept
 {
     const std::uint32_t bone = lattice_->nodes[leaf].bone;
     if (sign_[bone] == 0) return;
     const Vec3d bound = apply(back_[bone], posed);
-    if (leaf_at(bound) == leaf) add({bound, maps_[bone], sign_[bone]}, lattice_->cell, found, count);
+    if (leaf_at(bound) == leaf) add({bound, leaf, 0, static_cast<std::int8_t>(sign_[bone])}, lattice_->cell, found, count);
 }
 
-void PosedSkin::add_blended(std::uint32_t leaf, const CellHit& hit, std::span<PreImage> found, std::size_t& count) const noexcept
+void PosedSkin::add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPlace> found, std::size_t& count) const noexcept
 {
-    const double cell = lattice_->cell;
-    const SkinLattice::Node& node = lattice_->nodes[leaf];
     const KuhnOrder& order = k_kuhn_orders[hit.order];
-    PreImage at;
-    at.bound = node.lo;
-    for (int k = 0; k < 3; ++k) at.bound[order.axis[k]] += cell * hit.along[k];
-    at.local = local_of(order, path_of(order, lattice_->corners[node.blend], corners_), node.lo, cell);
-    at.sign = hit.positive ? order.parity : -order.parity;
-    add(at, cell, found, count);
+    SkinPlace at{lattice_->nodes[leaf].lo, leaf, hit.order,
+                 static_cast<std::int8_t>(hit.positive ? order.parity : -order.parity)};
+    for (int k = 0; k < 3; ++k) at.bound[order.axis[k]] += lattice_->cell * hit.along[k];
+    add(at, lattice_->cell, found, count);
 }
 
-void PosedSkin::carry_back(const SkinCluster& cluster, std::span<PreImage> found, std::size_t most,
+Affine PosedSkin::local_at(const SkinPlace& place) const noexcept
+{
+    const SkinLattice::Node& node = lattice_->nodes[place.leaf];
+    if (node.blend == k_none) return maps_[node.bone];
+    const KuhnOrder& order = k_kuhn_orders[place.order];
+    return local_of(order, path_of(order, lattice_->corners[node.blend], corners_), node.lo, lattice_->cell);
+}
+
+void PosedSkin::carry_back(const SkinCluster& cluster, std::span<SkinPlace> found, std::size_t most,
                            std::span<std::size_t, SkinCluster::k_points> counts) const noexcept
 {
     constexpr std::size_t k_leaves = 256;
@@ -188,9 +193,12 @@ std::size_t PosedSkin::carry_back(Vec3d posed, std::span<PreImage> found) const 
     cluster.x[0] = posed.x;
     cluster.y[0] = posed.y;
     cluster.z[0] = posed.z;
+    SkinPlace places[k_at_once];
     std::size_t counts[SkinCluster::k_points];
     // The other points find nothing, and have no room.
-    carry_back(cluster, found, found.size(), counts);
+    carry_back(cluster, places, std::min(found.size(), k_at_once), counts);
+    for (std::size_t i = 0; i < std::min({counts[0], found.size(), k_at_once}); ++i)
+        found[i] = {places[i].bound, local_at(places[i]), places[i].sign};
     return counts[0];
 }
 
@@ -318,16 +326,16 @@ struct SkinQuery {
         return result;
     }
 
-    const PreImage& place(std::size_t point, std::size_t round) const { return room.places_[room.first_[point] + round]; }
+    const SkinPlace& place(std::size_t point, std::size_t round) const { return room.places_[room.first_[point] + round]; }
 
-    void take(const FrameContact& c, const PreImage& at) const noexcept
+    void take(const FrameContact& c, const SkinPlace& at) const noexcept
     {
         room.covered_[c.index] += at.sign;
         if (at.sign < 0) return;
         const model::Header& header = bound.header;
         const Vec3d surface = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + header.unit * cast<double>(c.point);
-        Affine there = at.local;
-        (void)skin.carry_forward(surface, there);
+        Affine there;
+        if (!skin.carry_forward(surface, there)) there = skin.local_at(at);
         const Vec3d asked = points[c.index];
         SkinContact contact;
         contact.bound_point = surface;
