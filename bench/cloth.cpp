@@ -19,6 +19,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -27,6 +28,7 @@
 #include <memory>
 #include <numeric>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -56,9 +58,11 @@ struct Case {
     std::vector<Frame> frames;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<double> cloth_us;  ///< of sim::Cloth itself: points and query
+    std::vector<double> move_us;   ///< of it, where points are asked about
     double height = 0;
     sim::Penetration deep;
     double fastest = 0;
+    std::uint64_t hash = 0;  ///< of where the nodes are at the end: the same wherever only the speed changed
 };
 
 std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree_of(std::span<const Vec3d> vertices,
@@ -75,14 +79,14 @@ std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree_of(std::span<const Vec3d> 
     return tree;
 }
 
-void fill(Part& part, std::uint32_t samples)
+void fill(Part& part, std::uint32_t samples, bool own)
 {
     bake::BakeOptions options;
     options.target_error = k_target_error;
     part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
     if (model::parse(part.bytes, part.model) != model::ParseStatus::Ok) std::abort();
+    if (own) return;
     part.tree = tree_of(part.mesh.vertices, part.mesh.triangles);
-    if (samples == 0) return;
     const mesh::Solid solid(part.mesh);
     bench::DistanceGrid& g = part.grid;
     g.samples = samples;
@@ -234,7 +238,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
 Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
             const std::function<void(double, std::span<query::Pose>)>& pose, double& time, double until, double from, int every)
 {
-    Case c{std::move(name), {}, {cloth.triangles().begin(), cloth.triangles().end()}, {}, 0, {}, 0};
+    Case c{std::move(name), {}, {cloth.triangles().begin(), cloth.triangles().end()}, {}, {}, 0, {}, 0, 0};
     std::vector<query::Pose> poses(parts.size());
     pose(time, poses);
     std::vector<sim::Solid> solids;
@@ -250,9 +254,12 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
         if (time < from) continue;
         c.fastest = r.fastest;
         c.cloth_us.push_back(1e6 * (r.seconds.move + r.seconds.query));
+        c.move_us.push_back(1e6 * r.seconds.move);
         // The places that the cloth asks about: where it lies on a body they are in it.
         if (step % every == 0) c.frames.push_back({{cloth.asked().begin(), cloth.asked().end()}, poses});
     }
+    for (const Vec3d& p : cloth.positions())
+        for (int k = 0; k < 3; ++k) c.hash = std::rotl((c.hash ^ std::bit_cast<std::uint64_t>(p[k])) * 0x9e3779b97f4a7c15ull, 29);
     c.deep = sim::penetration(cloth.positions(), cloth.triangles(), solids, 4);
     return c;
 }
@@ -262,14 +269,26 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
 int main(int argc, char** argv)
 {
     if (argc < 3) {
-        std::fprintf(
-            stderr,
-            "usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...\n       sqmap_cloth --shift X Z VERTICES MODEL.off...\n");
+        std::fprintf(stderr, "usage: sqmap_cloth OUT.json VERTICES [--own] [--scene NAME] [--shift X Z] [MODEL.off]...\n");
         return 64;
     }
-    const bool depth_alone = std::string(argv[1]) == "--shift" && argc > 5;
-    const Vec3d shift = depth_alone ? Vec3d{std::atof(argv[2]), 0, std::atof(argv[3])} : Vec3d{};
-    const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[depth_alone ? 4 : 2]));
+    const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[2]));
+    bool own = false;
+    std::string_view scene;
+    Vec3d shift{};  // of blankets, m
+    std::vector<const char*> models;
+    for (int a = 3; a < argc; ++a) {
+        const std::string_view word = argv[a];
+        if (word == "--own")
+            own = true;
+        else if (word == "--scene" && a + 1 < argc)
+            scene = argv[++a];
+        else if (word == "--shift" && a + 2 < argc)
+            shift = {std::atof(argv[a + 1]), 0, std::atof(argv[a + 2])}, a += 2;
+        else
+            models.push_back(argv[a]);
+    }
+    const auto wanted = [scene](std::string_view name) { return scene.empty() || scene == name; };
     const bench::FrameClock clock;
     nlohmann::json out{{"vertices", vertices}, {"target_error_percent", k_target_error}, {"cases", nlohmann::json::array()}};
     const auto report = [&](const Case& c, std::vector<Part>& parts) {
@@ -277,17 +296,18 @@ int main(int argc, char** argv)
                            {"vertices", c.frames.front().nodes.size()},
                            {"frames", c.frames.size()},
                            {"height_m", c.height},
-                           {"methods", compare(clock, c, parts)}};
+                           {"methods", own ? nlohmann::json::object() : compare(clock, c, parts)}};
         std::vector<double> us = c.cloth_us;
         row["cloth_step_us_median"] = median(us);
+        row["cloth_move_us_median"] = median(c.move_us);
         row["nodes_percent"] = 100 * c.deep.nodes / c.height;
         row["interiors_percent"] = 100 * c.deep.interiors / c.height;
         row["fastest_m_s"] = c.fastest;
         std::printf(
-            "%s: %zu vertices; cloth's own collision %.0f us a step; nodes %.3f %%, interiors %.3f %% of the height; %.3f m/s at "
-            "the end\n",
-            c.name.c_str(), c.frames.front().nodes.size(), median(us), 100 * c.deep.nodes / c.height,
-            100 * c.deep.interiors / c.height, c.fastest);
+            "%s: %zu vertices; cloth's own collision %.0f us a step (places asked %.0f); nodes %.3f %%, interiors %.3f %% of "
+            "the height; %.3f m/s at the end; %016llx\n",
+            c.name.c_str(), c.frames.front().nodes.size(), median(us), median(c.move_us), 100 * c.deep.nodes / c.height,
+            100 * c.deep.interiors / c.height, c.fastest, static_cast<unsigned long long>(c.hash));
         for (const auto& [method, m] : row["methods"].items())
             std::printf("  %-34s %9.1f us  (p99 %.1f)  finds %.0f\n", method.c_str(), m["us_median"].get<double>(),
                         m["us_p99"].get<double>(), m["found"].get<double>());
@@ -295,7 +315,7 @@ int main(int argc, char** argv)
         out["cases"].push_back(std::move(row));
     };
 
-    if (!depth_alone) {
+    if (wanted("skirt") || wanted("shirt")) {
         const std::vector<sim::Bone> bones = sim::capsule_human(1.75);
         std::vector<Part> parts(bones.size());
         for (std::size_t b = 0; b < bones.size(); ++b) {
@@ -303,7 +323,7 @@ int main(int argc, char** argv)
             solid.blend = 0.003;
             for (const sim::BoneCapsule& f : bones[b].flesh) solid.capsules.push_back({f.a, f.b, f.radius_a, f.radius_b});
             parts[b].mesh = mesh::polygonized(solid, 0.022);
-            fill(parts[b], k_samples / 2);
+            fill(parts[b], k_samples / 2, own);
         }
         const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
         const auto pose = [&](double time, std::span<query::Pose> poses) { sim::walk(bones, gait, time, poses); };
@@ -312,6 +332,7 @@ int main(int argc, char** argv)
         sim::ClothOptions options;
         options.sweep_step = 0.02;
         for (const bool is_shirt : {false, true}) {
+            if (!wanted(is_shirt ? "shirt" : "skirt")) continue;
             const sim::Garment garment = is_shirt ? sim::shirt({.collar = {0, 1.53, 0},
                                                                 .chest = 0.52,
                                                                 .length = 0.62,
@@ -333,16 +354,17 @@ int main(int argc, char** argv)
             }
         }
     }
-    for (int a = depth_alone ? 5 : 3; a < argc; ++a) {
-        const io::ReadResult read = io::read_mesh_file(argv[a]);
+    for (const char* file : models) {
+        if (!wanted("blanket")) break;
+        const io::ReadResult read = io::read_mesh_file(file);
         const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
         if (read.error || gate.verdict == mesh::Verdict::Refused || !gate.solid) {
-            std::fprintf(stderr, "%s: no closed mesh\n", argv[a]);
+            std::fprintf(stderr, "%s: no closed mesh\n", file);
             return 2;
         }
         std::vector<Part> parts(1);
         parts[0].mesh = gate.mesh;
-        fill(parts[0], depth_alone ? 0 : k_samples);
+        fill(parts[0], k_samples, own);
         Vec3d lo = gate.facts.box_min, hi = gate.facts.box_max;
         const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
         sim::Cloth cloth(sim::sheet({Vec3d{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)} + shift, side, side, 0,
@@ -350,18 +372,13 @@ int main(int argc, char** argv)
                          sim::fabric("wool"), {});
         double time = 0;
         const auto pose = [](double, std::span<query::Pose> poses) { std::fill(poses.begin(), poses.end(), query::Pose{}); };
-        Case falling = played(std::string("blanket on ") + argv[a] + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
+        Case falling = played(std::string("blanket on ") + file + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
         falling.height = height;
-        if (!depth_alone) report(falling, parts);
-        Case still = played(std::string("blanket on ") + argv[a] + ", at rest", cloth, parts, pose, time, 4.0, 3.75, 1);
+        report(falling, parts);
+        Case still = played(std::string("blanket on ") + file + ", at rest", cloth, parts, pose, time, 4.0, 3.75, 1);
         still.height = height;
-        if (depth_alone)
-            std::printf("%s: nodes %.3f %%, interiors %.3f %% of the height; %.3f m/s at the end\n", argv[a],
-                        100 * still.deep.nodes / height, 100 * still.deep.interiors / height, still.fastest);
-        else
-            report(still, parts);
+        report(still, parts);
     }
-    if (depth_alone) return 0;
     const std::string text = out.dump(1) + "\n";
     io::replace_file(argv[1], std::as_bytes(std::span(text)));
 }

@@ -12,6 +12,8 @@
 
 #include "flat-inl.h"
 
+#include <limits>
+
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
@@ -245,7 +247,7 @@ public:
         each_near([&](std::size_t slot) { collect(slot); },
                   [&] {
                       // Between clusters only, whatever a vector holds of one: the order of the answers is the same for all.
-                      if (located_.count > LocatedPoints::k_size - Probe::k_cluster) answer_located();
+                      if (addressed_.count > k_addressed - Probe::k_cluster) read_places();
                   },
                   [&] {
                       if (job_.first_only) finish();
@@ -257,22 +259,57 @@ public:
 
 private:
     static constexpr std::size_t k_queue = 1024;
+    static constexpr std::size_t k_addressed = 256;
     static constexpr int k_first_steps = 2;
+    static constexpr std::int32_t k_whole = std::numeric_limits<std::int32_t>::min();  ///< of a place's index: it is a brick
     enum Flag : std::int32_t { k_certain = 1, k_inside = 2, k_free = 4, k_single = 8 };
 
     void finish()
     {
+        read_places();
         answer_located();
         if (queued_ > 0) search();
     }
 
-    /// Locates a vector of points from a slot on and keeps those that may be inside, side by side. Nothing here waits for what a
-    /// look-up finds, so that those of many vectors are under way at once.
+    /// Poses a vector of points from a slot on, keeps those whose places have to be read, side by side, and has these fetched:
+    /// between two queries others use the caches, and what a query mostly does is wait for places.
     HWY_NOINLINE void collect(std::size_t slot)
     {
-        const Entered e = enter(slot);
-        located_.add(e.p, e.at.offset, e.at.place, hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot)),
-                     e.occupied);
+        const Posed e = pose(slot);
+        const Address a = address(e.in_cells, e.in_grid);
+        const M read = hn::AndNot(a.free_brick, e.in_grid);
+        if (!any(read)) return;
+        fetch(model_.places.data(), a.index, read);
+        const I whole = hn::IfThenElseZero(hn::RebindMask(di, a.whole), set_int(k_whole));
+        addressed_.add(e.p, a.offset, hn::Or(a.index, whole),
+                       hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot)), read);
+    }
+
+    /// Reads the places of the points that were collected and keeps those that may be inside.
+    HWY_NOINLINE void read_places()
+    {
+        if (located_.count > LocatedPoints::k_size - k_addressed) answer_located();
+        for (std::size_t first = 0; first < addressed_.count; first += hn::Lanes(df)) {
+            const I word = hn::LoadU(di, addressed_.place + first);
+            const M present = addressed_.present(first), whole = hn::RebindMask(df, hn::Lt(word, hn::Zero(di)));
+            const I place = gather_word(model_.places.data(),
+                                        hn::IfThenElseZero(hn::RebindMask(di, present), hn::And(word, set_int(~k_whole))));
+            const M occupied = hn::AndNot(is_free(place, whole), present);
+            if (!any(occupied)) continue;
+            fetch_next(place, occupied);
+            located_.add(LocatedPoints::load(addressed_.p, first), LocatedPoints::load(addressed_.offset, first), place,
+                         hn::LoadU(di, addressed_.point + first), occupied);
+        }
+        addressed_.count = 0;
+    }
+
+    /// What is read next: planes of flat places, eighths of divided ones.
+    HWY_INLINE void fetch_next(I place, M occupied) const
+    {
+        const M divided = is_divided(place, occupied), flat = is_flat(place, occupied);
+        const I at = shift_right<14>(place);
+        if (any(divided)) fetch(model_.places.data(), at, divided);
+        if (any(flat)) fetch(model_.planes.data(), at, flat);
     }
 
     HWY_NOINLINE void answer_located()
@@ -282,7 +319,9 @@ private:
             V3 offset = LocatedPoints::load(located_.offset, first);
             I place = hn::LoadU(di, located_.place + first), index = hn::Zero(di);
             M occupied = located_.present(first);
+            const M divided = is_divided(place, occupied);
             divide(place, index, offset, occupied);
+            if (any(divided)) fetch_next(place, hn::And(divided, occupied));
             if (job_.layer == Layer::One) {
                 ask_superquadrics(first, occupied);
                 continue;
@@ -848,7 +887,8 @@ private:
     }
 
     FrameResult result_;
-    LocatedPoints located_;  // in places that are not free
+    LocatedPoints addressed_;  // whose places have to be read: their indices
+    LocatedPoints located_;    // in places that are not free
     LowestPlanes lowest_planes_;
     std::size_t queued_ = 0;
     // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's

@@ -9,6 +9,8 @@
 #include "frame_job.h"
 #include "lanes-inl.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 
 HWY_BEFORE_NAMESPACE();
@@ -26,6 +28,8 @@ struct FlatPlanes {
 
 class Places {
 public:
+    static constexpr std::size_t k_groups_at_once = 16;
+
     explicit Places(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
     {
         inverse_cell_ = 1.f / locator_.cell;
@@ -38,18 +42,35 @@ public:
     HWY_INLINE void each_near(Ask&& ask, AfterCluster&& after_cluster, AfterGroup&& after_group) const
     {
         if (job_.points == 0 || is_far(job_.sphere[0], job_.sphere[1], job_.sphere[2], job_.sphere[3])) return;
-        for (std::size_t g = 0; g < job_.groups; ++g) {
-            if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
-            const std::size_t last = std::min(job_.clusters, (g + 1) * Probe::k_cluster);
-            for (std::size_t c = g * Probe::k_cluster; c < last; c += hn::Lanes(df)) {
-                const M near = hn::And(near_clusters(c), hn::FirstN(df, std::min(last - c, hn::Lanes(df))));
-                each_lane(near, [&](std::size_t i) {
-                    for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
-                    after_cluster();
-                });
+        for (std::size_t first = 0; first < job_.groups; first += k_groups_at_once) {
+            // What their clusters' centres are in is fetched for all before it is read for one.
+            std::uint32_t near_groups = 0;
+            const std::size_t end = std::min(job_.groups, first + k_groups_at_once);
+            for (std::size_t g = first; g < end; ++g) {
+                if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
+                near_groups |= 1u << (g - first);
+                each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
             }
-            if (!after_group()) return;
+            for (std::size_t g = first; g < end; ++g) {
+                if ((near_groups >> (g - first) & 1u) == 0) continue;
+                each_vector(g, [&](std::size_t c, std::size_t count) {
+                    const M near = hn::And(near_clusters(c), hn::FirstN(df, count));
+                    each_lane(near, [&](std::size_t i) {
+                        for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) ask((c + i) * Probe::k_cluster + k);
+                        after_cluster();
+                    });
+                });
+                if (!after_group()) return;
+            }
         }
+    }
+
+    /// The clusters of a group by whole vectors: their first, and how many there are.
+    template <class Do>
+    HWY_INLINE void each_vector(std::size_t group, Do&& action) const
+    {
+        const std::size_t last = std::min(job_.clusters, (group + 1) * Probe::k_cluster);
+        for (std::size_t c = group * Probe::k_cluster; c < last; c += hn::Lanes(df)) action(c, std::min(last - c, hn::Lanes(df)));
     }
 
     Vec3f transformed(float x, float y, float z) const
@@ -89,27 +110,48 @@ public:
         return away > 0.f && away * away + outside_sq > reach * reach * 1.0001f;
     }
 
-    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
-    HWY_NOINLINE M near_clusters(std::size_t first) const
+    /// Clusters from one on, where their centres are in the grid or nearest to it.
+    struct Centres {
+        V3 at;  // in cells
+        F reach_sq, outside_sq;
+        M touches_box;
+    };
+    HWY_INLINE Centres centres(std::size_t first) const
     {
         const F zero = hn::Zero(df);
         const V3 c = posed(
             {hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
         const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
-        const F reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
+        Centres found;
+        found.reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
         const V3 g = in_cells(c);
         // Clamped below the last cell's end, so that truncation stays within.
-        const V3 at{hn::Min(hn::Max(g.x, zero), set(cells_[0] - 0.001f)), hn::Min(hn::Max(g.y, zero), set(cells_[1] - 0.001f)),
-                    hn::Min(hn::Max(g.z, zero), set(cells_[2] - 0.001f))};
-        const V3 out{hn::Sub(g.x, at.x), hn::Sub(g.y, at.y), hn::Sub(g.z, at.z)};
-        const F outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
-        const M touches_box = hn::Le(outside_sq, reach_sq);
-        if (!any(touches_box)) return touches_box;
-        const Located found = locate(at, touches_box);
+        const auto within = [&](F v, int k) { return hn::Min(hn::Max(v, zero), set(cells_[k] - 0.001f)); };
+        found.at = {within(g.x, 0), within(g.y, 1), within(g.z, 2)};
+        const V3 out = minus(g, found.at);
+        found.outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
+        found.touches_box = hn::Le(found.outside_sq, found.reach_sq);
+        return found;
+    }
+
+    HWY_NOINLINE void fetch_clusters(std::size_t first) const
+    {
+        const Centres c = centres(first);
+        if (!any(c.touches_box)) return;
+        const Address a = address(c.at, c.touches_box);
+        fetch(model_.places.data(), a.index, hn::AndNot(a.free_brick, c.touches_box));
+    }
+
+    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
+    HWY_NOINLINE M near_clusters(std::size_t first) const
+    {
+        const Centres c = centres(first);
+        if (!any(c.touches_box)) return c.touches_box;
+        const Located found = locate(c.at, c.touches_box);
         const F gap = gap_of(found);
-        const M far_away = hn::And(found.is_free, hn::Gt(gap, zero));
+        const M far_away = hn::And(found.is_free, hn::Gt(gap, hn::Zero(df)));
         const F away = hn::Mul(gap, set(locator_.cell));
-        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, outside_sq), reach_sq)), touches_box);
+        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, c.outside_sq), c.reach_sq)), c.touches_box);
     }
 
     HWY_INLINE V3 posed(const V3& local) const
@@ -136,8 +178,17 @@ public:
         I brick;    // index
         I within;   // of the place in its brick, 0 of a deep one
     };
+    /// Where a lane's place is written, before it is read.
+    struct Address {
+        M free_brick, whole;  // whole: the brick is one place, or free
+        I gap_code;           // of free bricks
+        I index;              // of the place's word; 0 where the brick is free
+        V3 offset;            // from the place's centre, in cells
+        I brick;              // index
+        I within;             // of the place in its brick, 0 of a deep one
+    };
     /// at: in cells, within the grid for active lanes.
-    HWY_INLINE Located locate(const V3& at, M active) const
+    HWY_INLINE Address address(const V3& at, M active) const
     {
         const I nil = hn::Zero(di);
         const I ix = blend(active, truncate(at.x), nil), iy = blend(active, truncate(at.y), nil),
@@ -145,39 +196,51 @@ public:
         const I nx = set_int(static_cast<std::int32_t>(locator_.bricks[0])),
                 ny = set_int(static_cast<std::int32_t>(locator_.bricks[1]));
         const I bx = shift_right<2>(ix), by = shift_right<2>(iy), bz = shift_right<2>(iz);
-        const I brick_index = hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx);
-        const I brick = gather_word(model_.bricks.data(), brick_index);
-        const M free_brick = hn::AndNot(not_negative(brick), active);
-        const M whole = hn::Or(free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
+        Address a;
+        a.brick = hn::Add(hn::Mul(hn::Add(hn::Mul(bz, ny), by), nx), bx);
+        const I brick = gather_word(model_.bricks.data(), a.brick);
+        a.free_brick = hn::AndNot(not_negative(brick), active);
+        a.whole = hn::Or(a.free_brick, hn::RebindMask(df, hn::Ne(hn::And(brick, set_int(model::k_deep_brick)), nil)));
         const I three = set_int(3);
         const I within =
             hn::Add(hn::ShiftLeft<2>(hn::Add(hn::ShiftLeft<2>(hn::And(iz, three)), hn::And(iy, three))), hn::And(ix, three));
-        const I low_bits = hn::And(brick, set_int(0x3fffffff));
-        const I index = blend(hn::AndNot(free_brick, active), hn::Add(low_bits, blend(whole, nil, within)), nil);
-        const I place = gather_word(model_.places.data(), index);
-        Located found;
-        const F half = blend(whole, set(0.5f * model::k_brick), set(0.5f));
+        a.within = blend(a.whole, nil, within);
+        a.index = blend(hn::AndNot(a.free_brick, active), hn::Add(hn::And(brick, set_int(0x3fffffff)), a.within), nil);
+        a.gap_code = hn::And(brick, set_int(0x7fffffff));
+        const F half = blend(a.whole, set(0.5f * model::k_brick), set(0.5f));
         const auto from_centre = [&](F v, I cell, I brick_at) {
-            return hn::Sub(v, hn::Add(to_float(blend(whole, hn::ShiftLeft<2>(brick_at), cell)), half));
+            return hn::Sub(v, hn::Add(to_float(blend(a.whole, hn::ShiftLeft<2>(brick_at), cell)), half));
         };
-        found.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
-        const M free_place = hn::AndNot(whole, equal(hn::And(place, three), nil));
-        found.is_free = hn::Or(free_brick, hn::And(active, free_place));
-        found.place = place;
-        found.index = index;
-        found.brick = brick_index;
-        found.within = blend(whole, nil, within);
-        found.gap_code = blend(free_brick, hn::And(brick, set_int(0x7fffffff)), shift_right<2>(place));
+        a.offset = {from_centre(at.x, ix, bx), from_centre(at.y, iy, by), from_centre(at.z, iz, bz)};
+        return a;
+    }
+    HWY_INLINE Located locate(const V3& at, M active) const
+    {
+        const Address a = address(at, active);
+        Located found;
+        found.place = gather_word(model_.places.data(), a.index);
+        found.is_free = hn::Or(a.free_brick, hn::And(active, is_free(found.place, a.whole)));
+        found.offset = a.offset;
+        found.index = a.index;
+        found.brick = a.brick;
+        found.within = a.within;
+        found.gap_code = blend(a.free_brick, a.gap_code, shift_right<2>(found.place));
         return found;
+    }
+    static HWY_INLINE M is_free(I place, M whole) { return hn::AndNot(whole, equal(hn::And(place, set_int(3)), hn::Zero(di))); }
+
+    static HWY_INLINE M is_divided(I place, M which)
+    {
+        return hn::And(
+            which, equal(hn::And(place, set_int(0x7ff)), set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3)));
     }
 
     /// Points in divided places: into the eighth that holds them. Takes those off the mask where that is free.
     HWY_INLINE void divide(I& place, I& index, V3& offset, M& occupied) const
     {
-        const I divided_bits = set_int(static_cast<std::int32_t>(model::k_divided_place << 2) | 3), nil = hn::Zero(di);
-        const auto is_divided = [&](M which) { return hn::And(which, equal(hn::And(place, set_int(0x7ff)), divided_bits)); };
+        const I nil = hn::Zero(di);
         float quarter = 0.25f;
-        M divided = is_divided(occupied);
+        M divided = is_divided(place, occupied);
         for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
             const F zero = hn::Zero(df);
             const M up_x = hn::Ge(offset.x, zero), up_y = hn::Ge(offset.y, zero), up_z = hn::Ge(offset.z, zero);
@@ -188,7 +251,7 @@ public:
             const auto move = [&](M up, F v) { return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v); };
             offset = {move(up_x, offset.x), move(up_y, offset.y), move(up_z, offset.z)};
             occupied = hn::AndNot(hn::And(divided, equal(hn::And(place, set_int(3)), nil)), occupied);
-            divided = is_divided(hn::And(divided, occupied));
+            divided = is_divided(place, hn::And(divided, occupied));
             quarter *= 0.5f;
         }
     }
@@ -294,7 +357,28 @@ public:
         return hn::And(hn::Shr(list, hn::ShiftLeft<3>(hn::And(shift_right<29>(plane), set_int(3)))), set_int(0xff));
     }
 
-    /// The points from a slot on that are in places which are not Free; those may be divided.
+    /// The points from a slot on, and those of them that are in the grid.
+    struct Posed {
+        V3 p;         // model space
+        V3 in_cells;  // from the grid's corner
+        M in_grid;
+    };
+    HWY_INLINE Posed pose(std::size_t slot) const
+    {
+        Posed e;
+        e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
+        const V3 g = e.in_cells = in_cells(e.p);
+        const F zero = hn::Zero(df);
+        e.in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
+        e.in_grid = hn::And(
+            e.in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
+        // The padding of the last cluster is nobody.
+        if (slot + hn::Lanes(df) > job_.points)
+            e.in_grid = hn::And(e.in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
+        return e;
+    }
+
+    /// Those that are in places which are not Free; those may be divided.
     struct Entered {
         V3 p;  // model space
         Located at;
@@ -302,19 +386,18 @@ public:
     };
     HWY_INLINE Entered enter(std::size_t slot) const
     {
-        Entered e;
-        e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
-        const V3 g = in_cells(e.p);
-        const F zero = hn::Zero(df);
-        M in_grid = hn::And(hn::And(hn::Ge(g.x, zero), hn::Ge(g.y, zero)), hn::Ge(g.z, zero));
-        in_grid = hn::And(
-            in_grid, hn::And(hn::And(hn::Lt(g.x, set(cells_[0])), hn::Lt(g.y, set(cells_[1]))), hn::Lt(g.z, set(cells_[2]))));
-        // The padding of the last cluster is nobody.
-        if (slot + hn::Lanes(df) > job_.points)
-            in_grid = hn::And(in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
-        e.at = locate(g, in_grid);
-        e.occupied = hn::AndNot(e.at.is_free, in_grid);
+        const Posed posed = pose(slot);
+        Entered e{posed.p, locate(posed.in_cells, posed.in_grid), posed.in_grid};
+        e.occupied = hn::AndNot(e.at.is_free, e.occupied);
         return e;
+    }
+
+    /// Has the words at some indices of an array fetched.
+    static HWY_INLINE void fetch(const std::uint32_t* words, I index, M which)
+    {
+        HWY_ALIGN std::int32_t at[k_lanes];
+        hn::Store(index, di, at);
+        each_lane(which, [&](std::size_t i) { hwy::Prefetch(words + at[i]); });
     }
 
     static HWY_INLINE M is_inside(I place, M occupied)

@@ -2,7 +2,10 @@
 // contact and collisions, ACM TOG 30(4), 2011, section 6. The tetrahedra are H. W. Kuhn's (1960).
 #include "sqmap/query/skin.h"
 
+#include "skin_kernels.h"
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -13,13 +16,8 @@ namespace {
 constexpr std::uint32_t k_none = SkinLattice::k_none;
 /// Of a tetrahedron's side: what is that far outside belongs to both, so that rounding opens no gap; found twice, it counts once.
 constexpr double k_border = 1e-7, k_same = 1e-4;
-constexpr double k_collapsed = 1e-9;  ///< times a cell: a tetrahedron of less volume holds nothing
-
-struct Order {
-    int axis[3];
-    std::int32_t parity;
-};
-constexpr Order k_orders[6] = {{{0, 1, 2}, 1}, {{1, 2, 0}, 1}, {{2, 0, 1}, 1}, {{1, 0, 2}, -1}, {{0, 2, 1}, -1}, {{2, 1, 0}, -1}};
+constexpr std::size_t k_at_once = 64;  ///< places that one point is answered with at most
+constexpr double k_collapsed = 1e-9;   ///< times a cell: a tetrahedron of less volume holds nothing
 
 bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
@@ -39,7 +37,7 @@ Mat3d adjugate(const Mat3d& m)
 struct Path {
     Vec3d start, edge[3];
 };
-Path path_of(const Order& order, const std::array<std::uint32_t, 8>& corners, std::span<const Vec3d> places)
+Path path_of(const KuhnOrder& order, const std::array<std::uint32_t, 8>& corners, std::span<const Vec3d> places)
 {
     const std::uint32_t one = 1u << order.axis[0], two = one | 1u << order.axis[1];
     const Vec3d p0 = places[corners[0]], p1 = places[corners[one]], p2 = places[corners[two]], p3 = places[corners[7]];
@@ -47,7 +45,7 @@ Path path_of(const Order& order, const std::array<std::uint32_t, 8>& corners, st
 }
 
 /// What takes places of the bound cell to where the path's tetrahedron is.
-Affine local_of(const Order& order, const Path& path, Vec3d lo, double cell)
+Affine local_of(const KuhnOrder& order, const Path& path, Vec3d lo, double cell)
 {
     Vec3d column[3];
     for (int k = 0; k < 3; ++k) column[order.axis[k]] = path.edge[k] / cell;
@@ -64,7 +62,7 @@ inline void merge(Vec3d& lo, Vec3d& hi, const Vec3d& p, const Vec3d& q)
     hi = {greatest(hi.x, q.x), greatest(hi.y, q.y), greatest(hi.z, q.z)};
 }
 
-void add(const PreImage& at, double cell, std::span<PreImage> found, std::size_t& count)
+void add(const SkinPlace& at, double cell, std::span<SkinPlace> found, std::size_t& count)
 {
     for (std::size_t i = 0; i < std::min(count, found.size()); ++i)
         if (found[i].sign == at.sign && norm_sq(found[i].bound - at.bound) < k_same * k_same * cell * cell) return;
@@ -135,48 +133,73 @@ std::uint32_t PosedSkin::leaf_at(Vec3d bound) const noexcept
     return lattice_->leaf_of[index];
 }
 
-void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept
+void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPlace> found, std::size_t& count) const noexcept
 {
     const std::uint32_t bone = lattice_->nodes[leaf].bone;
     if (sign_[bone] == 0) return;
     const Vec3d bound = apply(back_[bone], posed);
-    if (leaf_at(bound) == leaf) add({bound, maps_[bone], sign_[bone]}, lattice_->cell, found, count);
+    if (leaf_at(bound) == leaf) add({bound, leaf, 0, static_cast<std::int8_t>(sign_[bone])}, lattice_->cell, found, count);
 }
 
-void PosedSkin::add_blended(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept
+void PosedSkin::add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPlace> found, std::size_t& count) const noexcept
 {
-    const double cell = lattice_->cell;
-    for (const Order& order : k_orders) {
-        const Path path = path_of(order, lattice_->corners[lattice_->nodes[leaf].blend], corners_);
-        const Mat3d rows = adjugate(path.edge[0], path.edge[1], path.edge[2]);
-        const double det = dot(path.edge[0], rows.row[0]);
-        if (!(std::abs(det) > k_collapsed * cell * cell * cell)) continue;
-        const Vec3d along = (1 / det) * (rows * (posed - path.start));
-        if (!(along.x <= 1 + k_border && along.y <= along.x + k_border && along.z <= along.y + k_border && along.z >= -k_border))
-            continue;
-        PreImage at;
-        at.bound = lattice_->nodes[leaf].lo;
-        for (int k = 0; k < 3; ++k) at.bound[order.axis[k]] += cell * along[k];
-        at.local = local_of(order, path, lattice_->nodes[leaf].lo, cell);
-        at.sign = det > 0 ? order.parity : -order.parity;
-        add(at, cell, found, count);
+    const KuhnOrder& order = k_kuhn_orders[hit.order];
+    SkinPlace at{lattice_->nodes[leaf].lo, leaf, hit.order,
+                 static_cast<std::int8_t>(hit.positive ? order.parity : -order.parity)};
+    for (int k = 0; k < 3; ++k) at.bound[order.axis[k]] += lattice_->cell * hit.along[k];
+    add(at, lattice_->cell, found, count);
+}
+
+Affine PosedSkin::local_at(const SkinPlace& place) const noexcept
+{
+    const SkinLattice::Node& node = lattice_->nodes[place.leaf];
+    if (node.blend == k_none) return maps_[node.bone];
+    const KuhnOrder& order = k_kuhn_orders[place.order];
+    return local_of(order, path_of(order, lattice_->corners[node.blend], corners_), node.lo, lattice_->cell);
+}
+
+void PosedSkin::carry_back(const SkinCluster& cluster, std::span<SkinPlace> found, std::size_t most,
+                           std::span<std::size_t, SkinCluster::k_points> counts) const noexcept
+{
+    constexpr std::size_t k_leaves = 256;
+    const double cell = lattice_->cell, slack = 1e-6 * cell, least_volume = k_collapsed * cell * cell * cell;
+    std::fill(counts.begin(), counts.end(), std::size_t{0});
+    SkinLeaf leaves[k_leaves];
+    CellHit hits[k_most_cell_hits];
+    for (std::uint32_t from = 0; from < boxes_.size();) {
+        std::size_t near = 0;
+        from = leaves_about(lattice_->nodes, boxes_, slack, cluster, from, leaves, near);
+        for (const SkinLeaf& at : std::span(leaves).first(near)) {
+            const SkinLattice::Node& node = lattice_->nodes[at.leaf];
+            if (node.bone != k_none)
+                for (std::uint32_t points = at.points; points != 0; points &= points - 1) {
+                    const auto p = static_cast<std::size_t>(std::countr_zero(points));
+                    add_rigid(at.leaf, {cluster.x[p], cluster.y[p], cluster.z[p]}, found.subspan(p * most, most), counts[p]);
+                }
+            if (node.blend == k_none) continue;
+            std::array<Vec3d, 8> corners;
+            for (std::size_t k = 0; k < 8; ++k) corners[k] = corners_[lattice_->corners[node.blend][k]];
+            const std::size_t count = cell_hits(corners, least_volume, k_border, cluster, at.points, hits);
+            for (const CellHit& hit : std::span(hits).first(count))
+                add_blended(at.leaf, hit, found.subspan(hit.point * most, most), counts[hit.point]);
+        }
     }
 }
 
 std::size_t PosedSkin::carry_back(Vec3d posed, std::span<PreImage> found) const noexcept
 {
-    std::size_t count = 0;
-    const double slack = 1e-6 * lattice_->cell;
-    for (std::uint32_t i = 0; i < boxes_.size();) {
-        const SkinLattice::Node& node = lattice_->nodes[i];
-        const Box& box = boxes_[i];
-        const bool reaches = posed.x >= box.lo.x - slack && posed.x <= box.hi.x + slack && posed.y >= box.lo.y - slack &&
-                             posed.y <= box.hi.y + slack && posed.z >= box.lo.z - slack && posed.z <= box.hi.z + slack;
-        if (reaches && node.bone != k_none) add_rigid(i, posed, found, count);
-        if (reaches && node.blend != k_none) add_blended(i, posed, found, count);
-        i = reaches ? i + 1 : node.next;
-    }
-    return count;
+    SkinCluster cluster;
+    for (std::size_t i = 0; i < SkinCluster::k_points; ++i) cluster.x[i] = cluster.y[i] = cluster.z[i] = NAN;
+    cluster.x[0] = posed.x;
+    cluster.y[0] = posed.y;
+    cluster.z[0] = posed.z;
+    SkinPlace places[k_at_once];
+    std::size_t counts[SkinCluster::k_points];
+    // The other points find nothing, and have no room.
+    carry_back(cluster, places, std::min(found.size(), k_at_once), counts);
+    for (std::size_t i = 0; i < std::min({counts[0], found.size(), k_at_once}); ++i)
+        found[i] = {places[i].bound, local_at(places[i]), places[i].sign};
+    return counts[0];
 }
 
 bool PosedSkin::carry_forward(Vec3d bound, Affine& local) const noexcept
@@ -189,7 +212,7 @@ bool PosedSkin::carry_forward(Vec3d bound, Affine& local) const noexcept
         return true;
     }
     const Vec3d within = bound - node.lo;
-    for (const Order& order : k_orders) {
+    for (const KuhnOrder& order : k_kuhn_orders) {
         const double a = within[order.axis[0]], b = within[order.axis[1]], c = within[order.axis[2]];
         if (!(a >= b && b >= c)) continue;
         local = local_of(order, path_of(order, lattice_->corners[node.blend], corners_), node.lo, lattice_->cell);
@@ -242,16 +265,40 @@ struct SkinQuery {
     {
         FrameResult result;
         if (points.size() != room.size_) return result;
-        std::size_t most = 0;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const std::span<PreImage> places = std::span(room.places_).subspan(i * SkinRoom::k_most, SkinRoom::k_most);
-            const bool asked = (only.size() != points.size() || only[i] != 0) && is_finite(points[i]);
-            const std::size_t count = asked ? skin.carry_back(points[i], places) : 0;
-            if (count > places.size()) result.status |= k_skin_crowded;
-            room.count_[i] = static_cast<std::uint8_t>(std::min(count, places.size()));
-            room.covered_[i] = 0;
-            room.best_[i].part = -1;
-            most = std::max<std::size_t>(most, room.count_[i]);
+        std::size_t most = 0, places = 0;
+        std::fill(room.count_.begin(), room.count_.end(), std::uint8_t{0});
+        std::fill(room.covered_.begin(), room.covered_.end(), 0);
+        const std::span<const std::uint32_t> order = room.probe_.point_;
+        for (std::size_t slot = 0; slot < points.size(); slot += SkinCluster::k_points) {
+            const std::size_t size = std::min(SkinCluster::k_points, points.size() - slot);
+            for (std::size_t k = slot + 2 * SkinCluster::k_points; k < std::min(slot + 3 * SkinCluster::k_points, points.size());
+                 ++k)
+                __builtin_prefetch(&points[order[k]]);
+            SkinCluster cluster;
+            bool any = false;
+            for (std::size_t k = 0; k < SkinCluster::k_points; ++k) {
+                const std::uint32_t i = order[slot + std::min(k, size - 1)];
+                const bool asked = k < size && (only.size() != points.size() || only[i] != 0) && is_finite(points[i]);
+                const Vec3d p = asked ? points[i] : Vec3d{NAN, NAN, NAN};
+                cluster.x[k] = p.x;
+                cluster.y[k] = p.y;
+                cluster.z[k] = p.z;
+                any = any || asked;
+            }
+            if (!any) continue;
+            std::size_t counts[SkinCluster::k_points];
+            skin.carry_back(cluster, room.found_places_, SkinRoom::k_most, counts);
+            for (std::size_t k = 0; k < size; ++k) {
+                if (counts[k] == 0) continue;
+                const std::uint32_t i = order[slot + k];
+                const std::size_t count = std::min(counts[k], SkinRoom::k_most);
+                if (counts[k] > count) result.status |= k_skin_crowded;
+                room.count_[i] = static_cast<std::uint8_t>(count);
+                room.first_[i] = static_cast<std::uint32_t>(places);
+                room.best_[i].part = -1;
+                for (std::size_t n = 0; n < count; ++n) room.places_[places++] = room.found_places_[k * SkinRoom::k_most + n];
+                most = std::max(most, count);
+            }
         }
         FrameOptions all = options;
         all.first_only = false;
@@ -279,16 +326,16 @@ struct SkinQuery {
         return result;
     }
 
-    const PreImage& place(std::size_t point, std::size_t round) const { return room.places_[point * SkinRoom::k_most + round]; }
+    const SkinPlace& place(std::size_t point, std::size_t round) const { return room.places_[room.first_[point] + round]; }
 
-    void take(const FrameContact& c, const PreImage& at) const noexcept
+    void take(const FrameContact& c, const SkinPlace& at) const noexcept
     {
         room.covered_[c.index] += at.sign;
         if (at.sign < 0) return;
         const model::Header& header = bound.header;
         const Vec3d surface = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + header.unit * cast<double>(c.point);
-        Affine there = at.local;
-        (void)skin.carry_forward(surface, there);
+        Affine there;
+        if (!skin.carry_forward(surface, there)) there = skin.local_at(at);
         const Vec3d asked = points[c.index];
         SkinContact contact;
         contact.bound_point = surface;

@@ -59,6 +59,7 @@ public:
 
 private:
     friend struct FrameJob;
+    friend struct SkinQuery;
     void refit() noexcept;         ///< tight spheres
     void refit_groups() noexcept;  ///< spheres about those of clusters
 

@@ -54,6 +54,17 @@ struct PreImage {
     std::int32_t sign = 1;  ///< -1: turned inside out, as the inner side of a sharp bend is
 };
 
+struct SkinCluster;
+struct CellHit;
+
+/// A place of the bound solid that is now at the place asked for, and the tetrahedron that took it there.
+struct SkinPlace {
+    Vec3d bound{};
+    std::uint32_t leaf = 0;
+    std::uint8_t order = 0;  ///< of the six, where the leaf is a blended cell
+    std::int8_t sign = 1;    ///< as PreImage's
+};
+
 /// A lattice in one pose. One a thread that changes it; reading is safe from several.
 class PosedSkin {
 public:
@@ -64,7 +75,7 @@ public:
     /// map cannot be inverted holds nothing. No allocation. Cost: a few operations a blended corner and node of the tree.
     bool pose(std::span<const Affine> maps) noexcept;
 
-    /// All places of the lattice that are now at a place, at most found.size(); returns how many there are. No allocation.
+    /// All places of the lattice that are now at a place, at most found.size() and 64; returns how many there are. No allocation.
     std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
     /// What takes a bound place to where it is now. False where no cell is.
     bool carry_forward(Vec3d bound, Affine& local) const noexcept;
@@ -78,8 +89,14 @@ public:
     [[nodiscard]] double farthest_from(const PosedSkin& other) const noexcept;
 
 private:
-    void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
-    void add_blended(std::uint32_t leaf, Vec3d posed, std::span<PreImage> found, std::size_t& count) const noexcept;
+    friend struct SkinQuery;
+    void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPlace> found, std::size_t& count) const noexcept;
+    void add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPlace> found, std::size_t& count) const noexcept;
+    /// Of a cluster's points at once, most for each; counts: how many there are.
+    void carry_back(const SkinCluster& cluster, std::span<SkinPlace> found, std::size_t most,
+                    std::span<std::size_t, Probe::k_cluster> counts) const noexcept;
+    /// What takes a place's surroundings there.
+    Affine local_at(const SkinPlace& place) const noexcept;
     std::uint32_t leaf_at(Vec3d bound) const noexcept;
 
     const SkinLattice* lattice_;
@@ -143,9 +160,11 @@ private:
     friend struct SkinQuery;
     friend struct SkinSweep;
     std::size_t size_;
-    Probe probe_;                      ///< in the bound frame
-    std::vector<PreImage> places_;     ///< k_most a point
-    std::vector<std::uint8_t> count_;  ///< of them
+    Probe probe_;                          ///< in the bound frame
+    std::vector<SkinPlace> places_;        ///< all that were found, a point's together
+    std::vector<SkinPlace> found_places_;  ///< of a cluster, k_most a point
+    std::vector<std::uint32_t> first_;     ///< of a point's places
+    std::vector<std::uint8_t> count_;      ///< of them
     std::vector<Vec3d> asked_places_;
     std::vector<std::uint8_t> asked_;
     std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign
