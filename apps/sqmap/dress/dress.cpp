@@ -209,6 +209,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
               {"interiors_percent_of_height", 100 * deep.interiors / height},
               {"deepest_interior_at", {deep.interior_at.x, deep.interior_at.y, deep.interior_at.z}}}},
             {"deepest_node_of_any_frame_m", w.deepest_walking},
+            {"crossings_at_end", w.cloth.crossings()},
             {"caught_by_sweep", w.caught},
             {"most_contacts", w.most_contacts},
             {"energy_J", {{"start", w.start_energy}, {"most", w.most_energy}, {"least", w.least_energy}}},

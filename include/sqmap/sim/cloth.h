@@ -118,6 +118,8 @@ public:
     [[nodiscard]] std::span<const Vec3d> asked() const noexcept;
     /// Of each vertex: the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
     [[nodiscard]] std::vector<double> strain() const;
+    /// How often it goes through itself now (crossings.h); what is sewn together is one.
+    [[nodiscard]] std::size_t crossings() const;
 
     /// Nodes keep their place relative to a solid (its number at step), as they are now; k_world: where they are.
     static constexpr std::uint32_t k_world = 0xffffffffu;
