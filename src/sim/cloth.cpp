@@ -18,9 +18,10 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr int k_last_pushes = 3;   ///< a node between several surfaces needs more than one
-constexpr int k_self_pushes = 8;   ///< at most: what goes through itself on the way is put back
-constexpr double k_hard_push = 2;  ///< times thickness: a node that is pushed farther stops where it is
+constexpr int k_last_pushes = 3;                  ///< a node between several surfaces needs more than one
+constexpr std::uint32_t k_looks_at_threads = 16;  ///< steps
+constexpr int k_self_pushes = 8;                  ///< at most: what goes through itself on the way is put back
+constexpr double k_hard_push = 2;                 ///< times thickness: a node that is pushed farther stops where it is
 // A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
 // while it turns back more often than about every fifth step, faster than k_stirs.
 constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
@@ -104,6 +105,9 @@ struct Cloth::State {
         moving.resize(n);
         restless.resize(n);
         threads.resize(static_cast<std::size_t>(body->m_links.size()));
+        weak.resize(threads.size(), 1);
+        for (int l = 0; l < (seams.empty() ? body->m_links.size() : seams.front().first); ++l)
+            weak[static_cast<std::size_t>(l)] = body->m_links[l].m_bbending ? 1 : 0;
         position.assign(garment.start.begin(), garment.start.end());
         velocity.resize(n);
         previous = good = position;
@@ -374,6 +378,7 @@ struct Cloth::State {
             position[i] = cast<double>(moving[i].at);
             all_finite = all_finite && finite(position[i]);
         }
+        if (stretched()) report.status |= k_cloth_stretched;
         if (all_finite) still_restless(dt, solids_stand);
         if (all_finite && self) {
             const double mark = cpu_seconds();
@@ -421,6 +426,22 @@ struct Cloth::State {
         last_kinetic = report.kinetic;
     }
 
+    /// Whether half of the threads, diagonals of the weave too, are longer than k_most_stretch allows; looked at now and then.
+    bool stretched()
+    {
+        if (steps++ % k_looks_at_threads != 0) return was_stretched;
+        std::size_t longer = 0, all = 0;
+        const auto most_sq = static_cast<float>((1 + k_most_stretch) * (1 + k_most_stretch));
+        for (std::size_t l = 0; l < threads.size(); ++l) {
+            const Thread& t = threads[l];
+            if (weak[l] != 0 || !(t.stiff > 0) || !(t.rest_sq > 0)) continue;
+            ++all;
+            longer += norm_sq(moving[t.a].at - moving[t.b].at) > most_sq * t.rest_sq ? 1 : 0;
+        }
+        was_stretched = 2 * longer > all;
+        return was_stretched;
+    }
+
     void hold_links()
     {
         for (const std::uint32_t l : muted) {
@@ -448,6 +469,9 @@ struct Cloth::State {
     std::vector<Moving> moving;
     std::vector<Restless> restless;
     double last_kinetic = 0;
+    std::vector<std::uint8_t> weak;  ///< links that resist bending alone, and seams
+    std::uint32_t steps = 0;
+    bool was_stretched = false;
     std::vector<Thread> threads;  ///< Bullet's links, in their order
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<Vec3d> position, previous, good, velocity;
