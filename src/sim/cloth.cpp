@@ -426,7 +426,8 @@ struct Cloth::State {
         last_kinetic = report.kinetic;
     }
 
-    /// Whether half of the threads, diagonals of the weave too, are longer than k_most_stretch allows; looked at now and then.
+    /// Whether a quarter of the threads, diagonals of the weave too, are longer than k_most_stretch allows; looked at now and
+    /// then.
     bool stretched()
     {
         if (steps++ % k_looks_at_threads != 0) return was_stretched;
@@ -438,7 +439,7 @@ struct Cloth::State {
             ++all;
             longer += norm_sq(moving[t.a].at - moving[t.b].at) > most_sq * t.rest_sq ? 1 : 0;
         }
-        was_stretched = 2 * longer > all;
+        was_stretched = 4 * longer > all;
         return was_stretched;
     }
 

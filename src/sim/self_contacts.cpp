@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
-#include <set>
 
 namespace sqmap::sim {
 
@@ -19,6 +19,7 @@ constexpr double k_least = 0.1;           ///< of a thickness: what would go thr
 constexpr double k_touches = 1e-6;        ///< m: what comes so near goes through
 constexpr double k_flat = 1.0;            ///< rad: half a cone of normals within which a patch does not touch itself
 constexpr double k_share_of_edge = 0.25;  ///< what is kept between is no more than this share of the mesh's mean edge
+constexpr double k_every_way = 10;        ///< rad
 constexpr int k_zones = 12;               ///< rounds
 constexpr double k_parallel = 1e-12;
 
@@ -147,7 +148,7 @@ Vec3d normal_of(Vec3d a, Vec3d b, Vec3d c)
     return length > 0 ? n / length : Vec3d{};
 }
 
-btVector3 low_of(Vec3d p) { return {static_cast<btScalar>(p.x), static_cast<btScalar>(p.y), static_cast<btScalar>(p.z)}; }
+btVector3 to_bullet(Vec3d p) { return {static_cast<btScalar>(p.x), static_cast<btScalar>(p.y), static_cast<btScalar>(p.z)}; }
 
 }  // namespace
 
@@ -171,17 +172,25 @@ SelfContacts::SelfContacts(std::span<const Vec3d> start, std::span<const Triangl
     // Joined from above, whatever hangs together; later only its boxes change.
     btDbvt tree;
     std::vector<std::uint8_t> taken(start.size());
-    std::set<std::array<std::uint32_t, 2>> edges;
+    constexpr std::uint32_t k_none = 0xffffffffu;
+    std::map<std::array<std::uint32_t, 2>, std::array<std::uint32_t, 2>> edges;  // triangle, corner
+    std::vector<Triangle> beside(triangles.size(), {k_none, k_none, k_none});
     double length = 0;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const Triangle& t = triangles[i];
-        const btVector3 corners[] = {low_of(start[t[0]]), low_of(start[t[1]]), low_of(start[t[2]])};
+        const btVector3 corners[] = {to_bullet(start[t[0]]), to_bullet(start[t[1]]), to_bullet(start[t[2]])};
         tree.insert(btDbvtVolume::FromPoints(corners, 3), const_cast<Triangle*>(&t));
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t a = t[k], b = t[(k + 1) % 3];
             if (taken[a] == 0) owned_[i] = static_cast<std::uint8_t>(owned_[i] | 1u << k);
             taken[a] = 1;
-            if (!edges.insert({std::min(a, b), std::max(a, b)}).second) continue;
+            const auto number = static_cast<std::uint32_t>(i), corner = static_cast<std::uint32_t>(k);
+            const auto [edge, first] = edges.insert({{std::min(a, b), std::max(a, b)}, {number, corner}});
+            if (!first) {
+                beside[i][k] = edge->second[0];
+                beside[edge->second[0]][edge->second[1]] = number;
+                continue;
+            }
             owned_[i] = static_cast<std::uint8_t>(owned_[i] | 8u << k);
             length += norm(start[a] - start[b]);
         }
@@ -195,50 +204,68 @@ SelfContacts::SelfContacts(std::span<const Vec3d> start, std::span<const Triangl
         return node;
     };
     root_.reset(copy(copy, tree.m_root));
+    join(*root_, beside);
 }
 
 SelfContacts::~SelfContacts() = default;
 
-void SelfContacts::refit(Tree& node)
+std::vector<std::uint32_t> SelfContacts::join(const Tree& node, std::span<const Triangle> beside)
 {
+    const std::size_t number = joined_.size();
+    joined_.push_back(1);
+    if (node.isleaf()) return {static_cast<std::uint32_t>(static_cast<const Triangle*>(node.data) - triangles_.data())};
+    std::vector<std::uint32_t> all = join(*node.childs[0], beside), reached{all.front()};
+    const std::vector<std::uint32_t> others = join(*node.childs[1], beside);
+    all.insert(all.end(), others.begin(), others.end());
+    std::sort(all.begin(), all.end());
+    std::vector<std::uint8_t> seen(all.size());
+    const auto reach = [&](std::uint32_t t) {
+        const auto found = std::lower_bound(all.begin(), all.end(), t);
+        if (found == all.end() || *found != t || seen[static_cast<std::size_t>(found - all.begin())] != 0) return false;
+        return (seen[static_cast<std::size_t>(found - all.begin())] = 1) != 0;
+    };
+    reach(reached.front());
+    for (std::size_t i = 0; i < reached.size(); ++i)
+        for (const std::uint32_t t : beside[reached[i]])
+            if (reach(t)) reached.push_back(t);
+    joined_[number] = reached.size() == all.size() ? 1 : 0;
+    return all;
+}
+
+void SelfContacts::refit(Tree& node, std::size_t& number)
+{
+    const bool joined = joined_[number++] != 0;
+    Vec3d normal;
+    double half, wider = 0;  // the cone, kept as the normal's fourth
+    const auto vec = [](const btVector3& v) {
+        return Vec3d{static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
+    };
     if (node.isinternal()) {
         Tree &a = *node.childs[0], &b = *node.childs[1];
-        refit(a);
-        refit(b);
+        refit(a, number);
+        refit(b, number);
         Merge(a.volume, b.volume, node.volume);
-        const btVector3 sum = a.normal + b.normal;
-        const btScalar length = sum.length();
-        if (length > btScalar(1e-3)) {
-            node.normal = sum / length;
-            const btScalar half = std::acos(std::min(btScalar(1), btScalar(0.5) * length));
-            node.angle = std::max(a.angle, b.angle) + half * static_cast<btScalar>(SIMD_PI / k_flat);
-        } else {
-            node.normal = a.normal;
-            node.angle = 100;
-        }
-        return;
-    }
-    const Triangle& t = *static_cast<const Triangle*>(node.data);
-    btVector3 points[6];
-    for (std::size_t k = 0; k < 3; ++k) {
-        points[k] = low_of(previous_[t[k]]);
-        points[3 + k] = low_of(now_[t[k]]);
-    }
-    node.volume = btDbvtVolume::FromPoints(points, 6);
-    const auto pad = static_cast<btScalar>(0.5 * k_looks * thickness_);
-    node.volume.Expand({pad, pad, pad});
-    const Vec3d was = normal_of(previous_[t[0]], previous_[t[1]], previous_[t[2]]),
-                is = normal_of(now_[t[0]], now_[t[1]], now_[t[2]]);
-    const Vec3d sum = was + is;
-    const double length = norm(sum);
-    // Bullet goes down where the angle is more than pi.
-    if (length > 1e-3) {
-        node.normal = low_of(sum / length);
-        node.angle = static_cast<btScalar>(std::acos(std::min(1.0, 0.5 * length)) * (SIMD_PI / k_flat));
+        normal = vec(a.normal) + vec(b.normal);
+        wider = static_cast<double>(std::max(a.normal.w(), b.normal.w()));
     } else {
-        node.normal = low_of(is);
-        node.angle = 100;
+        const Triangle& t = *static_cast<const Triangle*>(node.data);
+        btVector3 points[6];
+        for (std::size_t k = 0; k < 3; ++k) {
+            points[k] = to_bullet(previous_[t[k]]);
+            points[3 + k] = to_bullet(now_[t[k]]);
+        }
+        node.volume = btDbvtVolume::FromPoints(points, 6);
+        const auto pad = static_cast<btScalar>(0.5 * k_looks * thickness_);
+        node.volume.Expand({pad, pad, pad});
+        normal = normal_of(previous_[t[0]], previous_[t[1]], previous_[t[2]]) + normal_of(now_[t[0]], now_[t[1]], now_[t[2]]);
     }
+    const double length = norm(normal);
+    half = length > 1e-3 ? wider + std::acos(std::min(1.0, 0.5 * length)) : k_every_way;
+    if (length > 1e-3) normal = normal / length;
+    node.normal = to_bullet(normal);
+    node.normal.setW(static_cast<btScalar>(half));
+    // Bullet goes down where this is more than pi. What is not one piece may lie on itself whatever its normals.
+    node.angle = static_cast<btScalar>((joined ? half : k_every_way) * (SIMD_PI / k_flat));
 }
 
 bool SelfContacts::share(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const noexcept
@@ -348,7 +375,8 @@ void SelfContacts::find(std::span<const Vec3d> previous, std::span<const Moving>
     same_ = same;
     for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = cast<double>(moving[i].at);
     watched_.clear();
-    refit(*root_);
+    std::size_t number = 0;
+    refit(*root_, number);
     Collider collider;
     collider.self = this;
     btDbvt().selfCollideT(root_.get(), collider);

@@ -62,7 +62,9 @@ private:
     struct Collider;
     using Tree = btDbvntNode;
 
-    void refit(Tree& node);
+    /// number: of the nodes before it, from the root down, first child first.
+    void refit(Tree& node, std::size_t& number);
+    std::vector<std::uint32_t> join(const Tree& node, std::span<const std::array<std::uint32_t, 3>> beside);
     void consider(std::uint32_t a, std::uint32_t b);
     void watch(const Pair& pair);
     [[nodiscard]] bool share(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const noexcept;
@@ -70,7 +72,8 @@ private:
     std::span<const Triangle> triangles_;
     double thickness_;
     std::unique_ptr<Tree> root_;
-    std::vector<std::uint8_t> owned_;  ///< of each triangle: the corners and the edges that it asks for, three bits each
+    std::vector<std::uint8_t> joined_;  ///< of the tree's nodes: whether their triangles are one piece
+    std::vector<std::uint8_t> owned_;   ///< of each triangle: the corners and the edges that it asks for, three bits each
     std::span<const Vec3d> previous_;
     std::span<const std::uint32_t> same_;
     std::vector<Vec3d> now_;

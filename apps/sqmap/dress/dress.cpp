@@ -93,7 +93,7 @@ const char* status_text(std::uint32_t bit)
         case sim::k_cloth_crowded:
             return "the skin is folded more often at one place than is looked at";
         case sim::k_cloth_stretched:
-            return "half of the threads are stretched by more than 10 %: give more --iterations or a higher --rate";
+            return "a quarter of the threads are stretched by more than 10 %: give a higher --rate or more --iterations";
         default:
             return "bad step";
     }

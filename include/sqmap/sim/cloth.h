@@ -46,7 +46,7 @@ enum ClothStatus : std::uint32_t {
     k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
     k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
     k_cloth_crowded = 32,      ///< more places of a skinned solid at one node than are looked at
-    k_cloth_stretched = 64,  ///< half of the threads are stretched by more than k_most_stretch: more iterations, or smaller steps
+    k_cloth_stretched = 64,  ///< a quarter of the threads are stretched by more than k_most_stretch: smaller steps, or more iterations
 };
 
 /// Of rest length. Stiffness by position has no modulus: what the solver leaves of a strain grows with the square of the step,
