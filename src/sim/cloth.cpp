@@ -382,7 +382,7 @@ struct Cloth::State {
         if (all_finite) still_restless(dt, solids_stand);
         if (all_finite && self) {
             const double mark = cpu_seconds();
-            self->stop(previous, position, moving);
+            if (self->stop(previous, position, moving) > 0) report.status |= k_cloth_tangled;
             report.seconds.self += cpu_seconds() - mark;
         }
         for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);

@@ -94,6 +94,8 @@ const char* status_text(std::uint32_t bit)
             return "the skin is folded more often at one place than is looked at";
         case sim::k_cloth_stretched:
             return "a quarter of the threads are stretched by more than 10 %: give a higher --rate or more --iterations";
+        case sim::k_cloth_tangled:
+            return "the cloth went through itself";
         default:
             return "bad step";
     }
@@ -187,7 +189,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
     for (const double s : strain) map.push_back(std::round(1e4 * s) / 1e4);
     std::sort(strain.begin(), strain.end());
     json status = json::array();
-    for (std::uint32_t bit = 1; bit <= sim::k_cloth_stretched; bit *= 2)
+    for (std::uint32_t bit = 1; bit <= sim::k_cloth_tangled; bit *= 2)
         if ((w.status & bit) != 0) status.push_back(status_text(bit));
     json seams = json::object();
     for (std::size_t s = 0; s < w.cloth.seams(); ++s) seams[w.file.garment.seams[s].name] = w.cloth.gap(s);

@@ -46,7 +46,9 @@ enum ClothStatus : std::uint32_t {
     k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
     k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
     k_cloth_crowded = 32,      ///< more places of a skinned solid at one node than are looked at
-    k_cloth_stretched = 64,  ///< a quarter of the threads are stretched by more than k_most_stretch: smaller steps, or more iterations
+    k_cloth_stretched =
+        64,  ///< a quarter of the threads are stretched by more than k_most_stretch: smaller steps, or more iterations
+    k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as where what is held leaves it no way
 };
 
 /// Of rest length. Stiffness by position has no modulus: what the solver leaves of a strain grows with the square of the step,
