@@ -20,7 +20,9 @@ constexpr double k_touches = 1e-6;        ///< m: what comes so near goes throug
 constexpr double k_flat = 1.0;            ///< rad: half a cone of normals within which a patch does not touch itself
 constexpr double k_share_of_edge = 0.25;  ///< what is kept between is no more than this share of the mesh's mean edge
 constexpr double k_every_way = 10;        ///< rad
-constexpr int k_zones = 12;               ///< rounds
+constexpr double k_held_mass = 1e6;       ///< kg: what is held does not give way
+constexpr int k_searches = 4;
+constexpr int k_zones = 12;  ///< rounds
 constexpr double k_parallel = 1e-12;
 
 /// The difference of the nearest points of two features as weights of their four nodes.
@@ -371,9 +373,14 @@ void SelfContacts::solve(std::span<const Vec3d> previous, std::span<Moving> movi
 
 void SelfContacts::find(std::span<const Vec3d> previous, std::span<const Moving> moving, std::span<const std::uint32_t> same)
 {
-    previous_ = previous;
     same_ = same;
     for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = cast<double>(moving[i].at);
+    search(previous);
+}
+
+void SelfContacts::search(std::span<const Vec3d> previous)
+{
+    previous_ = previous;
     watched_.clear();
     std::size_t number = 0;
     refit(*root_, number);
@@ -426,41 +433,64 @@ std::size_t SelfContacts::push_apart(std::span<const Vec3d> previous, std::span<
 std::size_t SelfContacts::stop(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass)
 {
     std::iota(zone_.begin(), zone_.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (zone_[v] != v) v = zone_[v] = zone_[zone_[v]];
-        return v;
+    // What was pushed farther since the search than it looked may touch what it did not see.
+    const double seen = 0.5 * k_looks * thickness_;
+    const auto search_again = [&] {
+        bool far = false;
+        for (std::size_t i = 0; i < now.size(); ++i) far = far || norm_sq(now[i] - now_[i]) > seen * seen;
+        if (!far) return false;
+        std::copy(now.begin(), now.end(), now_.begin());
+        search(previous);
+        return true;
     };
     std::size_t met = 0;
-    for (int round = 0; round < k_zones; ++round) {
+    search_again();
+    for (int searches = 0; searches < k_searches; ++searches) {
         met = 0;
-        for (const Watched& w : watched_) {
-            Four was, is;
-            for (std::size_t k = 0; k < 4; ++k) {
-                was[k] = previous[w.node[k]];
-                is[k] = now[w.node[k]];
-            }
-            if (gap(is, w.edges, cast<double>(w.normal)) > k_touches) continue;
-            Nearest at;
-            double when = 0;
-            if (!meet(was, is, w.edges, at, when)) continue;
-            ++met;
-            for (std::size_t k = 1; k < 4; ++k) zone_[root(w.node[k])] = root(w.node[0]);
-        }
-        if (met == 0) break;
-        std::fill(zone_way_.begin(), zone_way_.end(), Vec3d{});
-        std::fill(zone_mass_.begin(), zone_mass_.end(), 0.0);
-        for (std::uint32_t i = 0; i < now.size(); ++i) {
-            // What is held does not give way.
-            const double m = mass[i].inverse_mass > 0 ? 1 / static_cast<double>(mass[i].inverse_mass) : 1e6;
-            zone_way_[root(i)] += m * (now[i] - previous[i]);
-            zone_mass_[root(i)] += m;
-        }
-        for (std::uint32_t i = 0; i < now.size(); ++i) {
-            const std::uint32_t r = root(i);
-            if (mass[i].inverse_mass > 0) now[i] = previous[i] + zone_way_[r] / zone_mass_[r];
-        }
+        for (int round = 0; round < k_zones && (met = join_zones(previous, now)) > 0; ++round) move_zones(previous, now, mass);
+        if (!search_again()) break;
     }
     return met;
+}
+
+std::uint32_t SelfContacts::zone_of(std::uint32_t v) noexcept
+{
+    while (zone_[v] != v) v = zone_[v] = zone_[zone_[v]];
+    return v;
+}
+
+std::size_t SelfContacts::join_zones(std::span<const Vec3d> previous, std::span<const Vec3d> now) noexcept
+{
+    std::size_t met = 0;
+    for (const Watched& w : watched_) {
+        Four was, is;
+        for (std::size_t k = 0; k < 4; ++k) {
+            was[k] = previous[w.node[k]];
+            is[k] = now[w.node[k]];
+        }
+        if (gap(is, w.edges, cast<double>(w.normal)) > k_touches) continue;
+        Nearest at;
+        double when = 0;
+        if (!meet(was, is, w.edges, at, when)) continue;
+        ++met;
+        for (std::size_t k = 1; k < 4; ++k) zone_[zone_of(w.node[k])] = zone_of(w.node[0]);
+    }
+    return met;
+}
+
+void SelfContacts::move_zones(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass) noexcept
+{
+    std::fill(zone_way_.begin(), zone_way_.end(), Vec3d{});
+    std::fill(zone_mass_.begin(), zone_mass_.end(), 0.0);
+    for (std::uint32_t i = 0; i < now.size(); ++i) {
+        const double m = mass[i].inverse_mass > 0 ? 1 / static_cast<double>(mass[i].inverse_mass) : k_held_mass;
+        zone_way_[zone_of(i)] += m * (now[i] - previous[i]);
+        zone_mass_[zone_of(i)] += m;
+    }
+    for (std::uint32_t i = 0; i < now.size(); ++i) {
+        const std::uint32_t zone = zone_of(i);
+        if (mass[i].inverse_mass > 0) now[i] = previous[i] + zone_way_[zone] / zone_mass_[zone];
+    }
 }
 
 }  // namespace sqmap::sim

@@ -65,8 +65,12 @@ private:
     /// number: of the nodes before it, from the root down, first child first.
     void refit(Tree& node, std::size_t& number);
     std::vector<std::uint32_t> join(const Tree& node, std::span<const std::array<std::uint32_t, 3>> beside);
+    void search(std::span<const Vec3d> previous);
     void consider(std::uint32_t a, std::uint32_t b);
     void watch(const Pair& pair);
+    [[nodiscard]] std::uint32_t zone_of(std::uint32_t v) noexcept;
+    std::size_t join_zones(std::span<const Vec3d> previous, std::span<const Vec3d> now) noexcept;
+    void move_zones(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass) noexcept;
     [[nodiscard]] bool share(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const noexcept;
 
     std::span<const Triangle> triangles_;
