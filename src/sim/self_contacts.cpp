@@ -374,8 +374,13 @@ void SelfContacts::solve(std::span<const Vec3d> previous, std::span<Moving> movi
 void SelfContacts::find(std::span<const Vec3d> previous, std::span<const Moving> moving, std::span<const std::uint32_t> same)
 {
     same_ = same;
-    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = cast<double>(moving[i].at);
-    search(previous);
+    bool finite = true;
+    for (std::size_t i = 0; i < now_.size(); ++i) {
+        now_[i] = cast<double>(moving[i].at);
+        finite = finite && std::isfinite(norm_sq(now_[i]));
+    }
+    watched_.clear();
+    if (finite) search(previous);
 }
 
 void SelfContacts::search(std::span<const Vec3d> previous)

@@ -34,15 +34,13 @@ public:
     void begin(std::span<const Vec3d> now);
     /// One of the iterations: what is near is kept apart, with friction.
     void solve(std::span<const Vec3d> previous, std::span<Moving> moving, double friction) noexcept;
-    /// What may touch on the way from previous to where it is. same: vertices with equal numbers are sewn together.
+    /// What may touch on the way from previous to where it is; nothing where a place is not finite. same: vertices with equal
+    /// numbers are sewn together.
     void find(std::span<const Vec3d> previous, std::span<const Moving> moving, std::span<const std::uint32_t> same);
     /// Puts back what would go through on the way; how many did.
     std::size_t push_apart(std::span<const Vec3d> previous, std::span<Moving> moving) noexcept;
     /// What would still go through, goes the way of its neighbours' mean instead. How many pairs that did not help.
     std::size_t stop(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass);
-
-    [[nodiscard]] std::size_t near() const noexcept { return near_.size(); }
-    [[nodiscard]] std::size_t watched() const noexcept { return watched_.size(); }
 
 private:
     struct Pair {
