@@ -167,6 +167,7 @@ SelfContacts::SelfContacts(std::span<const Vec3d> start, std::span<const Triangl
     : triangles_(triangles),
       owned_(triangles.size()),
       now_(start.begin(), start.end()),
+      swept_(start.size()),
       zone_(start.size()),
       zone_way_(start.size()),
       zone_mass_(start.size())
@@ -234,6 +235,14 @@ std::vector<std::uint32_t> SelfContacts::join(const Tree& node, std::span<const 
     return all;
 }
 
+auto SelfContacts::around(const Box& a, const Box& b) noexcept -> Box
+{
+    const auto least = [](float x, float y) { return x < y ? x : y; };
+    const auto most = [](float x, float y) { return x > y ? x : y; };
+    return {{least(a.low.x, b.low.x), least(a.low.y, b.low.y), least(a.low.z, b.low.z)},
+            {most(a.high.x, b.high.x), most(a.high.y, b.high.y), most(a.high.z, b.high.z)}};
+}
+
 void SelfContacts::refit(Tree& node, std::size_t& number)
 {
     const bool joined = joined_[number++] != 0;
@@ -251,14 +260,8 @@ void SelfContacts::refit(Tree& node, std::size_t& number)
         wider = static_cast<double>(std::max(a.normal.w(), b.normal.w()));
     } else {
         const Triangle& t = *static_cast<const Triangle*>(node.data);
-        btVector3 points[6];
-        for (std::size_t k = 0; k < 3; ++k) {
-            points[k] = to_bullet(previous_[t[k]]);
-            points[3 + k] = to_bullet(now_[t[k]]);
-        }
-        node.volume = btDbvtVolume::FromPoints(points, 6);
-        const auto pad = static_cast<btScalar>(0.5 * k_looks * thickness_);
-        node.volume.Expand({pad, pad, pad});
+        const Box box = around(around(swept_[t[0]], swept_[t[1]]), swept_[t[2]]);
+        node.volume = btDbvtVolume::FromMM({box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z});
         normal = normal_of(previous_[t[0]], previous_[t[1]], previous_[t[2]]) + normal_of(now_[t[0]], now_[t[1]], now_[t[2]]);
     }
     const double length = norm(normal);
@@ -280,27 +283,22 @@ bool SelfContacts::share(std::span<const std::uint32_t> a, std::span<const std::
 
 void SelfContacts::watch(const Pair& pair)
 {
+    const auto& v = pair.node;
+    const Box &p = swept_[v[0]], &q = swept_[v[1]], &r = swept_[v[2]], &s = swept_[v[3]];
+    const Box a = pair.edges ? around(p, q) : p, b = pair.edges ? around(r, s) : around(around(q, r), s);
+    if (a.low.x > b.high.x || b.low.x > a.high.x || a.low.y > b.high.y || b.low.y > a.high.y || a.low.z > b.high.z ||
+        b.low.z > a.high.z)
+        return;
     Four was, is;
-    double low[2][3], high[2][3];
     for (std::size_t k = 0; k < 4; ++k) {
-        was[k] = previous_[pair.node[k]];
-        is[k] = now_[pair.node[k]];
-        const std::size_t of = pair.edges ? k / 2 : (k > 0 ? 1 : 0);
-        const bool first = k == 0 || (pair.edges ? k == 2 : k == 1);
-        for (int c = 0; c < 3; ++c) {
-            const double l = std::min(was[k][c], is[k][c]), h = std::max(was[k][c], is[k][c]);
-            low[of][c] = first ? l : std::min(low[of][c], l);
-            high[of][c] = first ? h : std::max(high[of][c], h);
-        }
+        was[k] = previous_[v[k]];
+        is[k] = now_[v[k]];
     }
-    const double far = k_looks * thickness_;
-    for (int c = 0; c < 3; ++c)
-        if (low[0][c] > high[1][c] + far || low[1][c] > high[0][c] + far) return;
     const Nearest n = nearest(was, pair.edges);
     const double distance = norm(n.difference);
     if (!(distance > 1e-9)) return;
     const Vec3d normal = n.difference / distance;
-    if (gap(is, pair.edges, normal) > far) return;
+    if (gap(is, pair.edges, normal) > k_looks * thickness_) return;
     watched_.push_back({pair, cast<float>(normal), static_cast<float>(distance)});
 }
 
@@ -387,6 +385,15 @@ void SelfContacts::search(std::span<const Vec3d> previous)
 {
     previous_ = previous;
     watched_.clear();
+    // Outwards by the rounding of float, too.
+    const auto far = static_cast<float>(0.5 * k_looks * thickness_ * (1 + 1e-3));
+    for (std::size_t i = 0; i < now_.size(); ++i) {
+        const Vec3f was = cast<float>(previous[i]), is = cast<float>(now_[i]);
+        for (int c = 0; c < 3; ++c) {
+            swept_[i].low[c] = std::min(was[c], is[c]) - far;
+            swept_[i].high[c] = std::max(was[c], is[c]) + far;
+        }
+    }
     std::size_t number = 0;
     refit(*root_, number);
     Collider collider;

@@ -57,9 +57,13 @@ private:
         float offset, push;
         Vec3f grip;
     };
+    struct Box {
+        Vec3f low, high;
+    };
     struct Collider;
     using Tree = btDbvntNode;
 
+    [[nodiscard]] static Box around(const Box& a, const Box& b) noexcept;
     /// number: of the nodes before it, from the root down, first child first.
     void refit(Tree& node, std::size_t& number);
     std::vector<std::uint32_t> join(const Tree& node, std::span<const std::array<std::uint32_t, 3>> beside);
@@ -79,6 +83,7 @@ private:
     std::span<const Vec3d> previous_;
     std::span<const std::uint32_t> same_;
     std::vector<Vec3d> now_;
+    std::vector<Box> swept_;  ///< of nodes, half as far outwards as is looked
     std::vector<Near> near_;
     std::vector<Watched> watched_;
     std::vector<std::uint32_t> zone_;
