@@ -383,7 +383,9 @@ struct Cloth::State {
         if (all_finite && self) {
             const double mark = cpu_seconds();
             if (self->stop(previous, position, moving) > 0) report.status |= k_cloth_tangled;
-            report.seconds.self += cpu_seconds() - mark;
+            const double took = cpu_seconds() - mark;
+            report.seconds.self += took;
+            report.seconds.predict -= took;  // which counts the whole of this
         }
         for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);
         if (!all_finite) {
