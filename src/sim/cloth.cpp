@@ -3,6 +3,8 @@
 #include "contacts.h"
 #include "cpu_time.h"
 #include "interiors.h"
+#include "self_contacts.h"
+#include "sqmap/sim/crossings.h"
 
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyInternals.h>
@@ -10,14 +12,17 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 
 namespace sqmap::sim {
 
 namespace {
 
-constexpr int k_last_pushes = 3;   ///< a node between several surfaces needs more than one
-constexpr double k_hard_push = 2;  ///< times thickness: a node that is pushed farther stops where it is
+constexpr int k_last_pushes = 3;                  ///< a node between several surfaces needs more than one
+constexpr std::uint32_t k_looks_at_threads = 16;  ///< steps
+constexpr int k_self_pushes = 8;                  ///< at most: what goes through itself on the way is put back
+constexpr double k_hard_push = 2;                 ///< times thickness: a node that is pushed farther stops where it is
 // A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
 // while it turns back more often than about every fifth step, faster than k_stirs.
 constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
@@ -51,36 +56,6 @@ void check(const Garment& garment)
             throw std::invalid_argument("a garment's vertex is not finite");
 }
 
-/// Nodes against faces of the same cloth. Bullet's own collider takes a node's own faces and pads by twice the motion, which is
-/// right for two bodies.
-struct SelfCollider : btSoftColliders::CollideVF_SS {
-    void Process(const btDbvtNode* node_leaf, const btDbvtNode* face_leaf) override
-    {
-        auto* node = static_cast<btSoftBody::Node*>(node_leaf->data);
-        auto* face = static_cast<btSoftBody::Face*>(face_leaf->data);
-        for (const btSoftBody::Node* n : face->m_n)
-            if (n == node) return;
-        const btVector3 o = node->m_x;
-        btVector3 nearest(0, 0, 0);
-        btScalar distance_sq = SIMD_INFINITY;
-        ProjectOrigin(face->m_n[0]->m_x - o, face->m_n[1]->m_x - o, face->m_n[2]->m_x - o, nearest, distance_sq);
-        if (!(distance_sq < mrg * mrg) || distance_sq < btScalar(1e-14)) return;
-        const btVector3 w = BaryCoord(face->m_n[0]->m_x, face->m_n[1]->m_x, face->m_n[2]->m_x, nearest + o);
-        const btScalar ma = node->m_im, mb = BaryEval(face->m_n[0]->m_im, face->m_n[1]->m_im, face->m_n[2]->m_im, w);
-        if (!(ma + mb > 0)) return;
-        btSoftBody::SContact c;
-        c.m_normal = nearest / -btSqrt(distance_sq);
-        c.m_margin = mrg;
-        c.m_node = node;
-        c.m_face = face;
-        c.m_weights = w;
-        c.m_friction = psb[0]->m_cfg.kDF;
-        c.m_cfm[0] = ma / (ma + mb) * psb[0]->m_cfg.kSHR;
-        c.m_cfm[1] = mb / (ma + mb) * psb[0]->m_cfg.kSHR;
-        psb[0]->m_scontacts.push_back(c);
-    }
-};
-
 }  // namespace
 
 struct Cloth::State {
@@ -106,12 +81,8 @@ struct Cloth::State {
         Vec3d place;  ///< from the tool
         Vec3d pull;   ///< kg m: what the spring did in this step, times dt^2
     };
-    /// A node while its place is solved for, and a link between two: what Bullet's own have, in an eighth of the bytes. They are
-    /// gone through a dozen times a step, and what they push out of the caches the contacts wait for.
-    struct Moving {
-        Vec3f at;
-        float inverse_mass;
-    };
+    /// A link between two nodes: with Moving what Bullet's own have, in an eighth of the bytes. They are gone through a dozen
+    /// times a step, and what they push out of the caches the contacts wait for.
     struct Thread {
         std::uint32_t a, b;
         float stiff, rest_sq;  ///< Bullet's c0: inverse masses over stiffness, not positive where it is cut; c1
@@ -137,13 +108,17 @@ struct Cloth::State {
         add_seams(garment);
         body->m_bUpdateRtCst = false;  // Bullet would take the start for the rest shape
         body->updateLinkConstants();
-        if (o.self_collision) body->initializeFaceTree();
+        if (o.self_collision) self = std::make_unique<SelfContacts>(garment.start, triangles, f.thickness);
         moving.resize(n);
         restless.resize(n);
         threads.resize(static_cast<std::size_t>(body->m_links.size()));
+        weak.resize(threads.size(), 1);
+        for (int l = 0; l < (seams.empty() ? body->m_links.size() : seams.front().first); ++l)
+            weak[static_cast<std::size_t>(l)] = body->m_links[l].m_bbending ? 1 : 0;
         position.assign(garment.start.begin(), garment.start.end());
         velocity.resize(n);
         previous = good = position;
+        names = sewn_names();
     }
 
     void add_threads(const Garment& garment)
@@ -224,6 +199,25 @@ struct Cloth::State {
         }
     }
 
+    /// A number for each node, the same for those that are sewn together.
+    std::vector<std::uint32_t> sewn_names() const
+    {
+        std::vector<std::uint32_t> name(position.size());
+        std::iota(name.begin(), name.end(), 0u);
+        const auto root = [&](std::uint32_t v) {
+            while (name[v] != v) v = name[v] = name[name[v]];
+            return v;
+        };
+        for (const SeamLinks& seam : seams)
+            for (int i = 0; i < seam.count && seam.sewn; ++i) {
+                const btSoftBody::Link& l = body->m_links[seam.first + i];
+                const std::uint32_t a = root(number(l.m_n[0])), b = root(number(l.m_n[1]));
+                name[std::max(a, b)] = std::min(a, b);
+            }
+        for (std::uint32_t v = 0; v < name.size(); ++v) name[v] = root(v);
+        return name;
+    }
+
     btSoftBody::Node& node(std::size_t i) { return body->m_nodes[static_cast<int>(i)]; }
     std::uint32_t number(const btSoftBody::Node* n) const { return static_cast<std::uint32_t>(n - &body->m_nodes[0]); }
 
@@ -278,14 +272,6 @@ struct Cloth::State {
             a.at -= (k * a.inverse_mass) * del;
             b.at += (k * b.inverse_mass) * del;
         }
-    }
-
-    /// What Bullet solves itself, on its own nodes.
-    void solve_self()
-    {
-        for (std::size_t i = 0; i < moving.size(); ++i) node(i).m_x.setValue(moving[i].at.x, moving[i].at.y, moving[i].at.z);
-        btSoftBody::PSolve_SContacts(body.get(), 1, 0);
-        for (std::size_t i = 0; i < moving.size(); ++i) moving[i].at = {node(i).m_x.x(), node(i).m_x.y(), node(i).m_x.z()};
     }
 
     /// The springs of the grip, by extended position-based dynamics (Macklin et al. 2016): as stiff as they are said to be,
@@ -418,7 +404,15 @@ struct Cloth::State {
             position[i] = cast<double>(moving[i].at);
             all_finite = all_finite && finite(position[i]);
         }
+        if (stretched()) report.status |= k_cloth_stretched;
         if (all_finite) still_restless(dt, solids_stand);
+        if (all_finite && self) {
+            const double mark = cpu_seconds();
+            if (self->stop(previous, position, moving) > 0) report.status |= k_cloth_tangled;
+            const double took = cpu_seconds() - mark;
+            report.seconds.self += took;
+            report.seconds.predict -= took;  // which counts the whole of this
+        }
         for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);
         if (!all_finite) {
             report.status |= k_cloth_not_finite;
@@ -467,6 +461,23 @@ struct Cloth::State {
         last_kinetic = report.kinetic;
     }
 
+    /// Whether a quarter of the threads, diagonals of the weave too, are longer than k_most_stretch allows; looked at now and
+    /// then.
+    bool stretched()
+    {
+        if (steps++ % k_looks_at_threads != 0) return was_stretched;
+        std::size_t longer = 0, all = 0;
+        const auto most_sq = static_cast<float>((1 + k_most_stretch) * (1 + k_most_stretch));
+        for (std::size_t l = 0; l < threads.size(); ++l) {
+            const Thread& t = threads[l];
+            if (weak[l] != 0 || !(t.stiff > 0) || !(t.rest_sq > 0)) continue;
+            ++all;
+            longer += norm_sq(moving[t.a].at - moving[t.b].at) > most_sq * t.rest_sq ? 1 : 0;
+        }
+        was_stretched = 4 * longer > all;
+        return was_stretched;
+    }
+
     Fabric fabric;
     ClothOptions options;
     btSoftBodyWorldInfo info;
@@ -474,6 +485,9 @@ struct Cloth::State {
     std::vector<Moving> moving;
     std::vector<Restless> restless;
     double last_kinetic = 0;
+    std::vector<std::uint8_t> weak;  ///< links that resist bending alone, and seams
+    std::uint32_t steps = 0;
+    bool was_stretched = false;
     std::vector<Thread> threads;  ///< Bullet's links, in their order
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<Vec3d> position, previous, good, velocity;
@@ -482,6 +496,8 @@ struct Cloth::State {
     std::vector<Held> held;
     double grip_stiffness = 0;  ///< N / m, of all the springs
     Vec3d tool{}, tension{};
+    std::unique_ptr<SelfContacts> self;  ///< where asked for
+    std::vector<std::uint32_t> names;    ///< of nodes, as they are sewn
     Contacts contacts;
     Interiors interiors;
 };
@@ -526,11 +542,8 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     s.interiors.ride(solids);
     double mark = cpu_seconds();
     report.seconds.predict = mark - start;
-    if (s.options.self_collision) {
-        SelfCollider collider;
-        collider.psb[0] = collider.psb[1] = &body;
-        collider.mrg = static_cast<btScalar>(s.fabric.thickness);
-        body.m_ndbvt.collideTT(body.m_ndbvt.m_root, body.m_fdbvt.m_root, collider);
+    if (s.self) {
+        s.self->begin(s.previous);
         const double now = cpu_seconds();
         report.seconds.self += now - mark;
         mark = now;
@@ -541,9 +554,14 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     for (int i = 0; i < s.options.iterations; ++i) {
         s.solve_threads();
         s.solve_held(dt);
-        if (s.options.self_collision) s.solve_self();
-        const double threads = cpu_seconds();
+        double threads = cpu_seconds();
         report.seconds.threads += threads - mark;
+        if (s.self) {
+            mark = threads;
+            s.self->solve(s.previous, s.moving, s.fabric.friction);
+            threads = cpu_seconds();
+            report.seconds.self += threads - mark;
+        }
         s.push_out(dt, false);
         mark = cpu_seconds();
         report.seconds.response += mark - threads;
@@ -558,6 +576,12 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
     report.seconds.response += cpu_seconds() - mark;
     mark = cpu_seconds();
+    if (s.self) {
+        s.self->find(s.previous, s.moving, s.names);
+        for (int i = 0; i < k_self_pushes && s.self->push_apart(s.previous, s.moving) > 0; ++i) s.push_out(dt, true);
+        report.seconds.self += cpu_seconds() - mark;
+        mark = cpu_seconds();
+    }
     s.tension = {};
     for (const State::Held& h : s.held) s.tension -= h.pull / (dt * dt);
     s.finish(dt, solids_stand, report);
@@ -597,6 +621,8 @@ std::vector<double> Cloth::strain() const
     return sum;
 }
 
+std::size_t Cloth::crossings() const { return sim::crossings(state_->position, state_->triangles, state_->names); }
+
 void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const query::Pose& pose)
 {
     State& s = *state_;
@@ -624,7 +650,11 @@ void Cloth::unpin(std::span<const std::uint32_t> nodes)
 }
 
 std::size_t Cloth::seams() const noexcept { return state_->seams.size(); }
-void Cloth::cut(std::size_t seam) { state_->seams.at(seam).sewn = false; }
+void Cloth::cut(std::size_t seam)
+{
+    state_->seams.at(seam).sewn = false;
+    state_->names = state_->sewn_names();
+}
 
 void Cloth::sew(std::size_t seam)
 {
@@ -637,6 +667,7 @@ void Cloth::sew(std::size_t seam)
     links.age = 0;
     links.carried = false;
     links.sewn = true;
+    s.names = s.sewn_names();
 }
 
 double Cloth::gap(std::size_t seam) const

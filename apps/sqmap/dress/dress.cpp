@@ -136,6 +136,10 @@ const char* status_text(std::uint32_t bit)
             return "thin parts may have been missed";
         case sim::k_cloth_crowded:
             return "the skin is folded more often at one place than is looked at";
+        case sim::k_cloth_stretched:
+            return "a quarter of the threads are stretched by more than 10 %: give a higher --rate or more --iterations";
+        case sim::k_cloth_tangled:
+            return "the cloth went through itself";
         default:
             return "bad step";
     }
@@ -279,7 +283,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
     for (const double s : strain) map.push_back(std::round(1e4 * s) / 1e4);
     std::sort(strain.begin(), strain.end());
     json status = json::array();
-    for (std::uint32_t bit = 1; bit <= sim::k_cloth_crowded; bit *= 2)
+    for (std::uint32_t bit = 1; bit <= sim::k_cloth_tangled; bit *= 2)
         if ((w.status & bit) != 0) status.push_back(status_text(bit));
     for (const std::string& line : worries(w, deep, height, time)) status.push_back(line);
     json seams = json::object();
@@ -305,6 +309,7 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
               {"deepest_node_at", {deep.node_at.x, deep.node_at.y, deep.node_at.z}},
               {"deepest_interior_at", {deep.interior_at.x, deep.interior_at.y, deep.interior_at.z}}}},
             {"deepest_node_of_any_frame_m", w.deepest_walking},
+            {"crossings_at_end", w.cloth.crossings()},
             {"caught_by_sweep", w.caught},
             {"most_contacts", w.most_contacts},
             {"energy_J", {{"start", w.start_energy}, {"most", w.most_energy}, {"least", w.least_energy}}},

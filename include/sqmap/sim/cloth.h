@@ -35,7 +35,7 @@ struct ClothOptions {
     int iterations = 12;            ///< of the threads' solver, each followed by the contacts
     double most_speed = 10;         ///< m / s: faster nodes are slowed to it, k_cloth_slowed
     double sweep_step = 0.01;       ///< m: solids twice as thick are not tunnelled through
-    bool self_collision = false;    ///< Bullet's trees of nodes and faces, thickness apart
+    bool self_collision = false;    ///< the cloth keeps thickness from itself, and does not go through itself on the way
 };
 
 enum ClothStatus : std::uint32_t {
@@ -46,7 +46,14 @@ enum ClothStatus : std::uint32_t {
     k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
     k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
     k_cloth_crowded = 32,      ///< more places of a skinned solid at one node than are looked at
+    k_cloth_stretched =
+        64,  ///< a quarter of the threads are stretched by more than k_most_stretch: smaller steps, or more iterations
+    k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as where what is held leaves it no way
 };
+
+/// Of rest length. Stiffness by position has no modulus: what the solver leaves of a strain grows with the square of the step,
+/// and no energy can be given for it. So the threads are looked at, every sixteenth step; the bit stays until the next look.
+constexpr double k_most_stretch = 0.1;
 
 /// Seconds of CPU time.
 struct StepTime {
@@ -55,7 +62,7 @@ struct StepTime {
     double query = 0;     ///< sqmap: contacts of all solids
     double response = 0;  ///< contacts' share of the iterations
     double threads = 0;   ///< Bullet: links
-    double self = 0;      ///< Bullet: the cloth against itself
+    double self = 0;      ///< the cloth against itself
 };
 
 struct StepReport {
@@ -65,7 +72,7 @@ struct StepReport {
     double deepest = 0;        ///< m below the surface, of nodes at the end of the step; by the planes of their contacts
     double fastest = 0;        ///< m / s
     std::uint32_t fastest_node = 0;
-    double kinetic = 0, potential = 0;  ///< J; potential: of gravity
+    double kinetic = 0, potential = 0;  ///< J; potential: of gravity, none of the threads
     StepTime seconds;
 };
 
@@ -118,6 +125,8 @@ public:
     [[nodiscard]] std::span<const Vec3d> asked() const noexcept;
     /// Of each vertex: the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
     [[nodiscard]] std::vector<double> strain() const;
+    /// How often it goes through itself now (crossings.h); what is sewn together is one.
+    [[nodiscard]] std::size_t crossings() const;
 
     /// Nodes keep their place relative to a solid (its number at step), as they are now; k_world: where they are.
     static constexpr std::uint32_t k_world = 0xffffffffu;

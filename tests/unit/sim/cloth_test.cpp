@@ -99,6 +99,21 @@ TEST(Cloth, EnergyNeverGrowsAtAnyTimeStep)
     }
 }
 
+TEST(Cloth, ThreadsThatLongStepsStretchAreSaid)
+{
+    for (const double dt : {k_dt, 10 * k_dt}) {
+        Cloth cloth(sheet({{0, 0.33, 0}, 0.7, 0.7, 0, 0, 1600}), fabric("wool"));
+        const Solid solid = still(ball());
+        std::uint32_t status = 0;
+        for (int i = 0; i < static_cast<int>(2 / dt); ++i) status |= cloth.step(dt, {&solid, 1}).status;
+        std::vector<double> strain = cloth.strain();
+        std::nth_element(strain.begin(), strain.begin() + static_cast<std::ptrdiff_t>(strain.size() / 2), strain.end());
+        const double median = strain[strain.size() / 2];
+        EXPECT_EQ((status & k_cloth_stretched) != 0, median > k_most_stretch) << dt << ": " << median;
+        EXPECT_EQ(median > k_most_stretch, dt > k_dt) << median;
+    }
+}
+
 TEST(Cloth, NothingTunnelsThroughAThinPlateAtFiveMetresASecond)
 {
     // Gravity that brings it to 5 m/s just above the plate: 20 mm a step, half the plate's thickness.

@@ -1,0 +1,94 @@
+// A cloth's contacts with itself: what is near, and what would go through in a step.
+#pragma once
+
+#include "sqmap/math/vec.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sqmap::sim {
+
+/// A node while its place is solved for.
+struct Moving {
+    Vec3f at;
+    float inverse_mass;
+};
+
+/// A node and a triangle, or two edges, without a vertex in common. Which side of each other they are on is where they were at
+/// the step's beginning, when nothing went through: the contact's normal points from their nearest points then.
+class SelfContacts {
+public:
+    using Triangle = std::array<std::uint32_t, 3>;
+
+    /// same: vertices with equal numbers are sewn together. thickness: what is kept between, m. @pre triangles outlives this
+    SelfContacts(std::span<const Vec3d> start, std::span<const Triangle> triangles, double thickness);
+    ~SelfContacts();
+
+    /// Before the iterations: what is near each other now, on the side it is on.
+    void begin(std::span<const Vec3d> now);
+    /// One of the iterations: what is near is kept apart, with friction.
+    void solve(std::span<const Vec3d> previous, std::span<Moving> moving, double friction) noexcept;
+    /// What may touch on the way from previous to where it is; nothing where a place is not finite. same: vertices with equal
+    /// numbers are sewn together.
+    void find(std::span<const Vec3d> previous, std::span<const Moving> moving, std::span<const std::uint32_t> same);
+    /// Puts back what would go through on the way; how many did.
+    std::size_t push_apart(std::span<const Vec3d> previous, std::span<Moving> moving) noexcept;
+    /// What would still go through, goes the way of its neighbours' mean instead. How many pairs that did not help.
+    std::size_t stop(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass);
+
+private:
+    struct Pair {
+        std::array<std::uint32_t, 4> node;  ///< the node and the triangle's, or the ends of both edges
+        bool edges;
+    };
+    struct Watched : Pair {
+        Vec3f normal;  ///< from nearest points at the beginning
+        float distance;
+    };
+    struct Near : Pair {
+        std::array<float, 4> weight;  ///< of the nearest points' difference
+        Vec3f normal;
+        float offset, push;
+        Vec3f grip;
+    };
+    struct Box {
+        Vec3f low, high;
+    };
+    struct Collider;
+    using Tree = btDbvntNode;
+
+    [[nodiscard]] static Box around(const Box& a, const Box& b) noexcept;
+    /// number: of the nodes before it, from the root down, first child first.
+    void refit(Tree& node, std::size_t& number);
+    std::vector<std::uint32_t> join(const Tree& node, std::span<const std::array<std::uint32_t, 3>> beside);
+    void search(std::span<const Vec3d> previous);
+    void consider(std::uint32_t a, std::uint32_t b);
+    void watch(const Pair& pair);
+    [[nodiscard]] std::uint32_t zone_of(std::uint32_t v) noexcept;
+    std::size_t join_zones(std::span<const Vec3d> previous, std::span<const Vec3d> now) noexcept;
+    void move_zones(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass) noexcept;
+    [[nodiscard]] bool share(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const noexcept;
+
+    std::span<const Triangle> triangles_;
+    double thickness_;
+    std::unique_ptr<Tree> root_;
+    std::vector<std::uint8_t> joined_;  ///< of the tree's nodes: whether their triangles are one piece
+    std::vector<std::uint8_t> owned_;   ///< of each triangle: the corners and the edges that it asks for, three bits each
+    std::span<const Vec3d> previous_;
+    std::span<const std::uint32_t> same_;
+    std::vector<Vec3d> now_;
+    std::vector<Box> swept_;  ///< of nodes, half as far outwards as is looked
+    std::vector<Near> near_;
+    std::vector<Watched> watched_;
+    std::vector<std::uint32_t> zone_;
+    std::vector<Vec3d> zone_way_;
+    std::vector<double> zone_mass_;
+};
+
+}  // namespace sqmap::sim
