@@ -16,10 +16,11 @@ struct Shot {
     [[nodiscard]] std::size_t vertices() const { return static_cast<std::size_t>(v[2]); }
     [[nodiscard]] std::size_t bones() const { return static_cast<std::size_t>(v[3]); }
     [[nodiscard]] Vec3d tension() const { return {v[7], v[8], v[9]}; }
+    [[nodiscard]] Vec3d body() const { return {v[16], v[17], v[18]}; }
     [[nodiscard]] bool held() const { return v[14] > 0; }
     [[nodiscard]] Vec3d at(std::size_t i) const
     {
-        const float* p = &v[16 + 12 * bones() + 3 * i];
+        const float* p = &v[19 + 12 * bones() + 3 * i];
         return {p[0], p[1], p[2]};
     }
 };
@@ -65,7 +66,7 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     fitting.tell(fit("poncho", "wool"));
     Shot first = wait_for(fitting, [](const Shot& s) { return s.v[1] > 20; });
     ASSERT_FALSE(first.v.empty());
-    ASSERT_EQ(first.v.size(), 16 + 12 * first.bones() + 3 * first.vertices());
+    ASSERT_EQ(first.v.size(), 19 + 12 * first.bones() + 3 * first.vertices());
     EXPECT_EQ(first.bones(), 13u);
     for (std::size_t i = 0; i < first.vertices(); ++i) ASSERT_LT(norm(first.at(i)), 3);
     const auto shapes = fitting.shapes();
@@ -81,6 +82,12 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     fitting.tell(cloth(Handling::Drag, to));
     const Shot pulled = wait_for(fitting, [](const Shot& s) { return s.held() && s.tension().y > 0.5; });
     ASSERT_FALSE(pulled.v.empty());
+    // Pulled into the body, it stays outside, and the body is felt.
+    Vec3d middle{};
+    for (std::size_t i = 0; i < first.vertices(); ++i) middle += first.at(i) / static_cast<double>(first.vertices());
+    fitting.tell(cloth(Handling::Drag, {middle.x, first.at(low).y, middle.z}));
+    const Shot pressed = wait_for(fitting, [](const Shot& s) { return s.held() && norm(s.body()) > 5; });
+    ASSERT_FALSE(pressed.v.empty());
     fitting.tell(cloth(Handling::Release));
     (void)wait_for(fitting, [](const Shot& s) { return !s.held(); });
 

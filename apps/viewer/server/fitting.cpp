@@ -2,6 +2,7 @@
 
 #include "bytes.h"
 #include "dress/avatar.h"
+#include "dress/tool.h"
 #include "slit.h"
 #include "sqmap/sim/cloth.h"
 
@@ -85,6 +86,9 @@ struct Fitting::Work {
     std::vector<std::uint32_t> pinned;
     double pose_time = 0;
     bool walks = false, held = false;
+    std::unique_ptr<app::ClothTool> tool;  // the pointer's tip, which stops at the body
+    query::Pose pointed;
+    app::ToolFelt felt;
     std::uint32_t number = 0, frames = 0;
 
     std::thread thread;  // last
@@ -95,6 +99,7 @@ struct Fitting::Work {
     void publish_shapes();
     void take(const Message& m);
     void pose(bool first);
+    void drag();
     void publish(const sim::StepReport& report, double speed, double step_ms);
     void say_state();
     [[nodiscard]] std::uint32_t nearest(Vec3d p) const;
@@ -109,6 +114,15 @@ void Fitting::Work::pose(bool first)
         solids[p].previous = first ? poses[p] : solids[p].pose;
         solids[p].pose = poses[p];
     }
+}
+
+/// The tip goes where the pointer is, at 1 kHz and not into the body, and takes the cloth along.
+void Fitting::Work::drag()
+{
+    constexpr int k_ticks = 4;
+    const app::ToolScene scene = tool->scene(solids, cloth.get(), felt.tip, pointed.translation);
+    for (int i = 0; i < k_ticks; ++i) felt = tool->tick(scene, pointed, 1 / (k_rate * k_ticks));
+    cloth->drag(felt.tip);
 }
 
 /// anew: in the pattern's own place on a figure with stretched arms; else in the folds of now, or of `start`.
@@ -237,12 +251,14 @@ void Fitting::Work::take(const Message& m)
             // It is taken where it is: the place that was pointed at may have moved since.
             const std::uint32_t node = nearest(m.target);
             if (norm(cloth->positions()[node] - m.target) > 0.1) return;
-            cloth->grasp(node, k_grip, cloth->positions()[node]);
+            pointed.translation = felt.tip = cloth->positions()[node];
+            cloth->grasp(node, k_grip, felt.tip, app::ClothTool::k_stiffness);
+            tool = std::make_unique<app::ClothTool>(solids);
             held = true;
             break;
         }
         case Handling::Drag:
-            if (held) cloth->drag(m.target);
+            if (held) pointed.translation = m.target;
             break;
         case Handling::Release:
             if (held) cloth->release();
@@ -304,11 +320,11 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
                            static_cast<float>(report.status),
                            static_cast<float>(speed),
                            static_cast<float>(step_ms)};
-    const Vec3d tension = held ? cloth->tension() : Vec3d{};
+    const Vec3d tension = held ? felt.cloth : Vec3d{}, body = held ? felt.body : Vec3d{};
     double gap = 0;
     for (std::size_t s = 0; s < cloth->seams(); ++s) gap = std::max(gap, cloth->gap(s));
     for (const double x : {tension.x, tension.y, tension.z, report.fastest, static_cast<double>(report.contacts), gap,
-                           static_cast<double>(pinned.size()), held ? 1.0 : 0.0, static_cast<double>(number)})
+                           static_cast<double>(pinned.size()), held ? 1.0 : 0.0, static_cast<double>(number), body.x, body.y, body.z})
         out.push_back(static_cast<float>(x));
     for (const query::Pose& pose : poses) {
         for (int r = 0; r < 3; ++r)
@@ -355,6 +371,7 @@ void Fitting::Work::run()
         for (int i = 0; i < k_steps_a_frame; ++i) {
             if (walks) pose_time += 1 / k_rate;
             pose(false);
+            if (held) drag();
             report = cloth->step(1 / k_rate, solids);
             status |= report.status;
             const sim::StepTime& s = report.seconds;

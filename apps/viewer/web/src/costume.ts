@@ -136,12 +136,13 @@ export class Costume {
     this.pinMarks.visible = this.pinned.length > 0;
     if (this.pinMarks.visible) { this.pinMarks.geometry.dispose(); this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p))); }
     const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
-    this.world.showArrow(f.held ? this.at : null, pull, 3);
+    const body = new THREE.Vector3(...(f.body as [number, number, number])), pushed = body.length();
+    this.world.showArrow(f.held ? this.at : null, pull.add(body), 3);
     this.world.redraw();
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;
     const rows: [string, string][] = [
-      ['Pull', f.held ? `${size.toFixed(2)} N` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %`],
+      ['Pull', f.held ? `${size.toFixed(2)} N by the cloth${pushed > 0.005 ? `, ${pushed.toFixed(2)} N by the body` : ''}` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %`],
       ['A step', `${f.stepMs.toFixed(1)} ms of CPU time, ${f.contacts} contacts`], ['Fastest', `${f.fastest.toFixed(2)} m/s`], ['Pinned', `${f.pinned} vertices`]];
     if (f.status & 1) rows.push(['Trouble', 'a vertex was lost: put back']);
     this.facts.replaceChildren(...rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));

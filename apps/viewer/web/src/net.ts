@@ -30,7 +30,7 @@ export interface Frame {
   recorded: number;  ///< ticks that the program has recorded, these included; 0: it does not
 }
 export interface ClothFrame {
-  status: number; speed: number; stepMs: number; tension: number[]; fastest: number; contacts: number; gap: number; pinned: number;
+  status: number; speed: number; stepMs: number; tension: number[]; body: number[]; fastest: number; contacts: number; gap: number; pinned: number;
   held: boolean; number: number;
   poses: Float32Array;      ///< 12 a bone: rows of the turn, shift
   positions: Float32Array;  ///< 3 a vertex
@@ -50,7 +50,7 @@ export interface Handlers {
 const token = new URLSearchParams(location.search).get('token') ?? '';
 export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
 
-const HEAD = 38, CLOTH_HEAD = 16;
+const HEAD = 38, CLOTH_HEAD = 19;
 
 export function readFrame(data: Float32Array): Frame {
   const v = (i: number) => [data[i], data[i + 1], data[i + 2]];
@@ -65,7 +65,7 @@ export function readCloth(data: Float32Array): ClothFrame {
   const vertices = data[2], bones = data[3], poses = CLOTH_HEAD + 12 * bones;
   return {
     status: data[4], speed: data[5], stepMs: data[6], tension: Array.from(data.subarray(7, 10)), fastest: data[10], contacts: data[11],
-    gap: data[12], pinned: data[13], held: data[14] > 0, number: data[15],
+    gap: data[12], pinned: data[13], held: data[14] > 0, number: data[15], body: Array.from(data.subarray(16, 19)),
     poses: data.subarray(CLOTH_HEAD, poses), positions: data.subarray(poses, poses + 3 * vertices),
   };
 }
