@@ -323,8 +323,9 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
     const Vec3d tension = held ? felt.cloth : Vec3d{}, body = held ? felt.body : Vec3d{};
     double gap = 0;
     for (std::size_t s = 0; s < cloth->seams(); ++s) gap = std::max(gap, cloth->gap(s));
-    for (const double x : {tension.x, tension.y, tension.z, report.fastest, static_cast<double>(report.contacts), gap,
-                           static_cast<double>(pinned.size()), held ? 1.0 : 0.0, static_cast<double>(number), body.x, body.y, body.z})
+    for (const double x :
+         {tension.x, tension.y, tension.z, report.fastest, static_cast<double>(report.contacts), gap,
+          static_cast<double>(pinned.size()), held ? 1.0 : 0.0, static_cast<double>(number), body.x, body.y, body.z})
         out.push_back(static_cast<float>(x));
     for (const query::Pose& pose : poses) {
         for (int r = 0; r < 3; ++r)
