@@ -35,7 +35,7 @@ inline CLI::Validator in_range(double least, double most)
                 const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
                 return good ? std::string() : "must be a number from " + words + ", not '" + text + "'";
             },
-            range.str()};
+            "RANGE:" + range.str()};
 }
 inline CLI::Validator above_zero(double most = INFINITY)
 {

@@ -39,7 +39,7 @@ private:
             {std::regex("TEXT:FILE"), "FILE"},
             {std::regex("TEXT:DIR"), "FOLDER"},
             {std::regex(":SIZE.*"), ""},
-            {std::regex("(UINT|INT|FLOAT):(UINT|INT|FLOAT) in \\[(.*) - (.*)\\]"), "$3 to $4"},
+            {std::regex("(UINT|INT|FLOAT):RANGE:(.*)"), "$2"},
             {std::regex("(UINT|INT|FLOAT):POSITIVE"), "NUMBER > 0"},
             {std::regex("(UINT|INT|FLOAT):NONNEGATIVE"), "NUMBER >= 0"},
             {std::regex("^(UINT|INT|FLOAT)$"), "NUMBER"},
