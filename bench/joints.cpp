@@ -27,7 +27,7 @@ namespace {
 using namespace sqmap;
 
 constexpr std::uint32_t k_detail = 5;                 // cells along a triangle's edge
-constexpr double k_step = 0.0005, k_farthest = 0.10;  // of R_max: along a normal
+constexpr double k_step = 0.0005, k_farthest = 0.30;  // of R_max: along a normal
 constexpr double k_low = 0.05, k_high = 5;            // % of R_max: the colours' ends
 constexpr double k_wrong = 0.5;                       // % of R_max: what is counted
 
@@ -129,7 +129,7 @@ int main(int argc, char** argv)
 {
     query::Layer layer = query::Layer::Exact;
     double least_weight = 0.05;
-    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
+    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 380, .shadows = false};
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
         if (name == "--layer")

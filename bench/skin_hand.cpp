@@ -24,19 +24,48 @@ double curl_of(const std::string& name)
     return 0;
 }
 
+/// The joint that each hangs on, -1 for none. The WebXR hand's file has its joints side by side, since a runtime gives each its
+/// own pose: there it is the one before it of the same finger, and the wrist for the first.
+std::vector<int> parents_of(const io::SkinnedSoup& skin)
+{
+    const std::vector<io::SkinJoint>& joints = skin.skeleton;
+    std::vector<int> parents;
+    for (const io::SkinJoint& j : joints) parents.push_back(j.parent);
+    if (std::any_of(parents.begin(), parents.end(), [](int p) { return p >= 0; })) return parents;
+    const auto finger = [&](std::size_t j) { return joints[j].name.substr(0, joints[j].name.find('-')); };
+    const auto wrist = std::find_if(joints.begin(), joints.end(), [](const io::SkinJoint& j) { return j.name == "wrist"; });
+    if (wrist == joints.end()) return parents;
+    for (std::size_t j = 0; j < joints.size(); ++j)
+        if (joints[j].name != "wrist")
+            parents[j] = j > 0 && finger(j) == finger(j - 1) ? static_cast<int>(j) - 1 : static_cast<int>(wrist - joints.begin());
+    return parents;
+}
+
+/// Of a rigid motion.
+Affine inverse(const Affine& map)
+{
+    const query::Pose pose = query::inverse({map.linear, map.shift});
+    return {pose.rotation, pose.translation};
+}
+
 }  // namespace
 
 std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing)
 {
+    const std::vector<int> parents = parents_of(skin);
     std::vector<Affine> world(skin.skeleton.size());
     std::vector<bool> done(world.size());
     const auto place = [&](auto&& self, std::size_t j) -> const Affine& {
         if (done[j]) return world[j];
         const io::SkinJoint& joint = skin.skeleton[j];
         Affine local = joint.local;
+        const bool hangs = parents[j] >= 0;
+        const auto parent = static_cast<std::size_t>(hangs ? parents[j] : 0);
+        // Side by side in the file, both are in the scene's frame.
+        if (hangs && joint.parent < 0) local = inverse(skin.skeleton[parent].local) * local;
         const bool index = joint.name.find("index") != std::string::npos;
         local.linear = local.linear * about_x(-(pointing && index ? 0 : curl) * curl_of(joint.name));
-        world[j] = joint.parent < 0 ? local : self(self, static_cast<std::size_t>(joint.parent)) * local;
+        world[j] = hangs ? self(self, parent) * local : local;
         done[j] = true;
         return world[j];
     };
