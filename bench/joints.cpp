@@ -129,7 +129,7 @@ int main(int argc, char** argv)
 {
     query::Layer layer = query::Layer::Exact;
     double least_weight = 0.05;
-    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 380, .shadows = false};
+    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
         if (name == "--layer")
