@@ -1,7 +1,8 @@
 // Contacts of a skinned model against the exact skinned mesh: carried back through the blend, and for comparison made of rigid
 // solids, one a joint. Joints named as the WebXR hand's; the hand is closed and opened over the object.
 // usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]
-#include "sqmap/mesh/skin.h"
+#include "skin_hand.h"
+
 #include "sqmap/bake/bake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/model_file.h"
@@ -26,44 +27,10 @@
 namespace {
 
 using namespace sqmap;
-
-struct JointModel {
-    std::uint16_t joint;
-    std::vector<std::byte> bytes;
-    model::ModelView view;
-};
-
-Mat3d about_x(double a) { return {{{1, 0, 0}, {0, std::cos(a), -std::sin(a)}, {0, std::sin(a), std::cos(a)}}}; }
-
-/// How far a joint is bent, radians, when the finger is fully closed.
-double curl_of(const std::string& name)
-{
-    const bool thumb = name.find("thumb") != std::string::npos;
-    if (name.find("proximal") != std::string::npos) return thumb ? 0.5 : 1.2;
-    if (name.find("intermediate") != std::string::npos) return 1.4;
-    if (name.find("distal") != std::string::npos) return thumb ? 0.9 : 0.9;
-    return 0;
-}
-
-/// World of each joint times its inverse bind.
-std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing)
-{
-    std::vector<Affine> world(skin.skeleton.size());
-    std::vector<bool> done(world.size());
-    const auto place = [&](auto&& self, std::size_t j) -> const Affine& {
-        if (done[j]) return world[j];
-        const io::SkinJoint& joint = skin.skeleton[j];
-        Affine local = joint.local;
-        const bool index = joint.name.find("index") != std::string::npos;
-        local.linear = local.linear * about_x(-(pointing && index ? 0 : curl) * curl_of(joint.name));
-        world[j] = joint.parent < 0 ? local : self(self, static_cast<std::size_t>(joint.parent)) * local;
-        done[j] = true;
-        return world[j];
-    };
-    std::vector<Affine> maps;
-    for (std::size_t j = 0; j < world.size(); ++j) maps.push_back(place(place, j) * skin.skeleton[j].inverse_bind);
-    return maps;
-}
+using bench::Bound;
+using bench::maps_of;
+using bench::Solids;
+using bench::welded;
 
 double cpu_seconds()
 {
@@ -71,71 +38,6 @@ double cpu_seconds()
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
-
-/// The skin as one closed mesh: vertices along texture seams are doubled in the file.
-struct Bound {
-    mesh::Mesh mesh;
-    mesh::Influences influences;
-};
-
-Bound welded(const io::SkinnedSoup& skin)
-{
-    Bound bound;
-    std::map<std::array<double, 3>, std::uint32_t> places;
-    std::vector<std::uint32_t> number;
-    for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
-        const Vec3d p = skin.soup.positions[v];
-        const auto [at, fresh] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(bound.mesh.vertices.size()));
-        if (fresh) {
-            bound.mesh.vertices.push_back(p);
-            bound.influences.joints.push_back(skin.joints[v]);
-            bound.influences.weights.push_back(skin.weights[v]);
-        }
-        number.push_back(at->second);
-    }
-    for (std::size_t i = 0; i + 2 < skin.soup.indices.size(); i += 3) {
-        mesh::Triangle t;
-        for (std::size_t k = 0; k < 3; ++k) t[k] = number[static_cast<std::size_t>(skin.soup.indices[i + k])];
-        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) bound.mesh.triangles.push_back(t);
-    }
-    return bound;
-}
-
-/// Rigid solids of the joints, united.
-class Solids {
-public:
-    Solids(const Bound& bound, std::size_t joints, double least_weight)
-    {
-        models_.reserve(joints);
-        for (std::uint16_t j = 0; j < joints; ++j) {
-            const auto solid = mesh::joint_solid(bound.mesh, bound.influences, j, least_weight);
-            if (!solid) continue;
-            JointModel& m = models_.emplace_back();
-            m.joint = j;
-            m.bytes = io::serialize(bake::bake(*solid, true, {}).model);
-            if (model::parse(m.bytes, m.view) != model::ParseStatus::Ok) std::exit(70);
-        }
-    }
-    /// depth: of each point, -1 where free.
-    void ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
-             std::vector<double>& depth) const
-    {
-        query::Probe probe(points);
-        std::vector<query::FrameContact> contacts(points.size());
-        for (const JointModel& m : models_) {
-            // A bone's map is rigid, so its inverse is the transpose.
-            const query::Pose pose = query::inverse({maps[m.joint].linear, maps[m.joint].shift});
-            const auto r = query::query_frame(m.view, probe, pose, {.layer = layer}, contacts);
-            for (std::size_t c = 0; c < std::min(r.contacts, contacts.size()); ++c)
-                depth[contacts[c].index] =
-                    std::max(depth[contacts[c].index], static_cast<double>(contacts[c].depth) * m.view.header.unit);
-        }
-    }
-    std::size_t size() const { return models_.size(); }
-
-private:
-    std::vector<JointModel> models_;
-};
 
 /// Verdicts of one method over all poses.
 struct Tally {

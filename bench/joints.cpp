@@ -1,0 +1,235 @@
+// Where the error of joints lies on a skinned hand: the verdicts of rigid solids, one a joint, and of the lattice, along the
+// normals of the exact skinned mesh; a picture of both and a table of the joints.
+// usage: sqmap_joints HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]
+#include "render/raycast.h"
+#include "skin_hand.h"
+
+#include "sqmap/bake/bake.h"
+#include "sqmap/bake/skin_lattice.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/read_skin.h"
+#include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/solid.h"
+#include "sqmap/query/skin.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace sqmap;
+
+constexpr std::uint32_t k_detail = 5;                 // cells along a triangle's edge
+constexpr double k_step = 0.0005, k_farthest = 0.30;  // of R_max: along a normal
+constexpr double k_low = 0.05, k_high = 5;            // % of R_max: the colours' ends
+constexpr double k_wrong = 0.5;                       // % of R_max: what is counted
+
+/// Which of the points are in contact.
+using Verdicts = std::function<std::vector<bool>(const std::vector<Vec3d>&)>;
+
+/// One place of the posed surface.
+struct Place {
+    Vec3d point, normal;
+    double area = 0;
+    std::size_t joint = 0;  ///< the nearest in the pose that the mesh was bound in
+    bool boundary = false;  ///< of the skinned solid: not buried in it
+};
+
+/// Of each place, how far from the surface the farthest wrong verdict is that is reached along its normal, outward or inward,
+/// without a right one before it; mesh units.
+std::vector<double> errors_of(const std::vector<Place>& places, const mesh::Solid& truth, double r_max, const Verdicts& verdicts)
+{
+    std::vector<double> error(places.size(), 0);
+    for (const bool outward : {true, false}) {
+        std::vector<std::size_t> left;
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (places[i].boundary) left.push_back(i);
+        for (double s = k_step; s <= k_farthest && !left.empty(); s += k_step) {
+            std::vector<Vec3d> points;
+            for (const std::size_t i : left) points.push_back(places[i].point + (outward ? s : -s) * r_max * places[i].normal);
+            const std::vector<bool> contact = verdicts(points);
+            std::vector<std::size_t> still;
+            for (std::size_t k = 0; k < left.size(); ++k) {
+                if (contact[k] != outward || truth.inside(points[k]) == outward) continue;
+                error[left[k]] = std::max(error[left[k]], truth.closest_boundary(points[k]).distance);
+                still.push_back(left[k]);
+            }
+            left = std::move(still);
+        }
+    }
+    return error;
+}
+
+app::Rgb colour_of(double percent)
+{
+    return app::error_colour(static_cast<float>(std::log(std::max(percent, k_low) / k_low) / std::log(k_high / k_low)));
+}
+
+/// The bone that moves each triangle most: a line between two of them goes round a joint.
+std::vector<std::uint32_t> bones_of(const bench::Bound& bound)
+{
+    std::vector<std::uint32_t> bones;
+    for (const mesh::Triangle& t : bound.mesh.triangles) {
+        std::map<std::uint16_t, double> share;
+        for (const std::uint32_t v : t)
+            for (std::size_t k = 0; k < 4; ++k) share[bound.influences.joints[v][k]] += bound.influences.weights[v][k];
+        bones.push_back(std::max_element(share.begin(), share.end(), [](const auto& a, const auto& b) {
+                            return a.second < b.second;
+                        })->first);
+    }
+    return bones;
+}
+
+void paste(app::Image& image, const app::Image& piece, int left, int top)
+{
+    for (int y = 0; y < piece.height; ++y)
+        for (int x = 0; x < piece.width; ++x) image.at(left + x, top + y) = piece.at(x, y);
+}
+
+/// Of the boundary's area, what is wrong beyond k_wrong, and at which joints.
+void report(const char* pose, const char* method, const std::vector<Place>& places, const std::vector<double>& error,
+            double r_max, const io::SkinnedSoup& skin)
+{
+    double area = 0, wrong = 0, most = 0;
+    struct Joint {
+        double area = 0, wrong = 0, most = 0;
+    };
+    std::map<std::size_t, Joint> joints;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (!places[i].boundary) continue;
+        const double percent = 100 * error[i] / r_max;
+        Joint& j = joints[places[i].joint];
+        area += places[i].area;
+        j.area += places[i].area;
+        most = std::max(most, percent);
+        j.most = std::max(j.most, percent);
+        if (percent > k_wrong) {
+            wrong += places[i].area;
+            j.wrong += places[i].area;
+        }
+    }
+    std::printf("%s, %s: %.2f %% of the surface is off by more than %.1f %% of R_max, at most by %.2f %%\n", pose, method,
+                100 * wrong / area, k_wrong, most);
+    for (const auto& [j, at] : joints)
+        if (at.most > k_low)
+            std::printf("  %-34s %5.1f %% of what is off, %5.1f %% of the surface there; at most %.2f %%\n",
+                        skin.skeleton[j].name.c_str(), wrong > 0 ? 100 * at.wrong / wrong : 0, 100 * at.wrong / at.area, at.most);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    query::Layer layer = query::Layer::Exact;
+    double least_weight = 0.05;
+    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
+    for (int i = 3; i + 1 < argc; i += 2) {
+        const std::string name = argv[i], value = argv[i + 1];
+        if (name == "--layer")
+            layer = value == "exact" ? query::Layer::Exact : value == "2" ? query::Layer::Two : query::Layer::Three;
+        if (name == "--solids") least_weight = std::atof(argv[i + 1]);
+        if (name == "--azimuth") view.azimuth = std::atof(argv[i + 1]);
+        if (name == "--elevation") view.elevation = std::atof(argv[i + 1]);
+    }
+    if (argc < 3 || argc % 2 == 0) {
+        std::fprintf(stderr,
+                     "usage: sqmap_joints HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] "
+                     "[--elevation DEGREES]\n");
+        return 64;
+    }
+    const io::SkinResult read = io::read_skinned_file(argv[1]);
+    if (read.error) {
+        std::fprintf(stderr, "%s: %s\n", argv[1], read.error->message.c_str());
+        return 2;
+    }
+    const io::SkinnedSoup& skin = read.skin;
+    const bench::Bound bound = bench::welded(skin);
+    const double r_max = mesh::largest_vertex_distance(bound.mesh);
+    const bench::Solids solids(bound, skin.skeleton.size(), least_weight);
+    const std::vector<std::byte> bytes = io::serialize(bake::bake(bound.mesh, true, {}).model);
+    model::ModelView model;
+    if (model::parse(bytes, model) != model::ParseStatus::Ok) return 70;
+    query::SkinLattice lattice = bake::skin_lattice(bound.mesh, bound.influences);
+    lattice.bones = static_cast<std::uint32_t>(skin.skeleton.size());
+    query::PosedSkin posed_skin(lattice);
+
+    std::vector<Vec3d> joints;  // in the bound mesh's frame
+    for (const io::SkinJoint& j : skin.skeleton)
+        joints.push_back(query::inverse({j.inverse_bind.linear, j.inverse_bind.shift}).translation);
+
+    struct Pose {
+        const char* name;
+        double curl;
+        bool pointing;
+    };
+    constexpr std::array<Pose, 3> k_poses{{{"half closed", 0.5, false}, {"fist", 1, false}, {"pointing", 1, true}}};
+    const std::array<const char*, 2> methods{"rigid solids", "lattice"};
+    const app::Scale scale{.title = {"off by,", "% of R_max"},
+                           .colour = app::error_colour,
+                           .ticks = {{0, "< 0.05"}, {0.25f, "0.16"}, {0.5f, "0.5"}, {0.75f, "1.6"}, {1, "> 5"}}};
+    app::Image image(static_cast<int>(k_poses.size()) * view.width, static_cast<int>(methods.size()) * view.height,
+                     app::srgb(0xffffff));
+    const int width = app::scale_width(image, scale);
+    image = app::Image(image.width + width, image.height, app::srgb(0xffffff));
+
+    for (std::size_t p = 0; p < k_poses.size(); ++p) {
+        const std::vector<Affine> maps = bench::maps_of(skin, k_poses[p].curl, k_poses[p].pointing);
+        app::Layer drawn{.mesh = bound.mesh, .detail = k_detail, .groups = bones_of(bound)};
+        drawn.mesh.vertices = mesh::skinned(bound.mesh.vertices, bound.influences, maps);
+        const mesh::Solid truth(drawn.mesh, mesh::find_self_intersections(drawn.mesh).crossed);
+        if (!posed_skin.pose(maps)) return 70;
+        std::vector<Place> places;
+        for (const auto& [i, j, k] : drawn.mesh.triangles) {
+            const auto& at = drawn.mesh.vertices;
+            const auto& was = bound.mesh.vertices;
+            const Vec3d n = cross(at[j] - at[i], at[k] - at[i]);
+            for (std::uint32_t cell = 0; cell < k_detail * k_detail; ++cell) {
+                const auto w = app::cell_centre(k_detail, cell);
+                Place place{.point = w[0] * at[i] + w[1] * at[j] + w[2] * at[k], .normal = normalized(n)};
+                const Vec3d bound_place = w[0] * was[i] + w[1] * was[j] + w[2] * was[k];
+                const auto nearer = [&](Vec3d a, Vec3d b) { return norm_sq(a - bound_place) < norm_sq(b - bound_place); };
+                place.joint = static_cast<std::size_t>(std::min_element(joints.begin(), joints.end(), nearer) - joints.begin());
+                place.area = norm(n) / (2 * k_detail * k_detail);
+                const Vec3d beside = 1e-6 * r_max * place.normal;
+                place.boundary = truth.inside(place.point - beside) && !truth.inside(place.point + beside);
+                places.push_back(place);
+            }
+        }
+        const std::array<Verdicts, 2> verdicts{[&](const std::vector<Vec3d>& points) {
+                                                   std::vector<double> depth(points.size(), -1);
+                                                   solids.ask(maps, points, layer, depth);
+                                                   std::vector<bool> contact;
+                                                   for (const double d : depth) contact.push_back(d >= 0);
+                                                   return contact;
+                                               },
+                                               [&](const std::vector<Vec3d>& points) {
+                                                   query::SkinRoom room(lattice, points);
+                                                   std::vector<query::SkinContact> contacts(points.size());
+                                                   const auto r = query::query_skin(model, posed_skin, points, {.layer = layer},
+                                                                                    room, contacts);
+                                                   std::vector<bool> contact(points.size(), false);
+                                                   for (std::size_t c = 0; c < r.contacts; ++c) contact[contacts[c].index] = true;
+                                                   return contact;
+                                               }};
+        for (std::size_t m = 0; m < methods.size(); ++m) {
+            const std::vector<double> error = errors_of(places, truth, r_max, verdicts[m]);
+            report(k_poses[p].name, methods[m], places, error, r_max, skin);
+            drawn.colours.clear();
+            for (const double e : error) drawn.colours.push_back(colour_of(100 * e / r_max));
+            const int left = static_cast<int>(p) * view.width, top = static_cast<int>(m) * view.height;
+            paste(image, app::render({drawn}, view), left, top);
+            const int dot = app::text_dot(image);
+            app::draw_text(image, left + 6 * dot, top + 6 * dot, dot, std::string(methods[m]) + ", " + k_poses[p].name,
+                           app::srgb(0x30343a));
+        }
+    }
+    app::draw_scale(image, scale);
+    app::write_png(argv[2], image);
+}

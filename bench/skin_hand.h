@@ -1,0 +1,43 @@
+// The skinned hand that contacts are measured on: posed, as one closed mesh, and as rigid solids. Joints named as the WebXR
+// hand's.
+#pragma once
+
+#include "sqmap/io/read_skin.h"
+#include "sqmap/mesh/skin.h"
+#include "sqmap/query/frame.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace sqmap::bench {
+
+/// World of each joint times its inverse bind. curl: 0 open, 1 a fist; pointing: the index finger stays straight.
+[[nodiscard]] std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing);
+
+/// The skin as one closed mesh: vertices along texture seams are doubled in the file.
+struct Bound {
+    mesh::Mesh mesh;
+    mesh::Influences influences;
+};
+[[nodiscard]] Bound welded(const io::SkinnedSoup& skin);
+
+/// Rigid solids of the joints, united.
+class Solids {
+public:
+    Solids(const Bound& bound, std::size_t joints, double least_weight);
+    /// depth: of each point, -1 where free.
+    void ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
+             std::vector<double>& depth) const;
+    [[nodiscard]] std::size_t size() const { return models_.size(); }
+
+private:
+    struct Model {
+        std::uint16_t joint;
+        std::vector<std::byte> bytes;
+        model::ModelView view;
+    };
+    std::vector<Model> models_;
+};
+
+}  // namespace sqmap::bench
