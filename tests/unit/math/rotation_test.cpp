@@ -29,7 +29,8 @@ TEST(Rotation, VectorIsTheInverseFromNothingToHalfATurn)
 {
     for (const double angle : {0.0, 1e-12, 1e-9, 1e-7, 1e-3, 1.0, 3.0, k_pi - 1e-3, k_pi - 1e-5}) {
         SCOPED_TRACE(angle);
-        expect_near(rotation_vector(rotation_by(angle * k_axis)), angle * k_axis, 1e-10);  // near half a turn the sine loses digits
+        expect_near(rotation_vector(rotation_by(angle * k_axis)), angle * k_axis,
+                    1e-10);  // near half a turn the sine loses digits
     }
 }
 
