@@ -250,8 +250,10 @@ Travel circle(const Feeler& feeler, const Place& place, const ScriptOptions& o, 
 Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
 {
     constexpr int k_directions = 25;
-    constexpr double k_first = 2.0, k_last = -2.6;  // rad from straight ahead: outwards, inwards
-    const double step = o.speed / o.rate;
+    constexpr double k_first = 2.0, k_last = -2.6;      // rad from straight ahead: outwards, inwards
+    constexpr std::size_t k_lately = 60, k_stride = 8;  // ticks
+    const double pace = o.speed / o.rate;
+    std::size_t strides = 0;
     Vec3d out = place.normal, ahead = tangent(o.travel, out);
     Travel travel;
     double height = 0;
@@ -259,9 +261,14 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
         throw DeviceError("the tool does not reach the surface in that direction: choose another");
     travel.binormal = cross(ahead, out);
     Vec3d at = place.point + (height + 1e-9 * feeler.far()) * out;
-    for (std::size_t k = 0; k < ticks; ++k) {
-        travel.places.push_back(at);
-        travel.ways_out.push_back(out);
+    while (travel.places.size() < ticks) {
+        // Who has gone to and fro lately goes on in longer strides, for which the pit or ledge that held him is none.
+        const std::size_t gone = travel.places.size();
+        if (gone >= k_lately && norm(at - travel.places[gone - k_lately]) < 0.25 * static_cast<double>(k_lately) * pace)
+            strides = k_lately;
+        const std::size_t ticks_of_stride = strides > 0 ? k_stride : 1;
+        if (strides > 0) --strides;
+        const double step = static_cast<double>(ticks_of_stride) * pace;
         const auto direction = [&](double angle) { return std::cos(angle) * ahead + std::sin(angle) * out; };
         const auto blocked = [&](double angle) { return feeler.touches(at + step * direction(angle)); };
         const double turn = (k_last - k_first) / (k_directions - 1);
@@ -278,14 +285,19 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
         const Vec3d next = direction(free);
         out = normalized(std::cos(free) * out - std::sin(free) * ahead);
         ahead = normalized(next);
-        at += step * ahead;
+        for (std::size_t k = 0; k < ticks_of_stride && travel.places.size() < ticks; ++k) {
+            travel.places.push_back(at);
+            travel.ways_out.push_back(out);
+            at += pace * ahead;
+        }
     }
     return travel;
 }
 
 constexpr std::size_t k_half = 25;  // ticks to either side that travels are smoothed over
 
-/// The places of a travel, smoothed and pressed in; it starts at the gap. The last k_half are only there to smooth those before.
+/// The places of a travel, smoothed and pressed in; it starts at the gap. The first and the last k_half are only there to smooth
+/// the others.
 std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 {
     std::vector<Vec3d> places = averaged(travel.places, k_half);
@@ -298,10 +310,11 @@ std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
         }
     ways_out = averaged(ways_out, k_half);
     const double in = k_hurry * (o.gap + o.depth) / o.speed;
-    for (std::size_t k = 0; k < places.size(); ++k)
-        places[k] += (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k) / o.rate / in)) * normalized(ways_out[k]);
-    places.resize(places.size() - k_half);
-    return places;
+    std::vector<Vec3d> out;
+    for (std::size_t k = k_half; k + k_half < places.size(); ++k)
+        out.push_back(places[k] + (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k - k_half) / o.rate / in)) *
+                                      normalized(ways_out[k]));
+    return out;
 }
 
 }  // namespace
@@ -326,9 +339,9 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
     const Place place = anchor(feeler, model, o.direction);
     std::vector<Vec3d> places;
     if (script == Script::Slide) {
-        places = pressed(slide(feeler, place, o, ticks + k_half), o);
+        places = pressed(slide(feeler, place, o, ticks + 2 * k_half), o);
     } else if (script == Script::Circle) {
-        places = pressed(circle(feeler, place, o, ticks + k_half), o);
+        places = pressed(circle(feeler, place, o, ticks + 2 * k_half), o);
     } else {
         double height = 0;
         if (!feeler.height(place.point, place.normal, feeler.far(), height))
