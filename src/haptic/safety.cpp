@@ -317,6 +317,9 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
     tick.wrench = {};
     tick.dt = std::max(tick.dt, 0.);
     ++counters_.not_finite;
+    // A slow device's one bad sample is seen in several ticks, and is one.
+    if (in.sequence != 0 && in.sequence == bad_sequence_) return;
+    bad_sequence_ = in.sequence;
     bad_ = {sane(in.time) ? in.time : time_, bad_[0], bad_[1]};
     bad_count_ = std::min(bad_count_ + 1, bad_.size());
     if (bad_count_ == bad_.size() && bad_[0] - bad_[2] <= k_bad_window) latch(k_fault_not_finite);
@@ -383,7 +386,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     tick.acted |= k_acted_stale;
     ++counters_.stale;
     tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
-    if (late > k_stale_fault) latch(k_fault_stale);
+    if (late > k_stale_fault && in.connected) latch(k_fault_stale);  // who is gone may come back, and engages anew
     if (tick.scale <= 0) {
         tick.off = true;
         disengage();

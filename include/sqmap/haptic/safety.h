@@ -122,7 +122,7 @@ enum SafetyStep : std::uint32_t {
 /// Bits of SafetyReport::faults; any of them means zero until the user acts.
 enum SafetyFault : std::uint32_t {
     k_fault_setup = 1u << 0,       ///< refused limits: cannot be cleared
-    k_fault_not_finite = 1u << 1,  ///< three ticks with something not finite, or a rotation that is none, within 100 ms
+    k_fault_not_finite = 1u << 1,  ///< three samples with something not finite, or a rotation that is none, within 100 ms
     k_fault_stale = 1u << 2,       ///< no fresh sample for 100 ms
     k_fault_fast = 1u << 3,        ///< faster than the top speed for 20 ms
     k_fault_stop = 1u << 4,        ///< the user's STOP
@@ -227,6 +227,7 @@ private:
     double sampled_at_ = 0, stamp_ = 0;  ///< of the last fresh sample: when it came, and the earlier of that and its own time
     std::array<double, 3> bad_{};        ///< times of the last ticks with something not finite, newest first
     std::size_t bad_count_ = 0;
+    std::uint64_t bad_sequence_ = 0;  ///< of the last of them
 };
 
 }  // namespace sqmap::haptic

@@ -288,6 +288,39 @@ TEST(SafetyStale, AnUnpluggedDeviceGetsNothingAtOnce)
     EXPECT_TRUE(bench.silent()) << "reconnected: engages anew";
 }
 
+TEST(SafetyStale, ADeviceThatWasGoneForLongComesBackWithoutAFault)
+{
+    Bench bench;
+    bench.engage_and_push({1, 0, 0});
+    bench.input.connected = false;
+    for (int i = 0; i < 500; ++i) {
+        bench.tick(false);
+        ASSERT_TRUE(bench.silent());
+    }
+    EXPECT_EQ(bench.report.faults, 0u);
+    bench.input.connected = true;
+    bench.run(0.6, {});
+    bench.run(0.1, {1, 0, 0});
+    EXPECT_EQ(bench.force(), (Vec3d{1, 0, 0}));
+}
+
+TEST(SafetyFinite, OneBadSampleOfASlowDeviceIsNoFaultAndThreeAre)
+{
+    Bench bench;
+    bench.engage();
+    for (int sample = 0; sample < 3; ++sample) {
+        bench.poses[0].translation.x = k_nan;
+        bench.tick();
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_TRUE(bench.silent());
+            EXPECT_EQ(bench.report.faults, sample < 2 ? 0u : k_fault_not_finite);
+            bench.tick(false);
+        }
+        bench.poses[0] = {};
+        bench.tick();
+    }
+}
+
 TEST(SafetyStale, WithoutAFirstSampleThereIsNoForce)
 {
     Bench bench;
