@@ -10,6 +10,7 @@
 #include "sqmap/device/trace.h"
 #include "sqmap/haptic/safety.h"
 #include "strip_chart.h"
+#include "three_numbers.h"
 #include "touch_setup.h"
 
 #include <poll.h>
@@ -19,7 +20,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -66,14 +66,10 @@ TouchObject object_from(const std::string& text)
     TouchObject object{.file = text};
     const std::size_t at = text.rfind('@');
     if (at == std::string::npos) return object;
-    const char* c = text.data() + at + 1;
-    const char* const last = text.data() + text.size();
-    for (int i = 0; i < 3; ++i) {
-        const auto [end, error] = std::from_chars(c, last, object.place[i]);
-        if (error != std::errc() || !(std::fabs(object.place[i]) <= 1000) || (i < 2 ? end == last || *end != ',' : end != last))
-            throw BadTouch("--object " + text + ": a place is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
-        c = end + 1;
-    }
+    const std::optional<Vec3d> place = three_numbers(std::string_view(text).substr(at + 1));
+    if (!place || !(std::max({std::fabs(place->x), std::fabs(place->y), std::fabs(place->z)}) <= 1000))
+        throw BadTouch("--object " + text + ": a place is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
+    object.place = *place;
     object.file.resize(at);
     return object;
 }
@@ -83,20 +79,14 @@ Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d othe
     if (std::none_of(spec.options.begin(), spec.options.end(), [&](const auto& o) { return o.first == name; })) return otherwise;
     const std::string text = spec.text(name, "");
     // Commas part options, so a direction is written with blanks or slashes between its numbers.
-    Vec3d v;
-    const char* c = text.data();
-    const char* const last = c + text.size();
-    for (int i = 0; i < 3; ++i) {
-        const auto [end, error] = std::from_chars(c, last, v[i]);
-        if (error != std::errc() || !std::isfinite(v[i]) || (i < 2 ? end == last || (*end != '/' && *end != ' ') : end != last))
-            throw device::DeviceError(spec.kind + ": " + name +
-                                      " is three numbers with slashes between them, as in 0/0/1, found '" + text + "'");
-        c = end + 1;
-    }
-    if (!std::isnormal(norm_sq(v)))
+    const std::optional<Vec3d> v = three_numbers(text, "/ ");
+    if (!v)
+        throw device::DeviceError(spec.kind + ": " + name + " is three numbers with slashes between them, as in 0/0/1, found '" +
+                                  text + "'");
+    if (!std::isnormal(norm_sq(*v)))
         throw device::DeviceError(spec.kind + ": " + name + "=" + text +
                                   " points nowhere\n  cure: numbers that are not all 0, as in 0/0/1, or leave it out");
-    return v;
+    return *v;
 }
 
 /// What a script has no use for is refused, not passed over.

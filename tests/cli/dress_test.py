@@ -141,10 +141,22 @@ class Dress(unittest.TestCase):
             self.assertIn(words, done.stderr)
         done = run("dress", "--avatar", "ball.obj", "--garment", self.garment(), "-o", "x.glb")
         self.assertIn("sqmap bake", done.stderr)
-        for device, words in (("teleporter", "no device of kind"), ("simulated", "no garment has a 'pull'")):
-            done = self.dress("--device", device)
+        pull = {"at": 0.1, "until": 0.2, "near": [0, 1, 0]}
+        for device, pulls, words in (("teleporter", [], "no device of kind"), ("simulated", [], "which have 0"),
+                                     ("simulated", [pull, {**pull, "at": 0.3, "until": 0.4}], "which have 2"),
+                                     ("network:wait=0.1", [pull], "a garment has a 'pull'")):
+            done = self.dress("--device", device, pull=pulls)
             self.assertEqual(done.returncode, 2)
             self.assertIn(words, done.stderr)
+
+    def test_a_pull_ends_between_two_steps_too(self):
+        ends = []
+        for until in (0.3, 0.303):  # of 240 steps a second
+            done = self.dress(centre=[0, 3, 0], pull=[{"at": 0.1, "until": until, "near": [1, 3, 1], "by": [0, 0.3, 0]}])
+            self.assertEqual(done.returncode, 0, done.stderr)
+            garment = self.report()["garments"][0]
+            ends.append(garment["energy_J"]["least"])
+        self.assertAlmostEqual(ends[0], ends[1], delta=0.02 * abs(ends[0]))
 
     def test_a_wrong_garment_is_named_with_its_key(self):
         for changes, words in (({"pattern": "cape"}, "poncho, blanket, skirt or shirt"), ({"widht": 1}, "widht"), ({"fabric": "tin"}, "cotton"),

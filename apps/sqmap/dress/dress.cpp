@@ -2,10 +2,9 @@
 #include "commands.h"
 #include "dress/avatar.h"
 #include "dress/garment_file.h"
-#include "dress/handling.h"
-#include "dress/tool.h"
+#include "dress/held_tool.h"
+#include "dress/worn.h"
 #include "render/raycast.h"
-#include "sqmap/device/open.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/io/write_gltf.h"
@@ -16,22 +15,15 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <numeric>
-#include <optional>
-#include <thread>
 
 namespace sqmap::app {
 namespace {
 
 using nlohmann::json;
 
-constexpr double k_began_inside = 0.005;                        ///< m
-constexpr double k_deep_node = 0.002, k_deep_interior = 0.005;  ///< of the height: what a user would see
 constexpr unsigned k_colours[] = {0x3b6ea5, 0xb5563c, 0x5a8f4a, 0x8a5fa0, 0xc29a3a};
 constexpr unsigned k_skin = 0xd9b99b;
 
@@ -50,185 +42,27 @@ struct Arguments {
     int iterations = 12;
 };
 
-/// X,Y,Z. @throw device::DeviceError
-Vec3d place_from(const std::string& text)
-{
-    Vec3d place;
-    if (text.empty()) return place;
-    const char *c = text.data(), *const last = c + text.size();
-    for (int i = 0; i < 3; ++i) {
-        const auto [end, error] = std::from_chars(c, last, place[i]);
-        if (error != std::errc() || !std::isfinite(place[i]) || (i < 2 ? end == last || *end != ',' : end != last))
-            throw device::DeviceError("--tool-at " + text + ": a place is three numbers, as in 0,1.2,0.3");
-        c = end + 1;
-    }
-    return place;
-}
+/// What cannot be written, before anything is simulated.
+class BadOutput : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
 
-/// Before anything is simulated. @throw GarmentFileError
+/// @throw BadOutput
 void check_outputs(const Arguments& a)
 {
     for (const auto& [option, file] : {std::pair{"-o ", a.output}, {"--report ", a.report}}) {
         const std::filesystem::path folder = std::filesystem::path(file).parent_path();
         if (!folder.empty() && !std::filesystem::is_directory(folder))
-            throw GarmentFileError(option + file + ": there is no folder " + folder.string() + "\n  cure: make it first");
+            throw BadOutput(option + file + ": there is no folder " + folder.string() + "\n  cure: make it first");
     }
     const std::string end = std::filesystem::path(a.output).extension().string();
-    if (end != ".glb" && end != ".GLB")
-        throw GarmentFileError("-o " + a.output + ": what is written is a .glb\n  cure: that ending");
+    if (end != ".glb" && end != ".GLB") throw BadOutput("-o " + a.output + ": what is written is a .glb\n  cure: that ending");
     std::error_code error;
     if (!a.pictures.empty() && !std::filesystem::is_directory(a.pictures) &&
         !std::filesystem::create_directory(a.pictures, error))
-        throw GarmentFileError("--pictures " + a.pictures + ": the folder cannot be made");
+        throw BadOutput("--pictures " + a.pictures + ": the folder cannot be made");
 }
-
-/// What a stage takes, over the steps.
-struct Stage {
-    std::vector<double> us;
-    [[nodiscard]] json summary()
-    {
-        if (us.empty()) return nullptr;
-        std::sort(us.begin(), us.end());
-        return {{"mean", std::accumulate(us.begin(), us.end(), 0.0) / static_cast<double>(us.size())},
-                {"median", us[us.size() / 2]},
-                {"p99", us[us.size() * 99 / 100]}};
-    }
-};
-
-struct Worn {
-    GarmentFile file;
-    sim::Cloth cloth;
-    Stage predict, move, query, response, threads, self, collision;
-    std::vector<std::vector<Vec3d>> shapes;
-    std::uint32_t status = 0;
-    std::size_t caught = 0, most_contacts = 0;
-    double deepest_walking = 0;
-    sim::Drape drape{};
-    double least_energy = INFINITY, start_energy = NAN, most_energy = -INFINITY;
-    std::unique_ptr<Handling> handling{};
-    double began_inside = 0;  ///< m, the deepest vertex at first
-};
-
-/// What became of it, for people.
-std::string text_of(const sim::DrapeReport& drape)
-{
-    char text[96];
-    if (drape.at_rest)
-        std::snprintf(text, sizeof text, "at rest after %.2f s", drape.since);
-    else if (drape.fastest <= sim::Drape::k_slow)
-        std::snprintf(text, sizeof text, "not yet at rest: slow for less than %.2f s at the end", sim::Drape::k_quiet);
-    else
-        std::snprintf(text, sizeof text, "did not come to rest: fastest vertex %u at %.2f m/s", drape.fastest_node,
-                      drape.fastest);
-    return text;
-}
-
-const char* status_text(std::uint32_t bit)
-{
-    switch (bit) {
-        case sim::k_cloth_not_finite:
-            return "not finite: put back to the step before";
-        case sim::k_cloth_slowed:
-            return "slowed to the greatest speed";
-        case sim::k_cloth_full:
-            return "more contacts than there is room for";
-        case sim::k_cloth_coarse_sweep:
-            return "thin parts may have been missed";
-        case sim::k_cloth_crowded:
-            return "the skin is folded more often at one place than is looked at";
-        case sim::k_cloth_stretched:
-            return "a quarter of the threads are stretched by more than 10 %: give a higher --rate or more --iterations";
-        case sim::k_cloth_tangled:
-            return "the cloth went through itself";
-        default:
-            return "bad step";
-    }
-}
-
-/// A tool on a device that somebody holds, and the garment that it has grasped.
-class Held {
-public:
-    /// Takes a simulated hand's pull out of the garment that has it. @throw device::DeviceError, GarmentFileError
-    Held(const Arguments& a, std::span<const sim::Solid> solids, std::vector<Worn>& worn) : worn_(&worn)
-    {
-        const device::DeviceSpec spec = device::parse_spec(a.device);
-        if (spec.kind == "simulated") {
-            spec.allow({"hand"});
-            for (Worn& w : worn)
-                if (!w.file.pulls.empty() && !script_) {
-                    script_ = w.file.pulls.front();
-                    w.file.pulls.clear();
-                }
-            if (!script_) throw GarmentFileError("--device simulated: no garment has a 'pull' for its hand to follow");
-            device_ = simulated_hand(*script_, spec.text("hand", "pen"));
-        } else {
-            device_ = device::open_device(a.device);
-        }
-        std::printf("%s; %s\n", device_->capabilities().name.c_str(),
-                    script_ ? "its hand follows the pull" : "its first button grasps the nearest vertex");
-        tool_.emplace(solids, *device_, place_from(a.tool_at));
-        begin_ = std::chrono::steady_clock::now();
-    }
-
-    /// Before the step that ends at time: waits until its time has come, grasps, drags, lets go.
-    void before(double time)
-    {
-        std::this_thread::sleep_until(begin_ + std::chrono::duration<double>(time));
-        const ToolFelt& felt = tool_->felt();
-        const bool wants = script_ ? time >= script_->at && time < script_->until : (felt.buttons & 1u) != 0;
-        if (wants && held_ == nullptr) {
-            double least = script_ ? INFINITY : k_reach;
-            for (Worn& w : *worn_) {
-                const std::uint32_t v = nearest_vertex(w.cloth, felt.tip);
-                const double distance = norm(w.cloth.positions()[v] - felt.tip);
-                if (!(distance < least)) continue;
-                least = distance;
-                held_ = &w.cloth;
-                vertex_ = v;
-            }
-            if (held_ != nullptr) {
-                held_->grasp(vertex_, script_ ? script_->radius : Pull{}.radius, felt.tip, ClothTool::k_stiffness);
-                ++grasps_;
-            }
-        } else if (!wants && held_ != nullptr) {
-            held_->release();
-            held_ = nullptr;
-        }
-        dragged_ = felt.tip;
-        if (held_ != nullptr) held_->drag(dragged_);
-        most_cloth_ = std::max(most_cloth_, norm(felt.cloth));
-        most_body_ = std::max(most_body_, norm(felt.body));
-    }
-    void after(std::span<const sim::Solid> solids) { tool_->show(solids, held_, dragged_); }
-
-    [[nodiscard]] json report(double time) const
-    {
-        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin_;
-        return {{"device", device_->capabilities().name},
-                {"simulated", device_->capabilities().simulated},
-                {"ticks", tool_->ticks()},
-                {"grasps", grasps_},
-                {"most_cloth_N", most_cloth_},
-                {"most_body_N", most_body_},
-                {"most_asked_N", tool_->most_asked()},
-                {"most_sent_N", tool_->most_sent()},
-                {"gone_at_end", tool_->gone()},
-                {"cloth_s_per_s", time / took.count()}};
-    }
-
-private:
-    static constexpr double k_reach = 0.05;  ///< m
-    std::vector<Worn>* worn_;
-    std::optional<Pull> script_;
-    std::unique_ptr<device::Device> device_;
-    std::optional<LiveTool> tool_;
-    std::chrono::steady_clock::time_point begin_;
-    sim::Cloth* held_ = nullptr;
-    std::uint32_t vertex_ = 0;
-    Vec3d dragged_{};
-    std::size_t grasps_ = 0;
-    double most_cloth_ = 0, most_body_ = 0;
-};
 
 Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const std::vector<Worn>& worn, double azimuth)
 {
@@ -252,83 +86,6 @@ Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const st
     view.width = 480;
     view.height = 640;
     return render(layers, view);
-}
-
-/// What else the user should know of how it went, and what to do about it.
-std::vector<std::string> worries(const Worn& w, const sim::Penetration& end, double height, double time)
-{
-    std::vector<std::string> out = w.handling->never_came(time);
-    char text[200];
-    const auto add = [&](const char* format, auto... values) {
-        std::snprintf(text, sizeof text, format, values...);
-        out.emplace_back(text);
-    };
-    if (w.began_inside > k_began_inside)
-        add("began %.0f mm inside the body: start it clear of it (garment files are in metres, y up)", 1e3 * w.began_inside);
-    if (w.most_contacts == 0) add("touched nothing: is it above the body, and of its size?");
-    if (end.nodes > k_deep_node * height)
-        add("a vertex is %.1f mm inside at the end, at %.3f %.3f %.3f", 1e3 * end.nodes, end.node_at.x, end.node_at.y,
-            end.node_at.z);
-    if (end.interiors > k_deep_interior * height)
-        add("triangles are up to %.1f mm inside at the end, at %.3f %.3f %.3f: more vertices, or a thicker fabric",
-            1e3 * end.interiors, end.interior_at.x, end.interior_at.y, end.interior_at.z);
-    return out;
-}
-
-json report_of(Worn& w, double height, std::span<const sim::Solid> solids, double time)
-{
-    const sim::Penetration deep = sim::penetration(w.cloth.positions(), w.cloth.triangles(), solids, 4);
-    std::vector<double> strain = w.cloth.strain();
-    json map = json::array();
-    for (const double s : strain) map.push_back(std::round(1e4 * s) / 1e4);
-    std::sort(strain.begin(), strain.end());
-    json status = json::array();
-    for (std::uint32_t bit = 1; bit <= sim::k_cloth_tangled; bit *= 2)
-        if ((w.status & bit) != 0) status.push_back(status_text(bit));
-    for (const std::string& line : worries(w, deep, height, time)) status.push_back(line);
-    json seams = json::object();
-    for (std::size_t s = 0; s < w.cloth.seams(); ++s) seams[w.file.garment.seams[s].name] = w.cloth.gap(s);
-    const sim::DrapeReport& drape = w.drape.report();
-    return {{"name", w.file.name},
-            {"fabric", w.file.fabric_name},
-            {"vertices", w.cloth.size()},
-            {"triangles", w.cloth.triangles().size()},
-            {"status", status},
-            {"rest",
-             {{"reached", drape.at_rest},
-              {"status", text_of(drape)},
-              {"since_s", drape.at_rest ? json(drape.since) : json(nullptr)},
-              {"fastest_vertex", drape.fastest_node},
-              {"speed_m_s", drape.fastest},
-              {"threshold_m_s", w.drape.threshold()}}},
-            {"penetration_at_end",
-             {{"nodes_m", deep.nodes},
-              {"interiors_m", deep.interiors},
-              {"nodes_percent_of_height", 100 * deep.nodes / height},
-              {"interiors_percent_of_height", 100 * deep.interiors / height},
-              {"deepest_node_at", {deep.node_at.x, deep.node_at.y, deep.node_at.z}},
-              {"deepest_interior_at", {deep.interior_at.x, deep.interior_at.y, deep.interior_at.z}}}},
-            {"deepest_node_of_any_frame_m", w.deepest_walking},
-            {"crossings_at_end", w.cloth.crossings()},
-            {"caught_by_sweep", w.caught},
-            {"most_contacts", w.most_contacts},
-            {"energy_J", {{"start", w.start_energy}, {"most", w.most_energy}, {"least", w.least_energy}}},
-            {"strain",
-             {{"median", strain[strain.size() / 2]},
-              {"p99", strain[strain.size() * 99 / 100]},
-              {"largest", strain.back()},
-              {"vertices", map}}},
-            {"seam_gaps_m", seams},
-            {"pulls", w.handling->pulls()},
-            {"until_s", time},
-            {"us_per_step",
-             {{"collision", w.collision.summary()},
-              {"points_moved", w.move.summary()},
-              {"query", w.query.summary()},
-              {"response", w.response.summary()},
-              {"threads", w.threads.summary()},
-              {"self_collision", w.self.summary()},
-              {"prediction", w.predict.summary()}}}};
 }
 
 void dress(const Arguments& a)
@@ -387,8 +144,8 @@ void dress(const Arguments& a)
         }
         worn.push_back({std::move(file), std::move(cloth), {}, {}, {}, {}, {}, {}, {}, {}});
     }
-    std::unique_ptr<Held> held;
-    if (!a.device.empty()) held = std::make_unique<Held>(a, solids, worn);
+    std::unique_ptr<HeldTool> held;
+    if (!a.device.empty()) held = std::make_unique<HeldTool>(a.device, a.tool_at, solids, worn);
     for (std::size_t g = 0; g < worn.size(); ++g) {  // once none of them moves in memory any more
         worn[g].handling = std::make_unique<Handling>(worn[g].file, a.garments[g], solids, find_bone);
         worn[g].began_inside = sim::penetration(worn[g].cloth.positions(), {}, solids, 1).nodes;
@@ -571,6 +328,8 @@ void add_dress(CLI::App& app, int& exit_code)
             dress(*a);
             exit_code = 0;
         } catch (const GarmentFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const BadOutput& e) {
             std::fprintf(stderr, "%s\n", e.what());
         } catch (const device::DeviceError& e) {
             std::fprintf(stderr, "%s\n", e.what());

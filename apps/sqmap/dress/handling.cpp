@@ -71,8 +71,12 @@ void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const
         }
         if (now(pin.until)) cloth.unpin(nodes);
     }
+    if (holding_ != nullptr && start >= holding_->until - k_instant) {
+        cloth.release();
+        holding_ = nullptr;
+    }
     for (const Pull& p : file_->pulls)
-        if (time > p.at - k_hover && start < p.until + k_instant) {
+        if (time > p.at - k_hover && start < p.until - k_instant) {
             pull(cloth, p, time, dt, solids);
             break;
         }
@@ -81,7 +85,7 @@ void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const
 void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, std::span<const sim::Solid> solids)
 {
     const double start = time - dt;
-    if (holding_ == nullptr && start >= p.at - k_instant && start < p.until - k_instant) {
+    if (holding_ == nullptr && start >= p.at - k_instant) {
         const std::uint32_t nearest = nearest_vertex(cloth, p.near);
         grabbed_ = dragged_ = cloth.positions()[nearest];
         cloth.grasp(nearest, p.radius, grabbed_, ClothTool::k_stiffness);
@@ -93,9 +97,6 @@ void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, st
                           {"most_asked_N", 0.0},
                           {"most_sent_N", 0.0},
                           {"tip_behind_m", 0.0}});
-    } else if (holding_ == &p && start >= p.until - k_instant) {
-        cloth.release();
-        holding_ = nullptr;
     }
     const bool holds = holding_ == &p;
     if (!holds) grabbed_ = dragged_ = cloth.positions()[nearest_vertex(cloth, p.near)];

@@ -78,8 +78,6 @@ ToolFelt ClothTool::tick(const ToolScene& scene, const query::Pose& device, doub
 
 std::unique_ptr<device::Device> simulated_hand(const Pull& pull, const std::string& profile)
 {
-    static Pull goes;  // the one device's, which outlives what made it
-    goes = pull;
     device::SimulatedOptions options{.script =
                                          [](const void* context, double time, std::size_t) noexcept {
                                              const Pull& p = *static_cast<const Pull*>(context);
@@ -89,7 +87,7 @@ std::unique_ptr<device::Device> simulated_hand(const Pull& pull, const std::stri
                                              if (share > 0 && share < 1) target.twist.linear = p.by / (p.until - p.at);
                                              return target;
                                          },
-                                     .script_context = &goes};
+                                     .script_context = &pull};
     options.hand = device::hand_profile(profile);
     return std::make_unique<device::SimulatedDevice>(options);
 }

@@ -61,7 +61,7 @@ private:
     std::unique_ptr<query::SkinRoom> room_;
 };
 
-/// A device that tries a script out: a simulated one, in a simulated hand that goes where a pull says.
+/// A device that tries a script out: a simulated one, in a simulated hand that goes where a pull says. @pre the pull outlives it
 [[nodiscard]] std::unique_ptr<device::Device> simulated_hand(const Pull& pull, const std::string& profile);
 
 /// The tool on a device, by the clock: a servo of its own ticks it at 1 kHz behind the safety filter.

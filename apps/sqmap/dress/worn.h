@@ -1,0 +1,40 @@
+// A garment on its avatar, and what is said of it in the end.
+#pragma once
+
+#include "dress/handling.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace sqmap::app {
+
+/// What a stage takes, over the steps.
+struct Stage {
+    std::vector<double> us;
+    [[nodiscard]] nlohmann::json summary();
+};
+
+struct Worn {
+    GarmentFile file;
+    sim::Cloth cloth;
+    Stage predict, move, query, response, threads, self, collision;
+    std::vector<std::vector<Vec3d>> shapes;
+    std::uint32_t status = 0;
+    std::size_t caught = 0, most_contacts = 0;
+    double deepest_walking = 0;
+    sim::Drape drape{};
+    double least_energy = INFINITY, start_energy = NAN, most_energy = -INFINITY;
+    std::unique_ptr<Handling> handling{};
+    double began_inside = 0;  ///< m, the deepest vertex at first
+};
+
+/// What became of it, for people.
+[[nodiscard]] std::string text_of(const sim::DrapeReport& drape);
+
+/// Penetration, strain, seams, pulls, time by stage, and in words what went wrong; against the solids as they are at the end.
+[[nodiscard]] nlohmann::json report_of(Worn& worn, double height, std::span<const sim::Solid> solids, double time);
+
+}  // namespace sqmap::app
