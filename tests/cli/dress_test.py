@@ -152,11 +152,12 @@ class Dress(unittest.TestCase):
     def test_a_pull_ends_between_two_steps_too(self):
         ends = []
         for until in (0.3, 0.303):  # of 240 steps a second
-            done = self.dress(centre=[0, 3, 0], pull=[{"at": 0.1, "until": until, "near": [1, 3, 1], "by": [0, 0.3, 0]}])
+            pull = [{"at": 0.1, "until": until, "near": [9, 30, 9], "by": [0, 0.3, 0]}]
+            done = run("dress", "--avatar", "ball.sqmap", "--garment", self.garment(centre=[9, 30, 9], width=0.5, depth=0.5, pull=pull),
+                       "-o", "out.glb", "--report", "report.json", "--seconds", "2", "--fps", "1")
             self.assertEqual(done.returncode, 0, done.stderr)
-            garment = self.report()["garments"][0]
-            ends.append(garment["energy_J"]["least"])
-        self.assertAlmostEqual(ends[0], ends[1], delta=0.02 * abs(ends[0]))
+            ends.append(self.report()["garments"][0]["rest"]["speed_m_s"])
+        self.assertGreater(min(ends), 3, "what is let go falls")
 
     def test_a_wrong_garment_is_named_with_its_key(self):
         for changes, words in (({"pattern": "cape"}, "poncho, blanket, skirt or shirt"), ({"widht": 1}, "widht"), ({"fabric": "tin"}, "cotton"),
