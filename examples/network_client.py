@@ -5,17 +5,23 @@ Here the device is a point that goes down along z until it feels something, a li
 a real device sends that one's poses and exerts the forces instead. Nothing but the standard library; the messages are those
 of docs/network-device.md.
 
+When the safety filter has let go for good (a fault: silence, a speed above 1 m/s, poses that cannot be) it says so; Enter goes
+on.
+
 usage: network_client.py [--host 127.0.0.1] [--port 47710] [--seconds 6] [--at X Y] [--from Z] [--to Z] [--press M]
 """
 import argparse
 import math
+import select
 import socket
 import struct
+import sys
 import time
 
 HEADER = struct.Struct("<4sHHQ")  # magic, version, kind, sequence
-HELLO, WELCOME, REFUSED, POSE, WRENCH, BYE = range(1, 7)
+HELLO, WELCOME, REFUSED, POSE, WRENCH, BYE, RESUME = range(1, 8)
 REASONS = {1: "another client is connected", 2: "another version", 3: "the hello is malformed", 4: "another device was opened"}
+FAULTS = {1: "refused limits", 2: "poses or forces that are not finite", 4: "no new pose for 100 ms", 8: "too fast", 16: "stopped"}
 SILENCE = 0.020  # s without a wrench: exert nothing
 
 
@@ -50,6 +56,16 @@ def connect(link, patience):
     raise SystemExit("nobody answers: start `sqmap touch --device network` first")
 
 
+def entered(watched):
+    """True where Enter was pressed; watched loses standard input once that has ended."""
+    if not watched or not select.select(watched, [], [], 0)[0]:
+        return False
+    line = sys.stdin.readline()
+    if not line:
+        watched.clear()
+    return bool(line)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--host", default="127.0.0.1")
@@ -69,7 +85,7 @@ def main():
 
     begin = heard = time.monotonic()
     sequence, force, strongest, answers = 0, (0.0, 0.0, 0.0), 0.0, 0
-    ended = False
+    ended, faults, keyboard = False, 0, [sys.stdin]
     height, turn, before = options.top, options.bottom, begin
     speed = 2 * (options.top - options.bottom) / options.seconds
     down = True
@@ -84,15 +100,21 @@ def main():
         buttons, flags = 0, 0
         try:
             link.send(message(POSE, sequence, struct.pack("<Qd2I7d", token, now, buttons, flags, *position, *quaternion)))
+            if entered(keyboard):
+                link.send(message(RESUME, 0, struct.pack("<Q", token)))
             while True:
                 answer = link.recv(2048)
                 magic, _, kind, _ = HEADER.unpack_from(answer)
                 if magic != b"SQMN":
                     continue
                 if kind == WRENCH:
-                    _, zones, _ = struct.unpack_from("<Q2I", answer, HEADER.size)
+                    _, zones, told = struct.unpack_from("<Q2I", answer, HEADER.size)
                     force = struct.unpack_from("<3d", answer, HEADER.size + 16)
                     heard, answers = now, answers + 1
+                    if told >> 16 != faults:
+                        faults = told >> 16
+                        why = ", ".join(words for bit, words in FAULTS.items() if faults & bit)
+                        print(f"no force: {why}; Enter goes on" if faults else "goes on", flush=True)
                 elif kind == BYE:
                     ended = True
         except BlockingIOError:

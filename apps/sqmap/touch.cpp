@@ -222,6 +222,13 @@ bool entered()
     return ::isatty(STDIN_FILENO) == 1 && ::poll(&in, 1, 0) > 0 && ::read(STDIN_FILENO, text, sizeof text) > 0;
 }
 
+std::string milliseconds(double time)
+{
+    char text[40];
+    std::snprintf(text, sizeof text, "%.3f s", time);
+    return text;
+}
+
 /// What a zone is called: a glove's by its finger.
 std::string zone_name(std::size_t zone, std::size_t zones, bool glove)
 {
@@ -280,8 +287,6 @@ struct Totals {
     }
 };
 
-std::uint32_t filter_bits(const haptic::SafetyReport& report) { return report.acted | report.faults << 16; }
-
 /// A path: every pose once, no clock, so that the same path gives the same trace.
 Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions& safety, device::TraceWriter* writer,
             double seconds)
@@ -308,7 +313,7 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
                                                          .poses = {row.poses.data(), zones},
                                                          .asked = {row.computed.data(), zones}},
                                                         {row.sent.data(), zones});
-        row.filter = filter_bits(report);
+        row.filter = haptic::bits(report);
         row.cpu = thread_cpu() - begin;
         path.write({row.sent.data(), zones});
         totals.add(row, zones, setup.device_depth());
@@ -382,7 +387,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                                      .contacts = felt.contacts,
                                      .depth = felt.depth,
                                      .status = tick.status,
-                                     .filter = filter_bits(tick.safety),
+                                     .filter = haptic::bits(tick.safety),
                                      .poses = tick.sample.poses,
                                      .computed = tick.asked,
                                      .sent = tick.sent};
@@ -448,8 +453,9 @@ std::string limit_above(const haptic::DeviceLimits& device, const haptic::Safety
 
 void touch(const Arguments& arguments)
 {
-    if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
     check_plot_name(arguments.plot);
+    if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
+    if (!arguments.record.empty()) device::check_recording(arguments.record);
     TouchOptions options = arguments.touch;
     check(options, "");
     for (const std::string& text : arguments.objects) options.objects.push_back(object_from(text));
@@ -538,7 +544,7 @@ void touch(const Arguments& arguments)
         if (const Inside& in = totals.inside[z]; in.ticks > 0)
             std::printf("  %s was inside an object when forces were to begin, and had none in %llu ticks, from %.3f s to %s\n",
                         zone_name(z, capabilities.zones, glove).c_str(), static_cast<unsigned long long>(in.ticks), in.first,
-                        in.now ? "the end" : (std::to_string(in.last) + " s").c_str());
+                        in.now ? "the end" : milliseconds(in.last).c_str());
     if (std::any_of(totals.inside.begin(), totals.inside.end(), [](const Inside& in) { return in.ticks > 0; }))
         std::printf("  cure: start outside, or lift it out of the object once; force then comes in over half a second\n");
     if (totals.gone) std::printf("  the device was gone at the end\n");
@@ -611,9 +617,10 @@ void add_touch(CLI::App& app, int& exit_code)
         ->group(safety);
     command->footer("Exit code: 0 done, 2 bad model, tool, device or file, 64 wrong usage, 70 internal error.");
     const auto* const stiffness = command->get_option("--stiffness");
-    command->callback([arguments, &exit_code, seconds, stiffness] {
+    command->callback([arguments, command, &exit_code, seconds, stiffness] {
         arguments->all_of_it = seconds->count() == 0;
         arguments->touch.stiffness_wished = stiffness->count() > 0;
+        warn_of_idle(*command, arguments->touch);
         exit_code = 2;
         try {
             touch(*arguments);

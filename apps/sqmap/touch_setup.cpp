@@ -13,6 +13,7 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <tuple>
 
 namespace sqmap::app {
 namespace {
@@ -70,6 +71,7 @@ void each_later_number(Options& o, Visit visit)
     visit("tool_spacing", o.tool_spacing);
     visit("tool_touching", o.tool_touching);
     visit("resolution", o.zone.resolution);
+    visit("proxy_depth", o.zone.proxy_depth);
     visit("tolerance", o.tolerance);
     visit("hand_length", o.hand_length);
     visit("texture_depth", o.texture.depth);
@@ -526,10 +528,32 @@ TouchOptions setup_from(const std::string& text)
         check(o, "the trace's setup: ");
         return o;
     } catch (const ordered_json::exception& e) {
-        throw BadTouch(std::string("the trace's setup does not read: ") + e.what());
+        const std::string why = e.what();  // "[json.exception...] why"
+        throw BadTouch("the trace's setup, its line '# setup', does not read: " +
+                       why.substr(std::min(why.find("] ") + 2, why.size())) + "\n  cure: record again, or mend the line");
     } catch (const std::out_of_range&) {
         throw BadTouch("the trace's setup names a mode, shading, kernel, layer or friction that this program does not have");
     }
+}
+
+void warn_of_idle(const CLI::App& command, const TouchOptions& o)
+{
+    const bool coulomb = o.material.friction == haptic::Friction::Coulomb, paper = o.material.friction == haptic::Friction::Paper;
+    const bool texture = o.texture.kind != "none", sways = norm_sq(o.body.sway) > 0;
+    const std::tuple<const char*, bool, const char*> k_needs[] = {
+        {"--mu-static", coulomb, "--friction coulomb"},
+        {"--mu-dynamic", coulomb, "--friction coulomb"},
+        {"--f-c", paper, "--friction paper"},
+        {"--k-f", paper, "--friction paper"},
+        {"--proxy-depth", o.zone.mode == haptic::Mode::Proxy, "--mode proxy"},
+        {"--mass", o.zone.mode == haptic::Mode::Coupled, "--mode coupled"},
+        {"--texture-depth", texture, "--texture"},
+        {"--texture-wavelength", texture, "--texture"},
+        {"--texture-seed", o.texture.kind == "gaussian", "--texture gaussian"},
+        {"--object-spring", o.body.mass > 0, "--object-mass"},
+        {"--sway-period", sways, "--sway"}};
+    for (const auto& [option, counts, needs] : k_needs)
+        if (!counts && command.count(option) > 0) std::fprintf(stderr, "warning: %s counts with %s only\n", option, needs);
 }
 
 void add_force_options(CLI::App& command, TouchOptions& o)
@@ -565,6 +589,7 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     number("--f-c", o.material.f_c, "f_c of eq. 33, N");
     number("--k-f", o.material.k_f, "k_f of eq. 33, 1/m");
     number("--brake", o.zone.brake, "N s/m against the approach before contact; 0: none");
+    number("--proxy-depth", o.zone.proxy_depth, "m that the proxy of a mesh lies in the surface (--mode proxy)");
     number("--blend", o.zone.blend_time, "s in which a jump of the foot point fades to 1/e; 0: jumps pass");
     const auto wish = [&](const char* name, std::optional<double>& value, const char* words, const char* of) {
         command.add_option(name, value, words)->check(not_below_zero(1e6))->group(of);

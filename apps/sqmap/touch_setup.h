@@ -151,6 +151,9 @@ void check(const TouchOptions& options, const std::string& what);
 /// @throw BadTouch where the text is no setup.
 [[nodiscard]] TouchOptions setup_from(const std::string& text);
 
+/// Tells, on standard error, of options that were given and count with others only.
+void warn_of_idle(const CLI::App& command, const TouchOptions& options);
+
 /// Adds the options of the forces to a subcommand.
 void add_force_options(CLI::App& command, TouchOptions& options);
 

@@ -52,6 +52,7 @@ bool Channel::write(std::span<const Wrench> wrenches) noexcept
     packet.zeros = zeros_.load(std::memory_order_acquire);
     std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_most_zones), packet.wrenches.begin());
     packet.time = now();
+    packet.filter = told_;
     packets_.put(packet);
     return alive_.load(std::memory_order_acquire);
 }
@@ -61,8 +62,10 @@ const std::array<Wrench, k_most_zones>& Channel::output(double time) noexcept
     have_packet_ |= packets_.take();
     const Packet& packet = packets_.value();
     output_ = {};
+    filter_ = packet.filter | haptic::k_acted_off;
     if (!have_packet_ || packet.zeros != zeros_.load(std::memory_order_acquire) || time - packet.time > k_wrench_timeout)
         return output_;
+    filter_ = packet.filter;
     for (std::size_t i = 0; i < k_most_zones; ++i)
         if (finite(packet.wrenches[i].force) && finite(packet.wrenches[i].torque)) output_[i] = packet.wrenches[i];
     return output_;

@@ -3,6 +3,7 @@
 
 #include "sqmap/device/device.h"
 #include "sqmap/device/handover.h"
+#include "sqmap/haptic/safety.h"
 
 #include <array>
 #include <atomic>
@@ -28,9 +29,12 @@ public:
     /// What the device shall exert now: the newest wrench a zone, or none where zero() came since, where it is not finite, or
     /// where it is older than k_wrench_timeout.
     [[nodiscard]] const std::array<Wrench, k_most_zones>& output(double time) noexcept;
+    /// What the safety filter did to what output() gave last; k_acted_off where that was cut.
+    [[nodiscard]] std::uint32_t filter() const noexcept { return filter_; }
 
     // For the servo: what Device asks for.
     bool read(Sample& sample) noexcept;
+    void tell(std::uint32_t filter) noexcept { told_ = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept;
     /// Any thread.
     void zero() noexcept { zeros_.fetch_add(1, std::memory_order_acq_rel); }
@@ -39,11 +43,14 @@ private:
     struct Packet {
         std::array<Wrench, k_most_zones> wrenches{};
         double time = 0;
-        std::uint64_t zeros = 0;  ///< calls of zero() before it was written
+        std::uint64_t zeros = 0;   ///< calls of zero() before it was written
+        std::uint32_t filter = 0;  ///< what was told of it
     };
     Newest<Sample> samples_;
     Newest<Packet> packets_;
     std::array<Wrench, k_most_zones> output_{};
+    std::uint32_t filter_ = haptic::k_acted_off;
+    std::uint32_t told_ = 0;  ///< the servo's
     std::uint64_t sequence_ = 0;
     bool have_sample_ = false, have_packet_ = false;
     std::atomic<bool> alive_{false};

@@ -37,7 +37,8 @@ void sleep_ns(std::int64_t ns) noexcept
 
 struct Wrenches {
     std::array<Wrench, k_most_zones> of{};
-    std::uint64_t zeros = 0;  // zero() calls that this write has seen
+    std::uint64_t zeros = 0;   // zero() calls that this write has seen
+    std::uint32_t filter = 0;  // what was told of it
 };
 
 enum State : int { k_opening, k_open, k_failed };
@@ -107,10 +108,12 @@ public:
         sample = latest_;
         return true;
     }
+    void tell(std::uint32_t filter) noexcept override { told_ = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept override
     {
         if (shared_->gone) return false;
         Wrenches w;
+        w.filter = told_;
         w.zeros = shared_->zeros.load();
         std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_most_zones), w.of.begin());
         shared_->wrenches.put(w);
@@ -124,6 +127,7 @@ private:
     pid_t keeper_;
     Capabilities capabilities_;
     Sample latest_{};
+    std::uint32_t told_ = 0;
 };
 
 /// The keeper's life. Leaves when the program has.
@@ -134,10 +138,9 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
     Sample sample;
     std::uint64_t zeroed = 0;
     while (getppid() == program && !shared.quit) {
-        if (device.read(sample))
-            shared.samples.put(sample);
-        else
-            shared.gone = true;
+        const bool here = device.read(sample);
+        if (here) shared.samples.put(sample);
+        shared.gone = !here;  // who is gone may come back
         const bool fresh = shared.wrenches.take();
         const std::uint64_t zeros = shared.zeros.load();
         // A wrench written before the last zero() does not count.
@@ -146,7 +149,10 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
             device.zero();
             zeroed = zeros;
         }
-        if (current && fresh && !device.write({shared.wrenches.value().of.data(), zones})) shared.gone = true;
+        if (current && fresh) {
+            device.tell(shared.wrenches.value().filter);
+            if (!device.write({shared.wrenches.value().of.data(), zones})) shared.gone = true;
+        }
         sleep_ns(period);
     }
     device.zero();

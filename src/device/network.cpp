@@ -27,7 +27,7 @@ constexpr double k_silence = 1.0;              // s after which a client is gone
 constexpr std::size_t k_name = 32;
 constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
 
-enum Kind : std::uint16_t { k_hello = 1, k_welcome = 2, k_refused = 3, k_pose = 4, k_wrench = 5, k_bye = 6 };
+enum Kind : std::uint16_t { k_hello = 1, k_welcome = 2, k_refused = 3, k_pose = 4, k_wrench = 5, k_bye = 6, k_resume = 7 };
 enum Reason : std::uint32_t { k_busy = 1, k_version = 2, k_bad_hello = 3, k_other_device = 4 };
 enum HelloFlag : std::uint32_t { k_rotates = 1, k_force = 2, k_torque = 4, k_rumble = 8 };
 enum PoseFlag : std::uint32_t { k_has_twist = 1 };
@@ -178,7 +178,8 @@ public:
         stop();
         if (client_) {
             // The last word is no force, thrice: a datagram may be lost.
-            for (int i = 0; i < 3; ++i) send_wrenches({}, 0);
+            channel_.zero();
+            for (int i = 0; i < 3; ++i) send_wrenches(channel_.output(now()), 0);
             Writer out;
             out.header(k_bye, ++sent_);
             send(*client_, out);
@@ -218,6 +219,7 @@ private:
             !in.ok)
             return;
         if (kind == k_bye) return forget();
+        if (kind == k_resume && in.done()) ++resumes_;  // the filter is told with the next pose
         if (kind == k_pose) pose(sequence, in);
     }
 
@@ -245,6 +247,7 @@ private:
         if (sequence <= newest_) return;  // late or twice
         Sample sample;
         sample.time = now();
+        sample.resumes = resumes_;
         (void)in.take<double>();  // the client's clock, for its own records
         sample.buttons = in.take<std::uint32_t>();
         sample.has_twist = (in.take<std::uint32_t>() & k_has_twist) != 0;
@@ -266,7 +269,7 @@ private:
             sample.poses[0].translation = {k_nan, k_nan, k_nan};
             channel_.publish(sample);
             channel_.zero();
-            return send_wrenches({}, sequence);
+            return send_wrenches(channel_.output(sample.time), sequence);
         }
         channel_.publish(sample);
         send_wrenches(channel_.output(sample.time), sequence);
@@ -278,7 +281,7 @@ private:
         out.header(k_wrench, ++sent_);
         out.put(answered);
         out.put(static_cast<std::uint32_t>(capabilities_.zones));
-        out.put(std::uint32_t{0});
+        out.put(channel_.filter());
         for (std::size_t z = 0; z < capabilities_.zones; ++z) {
             out.vector(wrenches[z].force);
             out.vector(wrenches[z].torque);
@@ -312,6 +315,7 @@ private:
     std::optional<sockaddr_in> client_{};
     bool known_ = false;  ///< capabilities_ are the client's
     std::uint64_t token_ = 0, newest_ = 0, sent_ = 0;
+    std::uint32_t resumes_ = 0;
     double heard_ = 0;
 };
 

@@ -97,6 +97,7 @@ struct Servo::Work {
 
     // The servo's thread alone.
     haptic::SafetyFilter filter;
+    std::uint32_t resumes = 0;  // at the device, that were seen
     ServoTick now{};
 
     // Between threads.
@@ -238,6 +239,8 @@ void Servo::Work::loop() noexcept
         if (now.degraded) count(degraded);
 
         now.connected = device.read(now.sample);
+        const bool resumed_there = now.connected && now.sample.resumes != resumes;
+        if (now.connected) resumes = now.sample.resumes;
         now.asked.fill({});
         now.status = 0;
         if (now.connected && now.sample.sequence != 0)
@@ -250,7 +253,7 @@ void Servo::Work::loop() noexcept
                                .connected = now.connected,
                                .held = held,
                                .stop = stopped || halted,
-                               .resume = resumed.exchange(false),
+                               .resume = resumed.exchange(false) || resumed_there,
                                .restart = restarted.exchange(false)};
         if (now.sample.has_twist) in.twists = {now.sample.twists.data(), zones};
         now.safety = filter.tick(in, now.sent);
@@ -262,6 +265,7 @@ void Servo::Work::loop() noexcept
             now.sent.fill({});
             device.zero();
         }
+        device.tell(haptic::bits(now.safety));
         if (!device.write({now.sent.data(), zones})) now.connected = false;
         if (halted || stopped) {
             device.zero();

@@ -198,22 +198,54 @@ struct TraceWriter::State {
     [[nodiscard]] std::string reason() const { return std::strerror(error.load()); }
 };
 
+namespace {
+
+/// Where rows go: beside the target until the recording ends, or straight into what is no file.
+struct Opened {
+    std::filesystem::path target, temporary;
+    int file = -1;
+};
+
+Opened open_recording(const std::filesystem::path& path)
+{
+    Opened o;
+    std::error_code ignored;
+    o.target = std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
+    struct stat info {};
+    const bool there = ::stat(o.target.c_str(), &info) == 0;
+    if (there && S_ISDIR(info.st_mode))
+        throw TraceError("cannot write " + o.target.string() + ": it is a folder\n  cure: a file's name in it");
+    const bool in_place = there && !S_ISREG(info.st_mode);
+    if (!in_place) o.temporary = o.target.string() + ".recording";
+    const std::filesystem::path& name = in_place ? o.target : o.temporary;
+    o.file = ::open(name.c_str(), in_place ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (o.file < 0 && errno == EEXIST)
+        throw TraceError(name.string() +
+                         " is a recording that was cut short or is still running\n  cure: move it away or remove it");
+    if (o.file < 0) throw TraceError("cannot write " + name.string() + ": " + std::strerror(errno));
+    return o;
+}
+
+}  // namespace
+
+void check_recording(const std::filesystem::path& path)
+{
+    struct stat info {};
+    if (::stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) return;  // a pipe opens once
+    const Opened o = open_recording(path);
+    ::close(o.file);
+    if (!o.temporary.empty()) ::unlink(o.temporary.c_str());
+}
+
 TraceWriter::TraceWriter(const std::filesystem::path& path, const TraceHeader& header) : state_(std::make_unique<State>())
 {
     if (header.zones < 1 || header.zones > k_most_zones) throw TraceError("a trace has 1 to 16 zones");
     State& s = *state_;
     s.zones = header.zones;
-    std::error_code ignored;
-    s.target = std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
-    struct stat info {};
-    const bool in_place = ::stat(s.target.c_str(), &info) == 0 && !S_ISREG(info.st_mode);
-    if (!in_place) s.temporary = s.target.string() + ".recording";
-    const std::filesystem::path& name = in_place ? s.target : s.temporary;
-    s.file = ::open(name.c_str(), in_place ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-    if (s.file < 0 && errno == EEXIST)
-        throw TraceError(name.string() +
-                         " is a recording that was cut short or is still running\n  cure: move it away or remove it");
-    if (s.file < 0) throw TraceError("cannot write " + name.string() + ": " + std::strerror(errno));
+    const Opened opened = open_recording(path);
+    s.target = opened.target;
+    s.temporary = opened.temporary;
+    s.file = opened.file;
     std::string text =
         std::string(k_magic) + std::to_string(k_trace_version) + "\n# zones " + std::to_string(header.zones) + "\n";
     for (const auto& [key, value] : header.fields) {

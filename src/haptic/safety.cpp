@@ -382,10 +382,10 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     }
     const double late = std::max(tick.age, tick.dt);
     if (!tick.fresh) ++counters_.held;
-    if (late <= hold_) return;
+    tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
+    if (tick.scale >= 1) return;
     tick.acted |= k_acted_stale;
     ++counters_.stale;
-    tick.scale = late >= k_stale_zero - k_grain ? 0 : std::clamp((k_stale_zero - tick.age) / (k_stale_zero - hold_), 0., 1.);
     if (late > k_stale_fault && in.connected) latch(k_fault_stale);  // who is gone may come back, and engages anew
     if (tick.scale <= 0) {
         tick.off = true;

@@ -14,12 +14,13 @@ namespace {
 
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 constexpr double k_free_slope = 3;         ///< a force may change by so many times stiffness times motion without being a jump
+constexpr double k_proxy_slope = 1;        ///< a proxy's, which rests on its surface, so many times
 constexpr double k_free_turn = 0.001;      ///< m: and across itself by its size times motion over this
 constexpr double k_fade = 250;             ///< N/s: what is left of a jump fades no faster, so that the fading is none
 constexpr double k_fade_arm = 0.05;        ///< m: its torque likewise, at this lever
 constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so many are expected of a denser set that is taken
 constexpr int k_proxy_rounds = 4;
-/// m: a proxy lies so deep, and so goes on touching what it rests on.
+/// m: a proxy lies so deep, and so goes on touching what it rests on; of a patch that may be more.
 constexpr double k_proxy_sink = 1e-5;
 constexpr double k_proxy_let_in = 1e-4;  ///< m a round
 constexpr double k_proxy_step = 0.002;   ///< m a round, so that nothing thicker is passed through
@@ -491,11 +492,10 @@ struct Stepper {
     /// Spreads jumps over time, as where the foot point crosses a medial axis. The springs tell of a jump; what damping and
     /// friction, whose normal and lever jump with it, change by in that tick is spread alike, so that the whole wrench stays as
     /// it was but for what motion explains.
-    Wrench blended(std::size_t z, const Vec3d& about, const Wrench& springs, const Wrench& whole, const Explained& explained)
+    Wrench blended(std::size_t z, bool touching, const Wrench& springs, const Wrench& whole, const Explained& explained)
     {
         const ZoneOptions& o = state.zones_[z].options;
         Memory& m = state.memory_[z];
-        const bool touching = (state.reports_[z].status & k_step_contact) != 0;
         if (!touching || !(o.blend_time > 0)) {
             m.left = {};
         } else if (m.was_touching) {
@@ -515,11 +515,16 @@ struct Stepper {
         m.springs_before = springs;
         m.whole_before = whole;
         m.was_touching = touching;
+        return whole + m.left;
+    }
+
+    /// What is left of jumps, to the solids too, each its share of the springs.
+    void add_left_to_solids(std::size_t z, const Vec3d& about)
+    {
         double total = 0;
         for (std::size_t s = 0; s < solids; ++s) total += touch(z, s).spring;
         if (total > 0)
-            for (std::size_t s = 0; s < solids; ++s) add_to_solid(s, touch(z, s).spring / total * m.left, about);
-        return whole + m.left;
+            for (std::size_t s = 0; s < solids; ++s) add_to_solid(s, touch(z, s).spring / total * state.memory_[z].left, about);
     }
 
     /// As much of the torque as the zone is to have.
@@ -533,7 +538,10 @@ struct Stepper {
         Wrench springs, rest;
         Explained explained;
         push(z, in.poses[z], state.memory_[z].device_twist, springs, rest, nullptr, explained);
-        return with_its_share(z, blended(z, in.poses[z].translation, springs, springs + rest, explained));
+        const bool touching = (state.reports_[z].status & k_step_contact) != 0;
+        const Wrench w = blended(z, touching, springs, springs + rest, explained);
+        add_left_to_solids(z, in.poses[z].translation);
+        return with_its_share(z, w);
     }
 
     Wrench coupled(std::size_t z)
@@ -558,7 +566,13 @@ struct Stepper {
             state.reports_[z].status |= k_step_not_finite;
             return {};
         }
-        return with_its_share(z, on_hand);
+        // The body leaps as its surface does, and its own motion would explain any force: the device's is what counts.
+        // Of an encoder the steps come now and then, and the body follows in between.
+        const double way = std::max(m.track.step(), in.dt * norm(m.device_twist.linear)) + o.resolution;
+        const double turn = std::max(m.track.turn(), in.dt * norm(m.device_twist.angular)) + o.resolution / k_fade_arm;
+        const Explained by_device{k_free_slope * o.coupling_stiffness * way, k_free_slope * o.coupling_rotational * turn,
+                                  way / k_free_turn};
+        return with_its_share(z, blended(z, true, on_hand, on_hand, by_device));
     }
 
     /// The nearest place to the goal that no plane forbids: each plane in turn, a few times over.
@@ -582,6 +596,8 @@ struct Stepper {
         const ZoneOptions& o = state.zones_[z].options;
         ZoneReport& report = state.reports_[z];
         const Vec3d goal = in.poses[z].translation;
+        // A tool of many points that rested on its deepest would change it at every step, and its lever with it.
+        const double sink = o.averaging == Averaging::Patch ? std::max(o.proxy_depth, k_proxy_sink) : k_proxy_sink;
         if (!m.has_body) m.body = in.poses[z];
         m.has_body = true;
         m.body.rotation = in.poses[z].rotation;
@@ -596,86 +612,117 @@ struct Stepper {
                 break;
             }
         const Vec3d before = m.body.translation;
+        // The way out of all that it lies on, how deep it lies in each, and how far the device is behind it.
+        const auto way_out = [&] {
+            Vec3d normal{};
+            for (std::size_t s = 0; s < solids; ++s)
+                if (touches[s].plane_count > 0) normal += in.solids[s].pose.rotation * touches[s].planes[0].normal;
+            return normalized(normal);
+        };
+        const auto borne = [&](std::size_t s, Vec3d at) {
+            const Touch& t = touches[s];
+            if (t.plane_count == 0 || o.averaging != Averaging::Patch) return Vec3d{};
+            const Vec3d point = transform_back(in.solids[s].pose, at + m.body.rotation * t.planes[0].probe);
+            const double depth = std::clamp(sink - dot(point - t.planes[0].point, t.planes[0].normal), 0., sink);
+            return depth * (in.solids[s].pose.rotation * t.planes[0].normal);
+        };
+        const auto load_at = [&](Vec3d at, Vec3d normal) {
+            double load = dot(at - goal, normal);
+            for (std::size_t s = 0; s < solids; ++s) load += dot(borne(s, at), normal);
+            return load;
+        };
+        // Friction holds it back: a cone about the normal through the device. In every round, or it would look for its rest where
+        // it never stands.
+        const auto held_back = [&](Vec3d at, auto&& slips) {
+            const Vec3d normal = way_out();
+            const double load = load_at(at, normal);
+            Vec3d back = before - at;
+            back -= dot(back, normal) * normal;
+            const double length = norm(back);
+            for (std::size_t s = 0; s < solids; ++s) {
+                const Touch& t = touches[s];
+                const Material& material = in.solids[s].material;
+                if (t.plane_count == 0 || !(load > 0) || !t.touching || material.friction != Friction::Coulomb) continue;
+                const bool slip = length > (t.stuck ? material.mu_static : material.mu_dynamic) * load;
+                slips(s, slip);
+                return at + (slip ? material.mu_dynamic * load / length : 1.) * back;
+            }
+            return at;
+        };
+        const auto nearest = [&] { return project(goal, touches, in.solids.first(solids), m.body); };
         for (int round = 0; round < k_proxy_rounds; ++round) {
-            const Vec3d way = project(goal, touches, in.solids.first(solids), m.body) - m.body.translation;
+            const Vec3d way = held_back(nearest(), [](std::size_t, bool) {}) - m.body.translation;
             const double length = norm(way);
+            if (round > 0 && length < k_proxy_sink) break;
             m.body.translation += (length > k_proxy_step ? k_proxy_step / length : 1.) * way;
             if (in.degraded) break;
-            bool changed = false;
             report.contacts = 0;
             for (std::size_t s = 0; s < solids; ++s) {
                 Touch& t = touches[s];
                 const Felt felt = feel(z, s, m.body, nullptr);
                 if (felt.exact > 0 && norm_sq(felt.force) > 0) {
-                    const double out = felt.exact - k_proxy_sink;
+                    const double out = felt.exact - sink;
                     keep_single(t, in.solids[s], m.body, felt, out);
-                    m.body.translation += out * normalized(felt.force);
+                    m.body.translation += std::max(out, 0.) * normalized(felt.force);
                     t.let_in = 0;
-                    changed = true;
                 } else if (t.plane_count > 0) {
                     // The surface has curved away from its plane, or the smoothed direction led a hair past it: the plane goes
                     // in until it is felt again. Without one the proxy would fall, and the force with it.
                     t.planes[0].point -= k_proxy_let_in * t.planes[0].normal;
                     t.let_in += k_proxy_let_in;
                     if (t.let_in > k_proxy_step) t.plane_count = 0;
-                    changed = true;
                 }
             }
-            if (!changed && length <= k_proxy_step) break;
         }
-        Vec3d normal{};
-        for (std::size_t s = 0; s < solids; ++s)
-            if (touches[s].plane_count > 0) normal += in.solids[s].pose.rotation * touches[s].planes[0].normal;
-        normal = normalized(normal);
-        const double load = dot(m.body.translation - goal, normal);
+        const Vec3d normal = way_out();
+        const double load = load_at(m.body.translation, normal);
+        std::size_t slipping = solids;
+        (void)held_back(nearest(), [&](std::size_t s, bool slip) { slipping = slip ? s : solids; });
         for (std::size_t s = 0; s < solids; ++s) {
             Touch& t = touches[s];
-            const Material& material = in.solids[s].material;
-            const bool was_touching = t.touching;
             t.touching = t.plane_count > 0 && load > 0;
-            if (!t.touching || !was_touching || material.friction != Friction::Coulomb) {
-                t.stuck = true;
-                continue;
-            }
-            // Friction holds the proxy back: a cone about the normal through the device.
-            Vec3d back = before - m.body.translation;
-            back -= dot(back, normal) * normal;
-            const double length = norm(back);
-            const double reach = (t.stuck ? material.mu_static : material.mu_dynamic) * load;
-            t.stuck = length <= reach;
+            t.stuck = s != slipping || !t.touching;
             if (!t.stuck) report.status |= k_step_slipping;
-            m.body.translation += (t.stuck || length == 0 ? 1 : material.mu_dynamic * load / length) * back;
         }
         report.body = m.body;
         if (!(load > 0)) {
-            (void)blended(z, goal, {}, {}, {});
+            (void)blended(z, false, {}, {}, {});
             return {};
         }
         report.status |= k_step_contact;
         report.normal = normal;
-        report.depth = norm(m.body.translation - goal);
+        const Vec3d held = m.body.translation - goal;
+        Vec3d stretch = held;
+        for (std::size_t s = 0; s < solids; ++s) stretch += borne(s, m.body.translation);
+        report.depth = norm(stretch);
         report.potential = 0.5 * o.stiffness * report.depth * report.depth;
-        const Vec3d spring = o.stiffness * (m.body.translation - goal);
         const double approach = -dot(m.device_twist.linear, normal);
         const double damped = o.damping * approach * std::min(1., load / k_damping_depth);
-        const Vec3d force = spring + std::max(damped, -o.stiffness * load) * normal;
+        const Vec3d damping = std::max(damped, -o.stiffness * load) * normal;
         Vec3d lever{};
+        Wrench springs, whole;
         double share = 0;
         for (std::size_t s = 0; s < solids; ++s) share += touches[s].touching ? 1 : 0;
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching) {
                 const Vec3d arm = m.body.rotation * touches[s].planes[0].probe;
+                const Vec3d pull = o.stiffness * (held / share + borne(s, m.body.translation)), force = pull + damping / share;
                 lever += arm / share;
-                touches[s].spring = norm(spring) / share;
-                add_to_solid(s, {force / share, cross(arm, force / share)}, m.body.translation);
+                touches[s].spring = norm(pull);
+                springs = springs + Wrench{pull, cross(arm, pull)};
+                const Wrench w{force, cross(arm, force)};
+                whole = whole + w;
+                add_to_solid(s, w, m.body.translation);
             } else {
                 touches[s].spring = 0;
             }
         report.point = m.body.translation + lever;
         // Between walls it may lie on the one or the other, and off an edge it drops, with its lever: such jumps are blended.
-        const double slope = k_free_slope * o.stiffness * (motion + norm(lever) * m.track.turn());
-        return with_its_share(z, blended(z, m.body.translation, {spring, cross(lever, spring)}, {force, cross(lever, force)},
-                                         {k_free_slope * o.stiffness * motion, slope * norm(lever), motion / k_free_turn}));
+        const double slope = k_proxy_slope * o.stiffness, arm = norm(lever);
+        const Wrench w = blended(z, true, springs, whole,
+                                 {slope * motion, slope * arm * (motion + arm * m.track.turn()), motion / k_free_turn});
+        add_left_to_solids(z, m.body.translation);
+        return with_its_share(z, w);
     }
 
     void clear(std::size_t z)
@@ -715,6 +762,11 @@ struct Stepper {
                 continue;
             }
             const Pose& device = in.poses[z];
+            // What was touched before it, friction's stretch, a proxy behind a wall: no motion leads there.
+            if (m.track.jumps(device, k_teleport, k_teleport_turn, in.dt)) {
+                clear(z);
+                report.status |= k_step_teleport;
+            }
             m.track.add(device, in.dt);
             m.device_twist = z < in.twists.size() ? in.twists[z] : m.track.twist(state.zones_[z].options.resolution);
             report.body = device;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "rigid.h"
+#include "sqmap/haptic/safety.h"
 
 namespace sqmap::haptic {
 
@@ -17,6 +18,16 @@ public:
         for (int i = 1; i <= k_most; ++i) past_[i].age += dt;
         past_[0] = {pose, 0};
         count_ = std::min(count_ + 1, k_most + 1);
+    }
+
+    /// Whether from the last pose to this one is further than any motion: more than `way`, m, or `turn`, rad, and than the top
+    /// speeds make of dt.
+    [[nodiscard]] bool jumps(const Pose& pose, double way, double turn, double dt) const
+    {
+        if (count_ == 0) return false;
+        const Pose& before = past_[0].pose;
+        return norm(pose.translation - before.translation) > std::max(way, k_top_speed * dt) ||
+               norm(rotation_vector(pose.rotation * transpose(before.rotation))) > std::max(turn, k_top_turn * dt);
     }
 
     /// m since the last tick

@@ -501,6 +501,28 @@ class Touch(unittest.TestCase):
         self.assertRegex(error, r"no force from \d+\.\d+ s on: no new pose for 100 ms\n")
         self.assertRegex(out, r"let no force through in \d+ ticks, first at \S+ s: no new pose for 100 ms")
 
+    def test_a_client_is_told_of_a_fault_and_resumes(self):
+        for own_process in ([], ["--own-process"]):
+            port = str(free_port())
+            process = subprocess.Popen([PROGRAM, "touch", "--object", "sphere.sqmap", "--tool", "sphere:0.01", "--device",
+                                        f"network:port={port},wait=60", "--seconds", "60", *own_process], stdin=subprocess.DEVNULL,
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            client = subprocess.Popen([sys.executable, CLIENT, "--port", port, "--seconds", "8"], stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, text=True)
+            time.sleep(1)
+            client.send_signal(signal.SIGSTOP)
+            time.sleep(0.5)
+            client.send_signal(signal.SIGCONT)
+            said = client.stdout.readline()
+            self.assertIn("no force: no new pose for 100 ms", said)
+            client.stdin.write("\n")
+            client.stdin.flush()
+            said = client.stdout.readline() + client.communicate(timeout=60)[0]
+            self.assertIn("goes on", said)
+            self.assertGreater(float(re.search(r"strongest force (\S+) N", said)[1]), 0.01, said)
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.communicate(timeout=60) and process.returncode, 0)
+
     def test_wrong_input_is_2_and_says_what(self):
         write("no_trace.csv", "x,y,z\n1,2,3\n")
         self.record("short.csv", seconds="0.05")

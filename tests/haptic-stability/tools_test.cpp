@@ -66,6 +66,7 @@ std::vector<Tool> all_tools()
     add(points, "point, proxy", Mode::Proxy);
     add(points, "point, coupled", Mode::Coupled);
     add(hand, "hand", Mode::Direct);
+    add(hand, "hand, proxy", Mode::Proxy);
     add(hand, "hand, coupled", Mode::Coupled);
     add(points, "point, while the ramp runs", Mode::Direct, 0.02);
     add(points, "point, coupled, while the ramp runs", Mode::Coupled, 0.15);

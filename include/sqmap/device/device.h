@@ -47,6 +47,7 @@ struct Sample {
     std::array<Twist, k_most_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
     bool has_twist = false;
     std::uint32_t buttons = 0;  ///< a bit each
+    std::uint32_t resumes = 0;  ///< how often the user has, at the device, asked to go on after a fault or STOP of the filter
 };
 
 /// A device that cannot be opened: no such kind, not there, or wrong arguments; what() says why and what to do.
@@ -66,6 +67,8 @@ public:
     virtual bool read(Sample& sample) noexcept = 0;
     /// One wrench a zone. False when the device is gone.
     virtual bool write(std::span<const Wrench> wrenches) noexcept = 0;
+    /// What the safety filter did to the wrenches of the next write, as haptic::bits has it: for devices that can show it.
+    virtual void tell(std::uint32_t /*filter*/) noexcept {}
     /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls. It cancels every wrench
     /// written before it; a later write() counts again, so whoever stops for good must also keep the servo from writing.
     virtual void zero() noexcept = 0;

@@ -64,6 +64,9 @@ struct TraceRow {
 /// Names of the columns in which they differ, separated by blanks; empty where same_bits.
 [[nodiscard]] std::string differences(const TraceRow& a, const TraceRow& b, std::size_t zones);
 
+/// Whether a TraceWriter could write there; leaves nothing. @throw TraceError where not
+void check_recording(const std::filesystem::path& path);
+
 /// Writes a trace. Rows go to PATH.recording, which becomes PATH on finish(): PATH is never partly there, and a recording that
 /// is killed keeps all but its last moments under the other name, which a reader takes too. A PATH that exists and is no
 /// regular file (a pipe) is written to in place.

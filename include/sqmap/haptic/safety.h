@@ -138,6 +138,9 @@ struct SafetyReport {
     std::uint32_t waiting = 0;
 };
 
+/// A report in a word, as traces and devices get it: acted, and faults from bit 16 on.
+[[nodiscard]] constexpr std::uint32_t bits(const SafetyReport& report) noexcept { return report.acted | report.faults << 16; }
+
 /// Ticks in which each thing happened, since construction.
 struct SafetyCounters {
     std::uint64_t ticks = 0, not_finite = 0, held = 0, stale = 0, teleports = 0, engagements = 0, clamped = 0, slewed = 0,

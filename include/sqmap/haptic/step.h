@@ -82,6 +82,10 @@ struct ZoneOptions {
     /// m, of the device's encoder, where twists are not measured: velocity is then taken over as long a past as one velocity
     /// explains to within it; 0: over the last tick.
     double resolution = 0;
+    /// m, Proxy with a Patch: a proxy lies so deep in the surface that many points bear it, which makes the force smooth and the
+    /// torque soft: as the tool turns, the place that bears it moves across it. Thinner parts may let it through. 0: on one
+    /// point.
+    double proxy_depth = 0.002;
     /// Coupled: the spring and the damper between device and body, and the body. Defaults: for a light desktop stylus (b 1 N s/m,
     /// a tick of delay); choose_coupling takes a device's own numbers. A light body is not felt in free air.
     double coupling_stiffness = 450, coupling_rotational = 0.18;        ///< N/m, N m/rad
@@ -122,6 +126,7 @@ enum StepStatus : std::uint32_t {
     k_step_slipping = 32,
     k_step_no_surface = 64,   ///< some contact had no surface to push to and was left out
     k_step_short_span = 128,  ///< wrenches or on_solids holds fewer than there are: the rest is lost
+    k_step_teleport = 256,    ///< the device jumped by more than k_teleport or k_teleport_turn: its zone's memory was cleared
 };
 
 /// What a zone felt in the last tick, for traces and pictures. World, metres.

@@ -336,6 +336,54 @@ TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndTheFilterIsTold)
     }
 }
 
+TEST(NetworkDevice, TellsItsClientWhatTheSafetyFilterDid)
+{
+    Pair pair;
+    EXPECT_TRUE(pair.device->write({}));
+    const auto told = [&](std::uint64_t sequence) {
+        pair.client.send(pair.client.pose(sequence, 1));
+        return at<std::uint32_t>(pair.client.receive(), 28);
+    };
+    EXPECT_EQ(told(2), 0u);
+    const std::uint32_t stale = haptic::k_fault_stale << 16 | haptic::k_acted_off;
+    pair.device->tell(stale);
+    EXPECT_EQ(told(3), 0u) << "of the wrench that goes out, not of the one that will";
+    EXPECT_TRUE(pair.device->write({}));
+    EXPECT_EQ(told(4), stale);
+    pair.device->tell(0);
+    EXPECT_TRUE(pair.device->write({}));
+    EXPECT_EQ(told(5), 0u);
+    pair.device->zero();
+    EXPECT_EQ(told(6), haptic::k_acted_off) << "cut by a watchdog";
+}
+
+TEST(NetworkDevice, AResumeOfItsClientComesWithTheNextPose)
+{
+    Pair pair;
+    const auto resume = [&](std::uint64_t token, bool longer) {
+        Bytes bytes = Client::header(7, 0);
+        put(bytes, token);
+        if (longer) bytes.push_back(0);
+        pair.client.send(bytes);
+    };
+    Sample sample;
+    const auto resumes = [&](std::uint64_t sequence) {
+        pair.client.send(pair.client.pose(sequence, 1));
+        EXPECT_FALSE(pair.client.receive().empty());
+        EXPECT_TRUE(pair.device->read(sample));
+        return sample.resumes;
+    };
+    EXPECT_EQ(resumes(2), 0u);
+    resume(pair.client.token, false);
+    EXPECT_EQ(resumes(3), 1u);
+    EXPECT_EQ(resumes(4), 1u);
+    resume(pair.client.token + 1, false);
+    resume(pair.client.token, true);
+    EXPECT_EQ(resumes(5), 1u) << "of somebody else, or malformed";
+    resume(pair.client.token, false);
+    EXPECT_EQ(resumes(6), 2u);
+}
+
 TEST(NetworkDevice, ASecondClientIsRefusedUntilTheFirstSaysGoodbye)
 {
     Pair pair;

@@ -54,8 +54,10 @@ public:
         if (!plugged) return false;
         sample.time = now();
         ++sample.sequence;
+        sample.resumes = resumes;
         return true;
     }
+    void tell(std::uint32_t filter) noexcept override { told = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept override
     {
         force = norm(wrenches[0].force);
@@ -72,6 +74,7 @@ public:
     std::atomic<double> force{0}, most{0};
     std::atomic<std::uint64_t> writes{0}, zeros{0};
     std::atomic<bool> plugged{true};
+    std::atomic<std::uint32_t> told{0}, resumes{0};
 
 private:
     Capabilities capabilities_;
@@ -127,6 +130,29 @@ TEST(Servo, StopIsZeroAtOnceAndHoldsUntilResume)
     EXPECT_EQ(device.most, 0);
     servo.resume();
     EXPECT_TRUE(wait_for([&] { return device.force > 0.5; }));
+}
+
+TEST(Servo, AFaultIsToldToTheDeviceWhereTheUserResumesToo)
+{
+    Listener device;
+    std::atomic<bool> broken{false};
+    const auto tick = [](void* context, const TickInput& input, std::span<Wrench> wrenches) noexcept {
+        const std::uint32_t status = newton(nullptr, input, wrenches);
+        if (*static_cast<std::atomic<bool>*>(context)) wrenches[0].force.x = std::nan("");
+        return status;
+    };
+    Servo servo(device, k_quiet, tick, &broken);
+    ASSERT_TRUE(wait_for([&] { return device.force > 0.5; }));
+    EXPECT_EQ(device.told >> 16, 0u);
+    broken = true;
+    EXPECT_TRUE(wait_for([&] { return (device.told >> 16 & haptic::k_fault_not_finite) != 0; }));
+    broken = false;
+    device.most = 0;
+    const std::uint64_t writes = device.writes;
+    ASSERT_TRUE(wait_for([&] { return device.writes > writes + 50; }));
+    EXPECT_EQ(device.most, 0) << "until the user acts";
+    ++device.resumes;
+    EXPECT_TRUE(wait_for([&] { return device.force > 0.5 && device.told >> 16 == 0; }));
 }
 
 TEST(Servo, WithADeadMansSwitchNobodyHoldsThereIsNoForce)
