@@ -684,6 +684,100 @@ TEST(Step, ACoupledBodyComesToRestOnTheSurfaceAndPullsTheHand)
     EXPECT_LT(norm(w.torque), 1e-5);
 }
 
+TEST(Step, AProxyOfAMeshIsBorneByManyPointsAndNotByTheDeepest)
+{
+    // A ball of points 2 to 4 mm apart slides over another, pressed in by 1 cm: by turns one or the other is the deepest.
+    static const sqmap::test::Solid k_ball(mesh::sphere(0.05, 3));
+    const mesh::Mesh ball = mesh::sphere(0.03, 3);
+    double steps[2] = {}, turns[2] = {};
+    for (const bool borne : {false, true}) {
+        ZoneOptions o = with(Averaging::Patch);
+        o.mode = Mode::Proxy;
+        o.proxy_depth = borne ? 0.002 : 0;
+        Tool tool(ball.vertices, o);
+        const auto touch = [&](double angle, double depth) {
+            return tool.touch(frictionless(k_ball), (0.08 - depth) * Vec3d{std::sin(angle), 0, std::cos(angle)});
+        };
+        for (int i = 0; i < 200; ++i) (void)touch(0, 5e-5 * i);
+        Wrench before = touch(0, 0.01);
+        double weakest = INFINITY;
+        for (int i = 0; i < 400; ++i) {
+            const Wrench w = touch(0.001 * i, 0.01);
+            steps[borne] = std::max(steps[borne], norm(w.force - before.force));
+            turns[borne] = std::max(turns[borne], norm(w.torque - before.torque));
+            weakest = std::min(weakest, norm(w.force));
+            before = w;
+        }
+        EXPECT_GT(weakest, 0.7 * k * 0.01) << "the mean depth of a patch is less than that of the deepest";
+        for (int i = 0; i < 300; ++i) before = touch(0.4, 0.01);
+        const Wrench still = touch(0.4, 0.01);
+        if (borne) {
+            EXPECT_LT(norm(still.force - before.force), 1e-4);
+            EXPECT_LT(norm(still.torque - before.torque), 1e-5);
+        }
+    }
+    EXPECT_LT(steps[1], 1.2 * k * 0.07 * 0.001);
+    EXPECT_LT(turns[1], 0.6 * turns[0]);
+}
+
+TEST(Step, AProxyOfAMeshThatPressesLightlyFeelsWhatItsPointsFeel)
+{
+    ZoneOptions o = with(Averaging::Patch);
+    Tool direct(square(8), o);
+    o.mode = Mode::Proxy;
+    Tool proxy(square(8), o);
+    for (double z = 0.0305; z > 0.0282; z -= 5e-5) {
+        const Wrench a = direct.touch(frictionless(box()), Vec3d{0, 0, z}), b = proxy.touch(frictionless(box()), Vec3d{0, 0, z});
+        EXPECT_NEAR(b.force.z, a.force.z, 1e-3) << z;
+        EXPECT_NEAR(norm(b.torque), norm(a.torque), 1e-4) << z;
+    }
+}
+
+TEST(Step, ACoupledBodyThatLeapsIsFeltBlended)
+{
+    // A ball through the middle of a box, as above, through a coupling: the body leaps to the other side.
+    for (const double blend : {0.0, 0.01}) {
+        const Smoothing smoothing = ball_of(0.005);
+        ZoneOptions o = with(Averaging::Ball);
+        o.smoothing = smoothing;
+        o.mode = Mode::Coupled;
+        o.coupling_stiffness = 2000;
+        o.blend_time = blend;
+        Tool tool(stencil_points(smoothing), o);
+        Wrench before = tool.touch(frictionless(box()), Vec3d{0, 0, 0.036});
+        double most = 0, strongest = 0;
+        for (int i = 0; i < 800; ++i) {
+            const Wrench w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.036 - 1e-4 * i});
+            most = std::max(most, norm(w.force - before.force));
+            strongest = std::max(strongest, norm(w.force));
+            before = w;
+        }
+        EXPECT_GT(strongest, 8);
+        if (blend > 0)
+            EXPECT_LT(most, 250 * 0.001 + 3 * 2000 * 1e-4);
+        else
+            EXPECT_GT(most, 1.5);
+    }
+}
+
+TEST(Step, ATeleportForgetsWhatWasTouchedBefore)
+{
+    for (const Mode mode : {Mode::Direct, Mode::Proxy, Mode::Coupled}) {
+        ZoneOptions o = with(Averaging::Patch);
+        o.mode = mode;
+        Tool tool(square(8), o), fresh(square(8), o);
+        Solid solid = frictionless(box());
+        solid.material.friction = Friction::Coulomb;
+        for (int i = 0; i < 60; ++i) (void)tool.touch(solid, Vec3d{1e-4 * i, 0, 0.031 - 5e-5 * i});
+        EXPECT_GT(std::fabs(tool.touch(solid, Vec3d{0.006, 0, 0.028}).force.x), 0.05) << "it rubs";
+        EXPECT_EQ(tool.touch(solid, Vec3d{0.006, 0, 0.2}).force.z, 0);
+        EXPECT_TRUE(tool.result.status & k_step_teleport);
+        const Wrench back = tool.touch(solid, Vec3d{0.006, 0, 0.0295}), first = fresh.touch(solid, Vec3d{0.006, 0, 0.0295});
+        EXPECT_TRUE(tool.result.status & k_step_teleport);
+        EXPECT_EQ(back, first) << "as though it had never been there";
+    }
+}
+
 TEST(Step, ACoupledBodyTurnsOffAnEdge)
 {
     ZoneOptions o = with(Averaging::Patch);
