@@ -19,6 +19,7 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -132,8 +133,7 @@ int main(int argc, char** argv)
     app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
-        if (name == "--layer")
-            layer = value == "exact" ? query::Layer::Exact : value == "2" ? query::Layer::Two : query::Layer::Three;
+        if (name == "--layer") layer = bench::layer_named(value);
         if (name == "--solids") least_weight = std::atof(argv[i + 1]);
         if (name == "--azimuth") view.azimuth = std::atof(argv[i + 1]);
         if (name == "--elevation") view.elevation = std::atof(argv[i + 1]);
@@ -144,12 +144,9 @@ int main(int argc, char** argv)
                      "[--elevation DEGREES]\n");
         return 64;
     }
-    const io::SkinResult read = io::read_skinned_file(argv[1]);
-    if (read.error) {
-        std::fprintf(stderr, "%s: %s\n", argv[1], read.error->message.c_str());
-        return 2;
-    }
-    const io::SkinnedSoup& skin = read.skin;
+    const std::optional<io::SkinnedSoup> read = bench::read_skin(argv[1]);
+    if (!read) return 2;
+    const io::SkinnedSoup& skin = *read;
     const bench::Bound bound = bench::welded(skin);
     const double r_max = mesh::largest_vertex_distance(bound.mesh);
     const bench::Solids solids(bound, skin.skeleton.size(), least_weight);

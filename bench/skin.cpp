@@ -65,8 +65,7 @@ int main(int argc, char** argv)
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
         if (name == "--cell") cell = std::atof(argv[i + 1]);
-        if (name == "--layer")
-            layer = value == "exact" ? query::Layer::Exact : value == "2" ? query::Layer::Two : query::Layer::Three;
+        if (name == "--layer") layer = bench::layer_named(value);
         if (name == "--solids") least_weight = std::atof(argv[i + 1]);
         if (name == "--worst") worst_file = argv[i + 1];
     }
@@ -76,12 +75,9 @@ int main(int argc, char** argv)
                      "[--worst FILE.csv]\n");
         return 64;
     }
-    const io::SkinResult read = io::read_skinned_file(argv[1]);
-    if (read.error) {
-        std::fprintf(stderr, "%s: %s\n", argv[1], read.error->message.c_str());
-        return 2;
-    }
-    const io::SkinnedSoup& skin = read.skin;
+    const std::optional<io::SkinnedSoup> read = bench::read_skin(argv[1]);
+    if (!read) return 2;
+    const io::SkinnedSoup& skin = *read;
     const Bound bound = welded(skin);
     const double r_max = mesh::largest_vertex_distance(bound.mesh);
     std::printf("%zu joints, %zu vertices, %zu triangles\n", skin.skeleton.size(), bound.mesh.vertices.size(),

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <utility>
 
 namespace sqmap::bench {
 namespace {
@@ -49,6 +51,19 @@ Affine inverse(const Affine& map)
 }
 
 }  // namespace
+
+std::optional<io::SkinnedSoup> read_skin(const char* file)
+{
+    io::SkinResult read = io::read_skinned_file(file);
+    if (!read.error) return std::move(read.skin);
+    std::fprintf(stderr, "%s: %s\n", file, read.error->message.c_str());
+    return std::nullopt;
+}
+
+query::Layer layer_named(std::string_view name)
+{
+    return name == "exact" ? query::Layer::Exact : name == "2" ? query::Layer::Two : query::Layer::Three;
+}
 
 std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing)
 {

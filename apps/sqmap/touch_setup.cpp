@@ -529,8 +529,8 @@ TouchOptions setup_from(const std::string& text)
         return o;
     } catch (const ordered_json::exception& e) {
         const std::string why = e.what();  // "[json.exception...] why"
-        throw BadTouch("the trace's setup, its line '# setup', does not read: " +
-                       why.substr(std::min(why.find("] ") + 2, why.size())) + "\n  cure: record again, or mend the line");
+        throw BadTouch("the trace's setup does not read: " + why.substr(std::min(why.find("] ") + 2, why.size())) +
+                       "\n  cure: record again, or mend its line '# setup'");
     } catch (const std::out_of_range&) {
         throw BadTouch("the trace's setup names a mode, shading, kernel, layer or friction that this program does not have");
     }

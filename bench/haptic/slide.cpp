@@ -172,7 +172,8 @@ Onset onset(const TouchObject& object, const SlideOptions& options, int places)
             const double middle = 0.5 * (out + in);
             (norm(tool.force(p.point + middle * p.normal, true)) > 0 ? in : out) = middle;
         }
-        found.push_back(std::abs(0.5 * (out + in) - radius));
+        // From the nearest surface: in a fold that may be another than the place's.
+        found.push_back(std::abs(object.exact(p.point + 0.5 * (out + in) * p.normal).distance - radius));
     }
     if (found.empty()) return {};
     return {percentile(found, 0.5), percentile(found, 0.99), *std::max_element(found.begin(), found.end())};

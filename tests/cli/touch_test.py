@@ -441,7 +441,7 @@ class Touch(unittest.TestCase):
         self.assertEqual(run("touch", "--object", "sphere.sqmap", "--plot", "x.svg").returncode, 2)
 
     def test_an_interrupt_ends_a_recording_and_a_kill_leaves_what_was_written(self):
-        command = [PROGRAM, "touch", "--object", "sphere.sqmap", "--device", "simulated:slide", "--seconds", "120"]
+        command = [PROGRAM, "touch", "--object", "sphere.sqmap", "--device", "simulated:press", "--seconds", "120"]
         for how in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             name = how.name + ".csv"
             part = name + ".recording"

@@ -731,6 +731,11 @@ TEST(Step, AProxyOfAMeshThatPressesLightlyFeelsWhatItsPointsFeel)
         EXPECT_NEAR(b.force.z, a.force.z, 1e-3) << z;
         EXPECT_NEAR(norm(b.torque), norm(a.torque), 1e-4) << z;
     }
+    const Wrench before = proxy.touch(frictionless(box()), Vec3d{0, 0, 0.0282});
+    proxy.input.degraded = true;
+    const Wrench late = proxy.touch(frictionless(box()), Vec3d{0, 0, 0.0282});
+    EXPECT_NEAR(norm(late.force - before.force), 0, 1e-3);
+    EXPECT_NEAR(norm(late.torque - before.torque), 0, 1e-4);
 }
 
 TEST(Step, ACoupledBodyThatLeapsIsFeltBlended)
