@@ -253,6 +253,7 @@ struct Totals {
     std::uint64_t changed = 0;                         ///< ticks in which it sent anything but what was asked for
     double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, most_cpu = 0;
     std::array<Inside, device::k_most_zones> inside{};
+    std::uint64_t unknown = 0;  ///< ticks that were too many at once to learn what they felt
     bool gone = false;
     haptic::SafetyCounters counted{};
     device::ServoCounters servo{};
@@ -311,7 +312,8 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
                                                          .sample_time = row.time,
                                                          .sequence = sample.sequence,
                                                          .poses = {row.poses.data(), zones},
-                                                         .asked = {row.computed.data(), zones}},
+                                                         .asked = {row.computed.data(), zones},
+                                                         .pushes = setup.pushes()},
                                                         {row.sent.data(), zones});
         row.filter = haptic::bits(report);
         row.cpu = thread_cpu() - begin;
@@ -349,6 +351,7 @@ std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span
         (input.sample.has_twist ? device::k_trace_measured_twist : 0u) | (input.degraded ? device::k_trace_degraded : 0u);
     f.setup.step(f.row);
     std::copy_n(f.row.computed.begin(), std::min(f.zones, wrenches.size()), wrenches.begin());
+    std::copy_n(f.setup.pushes().begin(), std::min(f.zones, input.pushes.size()), input.pushes.begin());
     (void)f.felt.push({input.tick, f.row.contacts, f.row.input, f.row.depth, f.setup.device_depth()});
     return f.row.status;
 }
@@ -363,7 +366,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
     {
         device::Servo servo(device, options, feel_tick, feeling.get());
         device::ServoTick tick;
-        Felt felt;
+        Felt newest;  // that was popped: of this tick or of a later one
         std::optional<double> begin;
         bool more = true;
         std::uint32_t told = 0, told_inside = 0;
@@ -371,12 +374,12 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
             if (entered()) servo.resume();
             while (more && servo.next(tick)) {
-                // Ticks come in order on both ways; one that only one of them holds was dropped by the other.
-                while (felt.tick < tick.tick && feeling->felt.pop(felt)) {
+                // Ticks come in order on both ways; one that only one of them holds was idle, or dropped by the other. A device
+                // may go while a tick runs: what was computed for it counts.
+                while (newest.tick < tick.tick && feeling->felt.pop(newest)) {
                 }
-                const bool idle = !tick.connected || tick.sample.sequence == 0;
-                if (idle) felt = {.tick = tick.tick, .input = device::k_trace_idle};
-                const bool whole = felt.tick == tick.tick;
+                const bool ran = newest.tick == tick.tick, idle = !ran && (!tick.connected || tick.sample.sequence == 0);
+                const Felt felt = ran ? newest : Felt{.tick = tick.tick, .input = device::k_trace_idle};
                 if (!begin) begin = tick.time;
                 device::TraceRow row{.time = tick.time - *begin,
                                      .dt = tick.dt,
@@ -406,7 +409,10 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                                          zone_name(z, zones, glove).c_str(), row.time);
                 }
                 totals.gone = !tick.connected;
-                if (writer != nullptr && whole) writer->push_wait(row);
+                if (!ran && !idle)
+                    ++totals.unknown;
+                else if (writer != nullptr)
+                    writer->push_wait(row);
                 more = row.time < seconds;
             }
             more = more && !interrupted;
@@ -532,7 +538,7 @@ void touch(const Arguments& arguments)
     if (!path)
         std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
                     static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),
-                    1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped));
+                    1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped + totals.unknown));
     print_glitches(totals.counted);
     if (totals.hot > 0 || totals.braked > 0)
         std::printf("  the safety filter held force back in %llu ticks for the motors' heat, in %llu for passivity\n",

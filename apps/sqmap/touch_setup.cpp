@@ -433,6 +433,7 @@ void TouchSetup::step(device::TraceRow& row) noexcept
     device_depth_ = result.deepest;
     if (options_.zone.mode == haptic::Mode::Proxy)
         for (std::size_t z = 0; z < zones_; ++z) device_depth_ = std::max(device_depth_, state_->report(z).depth);
+    for (std::size_t z = 0; z < zones_; ++z) zone_pushes_[z] = state_->report(z).push;
     row.status = result.status;
 }
 

@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -98,6 +99,8 @@ public:
     void step(device::TraceRow& row) noexcept;
     /// m, how deep the device was in the last step: the row's depth, but where a proxy stays outside for it, how far behind that.
     [[nodiscard]] double device_depth() const { return device_depth_; }
+    /// N, one a zone, of the last step: what the safety filter wants to know.
+    [[nodiscard]] std::span<const double> pushes() const { return std::span(zone_pushes_).first(zones_); }
 
 private:
     /// An object that moves: its centre and what of it has moved.
@@ -132,6 +135,7 @@ private:
     std::vector<haptic::Wrench> pushes_;  // on the objects
     double time_ = 0;                     // s
     double device_depth_ = 0;             // m
+    std::array<double, device::k_most_zones> zone_pushes_{};
     std::vector<std::string> notes_;
     std::unique_ptr<haptic::State> state_;
     std::size_t zones_;

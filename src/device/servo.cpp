@@ -242,14 +242,17 @@ void Servo::Work::loop() noexcept
         const bool resumed_there = now.connected && now.sample.resumes != resumes;
         if (now.connected) resumes = now.sample.resumes;
         now.asked.fill({});
+        std::array<double, k_most_zones> pushes{};
         now.status = 0;
         if (now.connected && now.sample.sequence != 0)
-            now.status = tick(context, {now.sample, now.time, now.dt, now.degraded, now.tick}, {now.asked.data(), zones});
+            now.status = tick(context, {now.sample, now.time, now.dt, now.degraded, now.tick, {pushes.data(), zones}},
+                              {now.asked.data(), zones});
         haptic::SafetyInput in{.time = now.time,
                                .sample_time = now.sample.time,
                                .sequence = now.sample.sequence,
                                .poses = {now.sample.poses.data(), zones},
                                .asked = {now.asked.data(), zones},
+                               .pushes = {pushes.data(), zones},
                                .connected = now.connected,
                                .held = held,
                                .stop = stopped || halted,

@@ -14,7 +14,8 @@ constexpr double k_absurd = 1e9;        // no metre, newton or second of a hapti
 constexpr double k_rotation = 1e-3;     // how far a rotation's rows may be from orthonormal: seven digits are
 constexpr double k_smoothing = 0.003;   // s, of the velocity
 constexpr double k_glitch = 0.02;       // s after a motion above the top speed in which the velocity is not believed
-constexpr double k_store = 0.02;        // J, most that a zone may save up: 2 N against 100 N/m
+constexpr double k_store = 0.2;         // J, most that a zone may save up: 2 N over 10 cm
+constexpr double k_debt = 0.02;         // J, most that it may owe: more takes longer to be forgiven
 constexpr double k_ramp_store = 0.05;   // J, most that a ramp may give: half of 2 N over 5 cm
 constexpr double k_slack = 1.25;        // of what its springs hold: what a delay and an encoder may hide
 constexpr double k_damping = 5;         // N s/m, most that the passivity step adds
@@ -220,6 +221,7 @@ struct SafetyFilter::Tick {
     std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
     std::array<double, k_most_safe_zones> speed{}, spin{};
     std::array<bool, k_most_safe_zones> jumped{};
+    std::array<double, k_most_safe_zones> push{};       // N, of springs, though they cancel in what is asked
     std::array<double, k_most_safe_zones> springs{};    // J, most that the springs behind what is asked hold
     std::array<double, k_most_safe_zones> stiffened{};  // J that the ramp adds to them where they are
 };
@@ -288,6 +290,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_most_safe_zones});
     tick.share.fill(1);
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.asked[z];
+    for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
     tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
     if (in.resume && verdict_ == SetupVerdict::Ok) {
@@ -310,6 +313,7 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
     for (std::size_t z = 0; z < tick.zones; ++z)
         ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation) && sane(in.asked[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
+    for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) ok = ok && sane(in.pushes[z]);
     if (ok) return;
     tick.off = true;
     tick.acted |= k_acted_finite;
@@ -435,7 +439,9 @@ void SafetyFilter::clamp(Tick& tick) noexcept
 {
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
-        tick.springs[z] = stored(tick.wrench[z], tick.share[z]);
+        const double share = tick.share[z];
+        tick.springs[z] =
+            std::max(stored(tick.wrench[z], share), haptic::stored(share * tick.push[z], force_limit_, share * softest_));
         const Wrench w{shortened(tick.wrench[z].force, force_limit_), shortened(tick.wrench[z].torque, torque_limit_)};
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;
@@ -498,8 +504,10 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         if (tick.fresh) {
             const Wrench mean = 1. / zone.since_count * zone.since;
             const double given = power(mean, tick.moved[z], tick.turned[z]);
-            zone.energy =
-                std::clamp(zone.energy + given - device_.damping * norm_sq(zone.velocity) * tick.sample_dt, -k_store, k_store);
+            // There and back in two samples is a glitch, which does no work; whoever is that fast gets a brake alone.
+            if (zone.fast <= 0)
+                zone.energy =
+                    std::clamp(zone.energy + given - device_.damping * norm_sq(zone.velocity) * tick.sample_dt, -k_store, k_debt);
             zone.since = {};
             zone.since_count = 0;
         }

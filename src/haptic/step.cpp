@@ -22,6 +22,7 @@ constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so
 constexpr int k_proxy_rounds = 4;
 /// m: a proxy lies so deep, and so goes on touching what it rests on; of a patch that may be more.
 constexpr double k_proxy_sink = 1e-5;
+constexpr double k_ball_sink = 0.2;      ///< of its radius
 constexpr double k_proxy_let_in = 1e-4;  ///< m a round
 constexpr double k_proxy_step = 0.002;   ///< m a round, so that nothing thicker is passed through
 
@@ -231,7 +232,6 @@ struct Stepper {
         const Solid& solid = in.solids[s];
         const std::size_t points = zone.probe->size(), first = std::min<std::size_t>(zone.first, points);
         const std::size_t own = std::min({std::size_t{zone.count}, points - first, state.samples_.size()});
-        const bool ball = zone.options.averaging == Averaging::Ball;
         const Vec3d centre = tip(z, at);
         if (own < 2) return {};
         StencilSum sum;
@@ -279,18 +279,24 @@ struct Stepper {
         felt.lever = centre;
         felt.torque = cross(centre, felt.force);
         if (keep != nullptr) keep_single(*keep, solid, at, felt, norm(felt.force));
-        const double size = norm(felt.force);
-        if (solid.material.texture != nullptr && size > 0) {
-            // Once, after the smoothing: it would be worn down by it.
-            const Vec3d normal = transpose_mul(solid.pose.rotation, felt.force / size);
-            const double below = ball ? felt.depth - zone.options.smoothing.radius : felt.depth;
-            const Vec3d surface = transform_back(solid.pose, at.translation + centre) + below * normal;
-            const Carved c = carved(relief_at(*solid.material.texture, surface, normal), felt.depth, normal);
-            felt.force = (size / felt.depth * c.depth) * (solid.pose.rotation * c.normal);
-            felt.torque = cross(centre, felt.force);
-            felt.depth = c.depth;
-        }
+        // Once, after the smoothing: it would be worn down by it. A proxy rests on what is smooth, and feels its spring carved.
+        if (zone.options.mode != Mode::Proxy) carve(z, solid, at, felt);
         return felt;
+    }
+
+    /// Takes the relief off what a tip feels.
+    void carve(std::size_t z, const Solid& solid, const Pose& at, Felt& felt) const
+    {
+        const ZoneOptions& o = state.zones_[z].options;
+        const double size = norm(felt.force);
+        if (solid.material.texture == nullptr || !(size > 0)) return;
+        const Vec3d normal = transpose_mul(solid.pose.rotation, felt.force / size);
+        const double below = o.averaging == Averaging::Ball ? felt.depth - o.smoothing.radius : felt.depth;
+        const Vec3d surface = transform_back(solid.pose, at.translation + felt.lever) + below * normal;
+        const Carved c = carved(relief_at(*solid.material.texture, surface, normal), felt.depth, normal);
+        felt.force = (size / felt.depth * c.depth) * (solid.pose.rotation * c.normal);
+        felt.torque = cross(felt.lever, felt.force);
+        felt.depth = c.depth;
     }
 
     static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt, double out)
@@ -302,6 +308,16 @@ struct Stepper {
         keep.planes[0] = {transform_back(solid.pose, at.translation + felt.lever) + out * normal, normal,
                           transpose_mul(at.rotation, felt.lever), 1};
         keep.plane_count = 1;
+    }
+
+    /// A proxy's spring at a place of the surface, with the relief taken off.
+    static Vec3d carved_pull(const Solid& solid, Vec3d place, Vec3d normal, Vec3d pull, double stiffness)
+    {
+        const double depth = dot(pull, normal) / stiffness;
+        if (solid.material.texture == nullptr || !(depth > 0)) return pull;
+        const Vec3d n = transpose_mul(solid.pose.rotation, normal);
+        const Carved c = carved(relief_at(*solid.material.texture, transform_back(solid.pose, place), n), depth, n);
+        return pull + stiffness * (c.depth * (solid.pose.rotation * c.normal) - depth * normal);
     }
 
     /// The same from the planes of the last query.
@@ -316,8 +332,15 @@ struct Stepper {
             const double depth = dot(p.point - point, p.normal);
             const Vec3d normal = solid.pose.rotation * p.normal;
             if (!(depth > 0)) continue;
-            if (t.single) return {depth, depth, depth * normal, cross(lever, depth * normal), lever, 1, depth};
-            sum.add({lever, normal, depth, p.weight});
+            if (t.single) {
+                Felt felt{depth, depth, depth * normal, cross(lever, depth * normal), lever, 1, depth};
+                carve(z, solid, at, felt);
+                return felt;
+            }
+            Carved c{depth, p.normal};
+            if (const Texture* texture = solid.material.texture; texture != nullptr)
+                c = carved(relief_at(*texture, point + depth * p.normal, p.normal), depth, p.normal);
+            if (c.depth > 0) sum.add({lever, solid.pose.rotation * c.normal, c.depth, p.weight});
         }
         return sum.felt();
     }
@@ -384,7 +407,7 @@ struct Stepper {
         const ZoneOptions& o = state.zones_[z].options;
         const Solid& solid = in.solids[s];
         const Vec3d velocity = velocity_over(twist, solid, at, {});
-        if (in.degraded || !(o.brake > 0) || !(o.brake_ahead > 0) || norm_sq(velocity) == 0) return {};
+        if (!(o.brake > 0) || !(o.brake_ahead > 0) || norm_sq(velocity) == 0) return {};
         const Pose there{rotation_by(o.brake_ahead * twist.angular) * at.rotation, at.translation + o.brake_ahead * velocity};
         ZoneReport& report = state.reports_[z];
         const ZoneReport kept = report;
@@ -425,9 +448,9 @@ struct Stepper {
             } else {
                 felt = feel(z, s, at, &t);
             }
-            const Wrench braking = brake(z, s, at, twist);
-            rest = rest + braking;
-            add_to_solid(s, braking, at.translation);
+            if (!in.degraded) t.braking = brake(z, s, at, twist);  // or as it was
+            rest = rest + t.braking;
+            add_to_solid(s, t.braking, at.translation);
             const double size = norm(felt.force);
             t.spring = 0;
             if (!(size > 0)) {
@@ -597,7 +620,10 @@ struct Stepper {
         ZoneReport& report = state.reports_[z];
         const Vec3d goal = in.poses[z].translation;
         // A tool of many points that rested on its deepest would change it at every step, and its lever with it.
-        const double sink = o.averaging == Averaging::Patch ? std::max(o.proxy_depth, k_proxy_sink) : k_proxy_sink;
+        // Likewise a ball on facets.
+        const bool rests = o.averaging != Averaging::Stencil, ball = o.averaging == Averaging::Ball;
+        const double room = ball ? std::min(o.proxy_depth, k_ball_sink * o.smoothing.radius) : o.proxy_depth;
+        const double sink = std::max(rests ? room : 0., k_proxy_sink);
         if (!m.has_body) m.body = in.poses[z];
         m.has_body = true;
         m.body.rotation = in.poses[z].rotation;
@@ -621,7 +647,7 @@ struct Stepper {
         };
         const auto borne = [&](std::size_t s, Vec3d at) {
             const Touch& t = touches[s];
-            if (t.plane_count == 0 || o.averaging != Averaging::Patch) return Vec3d{};
+            if (t.plane_count == 0 || !rests) return Vec3d{};
             const Vec3d point = transform_back(in.solids[s].pose, at + m.body.rotation * t.planes[0].probe);
             const double depth = std::clamp(sink - dot(point - t.planes[0].point, t.planes[0].normal), 0., sink);
             return depth * (in.solids[s].pose.rotation * t.planes[0].normal);
@@ -661,7 +687,7 @@ struct Stepper {
                 Touch& t = touches[s];
                 const Felt felt = feel(z, s, m.body, nullptr);
                 if (felt.exact > 0 && norm_sq(felt.force) > 0) {
-                    const double out = felt.exact - sink;
+                    const double out = (rests ? felt.depth : felt.exact) - sink;
                     keep_single(t, in.solids[s], m.body, felt, out);
                     m.body.translation += std::max(out, 0.) * normalized(felt.force);
                     t.let_in = 0;
@@ -705,8 +731,13 @@ struct Stepper {
         for (std::size_t s = 0; s < solids; ++s) share += touches[s].touching ? 1 : 0;
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching) {
-                const Vec3d arm = m.body.rotation * touches[s].planes[0].probe;
-                const Vec3d pull = o.stiffness * (held / share + borne(s, m.body.translation)), force = pull + damping / share;
+                Vec3d arm = m.body.rotation * touches[s].planes[0].probe;
+                const Vec3d normal_there = in.solids[s].pose.rotation * touches[s].planes[0].normal;
+                if (ball) arm -= (o.smoothing.radius - norm(borne(s, m.body.translation))) * normal_there;  // where it rubs
+                Vec3d pull = o.stiffness * (held / share + borne(s, m.body.translation));
+                if (o.averaging != Averaging::Patch)
+                    pull = carved_pull(in.solids[s], m.body.translation + arm, normal_there, pull, o.stiffness);
+                const Vec3d force = pull + damping / share;
                 lever += arm / share;
                 touches[s].spring = norm(pull);
                 springs = springs + Wrench{pull, cross(arm, pull)};
@@ -785,6 +816,10 @@ struct Stepper {
                     w = coupled(z);
                     break;
             }
+            const ZoneOptions& o = state.zones_[z].options;
+            report.push = o.stiffness * report.depth;
+            if (o.mode == Mode::Coupled)
+                report.push = std::max(report.push, o.coupling_stiffness * norm(report.body.translation - device.translation));
             m.known = true;
             if (!in.degraded) choose_points(z);
             for (std::size_t s = 0; s < solids; ++s) {

@@ -90,6 +90,7 @@ std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, s
     }
     const haptic::StepResult result = w.feeling->step(felt_input(input.sample, input.dt, input.degraded), wrenches[0]);
     const haptic::ZoneReport& report = w.feeling->report();
+    if (!input.pushes.empty()) input.pushes[0] = report.push;
     // Old planes answer for a force, not for what is touched: that stays.
     if (!input.degraded) w.now = {0, result.deepest, result.contacts, w.now.live, report.point, report.normal};
     w.now.tick = input.tick;

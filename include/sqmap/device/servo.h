@@ -19,6 +19,7 @@ struct TickInput {
     double dt = 0;          ///< s since the last tick, as it really was
     bool degraded = false;  ///< the last tick overran or this one is late: answer cheaply, from the last contacts
     std::uint64_t tick = 0;
+    std::span<double> pushes{};  ///< to be filled, where known, zero at first: haptic::SafetyInput::pushes
 };
 /// wrenches: one a zone, zero at first. Runs on the servo's thread: must not wait, allocate or throw. What it returns is handed
 /// on as ServoTick::status. A plain function and a context: no indirection that could allocate.

@@ -97,11 +97,14 @@ struct SafetyInput {
     std::span<const Pose> poses{};    ///< one a zone
     std::span<const Twist> twists{};  ///< one a zone; empty where the device measures none
     std::span<const Wrench> asked{};  ///< one a zone: what the algorithm wants
-    bool connected = true;            ///< false: the device is gone
-    bool held = true;                 ///< the dead-man switch
-    bool stop = false;                ///< STOP, which holds until resume
-    bool resume = false;              ///< the user's act: clears STOP and FAULT
-    bool restart = false;             ///< scene changed, reconnected: engage anew
+    /// N, one a zone, where the algorithm knows: what its springs push with before those of opposite walls cancel, or it would be
+    /// forgotten that they hold what the hand has put in; empty: as much as is asked for.
+    std::span<const double> pushes{};
+    bool connected = true;  ///< false: the device is gone
+    bool held = true;       ///< the dead-man switch
+    bool stop = false;      ///< STOP, which holds until resume
+    bool resume = false;    ///< the user's act: clears STOP and FAULT
+    bool restart = false;   ///< scene changed, reconnected: engage anew
 };
 
 /// Bits of SafetyReport::acted: which step changed the wrench.

@@ -140,6 +140,7 @@ struct ZoneReport {
     std::uint32_t status = k_step_ok;
     Pose body{};           ///< where the zone's points stood: the device's pose, the proxy or the coupled body
     double potential = 0;  ///< J, stored in the contact spring
+    double push = 0;       ///< N, of all its springs before opposite walls cancel: what SafetyInput::pushes asks for
 };
 
 struct StepInput {

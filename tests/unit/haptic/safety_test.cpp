@@ -782,6 +782,43 @@ TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
     EXPECT_EQ(bench.filter.counters().passivity, 0u);
 }
 
+TEST(SafetyPassivity, WhatSpringsHoldThatCancelIsNotForgotten)
+{
+    // 2 cm into a wall of 500 N/m and into the middle between it and its back, where next to nothing is asked for; and out again.
+    for (const bool told : {false, true}) {
+        Bench bench(strong(), {.softest = 500});
+        bench.engage();
+        std::vector<double> push(1);
+        if (told) bench.input.pushes = push;
+        double least = 1;
+        for (int i = 0; i < 1200; ++i) {
+            const double phase = std::clamp((i - 100) / 1000., 0., 1.),
+                         depth = 0.01 * (1 - std::cos(2 * 3.14159265358979 * phase));
+            bench.poses[0].translation.z = -depth;
+            push[0] = 500 * depth;
+            const double asked = i > 580 && i < 620 ? 0.1 : push[0];
+            bench.asked[0].force = {0, 0, asked};
+            bench.tick();
+            if (i > 640) least = std::min(least, asked > 0 ? bench.force().z / std::min(asked, 2.) : 1);
+        }
+        if (told)
+            EXPECT_GT(least, 1 - 1e-12);
+        else
+            EXPECT_LT(least, 0.1);
+    }
+}
+
+TEST(SafetyPassivity, ToBeToldOfSpringsIsNoCreditForAMotor)
+{
+    DeviceLimits device = strong();
+    device.damping = 0;
+    Bench bench(device);
+    bench.engage();
+    const std::vector<double> push{1e6};
+    bench.input.pushes = push;
+    EXPECT_LT(driven_energy(bench, 1, false), 2e-3 + 1e-3);
+}
+
 TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
 {
     // A spring seen 3 ticks late gives K v delay per metre; the observer must see that, not the energy of the undelayed spring.
