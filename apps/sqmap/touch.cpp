@@ -105,7 +105,7 @@ std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device:
 {
     device::ScriptOptions o;
     o.seconds = seconds;
-    o.rate = rate = spec.number("rate", o.rate, 50, 1e4);  // what the safety filter takes
+    o.rate = rate = spec.number("rate", o.rate, 60, 1e4);  // below, every tick comes as late as silence
     o.speed = spec.number("speed", o.speed, 1e-5, 10);
     o.depth = spec.number("depth", o.depth, -1, 1);
     o.gap = spec.number("gap", o.gap, -1, 1);
@@ -494,13 +494,18 @@ void touch(const Arguments& arguments)
     const bool path = dynamic_cast<device::PathDevice*>(device.get()) != nullptr;
     setup->suit(path ? nullptr : &limits);
     const double stiffness = setup->options().zone.stiffness;
-    const haptic::StiffnessCheck check = haptic::check_stiffness(limits, stiffness, options.zone.damping);
+    const haptic::ZoneOptions& zone = setup->options().zone;
+    const haptic::StiffnessCheck check = haptic::check_stiffness(limits, stiffness, zone.damping + zone.brake);
     for (const std::string& note : setup->notes()) std::printf("  %s\n", note.c_str());
     device::ServoOptions servo = arguments.servo;
     servo.safety.softest = softest_spring(setup->options());
     if (!path && !check.safe && options.zone.mode != haptic::Mode::Coupled)
         std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
                     haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "", stiffness);
+    if (!capabilities.simulated && !capabilities.force_out && !capabilities.torque_out && !capabilities.rumble_out)
+        std::printf("  warning: this device says that it exerts nothing: what is sent is computed and not felt\n");
+    if (arguments.own_process && over) std::printf("  warning: --own-process is for hardware: this device needs none\n");
+    if (path && arguments.servo.priority > 0) std::printf("  warning: --priority is of the servo: a path has no clock\n");
     // Paths tick as fast as they were made, devices as fast as the servo.
     const haptic::SafetyFilter filter(path ? device::safety_limits(capabilities, 1 / capabilities.rate) : limits, servo.safety);
     if (filter.verdict() == haptic::SetupVerdict::LimitAboveDevice) throw BadTouch(limit_above(limits, servo.safety));

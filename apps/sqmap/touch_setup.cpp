@@ -256,7 +256,19 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
             "contacts");
     if (device != nullptr) {
         zone.resolution = device->resolution;
-        const double most = haptic::check_stiffness(*device, zone.stiffness, zone.damping).largest;
+        if (const double dampers = zone.damping + zone.brake, own = device->damping; !coupled && own > 0 && dampers > 0.5 * own) {
+            // A damper comes late: one near the device's own leaves no stiffness that is safe, and swings by itself.
+            char text[200];
+            std::snprintf(
+                text, sizeof text,
+                "warning: --damping %g and --brake %g are scaled by %.2g: half of this device's own %.3g N s/m is left for "
+                "them",
+                zone.damping, zone.brake, 0.5 * own / dampers, own);
+            notes_.push_back(text);
+            zone.damping *= 0.5 * own / dampers;
+            zone.brake *= 0.5 * own / dampers;
+        }
+        const double most = haptic::check_stiffness(*device, zone.stiffness, zone.damping + zone.brake).largest;
         if (!coupled && !options_.stiffness_wished && most > 0 && most < zone.stiffness) {
             zone.stiffness = most;
             char text[100];

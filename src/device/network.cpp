@@ -23,6 +23,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "messages are little-endian and copied as they are");
 
 constexpr std::uint32_t k_magic = 0x4e4d5153;  // "SQMN"
+constexpr double k_unknown_rate = 1000;        // Hz
 constexpr double k_silence = 1.0;              // s after which a client is gone
 constexpr std::size_t k_name = 32;
 constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
@@ -104,6 +105,7 @@ std::optional<Capabilities> capabilities_of(Reader in)
     c.zones = in.take<std::uint32_t>();
     const auto flags = in.take<std::uint32_t>();
     c.rate = in.number();
+    if (c.rate == 0) c.rate = k_unknown_rate;
     c.max_force = in.number();
     c.max_torque = in.number();
     c.continuous_force = in.number();

@@ -11,7 +11,7 @@ namespace sqmap::device {
 
 namespace {
 
-constexpr double k_least_rate = 50, k_most_rate = 1e4;  // Hz: what the safety filter takes
+constexpr double k_least_rate = 60, k_most_rate = 1e4;  // Hz: what the safety filter takes
 
 std::unique_ptr<Device> open_path(const DeviceSpec& spec)
 {

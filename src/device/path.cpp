@@ -294,7 +294,8 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
     return travel;
 }
 
-constexpr std::size_t k_half = 25;  // ticks to either side that travels are smoothed over
+constexpr std::size_t k_half = 25;     // ticks to either side that travels are smoothed over
+constexpr double k_least_rate = 1000;  // Hz, of ways: slower ones leave some of their poses out, and go the same way
 
 /// The places of a travel, smoothed and pressed in; it starts at the gap. The first and the last k_half are only there to smooth
 /// the others.
@@ -332,6 +333,15 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
         !(o.wait >= 0 && o.wait < o.seconds) || !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) ||
         !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
         throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
+    if (o.rate < k_least_rate) {
+        const double finer = std::ceil(k_least_rate / o.rate);
+        ScriptOptions all = o;
+        all.rate = finer * o.rate;
+        const std::vector<Pose> poses = scripted_path(model, tool, script, all);
+        std::vector<Pose> out;
+        for (std::size_t k = 0; k < poses.size(); k += static_cast<std::size_t>(finer)) out.push_back(poses[k]);
+        return out;
+    }
     const double seconds = o.seconds - o.wait;
     const auto all = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
     const std::size_t waiting = std::min(all - 1, static_cast<std::size_t>(std::round(o.wait * o.rate))), ticks = all - waiting;

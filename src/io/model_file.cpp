@@ -125,7 +125,8 @@ MappedModel::MappedModel(const std::filesystem::path& path)
     if (status != model::ParseStatus::Ok) {
         ::munmap(data_, size_);
         data_ = nullptr;
-        throw ModelFileError(path.string() + ": " + model::to_string(status));
+        throw ModelFileError(path.string() + ": " + model::to_string(status) +
+                             (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
     }
 }
 

@@ -422,7 +422,7 @@ TEST(NetworkDevice, BadHellosAreRefusedWithTheirReason)
     EXPECT_EQ(at<std::uint32_t>(version, 16), 2u);
     EXPECT_EQ(at<std::uint32_t>(version, 20), 1u) << "the version that is spoken";
     for (const Told& told : std::vector<Told>{
-             {.zones = 0}, {.zones = 17}, {.rate = 0}, {.rate = std::nan("")}, {.max_force = -1}, {.delay = INFINITY}}) {
+             {.zones = 0}, {.zones = 17}, {.rate = 0.5}, {.rate = std::nan("")}, {.max_force = -1}, {.delay = INFINITY}}) {
         EXPECT_EQ(other.greet(told), 3u);
     }
 }
