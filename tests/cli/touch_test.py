@@ -4,7 +4,9 @@
 usage: touch_test.py PROGRAM NETWORK_CLIENT
 """
 import base64
+import contextlib
 import csv
+import importlib.util
 import json
 import math
 import os
@@ -522,6 +524,45 @@ class Touch(unittest.TestCase):
             self.assertGreater(float(re.search(r"strongest force (\S+) N", said)[1]), 0.01, said)
             process.send_signal(signal.SIGINT)
             self.assertEqual(process.communicate(timeout=60) and process.returncode, 0)
+
+    def test_a_device_that_goes_and_comes_back_replays_to_the_bit(self):
+        spec = importlib.util.spec_from_file_location("client", CLIENT)
+        client = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(client)
+        port = free_port()
+        process = subprocess.Popen([PROGRAM, "touch", "--object", "sphere.sqmap", "--tool", "sphere:0.01", "--device",
+                                    f"network:port={port},wait=60", "--seconds", "60", "--record", "gone.csv"],
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+            link.connect(("127.0.0.1", port))
+            link.settimeout(0.2)
+            for _ in range(3):  # the ball reaches to 0.15 m
+                token = client.connect(link, 30)
+                for i in range(1, 1001):
+                    pose = (0, 0, 0.161 - 0.000004 * i, 1, 0, 0, 0)
+                    link.send(client.message(client.POSE, i, struct.pack("<Qd2I7d", token, 0, 0, 0, *pose)))
+                    time.sleep(0.001)
+                link.send(client.message(client.BYE, 1001, struct.pack("<Q", token)))
+                time.sleep(0.1)
+                link.setblocking(False)
+                with contextlib.suppress(BlockingIOError):
+                    while link.recv(2048):
+                        pass
+                link.settimeout(0.2)
+        process.send_signal(signal.SIGINT)
+        out, error = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0, error)
+        rows = rows_of("gone.csv")
+        self.assertIn("not recorded: 0", out)
+        self.assertEqual(len(rows), int(re.search(r"(\d+) ticks,", out)[1]), "no tick is left out")
+        self.assertGreater(sum(float(row["z0_fz"]) > 0.1 for row in rows), 100)
+        replayed = run("replay", "gone.csv")
+        self.assertEqual(replayed.returncode, 0, replayed.stdout)
+
+    def test_dampers_near_the_devices_own_are_scaled(self):
+        result = self.record("damped.csv", "--damping", "5", device="simulated:press", seconds="0.3")
+        self.assertIn("--damping 5 and --brake 0 are scaled by 0.1", result.stdout)
+        self.assertIn('"damping":0.5', read("damped.csv"))
 
     def test_wrong_input_is_2_and_says_what(self):
         write("no_trace.csv", "x,y,z\n1,2,3\n")

@@ -129,6 +129,20 @@ test::Parsed* Scripted::ball_ = nullptr;
 
 constexpr double k_map_error = 3e-3;  // of the ball's mesh and map from the sphere
 
+TEST_F(Scripted, TheSameWayIsGoneAtAnyRate)
+{
+    const query::Probe tool(std::vector<Vec3d>{{}});
+    for (const Script script : {Script::Press, Script::Tap, Script::Slide, Script::Circle}) {
+        ScriptOptions o{.seconds = 1, .wait = 0.1, .depth = 0.02, .gap = 0.02};
+        const std::vector<Pose> fine = scripted_path(model(), tool, script, o);
+        o.rate = 100;
+        const std::vector<Pose> coarse = scripted_path(model(), tool, script, o);
+        ASSERT_EQ(coarse.size(), 100u);
+        for (std::size_t k = 0; k < coarse.size(); ++k)
+            EXPECT_EQ(coarse[k].translation, fine[10 * k].translation) << int(script) << ' ' << k;
+    }
+}
+
 TEST_F(Scripted, PressGoesFromTheGapToTheDepthAndBack)
 {
     const ScriptOptions o{.seconds = 4, .speed = 0.5, .depth = 0.1, .gap = 0.2, .direction = {0, 3, 4}};

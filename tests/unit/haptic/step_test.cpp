@@ -1130,6 +1130,71 @@ TEST(Step, AModelInMetresIsTheSameModelSmaller)
     EXPECT_NEAR(w.force.z, k * 0.001, 1e-3);
 }
 
+/// Ticks whose force changes by more than `least` after it has changed by as much the other way.
+int reversals(const std::vector<Vec3d>& forces, double least)
+{
+    int n = 0;
+    for (std::size_t i = 2; i < forces.size(); ++i) {
+        const Vec3d a = forces[i - 1] - forces[i - 2], b = forces[i] - forces[i - 1];
+        n += norm(a) > least && norm(b) > least && dot(a, b) < 0 ? 1 : 0;
+    }
+    return n;
+}
+
+TEST(Step, AProxyDoesNotChatterOnFacetsNorOnTextures)
+{
+    static const sqmap::test::Solid k_ball(mesh::sphere(0.05, 3));
+    std::vector<float> values;
+    const Texture texture = gaussian_texture({.amplitude = 0.0002}, values);
+    for (const bool rough : {false, true})
+        for (const Averaging averaging : {Averaging::Ball, Averaging::Stencil, Averaging::Patch}) {
+            ZoneOptions o = with(averaging);
+            o.mode = Mode::Proxy;
+            const double radius = averaging == Averaging::Ball ? 0.02 : 0;
+            if (averaging != Averaging::Patch) {
+                o.layer = query::Layer::Exact;
+                o.smoothing = averaging == Averaging::Ball ? ball_of(radius) : Smoothing{};
+            }
+            const std::vector<Vec3d> patch = mesh::sphere(0.01, 3).vertices;
+            Tool tool(averaging == Averaging::Patch ? patch : stencil_points(o.smoothing), o);
+            Solid solid = frictionless(k_ball);
+            if (rough) solid.material.texture = &texture;
+            const double far = averaging == Averaging::Patch ? 0.01 : radius;
+            std::vector<Vec3d> forces;
+            for (int i = 0; i < 1500; ++i) {
+                const double angle = 0.0007 * i, depth = std::min(1e-5 * i, 0.003);
+                forces.push_back(tool.touch(solid, (0.05 + far - depth) * Vec3d{std::sin(angle), 0, std::cos(angle)}).force);
+            }
+            EXPECT_GT(norm(forces.back()), 0.5);
+            EXPECT_LE(reversals(forces, 0.02), 2) << int(averaging) << (rough ? " rough" : " smooth");
+        }
+}
+
+TEST(Step, ALateTickFeelsTheTextureToo)
+{
+    std::vector<float> values;
+    const Texture texture = gaussian_texture({.amplitude = 0.0002}, values);
+    for (const Mode mode : {Mode::Direct, Mode::Proxy})
+        for (const bool patch : {false, true}) {
+            ZoneOptions o = patch ? with(Averaging::Patch) : exact;
+            o.mode = mode;
+            Tool late(patch ? square(4) : stencil_points(o.smoothing), o),
+                other(patch ? square(4) : stencil_points(o.smoothing), o);
+            Solid rough = frictionless(box());
+            rough.material.texture = &texture;
+            double most = 0, flat = 0;
+            for (int i = 0; i < 400; ++i) {
+                const Vec3d at{-0.02 + 1e-4 * i, 0, 0.029};
+                late.input.degraded = i % 5 == 4;
+                const double a = late.touch(rough, at).force.z, b = other.touch(rough, at).force.z;
+                most = std::max(most, std::fabs(a - b));
+                flat = std::max(flat, std::fabs(k * 0.001 - b));
+            }
+            EXPECT_GT(flat, patch ? 0.02 : 0.1) << "the relief is felt";
+            EXPECT_LT(most, 0.02) << int(mode) << patch;
+        }
+}
+
 TEST(Step, TextureIsFeltInTheSamePlaceTheSameWayAndNeverOutside)
 {
     std::vector<float> values;
