@@ -82,9 +82,9 @@ struct ZoneOptions {
     /// m, of the device's encoder, where twists are not measured: velocity is then taken over as long a past as one velocity
     /// explains to within it; 0: over the last tick.
     double resolution = 0;
-    /// m, Proxy with a Patch: a proxy lies so deep in the surface that many points bear it, which makes the force smooth and the
-    /// torque soft: as the tool turns, the place that bears it moves across it. Thinner parts may let it through. 0: on one
-    /// point.
+    /// m, Proxy with a Patch or a Ball (of which no more than a fifth of the radius): it lies so deep in the surface that many
+    /// points bear it, which makes the force smooth and the torque soft: as the tool turns, the place that bears it moves across
+    /// it. Thinner parts may let it through. 0: on one point.
     double proxy_depth = 0.002;
     /// Coupled: the spring and the damper between device and body, and the body. Defaults: for a light desktop stylus (b 1 N s/m,
     /// a tick of delay); choose_coupling takes a device's own numbers. A light body is not felt in free air.
