@@ -31,19 +31,18 @@ public:
 private:
     static std::string plain(std::string type)
     {
-        static const std::pair<std::regex, const char*> k_rules[] = {
-            {std::regex(":value in .*"), ""},       // a|b|c is said already
-            {std::regex("->[^,}]*"), ""},           // {cm->0.01,m->1}
-            {std::regex("TEXT:\\{(.*)\\}"), "$1"},  // one of a list
-            {std::regex("FLOAT:\\{(.*)\\}.*"), "$1"},
-            {std::regex("TEXT:FILE"), "FILE"},
-            {std::regex("TEXT:DIR"), "FOLDER"},
-            {std::regex(":SIZE.*"), ""},
-            {std::regex("(UINT|INT|FLOAT):RANGE:(.*)"), "$2"},
-            {std::regex("(UINT|INT|FLOAT):POSITIVE"), "NUMBER > 0"},
-            {std::regex("(UINT|INT|FLOAT):NONNEGATIVE"), "NUMBER >= 0"},
-            {std::regex("^(UINT|INT|FLOAT)$"), "NUMBER"},
-            {std::regex("^([A-Z]+):\\{(.*)\\}$"), "$2"}};
+        static const std::pair<std::regex, const char*> k_rules[] = {{std::regex(":value in .*"), ""},  // a|b|c is said already
+                                                                     {std::regex("->[^,}]*"), ""},      // {cm->0.01,m->1}
+                                                                     {std::regex("TEXT:\\{(.*)\\}"), "$1"},  // one of a list
+                                                                     {std::regex("FLOAT:\\{(.*)\\}.*"), "$1"},
+                                                                     {std::regex("TEXT:FILE"), "FILE"},
+                                                                     {std::regex("TEXT:DIR"), "FOLDER"},
+                                                                     {std::regex(":SIZE.*"), ""},
+                                                                     {std::regex("(UINT|INT|FLOAT):RANGE:(.*)"), "$2"},
+                                                                     {std::regex("(UINT|INT|FLOAT):POSITIVE"), "NUMBER > 0"},
+                                                                     {std::regex("(UINT|INT|FLOAT):NONNEGATIVE"), "NUMBER >= 0"},
+                                                                     {std::regex("^(UINT|INT|FLOAT)$"), "NUMBER"},
+                                                                     {std::regex("^([A-Z]+):\\{(.*)\\}$"), "$2"}};
         for (const auto& [pattern, with] : k_rules) type = std::regex_replace(type, pattern, with);
         std::replace(type.begin(), type.end(), ',', '|');
         return type;

@@ -579,8 +579,8 @@ private:
         // A plate passes with twice the least thickness times the root of both sides' area; three times leaves no doubt.
         const double both_sides = closed ? flatness.area : 2 * flatness.area;
         refuse("E_FLAT", "mesh", flatness.message,
-               "make it a plate with sqmap bake --thickness T, T at least " + length(3 * k_flat_thickness * std::sqrt(both_sides)) +
-                   ", or model both sides further apart");
+               "make it a plate with sqmap bake --thickness T, T at least " +
+                   length(3 * k_flat_thickness * std::sqrt(both_sides)) + ", or model both sides further apart");
     }
 
     // --- the result ---------------------------------------------------------------------------------------------------
