@@ -20,6 +20,7 @@ struct State::Touch {
     std::uint32_t plane_count = 0;
     bool single = false;  ///< one plane stands for the zone's whole felt contact (stencils)
     Wrench braking{};     ///< before contact, of the last tick with a query
+    double sink = 0;      ///< proxy: m that it lies in the surface
     double let_in = 0;    ///< proxy: m that its plane has gone in since it was felt
 
     Pose solid_before{};  ///< at the last step

@@ -22,6 +22,7 @@ constexpr double k_denser_share = 0.75;    ///< of the points that may touch: so
 constexpr int k_proxy_rounds = 4;
 /// m: a proxy lies so deep, and so goes on touching what it rests on; of a patch that may be more.
 constexpr double k_proxy_sink = 1e-5;
+constexpr double k_other_side = -0.5;    ///< cosine between ways out
 constexpr double k_ball_sink = 0.2;      ///< of its radius
 constexpr double k_proxy_let_in = 1e-4;  ///< m a round
 constexpr double k_proxy_step = 0.002;   ///< m a round, so that nothing thicker is passed through
@@ -637,6 +638,8 @@ struct Stepper {
                 motion += norm(m.body.translation - still);
                 break;
             }
+        for (Touch& t : touches)
+            if (t.plane_count == 0) t.sink = sink;
         const Vec3d before = m.body.translation;
         // The way out of all that it lies on, how deep it lies in each, and how far the device is behind it.
         const auto way_out = [&] {
@@ -649,7 +652,7 @@ struct Stepper {
             const Touch& t = touches[s];
             if (t.plane_count == 0 || !rests) return Vec3d{};
             const Vec3d point = transform_back(in.solids[s].pose, at + m.body.rotation * t.planes[0].probe);
-            const double depth = std::clamp(sink - dot(point - t.planes[0].point, t.planes[0].normal), 0., sink);
+            const double depth = std::clamp(t.sink - dot(point - t.planes[0].point, t.planes[0].normal), 0., t.sink);
             return depth * (in.solids[s].pose.rotation * t.planes[0].normal);
         };
         const auto load_at = [&](Vec3d at, Vec3d normal) {
@@ -687,9 +690,17 @@ struct Stepper {
                 Touch& t = touches[s];
                 const Felt felt = feel(z, s, m.body, nullptr);
                 if (felt.exact > 0 && norm_sq(felt.force) > 0) {
-                    const double out = (rests ? felt.depth : felt.exact) - sink;
+                    const Vec3d felt_out = normalized(felt.force);
+                    if (o.averaging == Averaging::Patch && t.plane_count > 0 && t.sink > 2 * k_proxy_sink &&
+                        dot(felt_out, in.solids[s].pose.rotation * t.planes[0].normal) < k_other_side) {
+                        // So deep it feels the other side of something thin: half as deep, until it leaves.
+                        t.sink *= 0.5;
+                        t.planes[0].point += t.sink * t.planes[0].normal;
+                        continue;
+                    }
+                    const double out = (rests ? felt.depth : felt.exact) - t.sink;
                     keep_single(t, in.solids[s], m.body, felt, out);
-                    m.body.translation += std::max(out, 0.) * normalized(felt.force);
+                    m.body.translation += std::max(out, 0.) * felt_out;
                     t.let_in = 0;
                 } else if (t.plane_count > 0) {
                     // The surface has curved away from its plane, or the smoothed direction led a hair past it: the plane goes

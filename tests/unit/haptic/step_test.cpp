@@ -594,6 +594,26 @@ TEST(Step, AProxyHoldsWhereThinPartsLetGo)
     EXPECT_EQ(proxy.touch(frictionless(plate()), Vec3d{0, 0, 0.003}), Wrench{});
 }
 
+TEST(Step, AProxyOfAMeshHoldsOnAPlateThinnerThanItWouldLie)
+{
+    ZoneOptions o = with(Averaging::Patch);
+    o.mode = Mode::Proxy;
+    Tool tool(square(8), o);
+    Vec3d before{};
+    for (double z = 0.003; z > -0.02; z -= 1e-4) {
+        const Vec3d f = tool.touch(frictionless(plate()), Vec3d{0, 0, z}).force;
+        EXPECT_LT(norm(f - before), 0.26 + 1.1 * k * 1e-4) << z;
+        if (z < -0.001) {
+            EXPECT_NEAR(f.z, k * (0.001 - z), 0.3 * k * (0.001 - z)) << z;
+        }
+        before = f;
+    }
+    EXPECT_GT(tool.report().body.translation.z, 0);
+    for (int i = 0; i < 200; ++i) before = tool.touch(frictionless(plate()), Vec3d{0, 0, -0.02}).force;
+    EXPECT_NEAR(before.z, k * 0.021, 0.05);
+    EXPECT_LT(norm(tool.touch(frictionless(plate()), Vec3d{0, 0, -0.02}).force - before), 1e-4);
+}
+
 TEST(Step, AProxyFollowsASurface)
 {
     ZoneOptions o = exact;
