@@ -558,7 +558,10 @@ void warn_of_idle(const CLI::App& command, const TouchOptions& o)
         {"--mu-dynamic", coulomb, "--friction coulomb"},
         {"--f-c", paper, "--friction paper"},
         {"--k-f", paper, "--friction paper"},
-        {"--proxy-depth", o.zone.mode == haptic::Mode::Proxy, "--mode proxy"},
+        {"--proxy-depth", o.zone.mode == haptic::Mode::Proxy && !o.tool.starts_with("point"),
+         "--mode proxy and a mesh or a sphere"},
+        {"--brake", o.zone.mode != haptic::Mode::Proxy, "--mode direct or coupled"},
+        {"--tool-touching", !o.tool.starts_with("point") && !o.tool.starts_with("sphere"), "a mesh as tool"},
         {"--mass", o.zone.mode == haptic::Mode::Coupled, "--mode coupled"},
         {"--texture-depth", texture, "--texture"},
         {"--texture-wavelength", texture, "--texture"},
@@ -602,7 +605,10 @@ void add_force_options(CLI::App& command, TouchOptions& o)
     number("--f-c", o.material.f_c, "f_c of eq. 33, N");
     number("--k-f", o.material.k_f, "k_f of eq. 33, 1/m");
     number("--brake", o.zone.brake, "N s/m against the approach before contact; 0: none");
-    number("--proxy-depth", o.zone.proxy_depth, "m that the proxy of a mesh lies in the surface (--mode proxy)");
+    command.add_option("--proxy-depth", o.zone.proxy_depth, "m that the proxy of a mesh or a sphere lies in the surface")
+        ->check(in_range(0., 0.05))
+        ->group(group)
+        ->capture_default_str();
     number("--blend", o.zone.blend_time, "s in which a jump of the foot point fades to 1/e; 0: jumps pass");
     const auto wish = [&](const char* name, std::optional<double>& value, const char* words, const char* of) {
         command.add_option(name, value, words)->check(not_below_zero(1e6))->group(of);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sqmap::device {
 namespace {
@@ -42,6 +43,9 @@ bool Channel::read(Sample& sample) noexcept
     have_sample_ |= samples_.take();
     if (!have_sample_) return false;
     sample = samples_.value();
+    const std::uint64_t spoilt = spoilt_.load(std::memory_order_acquire);
+    if (spoilt != seen_spoilt_) sample.poses[0].translation.x = std::numeric_limits<double>::quiet_NaN();
+    seen_spoilt_ = spoilt;
     return true;
 }
 

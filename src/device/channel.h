@@ -24,6 +24,8 @@ public:
     // For the device's own thread.
     /// A fresh reading; sets its sequence number.
     void publish(Sample sample) noexcept;
+    /// The user's pose was none: the servo reads it once, also where a good one has come since.
+    void spoil() noexcept { spoilt_.fetch_add(1, std::memory_order_acq_rel); }
     /// The device is gone: read and write answer false until the next publish.
     void lose() noexcept { alive_.store(false, std::memory_order_release); }
     /// What the device shall exert now: the newest wrench a zone, or none where zero() came since, where it is not finite, or
@@ -54,7 +56,8 @@ private:
     std::uint64_t sequence_ = 0;
     bool have_sample_ = false, have_packet_ = false;
     std::atomic<bool> alive_{false};
-    std::atomic<std::uint64_t> zeros_{0};
+    std::atomic<std::uint64_t> zeros_{0}, spoilt_{0};
+    std::uint64_t seen_spoilt_ = 0;  ///< the servo's
 };
 
 }  // namespace sqmap::device

@@ -270,6 +270,7 @@ private:
             // client hears no force at once.
             sample.poses[0].translation = {k_nan, k_nan, k_nan};
             channel_.publish(sample);
+            channel_.spoil();
             channel_.zero();
             return send_wrenches(channel_.output(sample.time), sequence);
         }

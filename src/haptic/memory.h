@@ -48,6 +48,7 @@ struct State::Memory {
     Pose body{};         ///< proxy or coupled body
     Twist body_twist{};
     bool has_body = false;
+    bool inside = false;  ///< proxy: the device has not been free since the proxy was put there
     /// Blending: the springs of the last tick and all that was pushed with, what is left of jumps.
     Wrench springs_before{}, whole_before{}, left{};
     bool was_touching = false;

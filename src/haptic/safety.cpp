@@ -293,7 +293,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
     tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
-    if (in.resume && verdict_ == SetupVerdict::Ok) {
+    if (in.resume && verdict_ == SetupVerdict::Ok && faults_ != 0) {
         faults_ = 0;
         bad_count_ = 0;
         for (Zone& zone : zones_) zone.fast = 0;
@@ -504,10 +504,8 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         if (tick.fresh) {
             const Wrench mean = 1. / zone.since_count * zone.since;
             const double given = power(mean, tick.moved[z], tick.turned[z]);
-            // There and back in two samples is a glitch, which does no work; whoever is that fast gets a brake alone.
-            if (zone.fast <= 0)
-                zone.energy =
-                    std::clamp(zone.energy + given - device_.damping * norm_sq(zone.velocity) * tick.sample_dt, -k_store, k_debt);
+            zone.energy =
+                std::clamp(zone.energy + given - device_.damping * norm_sq(zone.velocity) * tick.sample_dt, -k_store, k_debt);
             zone.since = {};
             zone.since_count = 0;
         }
@@ -518,7 +516,9 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         // A spring that the ramp stiffens while it is pressed in pushes the hand out: that much is the filter's own doing.
         const double stiffened = std::min(tick.stiffened[z], zone.ramp_store);
         zone.ramp_store -= stiffened;
-        zone.energy = std::max(zone.energy - stiffened, -k_slack * springs);
+        zone.energy -= stiffened;
+        // There and back in two samples is a glitch: what it took on the way there it gives on the way back.
+        if (zone.since_fast >= k_glitch) zone.energy = std::max(zone.energy, -k_slack * springs);
         const bool free = is_zero(wrench) && is_zero(then);
         // What is owed is forgiven slowly, in contact down to the margin, or a zone that owes would be dead for ever.
         // A touch that comes and goes many times a second is one: else every time would be given the margin anew.

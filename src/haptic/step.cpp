@@ -613,6 +613,17 @@ struct Stepper {
         return p;
     }
 
+    /// Whether anything is felt at a place; the report stays.
+    bool touches_at(std::size_t z, const Pose& at)
+    {
+        ZoneReport& report = state.reports_[z];
+        const ZoneReport kept = report;
+        bool touches = false;
+        for (std::size_t s = 0; s < solids; ++s) touches = touches || feel(z, s, at, nullptr).exact > 0;
+        report = kept;
+        return touches;
+    }
+
     /// The proxy goes to the device as far as the surfaces let it.
     Wrench proxy(std::size_t z)
     {
@@ -625,8 +636,17 @@ struct Stepper {
         const bool rests = o.averaging != Averaging::Stencil, ball = o.averaging == Averaging::Ball;
         const double room = ball ? std::min(o.proxy_depth, k_ball_sink * o.smoothing.radius) : o.proxy_depth;
         const double sink = std::max(rests ? room : 0., k_proxy_sink);
-        if (!m.has_body) m.body = in.poses[z];
+        if (!m.has_body) {
+            m.body = in.poses[z];
+            m.inside = true;
+        }
         m.has_body = true;
+        if (m.inside && !in.degraded && !touches_at(z, in.poses[z])) {
+            // It began inside and may have come out anywhere: once the device is free, it is where the device is.
+            m.inside = false;
+            m.body = in.poses[z];
+            for (std::size_t s = 0; s < solids; ++s) touch(z, s).plane_count = 0;
+        }
         m.body.rotation = in.poses[z].rotation;
         const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.most_solids_, solids);
         // A surface that moves carries along what lies on it.
@@ -748,7 +768,12 @@ struct Stepper {
                 Vec3d pull = o.stiffness * (held / share + borne(s, m.body.translation));
                 if (o.averaging != Averaging::Patch)
                     pull = carved_pull(in.solids[s], m.body.translation + arm, normal_there, pull, o.stiffness);
-                const Vec3d force = pull + damping / share;
+                Vec3d force = pull + damping / share;
+                if (const Material& material = in.solids[s].material; material.friction == Friction::Paper) {
+                    const Vec3d moved = m.body.translation - before;
+                    force +=
+                        printed_friction({material.f_c, material.k_f}, load, moved - dot(moved, normal_there) * normal_there);
+                }
                 lever += arm / share;
                 touches[s].spring = norm(pull);
                 springs = springs + Wrench{pull, cross(arm, pull)};

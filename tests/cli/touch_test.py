@@ -619,7 +619,7 @@ class Touch(unittest.TestCase):
                                  ([*touch, "--device", "press:depth=0.01,"], "a comma too many"),
                                  ([*touch, "--device", "press:depth=-0.01,gap=0.005"], "depth=-0.01 lies above gap=0.005"),
                                  ([*touch, "--device", "press:radius=0.01"], "press has no option 'radius'"),
-                                 ([*touch, "--device", "slide:rate=1"], "rate must be a number from 50 to 10000"),
+                                 ([*touch, "--device", "slide:rate=1"], "rate must be a number from 60 to 10000"),
                                  ([*touch, "--device", "slide:speed=100"], "speed must be a number from 1e-05 to 10"),
                                  ([*touch, "--device", "simulated:press,delay=1.5"], "delay must be a whole number from 0 to 8"),
                                  ([*touch, "--tool", "sphere:0.5"], "the first object's R_max"),
