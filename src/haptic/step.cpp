@@ -770,7 +770,7 @@ struct Stepper {
                     pull = carved_pull(in.solids[s], m.body.translation + arm, normal_there, pull, o.stiffness);
                 Vec3d force = pull + damping / share;
                 if (const Material& material = in.solids[s].material; material.friction == Friction::Paper) {
-                    const Vec3d moved = m.body.translation - before;
+                    const Vec3d moved = in.dt * velocity_over(m.device_twist, in.solids[s], in.poses[z], {});
                     force +=
                         printed_friction({material.f_c, material.k_f}, load, moved - dot(moved, normal_there) * normal_there);
                 }

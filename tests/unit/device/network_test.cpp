@@ -336,6 +336,24 @@ TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndTheFilterIsTold)
     }
 }
 
+TEST(NetworkDevice, APoseThatCannotBeIsReadOnceWhereAGoodOneHasFollowed)
+{
+    Pair pair;
+    Sample sample;
+    ASSERT_TRUE(pair.device->read(sample));
+    Bytes bytes = pair.client.pose(2, 1);
+    const double nan = std::nan("");
+    std::memcpy(bytes.data() + 40, &nan, sizeof nan);
+    pair.client.send(bytes);
+    EXPECT_FALSE(pair.client.receive().empty());
+    pair.client.send(pair.client.pose(3, 4));
+    EXPECT_FALSE(pair.client.receive().empty());
+    ASSERT_TRUE(pair.device->read(sample));
+    EXPECT_TRUE(std::isnan(sample.poses[0].translation.x)) << "or force would set in again at once";
+    ASSERT_TRUE(pair.device->read(sample));
+    EXPECT_EQ(sample.poses[0].translation.x, 4);
+}
+
 TEST(NetworkDevice, TellsItsClientWhatTheSafetyFilterDid)
 {
     Pair pair;

@@ -819,6 +819,42 @@ TEST(SafetyPassivity, ToBeToldOfSpringsIsNoCreditForAMotor)
     EXPECT_LT(driven_energy(bench, 1, false), 2e-3 + 1e-3);
 }
 
+TEST(SafetyPassivity, MotionAboveTheTopSpeedIsCountedToo)
+{
+    // A device of 100 Hz: in by 11 mm within a sample, which is 1.1 m/s, and out again, with 2 N whenever it is in.
+    DeviceLimits device = strong();
+    device.period = device.sample_period = 0.01;
+    device.damping = 0;
+    Bench bench(device);
+    for (int i = 0; i < 100; ++i) bench.tick(true, 0.01);
+    double work = 0, most = 0, before = 0;
+    for (int i = 0; i < 1200; ++i) {
+        const double place = i % 20 < 10 ? 0. : -0.011;
+        work += bench.force().z * (place - before);
+        most = std::max(most, work);
+        before = place;
+        bench.poses[0].translation.z = place;
+        bench.asked[0].force = {0, 0, place < 0 ? 5. : 0.};
+        bench.tick(true, 0.01);
+    }
+    // One sample of a held force, and the valve: without it 60 x 22 mJ.
+    EXPECT_LT(most, 2 * 0.011 + 3e-3);
+}
+
+TEST(SafetyPassivity, AGlitchOwesNothing)
+{
+    Bench bench;
+    bench.engage_and_push({0, 0, 0.4});
+    bench.poses[0].translation.z -= 0.04;
+    bench.asked[0].force.z = 2;
+    bench.tick();
+    bench.poses[0].translation.z += 0.04;
+    bench.asked[0].force.z = 0.4;
+    bench.tick();
+    for (int i = 0; i < 40; ++i) bench.tick();
+    EXPECT_EQ(bench.force().z, 0.4);
+}
+
 TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
 {
     // A spring seen 3 ticks late gives K v delay per metre; the observer must see that, not the energy of the undelayed spring.

@@ -614,6 +614,37 @@ TEST(Step, AProxyOfAMeshHoldsOnAPlateThinnerThanItWouldLie)
     EXPECT_LT(norm(tool.touch(frictionless(plate()), Vec3d{0, 0, -0.02}).force - before), 1e-4);
 }
 
+TEST(Step, AProxyThatBeganInsideIsWithTheDeviceOnceThatIsFree)
+{
+    for (const bool patch : {false, true}) {
+        ZoneOptions o = patch ? with(Averaging::Patch) : exact;
+        o.mode = Mode::Proxy;
+        o.averaging = patch ? Averaging::Patch : Averaging::Stencil;
+        Tool tool(patch ? square(4) : stencil_points(o.smoothing), o);
+        // Nearer to the bottom: there it comes out.
+        for (double z = -0.01; z < 0.0301; z += 5e-4) (void)tool.touch(frictionless(box()), Vec3d{0, 0, z});
+        EXPECT_EQ(tool.touch(frictionless(box()), Vec3d{0, 0, 0.033}), Wrench{});
+        for (double z = 0.033; z > 0.028; z -= 1e-4) (void)tool.touch(frictionless(box()), Vec3d{0, 0, z});
+        EXPECT_NEAR(tool.touch(frictionless(box()), Vec3d{0, 0, 0.028}).force.z, k * 0.002, 0.05);
+    }
+}
+
+TEST(Step, AProxyRubsAsPrintedWhereAsked)
+{
+    ZoneOptions o = exact;
+    o.mode = Mode::Proxy;
+    Tool tool = Tool::point(o);
+    Solid solid = frictionless(box());
+    solid.material.friction = Friction::Paper;
+    solid.material.f_c = 0.2;
+    solid.material.k_f = 100;
+    Vec3d f;
+    for (int i = 0; i < 100; ++i) f = tool.touch(solid, Vec3d{1e-4 * i, 0, std::max(0.0305 - 1e-4 * i, 0.028)}).force;
+    EXPECT_NEAR(f.x, -0.2 * (1 + 100 * 0.002), 0.02);
+    for (int i = 0; i < 100; ++i) f = tool.touch(solid, Vec3d{0.0099, 0, 0.028}).force;
+    EXPECT_NEAR(f.x, 0, 0.01) << "none while still";
+}
+
 TEST(Step, AProxyFollowsASurface)
 {
     ZoneOptions o = exact;
@@ -1198,6 +1229,7 @@ TEST(Step, ALateTickFeelsTheTextureToo)
         for (const bool patch : {false, true}) {
             ZoneOptions o = patch ? with(Averaging::Patch) : exact;
             o.mode = mode;
+            o.averaging = patch ? Averaging::Patch : Averaging::Stencil;
             Tool late(patch ? square(4) : stencil_points(o.smoothing), o),
                 other(patch ? square(4) : stencil_points(o.smoothing), o);
             Solid rough = frictionless(box());
