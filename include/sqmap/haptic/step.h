@@ -84,7 +84,7 @@ struct ZoneOptions {
     double resolution = 0;
     /// m, Proxy with a Patch or a Ball (of which no more than a fifth of the radius): it lies so deep in the surface that many
     /// points bear it, which makes the force smooth and the torque soft: as the tool turns, the place that bears it moves across
-    /// it. Thinner parts may let it through. 0: on one point.
+    /// it. A Patch in something thinner rises until it no longer feels the other side. 0: on one point.
     double proxy_depth = 0.002;
     /// Coupled: the spring and the damper between device and body, and the body. Defaults: for a light desktop stylus (b 1 N s/m,
     /// a tick of delay); choose_coupling takes a device's own numbers. A light body is not felt in free air.
