@@ -529,9 +529,13 @@ class Touch(unittest.TestCase):
         spec = importlib.util.spec_from_file_location("client", CLIENT)
         client = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(client)
+        for own_process in ([], ["--own-process"]):
+            self.go_and_come_back(client, own_process)
+
+    def go_and_come_back(self, client, own_process):
         port = free_port()
         process = subprocess.Popen([PROGRAM, "touch", "--object", "sphere.sqmap", "--tool", "sphere:0.01", "--device",
-                                    f"network:port={port},wait=60", "--seconds", "60", "--record", "gone.csv"],
+                                    f"network:port={port},wait=60", "--seconds", "60", "--record", "gone.csv", *own_process],
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
             link.connect(("127.0.0.1", port))
@@ -558,6 +562,23 @@ class Touch(unittest.TestCase):
         self.assertGreater(sum(float(row["z0_fz"]) > 0.1 for row in rows), 100)
         replayed = run("replay", "gone.csv")
         self.assertEqual(replayed.returncode, 0, replayed.stdout)
+        pressed = [float(row["time"]) for row in rows if float(row["z0_fz"]) > 0.1]
+        self.assertEqual(sum(b - a > 0.3 for a, b in zip(pressed, pressed[1:])), 2, "felt all three times")
+        os.remove("gone.csv")
+
+    def test_what_cannot_be_recorded_is_said_before_a_device_is_opened(self):
+        for name, words in (("no/such/folder.csv", "cannot write"), (".", "folder")):
+            result = run("touch", "--object", "sphere.sqmap", "--device", f"network:port={free_port()},wait=1", "--record", name)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(words, result.stderr)
+            self.assertNotIn("no client", result.stderr)
+
+    def test_options_without_effect_are_said(self):
+        for options in (["--k-f", "5"], ["--texture-depth", "0.001"], ["--mass", "0.1"], ["--proxy-depth", "0.001"],
+                        ["--mode", "proxy", "--brake", "1"], ["--tool", "sphere", "--tool-touching", "9"]):
+            result = run("touch", "--object", "sphere.sqmap", "--seconds", "0.01", *options)
+            self.assertIn(f"warning: {options[-2]} counts with ", result.stderr)
+        self.assertNotIn("counts with", run("touch", "--object", "sphere.sqmap", "--seconds", "0.01", "--mu-static", "0.5").stderr)
 
     def test_dampers_near_the_devices_own_are_scaled(self):
         result = self.record("damped.csv", "--damping", "5", device="simulated:press", seconds="0.3")
