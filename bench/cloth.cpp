@@ -108,7 +108,7 @@ void fill(Part& part, std::uint32_t samples, bool own)
 
 /// Depth and normal by trilinear interpolation, for every node. Returns the contacts.
 std::size_t ask_field(const bench::DistanceGrid& g, const query::Pose& pose, std::span<const Vec3d> nodes,
-                      std::vector<query::FrameContact>& out)
+                      std::vector<query::ProbeContact>& out)
 {
     Mat3f to_cells;
     Vec3f origin;
@@ -136,7 +136,7 @@ std::size_t ask_field(const bench::DistanceGrid& g, const query::Pose& pose, std
         const Vec3f gradient{sx / static_cast<float>(g.spacing.x),
                              ((1 - fz) * (b - a) + fz * (d - c)) / static_cast<float>(g.spacing.y),
                              (far - near) / static_cast<float>(g.spacing.z)};
-        query::FrameContact& contact = out[count++];
+        query::ProbeContact& contact = out[count++];
         contact.index = n;
         contact.depth = -distance;
         contact.normal = normalized(gradient);
@@ -173,7 +173,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
 {
     nlohmann::json rows = nlohmann::json::object();
     query::Probe probe(c.frames.front().nodes);
-    std::vector<query::FrameContact> found(c.frames.front().nodes.size());
+    std::vector<query::ProbeContact> found(c.frames.front().nodes.size());
     rows["sqmap, points moved and refitted"] = timed(clock, c, [&](const Frame& f) {
         probe.move(f.nodes);
         return std::size_t{0};
@@ -182,7 +182,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
                                       {"sqmap, layer 2", query::Layer::Two},
                                       {"sqmap, layer 3", query::Layer::Three},
                                       {"sqmap, exact layer", query::Layer::Exact}}) {
-        query::FrameOptions options;
+        query::ProbeOptions options;
         options.layer = layer;
         rows[name] = timed(clock, c, [&](const Frame& f) {
             probe.move(f.nodes);
@@ -190,7 +190,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             for (std::size_t p = 0; p < parts.size(); ++p) {
                 query::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
                 if (!probe.reaches(sphere)) continue;
-                contacts += query::query_frame(parts[p].model, probe, query::inverse(f.poses[p]), options, found).contacts;
+                contacts += query::query_probe(parts[p].model, probe, query::inverse(f.poses[p]), options, found).contacts;
             }
             return contacts;
         });

@@ -2,9 +2,10 @@
 
 namespace sqmap::bench {
 
-std::uint32_t dense_kernel_avx2(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactRoom& room)
+std::uint32_t dense_kernel_avx2(const FieldView& field, const ProbeView& probe, const CellPose& pose,
+                                const ContactWorkspace& workspace)
 {
-    return run(field, probe, pose, room);
+    return run(field, probe, pose, workspace);
 }
 
 }  // namespace sqmap::bench

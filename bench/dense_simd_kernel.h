@@ -40,7 +40,7 @@ struct ProbeView {
     std::uint32_t group_blocks;
     std::uint32_t last_lanes;  ///< vertices in the last block of all that is in use
     std::uint32_t last_block;  ///< its number
-    // Scratch of the kernel: room for a block more than all groups, and than all clusters.
+    // Scratch of the kernel: workspace for a block more than all groups, and than all clusters.
     std::uint32_t *group_list, *cluster_list;
 };
 
@@ -49,18 +49,18 @@ struct CellPose {
     float m[3][4];
 };
 
-/// Where answers go: room for a block more than all vertices.
-struct ContactRoom {
+/// Where answers go: workspace for a block more than all vertices.
+struct ContactWorkspace {
     std::uint32_t* vertex;
     float* depth;
     float* normal[3];  ///< null where nobody asks for normals
 };
 
 /// Number of contacts written.
-using DenseKernel = std::uint32_t (*)(const FieldView&, const ProbeView&, const CellPose&, const ContactRoom&);
+using DenseKernel = std::uint32_t (*)(const FieldView&, const ProbeView&, const CellPose&, const ContactWorkspace&);
 
-std::uint32_t dense_kernel_avx512(const FieldView&, const ProbeView&, const CellPose&, const ContactRoom&);
-std::uint32_t dense_kernel_avx2(const FieldView&, const ProbeView&, const CellPose&, const ContactRoom&);
-std::uint32_t dense_kernel_plain(const FieldView&, const ProbeView&, const CellPose&, const ContactRoom&);
+std::uint32_t dense_kernel_avx512(const FieldView&, const ProbeView&, const CellPose&, const ContactWorkspace&);
+std::uint32_t dense_kernel_avx2(const FieldView&, const ProbeView&, const CellPose&, const ContactWorkspace&);
+std::uint32_t dense_kernel_plain(const FieldView&, const ProbeView&, const CellPose&, const ContactWorkspace&);
 
 }  // namespace sqmap::bench

@@ -182,7 +182,7 @@ inline void pack(float* out, Floats values, std::uint32_t mask)
 /// Three sweeps, each over a list that the one before has packed: no branch waits for a look-up, so that the look-ups of
 /// many blocks are under way at once.
 template <bool with_normal>
-inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactRoom& room)
+inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactWorkspace& workspace)
 {
     // The largest coordinate that still lies in the last cell.
     const float last = static_cast<float>(field.fine.count - 1) * (1 - 1e-6f);
@@ -205,24 +205,24 @@ inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const
         inside &= c == probe.last_block ? (1u << probe.last_lanes) - 1 : 0xffffu;
         Floats vertex;
         std::memcpy(&vertex, block.vertex, sizeof vertex);
-        pack(reinterpret_cast<float*>(room.vertex + count), vertex, inside);
-        pack(room.depth + count, -distance, inside);
+        pack(reinterpret_cast<float*>(workspace.vertex + count), vertex, inside);
+        pack(workspace.depth + count, -distance, inside);
         if constexpr (with_normal) {
             if (inside == 0) continue;
             const Floats x = gradient.x / field.spacing[0], y = gradient.y / field.spacing[1], z = gradient.z / field.spacing[2];
             const Floats scale = reciprocal_root(x * x + y * y + z * z + 1e-30f);
-            pack(room.normal[0] + count, x * scale, inside);
-            pack(room.normal[1] + count, y * scale, inside);
-            pack(room.normal[2] + count, z * scale, inside);
+            pack(workspace.normal[0] + count, x * scale, inside);
+            pack(workspace.normal[1] + count, y * scale, inside);
+            pack(workspace.normal[2] + count, z * scale, inside);
         }
         count += static_cast<std::uint32_t>(__builtin_popcount(inside));
     }
     return count;
 }
 
-inline std::uint32_t run(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactRoom& room)
+inline std::uint32_t run(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactWorkspace& workspace)
 {
-    return room.normal[0] != nullptr ? sweep<true>(field, probe, pose, room) : sweep<false>(field, probe, pose, room);
+    return workspace.normal[0] != nullptr ? sweep<true>(field, probe, pose, workspace) : sweep<false>(field, probe, pose, workspace);
 }
 
 }  // namespace

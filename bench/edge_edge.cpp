@@ -45,7 +45,7 @@ struct Item {
     FclModel fcl;
 };
 
-constexpr query::FrameOptions k_margin{.layer = query::Layer::Exact, .margin = 0.002f};
+constexpr query::ProbeOptions k_margin{.layer = query::Layer::Exact, .margin = 0.002f};
 
 struct Pair {
     std::uint32_t a, b;
@@ -124,7 +124,9 @@ struct Totals {
 
 class Measure {
 public:
-    Measure(const Item& a, const Item& b) : a_(a), b_(b), tree_a_(a.mesh), tree_b_(b.mesh), room_(100000), contacts_(200000) {}
+    Measure(const Item& a, const Item& b) : a_(a), b_(b), tree_a_(a.mesh), tree_b_(b.mesh), workspace_(100000), contacts_(200000)
+    {
+    }
 
     void at(const query::Pose& pose, Totals& totals)
     {
@@ -138,7 +140,7 @@ public:
         distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
         ++totals.poses;
         totals.curves += distinct.size();
-        const auto count = [&](const query::FrameOptions& options, Count& missed) {
+        const auto count = [&](const query::ProbeOptions& options, Count& missed) {
             const query::PairResult r = ask(pose, options);
             missed.poses += r.contacts == 0 ? 1u : 0u;
             std::vector<std::uint32_t> seen;
@@ -181,10 +183,10 @@ public:
     }
 
 private:
-    query::PairResult ask(const query::Pose& pose, const query::FrameOptions& options)
+    query::PairResult ask(const query::Pose& pose, const query::ProbeOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
-                                                      {.frame = options, .merge_distance = 0}, room_, contacts_);
+                                                      {.frame = options, .merge_distance = 0}, workspace_, contacts_);
         in_a_.assign(a_.mesh.vertices.size(), 0);
         in_b_.assign(b_.mesh.vertices.size(), 0);
         for (std::size_t i = 0; i < r.contacts; ++i)
@@ -201,7 +203,7 @@ private:
 
     const Item &a_, &b_;
     mesh::Bvh tree_a_, tree_b_;
-    query::PairRoom room_;
+    query::PairWorkspace workspace_;
     std::vector<query::PairContact> contacts_;
     std::vector<char> in_a_, in_b_;
 };
@@ -259,7 +261,7 @@ int run(int poses, const char* path_a, const char* path_b)
             measure.apart(pose_at(out + k_press[k] * setting->r_max), totals[k]);
         }
     }
-    const query::FrameOptions offset{.offset = true};
+    const query::ProbeOptions offset{.offset = true};
     std::printf("offsets up to %.3f %% (a) and %.3f %% (b) of a's R_max, margin %.3f %% of each body's own\n",
                 100 * query::reach_of({&a.view, nullptr, {}}, offset) / setting->r_max,
                 100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max,

@@ -90,16 +90,16 @@ int main(int argc, char** argv)
     query::SkinLattice lattice = bake::skin_lattice(bound.mesh, bound.influences, {.cell = cell});
     lattice.bones = static_cast<std::uint32_t>(skin.skeleton.size());
     query::PosedSkin posed_skin(lattice);
-    std::size_t rigid = 0, most_pulls = 0;
+    std::size_t rigid = 0, max_pulls = 0;
     for (const auto& n : lattice.nodes) rigid += n.bone != query::SkinLattice::k_none ? 1 : 0;
     for (std::size_t c = 0; c + 1 < lattice.first_pull.size(); ++c)
-        most_pulls = std::max<std::size_t>(most_pulls, lattice.first_pull[c + 1] - lattice.first_pull[c]);
+        max_pulls = std::max<std::size_t>(max_pulls, lattice.first_pull[c + 1] - lattice.first_pull[c]);
     std::printf(
         "bound model %.2f s, %zu bytes; lattice of cells %.4f of R_max %.2f s: %zu blended, %zu boxes of rigid ones, %zu "
         "corners, "
         "%zu pulls (at most %zu)\n",
         baked - start, bytes.size(), cell, cpu_seconds() - baked, lattice.corners.size(), rigid, lattice.first_pull.size() - 1,
-        lattice.pulls.size(), most_pulls);
+        lattice.pulls.size(), max_pulls);
     std::optional<Solids> solids;
     if (least_weight > 0) solids.emplace(bound, skin.skeleton.size(), least_weight);
 
@@ -145,14 +145,14 @@ int main(int argc, char** argv)
                 for (const Vec3d& p : points) placed.push_back(centre + scale * (p - 0.5 * (lo + hi)));
                 std::vector<std::vector<double>> depth(tallies.size(), std::vector<double>(placed.size(), -1));
                 std::vector<Vec3d> normal(placed.size());
-                query::SkinRoom room(lattice, placed);
+                query::SkinWorkspace workspace(lattice, placed);
                 std::vector<query::SkinContact> contacts(placed.size());
-                query::FrameResult r;
+                query::ProbeResult r;
                 for (int again = 0; again < 20; ++again) {
                     start = cpu_seconds();
                     (void)posed_skin.pose(maps);
                     const double is_posed = cpu_seconds();
-                    r = query::query_skin(model, posed_skin, placed, {.layer = layer}, room, contacts);
+                    r = query::query_skin(model, posed_skin, placed, {.layer = layer}, workspace, contacts);
                     pose_seconds += is_posed - start;
                     query_seconds += cpu_seconds() - is_posed;
                     ++frames;

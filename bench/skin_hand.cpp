@@ -129,11 +129,11 @@ void Solids::ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& poin
                  std::vector<double>& depth) const
 {
     query::Probe probe(points);
-    std::vector<query::FrameContact> contacts(points.size());
+    std::vector<query::ProbeContact> contacts(points.size());
     for (const Model& m : models_) {
         // A bone's map is rigid, so its inverse is the transpose.
         const query::Pose pose = query::inverse({maps[m.joint].linear, maps[m.joint].shift});
-        const auto r = query::query_frame(m.view, probe, pose, {.layer = layer}, contacts);
+        const auto r = query::query_probe(m.view, probe, pose, {.layer = layer}, contacts);
         for (std::size_t c = 0; c < std::min(r.contacts, contacts.size()); ++c)
             depth[contacts[c].index] =
                 std::max(depth[contacts[c].index], static_cast<double>(contacts[c].depth) * m.view.header.unit);

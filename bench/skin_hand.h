@@ -4,7 +4,7 @@
 
 #include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/skin.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <cstddef>
 #include <cstdint>

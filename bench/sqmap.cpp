@@ -2,7 +2,7 @@
 #include "method.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <algorithm>
 #include <array>
@@ -55,7 +55,7 @@ public:
 
     void run(const Pose& pose) override
     {
-        result_ = query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation},
+        result_ = query::query_probe(baked_->view, probe_, {pose.rotation, pose.translation},
                                      {.layer = layer_, .first_only = first_only_}, contacts_);
     }
 
@@ -72,12 +72,12 @@ public:
     void read_all(const Pose& pose, FrameAnswer& out) override
     {
         if (!first_only_) return read(out);
-        read_vertices(query::query_frame(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_),
+        read_vertices(query::query_probe(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_),
                       out);
     }
 
 private:
-    void read_vertices(const query::FrameResult& result, FrameAnswer& out) const
+    void read_vertices(const query::ProbeResult& result, FrameAnswer& out) const
     {
         const auto unit = static_cast<float>(baked_->view.header.unit);
         for (std::size_t i = 0; i < result.contacts; ++i) out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
@@ -89,8 +89,8 @@ private:
     query::Layer layer_;
     bool first_only_;
     query::Probe probe_;
-    std::vector<query::FrameContact> contacts_;
-    query::FrameResult result_;
+    std::vector<query::ProbeContact> contacts_;
+    query::ProbeResult result_;
 };
 
 }  // namespace

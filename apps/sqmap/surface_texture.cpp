@@ -13,7 +13,7 @@ namespace sqmap::app {
 namespace {
 
 constexpr double k_two_pi = 6.283185307179586;
-constexpr std::uint32_t k_procedure_values = 32, k_most_side = 4096;
+constexpr std::uint32_t k_procedure_values = 32, k_max_side = 4096;
 
 // Heights over a period, 0 at the highest, -1 at the deepest.
 double ridges(double x, double, double) { return 0.5 * (std::cos(k_two_pi * x) - 1); }
@@ -36,10 +36,10 @@ std::vector<std::uint8_t> read_grey(const std::string& option, const std::filesy
     if (png_image_begin_read_from_file(&image, path.c_str()) == 0)
         throw BadTouch(option + ": cannot be read as PNG: " + image.message + "\n  cure: save the image as a PNG");
     image.format = PNG_FORMAT_GRAY;
-    if (image.width != image.height || image.width < 2 || image.width > k_most_side) {
+    if (image.width != image.height || image.width < 2 || image.width > k_max_side) {
         const std::string size = std::to_string(image.width) + " by " + std::to_string(image.height);
         png_image_free(&image);
-        throw BadTouch(option + ": the image is " + size + " pixels, it must be square, 2 to " + std::to_string(k_most_side) +
+        throw BadTouch(option + ": the image is " + size + " pixels, it must be square, 2 to " + std::to_string(k_max_side) +
                        " a side\n  cure: crop it");
     }
     side = image.width;

@@ -251,8 +251,8 @@ struct Totals {
     std::uint32_t faults = 0;                          ///< bits of SafetyFault
     std::uint64_t hot = 0, braked = 0;                 ///< ticks in which the filter's duty and passivity steps acted
     std::uint64_t changed = 0;                         ///< ticks in which it sent anything but what was asked for
-    double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, most_cpu = 0;
-    std::array<Inside, device::k_most_zones> inside{};
+    double largest_force = 0, largest_sent = 0, deepest = 0, cpu = 0, max_cpu = 0;
+    std::array<Inside, device::k_max_zones> inside{};
     std::uint64_t unknown = 0;  ///< ticks that were too many at once to learn what they felt
     bool gone = false;
     haptic::SafetyCounters counted{};
@@ -284,7 +284,7 @@ struct Totals {
         changed += !as_asked;
         deepest = std::max(deepest, depth);
         cpu += row.cpu;
-        most_cpu = std::max(most_cpu, row.cpu);
+        max_cpu = std::max(max_cpu, row.cpu);
     }
 };
 
@@ -539,7 +539,7 @@ void touch(const Arguments& arguments)
                          : "");
     if (totals.ticks > 0)
         std::printf("  CPU time a tick: mean %.1f us, most %.1f us\n", 1e6 * totals.cpu / static_cast<double>(totals.ticks),
-                    1e6 * totals.most_cpu);
+                    1e6 * totals.max_cpu);
     if (!path)
         std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
                     static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),

@@ -189,9 +189,9 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
     }
     pushes_.resize(solids_.size());
     load_tool(beside);
-    state_ = std::make_unique<haptic::State>(
-        zones_of_tool(), haptic::StateOptions{.most_contacts = std::max(probe_->size(), denser_.most_points()),
-                                              .most_solids = std::max<std::size_t>(1, solids_.size())});
+    state_ = std::make_unique<haptic::State>(zones_of_tool(),
+                                             haptic::StateOptions{.max_contacts = std::max(probe_->size(), denser_.max_points()),
+                                                                  .max_solids = std::max<std::size_t>(1, solids_.size())});
 }
 
 std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
@@ -200,7 +200,7 @@ std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
                             .in_world = hand_ != nullptr,
                             .weights = weights_,
                             .denser = denser_.points(),
-                            .most_touching = static_cast<std::uint32_t>(options_.tool_touching),
+                            .max_touching = static_cast<std::uint32_t>(options_.tool_touching),
                             .radius = options_.zone_radius > 0 ? options_.zone_radius : std::numeric_limits<double>::infinity(),
                             .options = options_.zone};
     std::vector<haptic::Zone> zones(zones_, zone);

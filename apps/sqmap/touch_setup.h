@@ -135,7 +135,7 @@ private:
     std::vector<haptic::Wrench> pushes_;  // on the objects
     double time_ = 0;                     // s
     double device_depth_ = 0;             // m
-    std::array<double, device::k_most_zones> zone_pushes_{};
+    std::array<double, device::k_max_zones> zone_pushes_{};
     std::vector<std::string> notes_;
     std::unique_ptr<haptic::State> state_;
     std::size_t zones_;

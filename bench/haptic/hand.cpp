@@ -79,7 +79,7 @@ struct Scene {
 
 /// The hand as a tool of one zone.
 struct Hand {
-    Hand(mesh::Mesh mesh, bool weighted, const HandPath& path, std::size_t most_solids = 1)
+    Hand(mesh::Mesh mesh, bool weighted, const HandPath& path, std::size_t max_solids = 1)
     {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
         haptic::PatchPoints patch = haptic::patch_points(mesh.vertices, mesh.triangles, path.spacing);
@@ -89,8 +89,8 @@ struct Hand {
         zone = {.probe = &*probe,
                 .weights = areas,
                 .denser = sets.points(),
-                .most_touching = static_cast<std::uint32_t>(path.touching)};
-        state.emplace(std::span(&zone, 1), haptic::StateOptions{.most_contacts = 131072, .most_solids = most_solids});
+                .max_touching = static_cast<std::uint32_t>(path.touching)};
+        state.emplace(std::span(&zone, 1), haptic::StateOptions{.max_contacts = 131072, .max_solids = max_solids});
     }
     haptic::Wrench touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)
     {
@@ -136,7 +136,7 @@ TickCost tick_cost(const HandPath& path, int passes)
     std::vector<double> us, query_us, scene_us;
     std::vector<std::uint32_t> contacts;
     const std::span<const haptic::Solid> alone(solids.data(), 1);
-    std::vector<query::FrameContact> found(hand.probe->size());
+    std::vector<query::ProbeContact> found(hand.probe->size());
     TickCost out;
     for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
         hand.state->reset();
@@ -144,7 +144,7 @@ TickCost tick_cost(const HandPath& path, int passes)
         // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
         for (const haptic::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)query::query_frame(scene.view, *hand.probe, pose, {.layer = hand.zone.options.layer}, found);
+            (void)query::query_probe(scene.view, *hand.probe, pose, {.layer = hand.zone.options.layer}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }

@@ -20,7 +20,7 @@ public:
         : probe_(options.paper ? std::vector<Vec3d>{{}}
                                : haptic::stencil_points(options.sphere ? haptic::ball_of(k_sphere) : options.zone.smoothing)),
           zone_{.probe = &probe_, .options = zone_options(options)},
-          state_(std::span(&zone_, 1), {.most_contacts = 2048, .most_solids = 1})
+          state_(std::span(&zone_, 1), {.max_contacts = 2048, .max_solids = 1})
     {
         solid_.model = &object.view;
         solid_.material.friction = haptic::Friction::None;

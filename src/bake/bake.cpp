@@ -3,9 +3,9 @@
 
 #include "assemble.h"
 #include "budget.h"
+#include "candidate_lists.h"
 #include "central_map.h"
 #include "locator.h"
-#include "near_lists.h"
 #include "parallel.h"
 #include "part_work.h"
 #include "refine.h"
@@ -29,7 +29,7 @@ constexpr int k_refinements = 6;
 // Where sheets cross and hide each other small cells do not help: no further ones once they have gained less than this share, a
 // logarithm's, of what they should, or the maps take so many times their budget.
 constexpr double k_least_gain = 0.5;
-constexpr double k_most_refined = 3;
+constexpr double k_max_refined = 3;
 // A model that misses its targets by so many times is not measured with more points.
 constexpr double k_clear_miss = 3;
 // Eq. 35's mean and 99th percentile are held to these shares of the target too, where that is not less than what is promised at
@@ -213,7 +213,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
 
     progress("decompose", 0);
     decompose::DecomposeOptions cuts = options.decompose;
-    cuts.maximum_parts = std::min(cuts.maximum_parts, options.max_parts);
+    cuts.max_parts = std::min(cuts.max_parts, options.max_parts);
     decompose::Partition partition = options.partition != nullptr ? *options.partition : decompose::decompose(mesh, cuts);
     if (partition.part_count > model::k_part_mask)
         throw mesh::RefusedMesh(
@@ -234,7 +234,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     // The target is met by measuring: finer cells where the first guess falls short.
     progress("measure", 0);
     model::Measured measured = measure(result.model, solid, options);
-    const double most_bytes = k_most_refined * byte_budget(mesh.triangles.size(), options.target_error);
+    const double max_bytes = k_max_refined * byte_budget(mesh.triangles.size(), options.target_error);
     const auto map_bytes = [](const std::vector<PartWork>& of) {
         double sum = 0;
         for (const PartWork& part : of) sum += static_cast<double>(part.map.map_bytes());
@@ -243,7 +243,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     std::vector<PartWork> trial = parts;
     double fineness = 1;
     for (int attempt = 0; attempt < k_refinements && shortfall(measured, options) > 1; ++attempt) {
-        if (map_bytes(parts) > most_bytes) break;
+        if (map_bytes(parts) > max_bytes) break;
         progress("refine", static_cast<double>(attempt) / k_refinements);
         const double finer_by = std::clamp(1 / shortfall(measured, options), 0.5, 0.7);
         scale(central, finer_by);
@@ -260,7 +260,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     }
     if (solid_mesh) bake_locator(solid, partition.part_of_triangle, options.target_error, options.threads, result.model);
     lap("locate");
-    bake_near_lists(solid, options.target_error, options.threads, result.model);
+    bake_candidate_lists(solid, options.target_error, options.threads, result.model);
     lap("near");
     measured.q2_share = 0;
     for (const PartWork& part : parts) measured.q2_share += 100 * part.q2_share * part.area;

@@ -71,7 +71,7 @@ private:
         CentralMapData best;
         std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
         for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
-            if (base < options_.least_base || base > options_.most_base) continue;
+            if (base < options_.least_base || base > options_.max_base) continue;
             out_ = blank;
             out_.base = base_ = base;
             if (!bake_faces(best_bytes + best_bytes / 4)) break;
@@ -90,7 +90,7 @@ private:
         const model::Part& was = known.part;
         const float w_min = was.w_min, w_step = was.w_step;
         if (was.centre_winding != out_.centre_winding || !(0.95 * least_w_ >= static_cast<double>(w_min)) ||
-            !(1.05 * most_w_ <= static_cast<double>(w_min) + 65000.0 * static_cast<double>(w_step)))
+            !(1.05 * max_w_ <= static_cast<double>(w_min) + 65000.0 * static_cast<double>(w_step)))
             return false;
         const CentralMapData blank = out_;
         set_range(w_min, w_step);
@@ -288,7 +288,7 @@ private:
                 }
         if (!(hi > 0)) lo = hi = 1;
         least_w_ = lo;
-        most_w_ = hi;
+        max_w_ = hi;
         // Samples a little beyond the chart's domain are kept for interpolation: leave them room.
         set_range(static_cast<float>(0.9 * lo), static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0));
     }
@@ -861,7 +861,7 @@ private:
     }
 
     /// False: given up, since it takes more than so many bytes.
-    bool bake_faces(std::size_t most_bytes)
+    bool bake_faces(std::size_t max_bytes)
     {
         const auto n = static_cast<int>(base_);
         const double size = 2.0 / n;
@@ -922,13 +922,13 @@ private:
                         }
                     }
                 }
-                if (out_.map_bytes() > most_bytes) return false;
+                if (out_.map_bytes() > max_bytes) return false;
             }
             for (std::size_t i = 0; i < pyramid.size(); ++i)
                 out_.blocks.push_back(
                     block_is_anew[i] != 0 ? pyramid[i] : known_->model.blocks[known_->part.first_block + out_.blocks.size()]);
         }
-        return out_.map_bytes() <= most_bytes;
+        return out_.map_bytes() <= max_bytes;
     }
 
     /// w of a base sample, or 0 where its ray meets no surface.
@@ -1087,7 +1087,7 @@ private:
     std::vector<std::uint32_t> place_of_;   ///< #triangles, in sides_
     Faces polygons_, changed_;              ///< footprints of all triangles; of the known map's changed ones, then and now
     const KnownMap* known_ = nullptr;       ///< while it is followed
-    double least_w_ = 1, most_w_ = 1;       ///< of all footprints
+    double least_w_ = 1, max_w_ = 1;        ///< of all footprints
     std::array<double, 256> deviations_{};  ///< that codes stand for
     std::vector<Vec3d> scratch_;
     std::size_t cells_left_ = 0;  ///< base cells not baked yet

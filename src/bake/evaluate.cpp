@@ -1,8 +1,8 @@
 #include "sqmap/bake/evaluate.h"
 
 #include "sqmap/math/random.h"
-#include "sqmap/query/frame.h"
 #include "sqmap/query/normal_projection.h"
+#include "sqmap/query/probe.h"
 
 #include <algorithm>
 #include <cmath>
@@ -131,18 +131,18 @@ Evaluation::Frame evaluate_frame(const model::ModelView& model, const std::vecto
 {
     std::vector<Vec3d> points;
     for (const Truth& t : truths) points.push_back(model::to_mesh_units(model.header, t.point));
-    std::vector<query::FrameContact> contacts(points.size());
+    std::vector<query::ProbeContact> contacts(points.size());
     query::Pose still;
     for (int k = 0; k < 3; ++k) still.rotation.row[k][k] = 1;
-    const query::FrameResult found = query::query_frame(model, query::Probe(points), still, {.layer = options.layer}, contacts);
-    std::vector<const query::FrameContact*> contact_of(points.size(), nullptr);
+    const query::ProbeResult found = query::query_probe(model, query::Probe(points), still, {.layer = options.layer}, contacts);
+    std::vector<const query::ProbeContact*> contact_of(points.size(), nullptr);
     for (std::size_t i = 0; i < found.contacts; ++i) contact_of[contacts[i].index] = &contacts[i];
     const double r_max = model.header.r_max;
     Evaluation::Frame frame;
     std::vector<double> depth;
     for (std::size_t i = 0; i < truths.size(); ++i) {
         const Truth& t = truths[i];
-        const query::FrameContact* c = contact_of[i];
+        const query::ProbeContact* c = contact_of[i];
         const bool far = t.distance > options.verdict_band * r_max;
         frame.missed += t.inside && c == nullptr && far ? 1u : 0u;
         frame.false_contacts += !t.inside && c != nullptr && far ? 1u : 0u;

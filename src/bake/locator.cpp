@@ -19,7 +19,7 @@ namespace sqmap::bake {
 
 namespace {
 
-using model::PlaceKind;
+using model::LocatorCellKind;
 using model::Seed;
 
 constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
@@ -89,7 +89,7 @@ struct PartPlane {
 
 /// What is known of a place before it is packed.
 struct Place {
-    PlaceKind kind = PlaceKind::Free;
+    LocatorCellKind kind = LocatorCellKind::Free;
     double gap = 0;  ///< Free
     std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<PartPlane> planes;  ///< of a flat place
@@ -271,8 +271,8 @@ private:
         const Place whole = bake_place(corner + 0.5 * n * grid_.cell * Vec3d{1, 1, 1}, n * grid_.cell);
         // One that planes do not answer for as a whole is stored in full, deep as it is: searching there would take ten times as
         // long.
-        if (whole.kind == PlaceKind::Free || !whole.planes.empty()) {
-            brick.kind = whole.kind == PlaceKind::Free ? Brick::Kind::Free : Brick::Kind::Deep;
+        if (whole.kind == LocatorCellKind::Free || !whole.planes.empty()) {
+            brick.kind = whole.kind == LocatorCellKind::Free ? Brick::Kind::Free : Brick::Kind::Deep;
             brick.places = {whole};
             return;
         }
@@ -311,7 +311,7 @@ private:
         const std::uint32_t word = data_.places[index];
         Place place;
         place.kind = model::place_kind(word);
-        if (place.kind == PlaceKind::Free) {
+        if (place.kind == LocatorCellKind::Free) {
             place.gap = gap_of(model::place_gap(word));
             return place;
         }
@@ -426,7 +426,7 @@ private:
     bool update_place(Place& place, Vec3d centre, double side, const Change& change, Vec3d& close,
                       std::span<const std::uint32_t> near = {}) const
     {
-        if (place.kind == PlaceKind::Free) {
+        if (place.kind == LocatorCellKind::Free) {
             if (!reaches_free(place, centre, change)) return false;
             place = bake_place(centre, side, solid_.closest_boundary(centre), near);
             return true;
@@ -449,7 +449,7 @@ private:
     /// What a place says of parts. True where its planes are others.
     bool update_parts(Place& place, Vec3d centre, double side, const Change& change) const
     {
-        if (place.kind == PlaceKind::Free) return false;
+        if (place.kind == LocatorCellKind::Free) return false;
         if (!place.eighths.empty()) {
             bool other = false;
             for (std::size_t e = 0; e < 8; ++e)
@@ -461,13 +461,13 @@ private:
             place = bake_place(centre, side);
             return true;
         }
-        if (place.kind == PlaceKind::Inside) return false;
+        if (place.kind == LocatorCellKind::Inside) return false;
         for (std::uint32_t i = 0; i < view_.parts.size(); ++i) {
             if (!change.remade(i)) continue;
             const DomainTest was = test_domain(change.before(i), centre, 0.5 * side),
                              is = test_domain(view_.parts[i], centre, 0.5 * side);
             if (was.touches == is.touches && was.holds == is.holds) continue;
-            place.kind = PlaceKind::Mixed;
+            place.kind = LocatorCellKind::Mixed;
             place.parts.fill(model::k_no_part);
             list_parts(place, centre, side, part_of_triangle_[solid_.closest_boundary(centre).triangle]);
             break;
@@ -507,7 +507,7 @@ private:
             place.gap = nearest.distance;
             return place;
         }
-        place.kind = crossed ? PlaceKind::Mixed : PlaceKind::Inside;
+        place.kind = crossed ? LocatorCellKind::Mixed : LocatorCellKind::Inside;
         if (crossed && side > 1.5 * grid_.cell) return place;  // a brick that is divided
         if (keeps_near_ && near.empty()) {
             place.near = near_triangles(centre, side, nearest.distance);
@@ -534,13 +534,13 @@ private:
                                      : Nearby(solid_, centre, near);
         sample(place, centre, side, k_samples, nearby, samples);
         const std::size_t within = samples.size();
-        if (place.kind == PlaceKind::Mixed) add_surface(samples, centre, side);
+        if (place.kind == LocatorCellKind::Mixed) add_surface(samples, centre, side);
         std::optional<double> least;
         if (const auto plane = plane_at(centre, centre, nearest, inside)) {
             place.planes = {*plane};
             least = add_planes(place.planes, centre, samples);
         }
-        if (least && place.planes.size() > 1 && place.kind == PlaceKind::Mixed) {
+        if (least && place.planes.size() > 1 && place.kind == LocatorCellKind::Mixed) {
             // Planes that are right at all of these may still meet in the wrong place between them.
             sample(place, centre, side, k_more_samples, nearby, samples);
             least = add_planes(place.planes, centre, samples);
@@ -566,7 +566,7 @@ private:
         std::vector<mesh::ClosestPoint> found;
         nearby.closest({points, offsets.size()}, found);
         for (std::size_t i = 0; i < found.size(); ++i) {
-            const bool inside = place.kind == PlaceKind::Inside || is_inside(points[i], found[i], samples);
+            const bool inside = place.kind == LocatorCellKind::Inside || is_inside(points[i], found[i], samples);
             samples.push_back({points[i], found[i], inside, 0});
         }
     }
@@ -640,7 +640,7 @@ private:
                 }
             }
             if (worst == nullptr) return least;
-            if (planes.size() == model::k_most_planes) return std::nullopt;
+            if (planes.size() == model::k_max_planes) return std::nullopt;
             std::optional<PartPlane> next = plane_at(centre, worst->point, worst->truth, worst->inside);
             if (!next) return std::nullopt;
             if (worst_group > 0) next->plane |= model::k_joined;
@@ -656,7 +656,7 @@ private:
         for (Sample& sample : samples) {
             sample.best = INFINITY;
             for (const Seed& seed : seeds) sample.best = std::min(sample.best, reach_from(centre, seed, sample.point));
-            if (sample.best <= sample.truth.distance + tolerance || seeds.size() == model::k_most_seeds) continue;
+            if (sample.best <= sample.truth.distance + tolerance || seeds.size() == model::k_max_seeds) continue;
             const auto [seed, reached] = best_seed(centre, sample.point, sample.truth, tolerance);
             if (!(reached < sample.best - tolerance)) continue;
             seeds.push_back(seed);
@@ -676,7 +676,7 @@ private:
                 sample.best = std::min(sample.best, found[k].back());
             }
         }
-        double miss[8][model::k_most_seeds] = {};
+        double miss[8][model::k_max_seeds] = {};
         for (std::size_t k = 0; k < place.seeds.size(); ++k) {
             double reach = INFINITY;
             std::size_t i = 0;
@@ -808,7 +808,7 @@ private:
         }
         if (holder >= 0) touching = {static_cast<std::uint32_t>(holder)};
         if (touching.size() > model::k_list_length || touching.empty()) {
-            place.kind = PlaceKind::Ask;  // held by none: free by the cover, but let the query say so
+            place.kind = LocatorCellKind::Ask;  // held by none: free by the cover, but let the query say so
             return;
         }
         std::stable_partition(touching.begin(), touching.end(), [&](std::uint32_t i) { return i == owner; });
@@ -864,10 +864,10 @@ private:
     {
         if (place.eighths.empty()) return;
         const std::size_t first = data_.places.size();
-        if (first > model::k_most_place_index)
+        if (first > model::k_max_place_index)
             throw mesh::InvalidInput("the locator needs more places than it can name: ask for a larger target error");
-        data_.places[at] =
-            static_cast<std::uint32_t>(PlaceKind::Ask) | model::k_divided_place << 2 | static_cast<std::uint32_t>(first) << 14;
+        data_.places[at] = static_cast<std::uint32_t>(LocatorCellKind::Ask) | model::k_divided_place << 2 |
+                           static_cast<std::uint32_t>(first) << 14;
         for (const Place& eighth : place.eighths) pack_place(eighth);
     }
 
@@ -879,12 +879,12 @@ private:
 
     std::uint32_t place_word(const Place& place)
     {
-        if (place.kind == PlaceKind::Free) return gap_code(place.gap) << 2;
+        if (place.kind == LocatorCellKind::Free) return gap_code(place.gap) << 2;
         if (!place.eighths.empty()) return 0;  // see divide
         const std::optional<std::uint32_t> list = list_index(place);
         const auto planes = static_cast<std::uint32_t>(place.planes.size());
         const auto first = static_cast<std::uint32_t>(planes > 0 ? data_.planes.size() : pack_chain(place));
-        if (first > model::k_most_place_index)
+        if (first > model::k_max_place_index)
             throw mesh::InvalidInput("the locator needs more planes than a place can name: ask for a larger target error");
         // Too many lists for one more: all parts are asked, and a plane's part may be another.
         const std::uint32_t index = list.value_or(0);
@@ -894,7 +894,7 @@ private:
                 if (((data_.part_lists[index] >> 8 * k) & 0xffu) == p.part) slot = k;
             data_.planes.push_back(p.plane | (slot < model::k_list_length ? slot : 0u) << 29);
         }
-        const PlaceKind kind = list ? place.kind : PlaceKind::Ask;
+        const LocatorCellKind kind = list ? place.kind : LocatorCellKind::Ask;
         return static_cast<std::uint32_t>(kind) | index << 2 | planes << 11 | first << 14;
     }
 

@@ -84,13 +84,13 @@ std::optional<MapRays::Hit> MapRays::first_hit(Vec3d origin, Vec3d direction, do
 
 MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to, double lift, std::vector<Gap>* gaps) const
 {
-    constexpr int k_most_crossings = 64;
+    constexpr int k_max_crossings = 64;
     constexpr double k_far = 1e6, k_step = 2e-6;
     const Vec3d start = origin - lift * direction;
-    Hit hits[k_most_crossings];
+    Hit hits[k_max_crossings];
     int count = 0, sum = 0;
     double from = 0;
-    while (count < k_most_crossings) {
+    while (count < k_max_crossings) {
         const std::optional<Hit> hit = first_hit(start, direction, from, k_far);
         if (!hit) break;
         hits[count++] = *hit;

@@ -23,7 +23,7 @@ template <std::size_t k_boxes>
 struct BoxLattice {
     static constexpr std::size_t k_side = k_boxes, k_along = k_side + 1;  ///< points along a side, x fastest
     static constexpr std::size_t k_points = k_along * k_along * k_along;
-    static constexpr std::size_t k_room = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+    static constexpr std::size_t k_capacity = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
     /// From a small box's lowest corner to its corners, in lattice points.
     static constexpr std::size_t k_steps[8] = {
         0, 1, k_along, k_along + 1, k_along* k_along, k_along* k_along + 1, k_along*(k_along + 1), k_along*(k_along + 1) + 1};
@@ -173,7 +173,7 @@ private:
     void measure(Vec3d centre, double h)
     {
         put_corners(triangles_, centre);
-        for (std::size_t i = 0; i < L::k_room; ++i) {
+        for (std::size_t i = 0; i < L::k_capacity; ++i) {
             const std::size_t p = std::min(i, L::k_points - 1);
             const auto place = [&](std::size_t k) {
                 return static_cast<float>(h * (2.0 / L::k_side * static_cast<double>(k % L::k_along) - 1));
@@ -182,17 +182,17 @@ private:
             point_[1][i] = place(p / L::k_along);
             point_[2][i] = place(p / (L::k_along * L::k_along));
         }
-        for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) grow(*values, triangles_.size() * L::k_room);
-        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), L::k_room}, offset_[0].data(),
-                                offset_[1].data(), offset_[2].data(), distance_.data());
+        for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) grow(*values, triangles_.size() * L::k_capacity);
+        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), L::k_capacity},
+                                offset_[0].data(), offset_[1].data(), offset_[2].data(), distance_.data());
         nearest_.fill(k_none);
         least_.fill(INFINITY);
         std::uint32_t* __restrict nearest = nearest_.data();
         float* __restrict least = least_.data();
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
             if (solid_->boundary()[triangles_[t]] != mesh::Boundary::Whole) continue;
-            const float* __restrict d = &distance_[t * L::k_room];
-            for (std::size_t i = 0; i < L::k_room; ++i) {
+            const float* __restrict d = &distance_[t * L::k_capacity];
+            for (std::size_t i = 0; i < L::k_capacity; ++i) {
                 const std::uint32_t nearer = d[i] < least[i] ? 0xffffffffu : 0u;
                 nearest[i] = (nearest[i] & ~nearer) | (t & nearer);
                 least[i] = std::min(d[i], least[i]);
@@ -214,14 +214,14 @@ private:
             const std::uint32_t r = nearest_[at];
             if (r == k_none || std::find(rulers.triangle, rulers.triangle + rulers.count, r) != rulers.triangle + rulers.count)
                 continue;
-            for (std::size_t k = 0; k < 8; ++k) rulers.value[rulers.count][k] = distance_[r * L::k_room + corners[k]];
+            for (std::size_t k = 0; k < 8; ++k) rulers.value[rulers.count][k] = distance_[r * L::k_capacity + corners[k]];
             rulers.triangle[rulers.count++] = r;
         }
         std::size_t out = first;
         for (std::size_t i = first; i < first + count; ++i) {
             const std::uint32_t t = losers[i];
             // Distances change no faster than places.
-            if (distance_[t * L::k_room + low] - least_[low] > 2 * 1.7321f * side + slack ||
+            if (distance_[t * L::k_capacity + low] - least_[low] > 2 * 1.7321f * side + slack ||
                 is_above<L>(t, corners, rulers, boxes == 1, side, slack))
                 std::swap(losers[out++], losers[i]);
         }
@@ -249,7 +249,7 @@ private:
         std::size_t most = 0;
         float least_margin = INFINITY;
         for (std::size_t k = 0; k < 8; ++k) {
-            mine[k] = distance_[t * L::k_room + corners[k]];
+            mine[k] = distance_[t * L::k_capacity + corners[k]];
             const float margin = mine[k] - least_[corners[k]];
             most = margin < least_margin ? k : most;
             least_margin = std::min(margin, least_margin);
@@ -257,7 +257,7 @@ private:
         if (!(least_margin > slack)) return false;
         for (std::size_t tried = 0; tried < (all ? 8u : 1u); ++tried) {
             const std::size_t j = most ^ tried;
-            const std::size_t value = t * L::k_room + corners[j];
+            const std::size_t value = t * L::k_capacity + corners[j];
             // Away from the triangle distance grows.
             const float scale = -side / mine[j];
             const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
@@ -282,10 +282,10 @@ private:
     std::vector<std::uint32_t> within_, all_, some_, chosen_;
     std::size_t centres_ = 0;
     std::vector<float> centre_[3], to_centre_[3], from_centre_;
-    std::array<float, Fine::k_room> point_[3];
-    std::vector<float> offset_[3], distance_;          // triangle after triangle, the lattice's values each
-    std::array<std::uint32_t, Fine::k_room> nearest_;  // on the lattice
-    std::array<float, Fine::k_room> least_;
+    std::array<float, Fine::k_capacity> point_[3];
+    std::vector<float> offset_[3], distance_;              // triangle after triangle, the lattice's values each
+    std::array<std::uint32_t, Fine::k_capacity> nearest_;  // on the lattice
+    std::array<float, Fine::k_capacity> least_;
 };
 
 }  // namespace sqmap::bake

@@ -22,7 +22,7 @@ public:
         solid_.bvh().visit_nearest(centre, reach * reach, [&](std::uint32_t t, double radius_sq) {
             const mesh::Boundary b = solid_.boundary()[t];
             if (b == mesh::Boundary::Whole) triangles_.push_back(t);
-            all = all && b != mesh::Boundary::Partly && triangles_.size() <= k_most;
+            all = all && b != mesh::Boundary::Partly && triangles_.size() <= k_max;
             return all ? radius_sq : 0;
         });
         if (!all) triangles_.clear();
@@ -89,7 +89,7 @@ private:
                 corners_.push_back(cast<float>(solid_.mesh().vertices[v] - centre_));
     }
 
-    static constexpr std::size_t k_most = 400;  ///< more than these take longer than the mesh's tree
+    static constexpr std::size_t k_max = 400;  ///< more than these take longer than the mesh's tree
 
     const mesh::Solid& solid_;
     Vec3d centre_;

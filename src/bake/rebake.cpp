@@ -1,9 +1,9 @@
 #include "sqmap/bake/rebake.h"
 
 #include "assemble.h"
+#include "candidate_lists.h"
 #include "change.h"
 #include "locator.h"
-#include "near_lists.h"
 #include "parallel.h"
 #include "refine.h"
 #include "sqmap/math/rotation.h"
@@ -22,7 +22,7 @@ namespace sqmap::bake {
 
 namespace {
 
-constexpr double k_most_growth = 1.03;  ///< of a superquadric's axes, until it is fitted again
+constexpr double k_max_growth = 1.03;  ///< of a superquadric's axes, until it is fitted again
 
 void check(const model::ModelData& before, std::span<const Vec3d> vertices)
 {
@@ -167,7 +167,7 @@ bool enlarge(const mesh::Mesh& mesh, PartWork& part)
         if (part.fit.certificate.largest_f <= room) return true;
         // F grows with the square of the distance from the centre.
         const double by = std::sqrt(part.fit.certificate.largest_f / room) * (1 + 1e-5);
-        if (!(by <= k_most_growth)) return false;
+        if (!(by <= k_max_growth)) return false;
         for (int k = 0; k < 3; ++k) sq.a[k] = static_cast<double>(static_cast<float>(sq.a[k] * by));
         sq.bend = static_cast<double>(static_cast<float>(sq.bend / by));
         part.fit.certificate = certify_part(mesh, part, sq);
@@ -274,7 +274,7 @@ void make_map(const SurfaceContext& context, const KnownMap& known, bool kept, c
     const bool stays = kept && sq.a == before.a && sq.rotation == before.rotation &&
                        part.centre == model::vec3(was.chart_centre) && holds(was, corners);
     CentralOptions same_base = central;
-    same_base.least_base = same_base.most_base = was.base;
+    same_base.least_base = same_base.max_base = was.base;
     part.map = bake_central_map(context, sq, part.centre, stays ? domain_of(was) : chart_domain(sq, part.centre, corners),
                                 part.triangles, same_base, stays ? &known : nullptr);
 }
@@ -381,7 +381,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     const LocatorUpdate update =
         update_locator(solid, partition.part_of_triangle, options.target_error, change, options.threads, data);
     lap("locate");
-    update_near_lists(solid, before.view(), update, options.target_error, options.threads, data);
+    update_candidate_lists(solid, before.view(), update, options.target_error, options.threads, data);
     lap("near");
     data.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, mesh.triangles});
     return result;

@@ -159,7 +159,7 @@ private:
             fronts.push_back({{f}, {geodesics_.around(f).begin(), geodesics_.around(f).end()}});
             propose(fronts.size() - 1);
         }
-        while (!queue.empty() && partition_.part_count < options_.maximum_parts) {
+        while (!queue.empty() && partition_.part_count < options_.max_parts) {
             std::pop_heap(queue.begin(), queue.end(), std::greater<>());
             const auto [area, f] = queue.back();
             queue.pop_back();
@@ -278,7 +278,7 @@ private:
     // A body that three parts or more grow from is no tube: its saddles are theirs.
     void cut_bends()
     {
-        for (std::uint32_t part = 0; part < partition_.part_count && partition_.part_count < options_.maximum_parts;)
+        for (std::uint32_t part = 0; part < partition_.part_count && partition_.part_count < options_.max_parts;)
             if (!cut_bend(part)) ++part;
     }
 
@@ -290,7 +290,7 @@ private:
         const auto rims = rims_of(part, triangles);
         if (rims.size() > 2) return false;
         const std::vector<std::uint32_t> sources =
-            rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{most_protruding(triangles)};
+            rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{max_protruding(triangles)};
         std::vector<double> field;
         geodesics_.run(sources, field, k_unreached, partition_.part_of_triangle, part);
         if (rims.size() == 2) {  // between two rims, locales turn from the one into the other
@@ -325,7 +325,7 @@ private:
         return false;
     }
 
-    std::uint32_t most_protruding(std::span<const std::uint32_t> triangles) const
+    std::uint32_t max_protruding(std::span<const std::uint32_t> triangles) const
     {
         std::uint32_t best = mesh_.triangles[triangles.front()][0];
         for (const auto t : triangles)

@@ -54,14 +54,14 @@ bool Channel::write(std::span<const Wrench> wrenches) noexcept
     Packet packet;
     // Before anything else: a zero() from here on cancels this packet.
     packet.zeros = zeros_.load(std::memory_order_acquire);
-    std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_most_zones), packet.wrenches.begin());
+    std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_max_zones), packet.wrenches.begin());
     packet.time = now();
     packet.filter = told_;
     packets_.put(packet);
     return alive_.load(std::memory_order_acquire);
 }
 
-const std::array<Wrench, k_most_zones>& Channel::output(double time) noexcept
+const std::array<Wrench, k_max_zones>& Channel::output(double time) noexcept
 {
     have_packet_ |= packets_.take();
     const Packet& packet = packets_.value();
@@ -70,7 +70,7 @@ const std::array<Wrench, k_most_zones>& Channel::output(double time) noexcept
     if (!have_packet_ || packet.zeros != zeros_.load(std::memory_order_acquire) || time - packet.time > k_wrench_timeout)
         return output_;
     filter_ = packet.filter;
-    for (std::size_t i = 0; i < k_most_zones; ++i)
+    for (std::size_t i = 0; i < k_max_zones; ++i)
         if (finite(packet.wrenches[i].force) && finite(packet.wrenches[i].torque)) output_[i] = packet.wrenches[i];
     return output_;
 }

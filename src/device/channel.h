@@ -30,7 +30,7 @@ public:
     void lose() noexcept { alive_.store(false, std::memory_order_release); }
     /// What the device shall exert now: the newest wrench a zone, or none where zero() came since, where it is not finite, or
     /// where it is older than k_wrench_timeout.
-    [[nodiscard]] const std::array<Wrench, k_most_zones>& output(double time) noexcept;
+    [[nodiscard]] const std::array<Wrench, k_max_zones>& output(double time) noexcept;
     /// What the safety filter did to what output() gave last; k_acted_off where that was cut.
     [[nodiscard]] std::uint32_t filter() const noexcept { return filter_; }
 
@@ -43,14 +43,14 @@ public:
 
 private:
     struct Packet {
-        std::array<Wrench, k_most_zones> wrenches{};
+        std::array<Wrench, k_max_zones> wrenches{};
         double time = 0;
         std::uint64_t zeros = 0;   ///< calls of zero() before it was written
         std::uint32_t filter = 0;  ///< what was told of it
     };
     Newest<Sample> samples_;
     Newest<Packet> packets_;
-    std::array<Wrench, k_most_zones> output_{};
+    std::array<Wrench, k_max_zones> output_{};
     std::uint32_t filter_ = haptic::k_acted_off;
     std::uint32_t told_ = 0;  ///< the servo's
     std::uint64_t sequence_ = 0;

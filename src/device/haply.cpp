@@ -25,7 +25,7 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 using nlohmann::json;
 
-constexpr std::size_t k_most_message = 64 * 1024;
+constexpr std::size_t k_max_message = 64 * 1024;
 constexpr const char* k_default_port = "10001";
 
 /// The value of a key, or null where there is none or this is no object.
@@ -162,7 +162,7 @@ private:
                 beast::get_lowest_layer(*ws_).expires_never();
                 // A service that says nothing for a second is gone.
                 ws_->set_option(websocket::stream_base::timeout{std::chrono::seconds(1), std::chrono::seconds(1), false});
-                ws_->read_message_max(k_most_message);
+                ws_->read_message_max(k_max_message);
                 error_code ignored;
                 beast::get_lowest_layer(*ws_).socket().set_option(asio::ip::tcp::no_delay(true), ignored);
                 ws_->async_handshake(settings_.host + ":" + settings_.port, "/", [this](error_code refused) {
@@ -246,7 +246,7 @@ private:
     asio::ip::tcp::resolver resolver_{io_};
     asio::steady_timer timer_{io_};
     std::optional<websocket::stream<beast::tcp_stream>> ws_{};
-    beast::flat_buffer buffer_{k_most_message};
+    beast::flat_buffer buffer_{k_max_message};
     std::string out_, device_id_;
     bool connected_ = false, writing_ = false, closing_ = false;
 };

@@ -36,7 +36,7 @@ void sleep_ns(std::int64_t ns) noexcept
 }
 
 struct Wrenches {
-    std::array<Wrench, k_most_zones> of{};
+    std::array<Wrench, k_max_zones> of{};
     std::uint64_t zeros = 0;   // zero() calls that this write has seen
     std::uint32_t filter = 0;  // what was told of it
 };
@@ -115,7 +115,7 @@ public:
         Wrenches w;
         w.filter = told_;
         w.zeros = shared_->zeros.load();
-        std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_most_zones), w.of.begin());
+        std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_max_zones), w.of.begin());
         shared_->wrenches.put(w);
         shared_->last_write = steady_ns();
         return true;
@@ -134,7 +134,7 @@ private:
 void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t program) noexcept
 {
     const std::int64_t timeout = std::llround(options.timeout * 1e9), period = std::llround(options.period * 1e9);
-    const std::size_t zones = std::min(device.capabilities().zones, k_most_zones);
+    const std::size_t zones = std::min(device.capabilities().zones, k_max_zones);
     Sample sample;
     std::uint64_t zeroed = 0;
     while (getppid() == program && !shared.quit) {

@@ -90,7 +90,7 @@ public:
     [[nodiscard]] std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
 
 private:
-    std::array<std::byte, 32 + 48 * k_most_zones> bytes_{};
+    std::array<std::byte, 32 + 48 * k_max_zones> bytes_{};
     std::size_t size_ = 0;
 };
 
@@ -116,7 +116,7 @@ std::optional<Capabilities> capabilities_of(Reader in)
     const auto name = in.take<std::array<char, k_name>>();
     const double numbers[] = {c.max_force,  c.max_torque, c.continuous_force, c.damping, c.coulomb_friction,
                               c.resolution, c.delay};
-    if (!in.done() || !in.finite || c.zones < 1 || c.zones > k_most_zones || !(c.rate >= 1 && c.rate <= 1e5) ||
+    if (!in.done() || !in.finite || c.zones < 1 || c.zones > k_max_zones || !(c.rate >= 1 && c.rate <= 1e5) ||
         std::any_of(std::begin(numbers), std::end(numbers), [](double x) { return x < 0; }))
         return std::nullopt;
     c.rotates_in = (flags & k_rotates) != 0;
@@ -193,7 +193,7 @@ private:
     void run()
     {
         // One byte more than the longest message: what fills it is too long.
-        std::array<std::byte, 40 + 104 * k_most_zones + 1> buffer;
+        std::array<std::byte, 40 + 104 * k_max_zones + 1> buffer;
         while (!stopping()) {
             pollfd wait{fd_, POLLIN, 0};
             ::poll(&wait, 1, 2);
@@ -278,7 +278,7 @@ private:
         send_wrenches(channel_.output(sample.time), sequence);
     }
 
-    void send_wrenches(const std::array<Wrench, k_most_zones>& wrenches, std::uint64_t answered)
+    void send_wrenches(const std::array<Wrench, k_max_zones>& wrenches, std::uint64_t answered)
     {
         Writer out;
         out.header(k_wrench, ++sent_);

@@ -14,7 +14,7 @@ namespace sqmap::device {
 
 PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, std::size_t zones) : poses_(std::move(poses))
 {
-    if (zones < 1 || zones > k_most_zones || poses_.empty() || poses_.size() % zones != 0)
+    if (zones < 1 || zones > k_max_zones || poses_.empty() || poses_.size() % zones != 0)
         throw DeviceError(name + ": " + std::to_string(poses_.size()) + " poses are no path of " + std::to_string(zones) +
                           " zones");
     if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
@@ -116,8 +116,8 @@ public:
 
     [[nodiscard]] bool touches(Vec3d place) const
     {
-        query::FrameContact contact[1];
-        return query::query_frame(model_, tool_, {{}, place}, {.first_only = true}, contact).contacts > 0;
+        query::ProbeContact contact[1];
+        return query::query_probe(model_, tool_, {{}, place}, {.first_only = true}, contact).contacts > 0;
     }
 
     /// The greatest height up to from at which the tool, at base + height along normal, touches; false where it never does.

@@ -28,7 +28,7 @@ constexpr std::int64_t k_heartbeat = 20'000'000;  // ns that a heartbeat may be 
 constexpr std::int64_t k_watch = 5'000'000;       // ns between two looks at it
 constexpr std::int64_t k_settle = 200'000'000;    // ns that a process which ends waits for its servos, at most
 constexpr std::int64_t k_look = 500'000;          // ns between two looks whether they have settled
-constexpr std::size_t k_most_servos = 8;
+constexpr std::size_t k_max_servos = 8;
 
 std::int64_t clock_ns(clockid_t clock) noexcept
 {
@@ -74,7 +74,7 @@ struct Servo::Work {
           options(o),
           tick(t),
           context(c),
-          zones(std::min(d.capabilities().zones, k_most_zones)),
+          zones(std::min(d.capabilities().zones, k_max_zones)),
           period(std::llround(o.period * 1e9)),
           filter(safety_limits(d.capabilities(), o.period), o.safety)
     {
@@ -120,7 +120,7 @@ namespace {
 struct Entry {
     std::atomic<void*> work{nullptr};
 };
-Entry g_servos[k_most_servos];
+Entry g_servos[k_max_servos];
 std::atomic<int> g_signal{0};  // that has come and is not dealt with
 std::once_flag g_handlers;
 std::terminate_handler g_terminate = nullptr;
@@ -242,7 +242,7 @@ void Servo::Work::loop() noexcept
         const bool resumed_there = now.connected && now.sample.resumes != resumes;
         if (now.connected) resumes = now.sample.resumes;
         now.asked.fill({});
-        std::array<double, k_most_zones> pushes{};
+        std::array<double, k_max_zones> pushes{};
         now.status = 0;
         if (now.connected && now.sample.sequence != 0)
             now.status = tick(context, {now.sample, now.time, now.dt, now.degraded, now.tick, {pushes.data(), zones}},

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double k_substep = 50e-6;  // s
 constexpr double k_tick = 1e-3;      // s, of the device's own controller
-constexpr double k_most_passed = 1;  // s that one read() lets pass: a program that was stopped does not replay an hour
+constexpr double k_max_passed = 1;   // s that one read() lets pass: a program that was stopped does not replay an hour
 
 double steady_now() noexcept
 {
@@ -128,7 +128,7 @@ SimulatedDevice::SimulatedDevice(const SimulatedOptions& options)
       begin_(steady_now()),
       motors_(options.motors != nullptr ? *options.motors : own_motors_)
 {
-    if (options.zones < 1 || options.zones > k_most_zones) throw std::invalid_argument("a simulated device has 1 to 16 zones");
+    if (options.zones < 1 || options.zones > k_max_zones) throw std::invalid_argument("a simulated device has 1 to 16 zones");
     tools_.assign(options.zones, HeldTool(options.mechanism, options.hand));
     for (std::size_t z = 0; z < tools_.size(); ++z)
         tools_[z].reset(options.script != nullptr ? options.script(options.script_context, 0, z).pose : Pose{});
@@ -138,7 +138,7 @@ SimulatedDevice::~SimulatedDevice() { SimulatedDevice::zero(); }
 
 void SimulatedDevice::pass(double until) noexcept
 {
-    time_ = std::max(time_, until - k_most_passed);
+    time_ = std::max(time_, until - k_max_passed);
     while (time_ + k_tick <= until) {
         if (cancelled_.exchange(false)) {
             fresh_write_ = false;

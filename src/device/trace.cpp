@@ -22,8 +22,8 @@ namespace {
 
 constexpr std::string_view k_magic = "# sqmap-trace ";
 constexpr std::string_view k_end = "# end ";
-constexpr std::size_t k_most_line = 64 * 1024;
-constexpr std::size_t k_most_header = 256;
+constexpr std::size_t k_max_line = 64 * 1024;
+constexpr std::size_t k_max_header = 256;
 
 /// The columns, once for writing, reading and comparing: visit(name, value) for each scalar of a row.
 template <class Row, class Visit>
@@ -91,7 +91,7 @@ bool same(std::uint64_t a, std::uint64_t b) { return a == b; }
 template <class Visit>
 void each_pair(const TraceRow& a, const TraceRow& b, std::size_t zones, Visit visit)
 {
-    double numbers[4 + 30 * k_most_zones];
+    double numbers[4 + 30 * k_max_zones];
     std::uint64_t integers[6];
     std::size_t i = 0, j = 0;
     each_column(a, zones, [&](const char*, int, const auto& value) {
@@ -239,7 +239,7 @@ void check_recording(const std::filesystem::path& path)
 
 TraceWriter::TraceWriter(const std::filesystem::path& path, const TraceHeader& header) : state_(std::make_unique<State>())
 {
-    if (header.zones < 1 || header.zones > k_most_zones) throw TraceError("a trace has 1 to 16 zones");
+    if (header.zones < 1 || header.zones > k_max_zones) throw TraceError("a trace has 1 to 16 zones");
     State& s = *state_;
     s.zones = header.zones;
     const Opened opened = open_recording(path);
@@ -319,7 +319,7 @@ struct TraceReader::State {
                 if (!text.empty() && text.back() == '\r') text.pop_back();
                 return true;
             }
-            if (text.size() == k_most_line) fail("longer than " + std::to_string(k_most_line) + " bytes: no trace");
+            if (text.size() == k_max_line) fail("longer than " + std::to_string(k_max_line) + " bytes: no trace");
             text += static_cast<char>(c);
         }
         return !text.empty();
@@ -334,14 +334,14 @@ struct TraceReader::State {
                  std::to_string(k_trace_version) + "\n  cure: record again, or replay with the version that recorded it");
         bool zones = false;
         while (next_line() && text.starts_with("# ")) {
-            if (header.fields.size() == k_most_header) fail("more than " + std::to_string(k_most_header) + " fields");
+            if (header.fields.size() == k_max_header) fail("more than " + std::to_string(k_max_header) + " fields");
             const std::size_t blank = text.find(' ', 2);
             const std::string key = text.substr(2, blank == std::string::npos ? blank : blank - 2);
             const std::string value = blank == std::string::npos ? "" : text.substr(blank + 1);
             if (key == "zones") {
                 std::uint64_t count = 0;
-                if (!parse(value, count) || count < 1 || count > k_most_zones)
-                    fail("zones must be 1 to " + std::to_string(k_most_zones) + ", found '" + value.substr(0, 20) + "'");
+                if (!parse(value, count) || count < 1 || count > k_max_zones)
+                    fail("zones must be 1 to " + std::to_string(k_max_zones) + ", found '" + value.substr(0, 20) + "'");
                 header.zones = count;
                 zones = true;
             } else {

@@ -37,7 +37,7 @@ struct State::Asked {
     const query::Probe* probe = nullptr;
     Pose pose{};
     query::Layer layer{};
-    query::FrameResult result{};
+    query::ProbeResult result{};
 };
 
 struct State::Memory {

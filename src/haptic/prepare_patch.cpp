@@ -67,6 +67,6 @@ DenserSets::DenserSets(std::span<const Vec3d> vertices, std::span<const Triangle
     for (const auto& set : sets_) points_.push_back({&set->probe, set->weights});
 }
 
-std::size_t DenserSets::most_points() const noexcept { return points_.empty() ? 0 : points_.back().probe->size(); }
+std::size_t DenserSets::max_points() const noexcept { return points_.empty() ? 0 : points_.back().probe->size(); }
 
 }  // namespace sqmap::haptic

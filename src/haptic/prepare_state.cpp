@@ -7,10 +7,10 @@ State::State(std::span<const Zone> zones, const StateOptions& options)
     : zones_(zones.begin(), zones.end()),
       reports_(zones.size()),
       memory_(zones.size()),
-      touches_(zones.size() * options.most_solids),
-      most_solids_(options.most_solids),
-      found_(options.most_contacts * options.most_solids),
-      asked_(options.most_solids)
+      touches_(zones.size() * options.max_solids),
+      max_solids_(options.max_solids),
+      found_(options.max_contacts * options.max_solids),
+      asked_(options.max_solids)
 {
     std::size_t most = 0;
     for (const Zone& zone : zones_)

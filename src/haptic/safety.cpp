@@ -169,13 +169,13 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
                               device.delay,     device.period,           device.sample_period};
     const double force = options.force_limit.value_or(1), torque = options.torque_limit.value_or(1);
     const auto usable = [](double x) { return x >= 0 && x <= k_absurd; };
-    const double most_force = device.max_force > 0 ? device.max_force : k_unknown_force,
-                 most_torque = device.max_torque > 0 ? device.max_torque : k_unknown_torque;
+    const double max_force = device.max_force > 0 ? device.max_force : k_unknown_force,
+                 max_torque = device.max_torque > 0 ? device.max_torque : k_unknown_torque;
     if (!std::all_of(std::begin(numbers), std::end(numbers), usable) || !sane(force) || !sane(torque))
         verdict_ = SetupVerdict::NotFinite;
     else if (force <= 0 || torque <= 0)
         verdict_ = SetupVerdict::LimitNotPositive;
-    else if ((options.force_limit && force > most_force) || (options.torque_limit && torque > most_torque))
+    else if ((options.force_limit && force > max_force) || (options.torque_limit && torque > max_torque))
         verdict_ = SetupVerdict::LimitAboveDevice;
     else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01 &&
                options.softest >= 20 && options.softest <= 1e6))
@@ -186,8 +186,8 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
         faults_ = k_fault_setup;
         return;
     }
-    force_limit_ = options.force_limit.value_or(std::min(k_default_force, most_force));
-    torque_limit_ = options.torque_limit.value_or(std::min(k_default_torque, most_torque));
+    force_limit_ = options.force_limit.value_or(std::min(k_default_force, max_force));
+    torque_limit_ = options.torque_limit.value_or(std::min(k_default_torque, max_torque));
     const double continuous = device.continuous_force > 0 ? device.continuous_force : 0.5 * force_limit_;
     per_heat_force_ = 1 / (continuous * continuous);
     per_heat_torque_ = per_heat_force_ * (force_limit_ / torque_limit_) * (force_limit_ / torque_limit_);
@@ -216,14 +216,14 @@ struct SafetyFilter::Tick {
     bool off = false;      // all zero
     std::uint32_t acted = 0;
     std::uint32_t waiting = 0;  // zones that ask for force before they have been free
-    std::array<Wrench, k_most_safe_zones> wrench{};
-    std::array<double, k_most_safe_zones> share;             // of the limits: ramp, heat
-    std::array<Vec3d, k_most_safe_zones> moved{}, turned{};  // since the last fresh sample
-    std::array<double, k_most_safe_zones> speed{}, spin{};
-    std::array<bool, k_most_safe_zones> jumped{};
-    std::array<double, k_most_safe_zones> push{};       // N, of springs, though they cancel in what is asked
-    std::array<double, k_most_safe_zones> springs{};    // J, most that the springs behind what is asked hold
-    std::array<double, k_most_safe_zones> stiffened{};  // J that the ramp adds to them where they are
+    std::array<Wrench, k_max_safe_zones> wrench{};
+    std::array<double, k_max_safe_zones> share;             // of the limits: ramp, heat
+    std::array<Vec3d, k_max_safe_zones> moved{}, turned{};  // since the last fresh sample
+    std::array<double, k_max_safe_zones> speed{}, spin{};
+    std::array<bool, k_max_safe_zones> jumped{};
+    std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in what is asked
+    std::array<double, k_max_safe_zones> springs{};    // J, most that the springs behind what is asked hold
+    std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp adds to them where they are
 };
 
 SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
@@ -287,7 +287,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     Tick tick;
     ++ticks_;
     ++counters_.ticks;
-    tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_most_safe_zones});
+    tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_max_safe_zones});
     tick.share.fill(1);
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.asked[z];
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
@@ -594,7 +594,7 @@ SafetyReport SafetyFilter::finish(Tick& tick, std::span<Wrench> safe) noexcept
                         .waiting = off ? 0 : tick.waiting};
     for (std::size_t z = 0; z < safe.size(); ++z) safe[z] = off || z >= tick.zones ? Wrench{} : tick.wrench[z];
     const double dt = std::clamp(tick.dt, device_.period, k_longest_tick);
-    for (std::size_t z = 0; z < k_most_safe_zones; ++z) {
+    for (std::size_t z = 0; z < k_max_safe_zones; ++z) {
         Zone& zone = zones_[z];
         const Wrench w = z < safe.size() ? safe[z] : Wrench{};
         zone.sent[ticks_ % k_history] = w;

@@ -61,20 +61,20 @@ struct Stepper {
     State& state;
     const StepInput& in;
     std::span<Wrench> wrenches, on_solids;
-    std::size_t solids = std::min(in.solids.size(), state.most_solids_);
+    std::size_t solids = std::min(in.solids.size(), state.max_solids_);
     BodyLoad spread{};  ///< Coupled: of the last patch that was felt, the mean over its contacts of springs of 1 N/m
 
     using Touch = State::Touch;
     using Memory = State::Memory;
 
     /// Room for the contacts with a solid, and the query that it holds.
-    std::span<query::FrameContact> room(std::size_t s)
+    std::span<query::ProbeContact> room(std::size_t s)
     {
-        const std::size_t size = state.found_.size() / state.most_solids_;
+        const std::size_t size = state.found_.size() / state.max_solids_;
         return std::span(state.found_).subspan(s * size, size);
     }
 
-    Touch& touch(std::size_t z, std::size_t s) { return state.touches_[z * state.most_solids_ + s]; }
+    Touch& touch(std::size_t z, std::size_t s) { return state.touches_[z * state.max_solids_ + s]; }
 
     /// The points that a zone feels with in this tick.
     DenserPoints points(std::size_t z) const
@@ -93,24 +93,24 @@ struct Stepper {
         const std::size_t touching = state.reports_[z].contacts;
         if (touching == 0) {
             m.points = 0;
-        } else if (m.points > 0 && touching > zone.most_touching) {
+        } else if (m.points > 0 && touching > zone.max_touching) {
             --m.points;
         } else if (m.points < zone.denser.size() && zone.options.averaging == Averaging::Patch && zone.first == 0 &&
                    zone.count >= zone.probe->size()) {
             const query::Probe* next = zone.denser[m.points].probe;
             const double growth = next == nullptr ? INFINITY : double(next->size()) / double(points(z).probe->size());
-            if (growth * static_cast<double>(touching) < k_denser_share * zone.most_touching) ++m.points;
+            if (growth * static_cast<double>(touching) < k_denser_share * zone.max_touching) ++m.points;
         }
     }
 
-    const query::FrameResult& ask(const query::Probe* probe, const ZoneOptions& options, std::size_t s, const Pose& probe_pose)
+    const query::ProbeResult& ask(const query::Probe* probe, const ZoneOptions& options, std::size_t s, const Pose& probe_pose)
     {
         const Pose pose = query::compose(query::inverse(in.solids[s].pose), probe_pose);
         query::Layer layer = options.layer;
         if (layer == query::Layer::One) layer = query::Layer::Two;
         State::Asked& asked = state.asked_[s];
         if (probe != asked.probe || layer != asked.layer || !same(pose, asked.pose)) {
-            const query::FrameResult r = query::query_frame(*in.solids[s].model, *probe, pose, {.layer = layer}, room(s));
+            const query::ProbeResult r = query::query_probe(*in.solids[s].model, *probe, pose, {.layer = layer}, room(s));
             asked = {probe, pose, layer, r};
         }
         return asked.result;
@@ -131,10 +131,10 @@ struct Stepper {
     {
         const Zone& zone = state.zones_[z];
         ZoneReport& report = state.reports_[z];
-        const query::FrameResult result = ask(points(z).probe, zone.options, s, probe_pose(z, at));
+        const query::ProbeResult result = ask(points(z).probe, zone.options, s, probe_pose(z, at));
         if (result.contacts > room(s).size()) report.status |= k_step_full;
-        if ((result.status & query::k_frame_not_finite) != 0) report.status |= k_step_not_finite;
-        const std::span<const query::FrameContact> found = room(s).first(std::min(result.contacts, room(s).size()));
+        if ((result.status & query::k_probe_not_finite) != 0) report.status |= k_step_not_finite;
+        const std::span<const query::ProbeContact> found = room(s).first(std::min(result.contacts, room(s).size()));
         const Felt felt =
             zone.options.averaging == Averaging::Patch ? feel_patch(z, s, at, found, keep) : feel_stencil(z, s, at, found, keep);
         report.contacts += felt.contacts;
@@ -150,7 +150,7 @@ struct Stepper {
     };
 
     /// False: not the zone's, or without a surface to push to.
-    bool read(std::size_t z, std::size_t s, const Pose& at, const query::FrameContact& c, Found& found)
+    bool read(std::size_t z, std::size_t s, const Pose& at, const query::ProbeContact& c, Found& found)
     {
         const Zone& zone = state.zones_[z];
         const Solid& solid = in.solids[s];
@@ -166,7 +166,7 @@ struct Stepper {
         return true;
     }
 
-    Felt feel_patch(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
+    Felt feel_patch(std::size_t z, std::size_t s, const Pose& at, std::span<const query::ProbeContact> contacts, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
         const Solid& solid = in.solids[s];
@@ -227,7 +227,7 @@ struct Stepper {
         return c.contact ? transform(solid.pose, model::to_mesh_units(header, c.point)) - from : way;
     }
 
-    Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::FrameContact> contacts, Touch* keep)
+    Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::ProbeContact> contacts, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
         const Solid& solid = in.solids[s];
@@ -239,7 +239,7 @@ struct Stepper {
         sum.samples = std::span(state.samples_).first(own - 1);
         for (Sample& sample : sum.samples) sample = {};
         Found f;
-        for (const query::FrameContact& c : contacts) {
+        for (const query::ProbeContact& c : contacts) {
             if (!read(z, s, at, c, f)) continue;
             const Vec3d normal = solid.pose.rotation * f.normal, place = f.point - centre;
             const Sample sample{place, place + f.depth * normal, normal, f.depth};
@@ -253,8 +253,7 @@ struct Stepper {
             sum.centre = searched(solid, at.translation + centre);
             sum.searched = true;
         }
-        const std::span<Trail> trail =
-            std::span(state.trails_).subspan((z * state.most_solids_ + s) * state.samples_.size(), own);
+        const std::span<Trail> trail = std::span(state.trails_).subspan((z * state.max_solids_ + s) * state.samples_.size(), own);
         Passed passed;
         if (const Touch& t = touch(z, s); keep != nullptr && t.known && state.memory_[z].known) {
             const Pose before = query::compose(query::inverse(t.solid_before), state.memory_[z].body_before);
@@ -648,7 +647,7 @@ struct Stepper {
             for (std::size_t s = 0; s < solids; ++s) touch(z, s).plane_count = 0;
         }
         m.body.rotation = in.poses[z].rotation;
-        const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.most_solids_, solids);
+        const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.max_solids_, solids);
         // A surface that moves carries along what lies on it.
         double motion = m.track.step();
         for (std::size_t s = 0; s < solids; ++s)
@@ -795,8 +794,8 @@ struct Stepper {
     void clear(std::size_t z)
     {
         state.memory_[z] = {};
-        for (std::size_t s = 0; s < state.most_solids_; ++s) touch(z, s) = {};
-        const std::size_t size = state.most_solids_ * state.samples_.size();
+        for (std::size_t s = 0; s < state.max_solids_; ++s) touch(z, s) = {};
+        const std::size_t size = state.max_solids_ * state.samples_.size();
         for (Trail& t : std::span(state.trails_).subspan(z * size, size)) t = {};
     }
 

@@ -14,10 +14,10 @@ public:
     /// dt: s since the one before
     void add(const Pose& pose, double dt)
     {
-        for (int i = k_most; i > 0; --i) past_[i] = past_[i - 1];
-        for (int i = 1; i <= k_most; ++i) past_[i].age += dt;
+        for (int i = k_max; i > 0; --i) past_[i] = past_[i - 1];
+        for (int i = 1; i <= k_max; ++i) past_[i].age += dt;
         past_[0] = {pose, 0};
-        count_ = std::min(count_ + 1, k_most + 1);
+        count_ = std::min(count_ + 1, k_max + 1);
     }
 
     /// Whether from the last pose to this one is further than any motion: more than `way`, m, or `turn`, rad, and than the top
@@ -42,7 +42,7 @@ public:
     /// resolution: m, of the encoder; 0: the difference of the last two poses. A turn counts at k_arm.
     [[nodiscard]] Twist twist(double resolution) const
     {
-        Vec3d way[k_most + 1], turn[k_most + 1];
+        Vec3d way[k_max + 1], turn[k_max + 1];
         Twist twist;
         bool moves = true, turns = true;
         for (int n = 1; n < count_ && (moves || turns); ++n) {
@@ -59,7 +59,7 @@ public:
     }
 
 private:
-    static constexpr int k_most = 16;      // ticks
+    static constexpr int k_max = 16;       // ticks
     static constexpr double k_arm = 0.02;  // m
 
     struct Past {
@@ -68,7 +68,7 @@ private:
     };
 
     /// What lies between is within a step of the straight line from n ticks ago until now, along every axis.
-    [[nodiscard]] bool fits(const Vec3d (&way)[k_most + 1], int n, double step) const
+    [[nodiscard]] bool fits(const Vec3d (&way)[k_max + 1], int n, double step) const
     {
         for (int i = 1; i < n; ++i) {
             const Vec3d off = way[i] - (past_[i].age / past_[n].age) * way[n];
@@ -79,7 +79,7 @@ private:
         return true;
     }
 
-    Past past_[k_most + 1];
+    Past past_[k_max + 1];
     int count_ = 0;
 };
 

@@ -129,8 +129,8 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
 bool valid_chain(const ModelView& v, std::uint32_t first)
 {
     std::uint32_t count = 1;
-    while ((v.seeds[first + count - 1].extent & k_last_seed) == 0 && count <= k_most_seeds) ++count;
-    if (count > k_most_seeds) return false;
+    while ((v.seeds[first + count - 1].extent & k_last_seed) == 0 && count <= k_max_seeds) ++count;
+    if (count > k_max_seeds) return false;
     for (std::uint32_t k = 0; k < count; ++k)
         if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
     if (count == 1) return true;
@@ -171,17 +171,17 @@ ParseStatus check_locator(const ModelView& v)
             const bool deep = (b & k_deep_brick) != 0;
             if (!within(b & ~k_deep_brick, deep ? 1 : k_brick * k_brick * k_brick, v.places.size()))
                 return ParseStatus::BadStructure;
-            if (deep && place_kind(v.places[b & ~k_deep_brick]) == PlaceKind::Free) return ParseStatus::BadStructure;
+            if (deep && place_kind(v.places[b & ~k_deep_brick]) == LocatorCellKind::Free) return ParseStatus::BadStructure;
         }
     for (const std::uint32_t b : v.bricks) {
         if ((b & k_free_brick) != 0) continue;
         const bool deep = (b & k_deep_brick) != 0;
         for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
-            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_most_divisions))
+            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_max_divisions))
                 return ParseStatus::BadStructure;
     }
     for (const std::uint32_t p : v.places) {
-        if (place_kind(p) == PlaceKind::Free || is_divided(p)) continue;
+        if (place_kind(p) == LocatorCellKind::Free || is_divided(p)) continue;
         const std::uint32_t planes = place_planes(p);
         if (place_list(p) >= v.part_lists.size() ||
             (planes == 0 ? place_first(p) >= v.seeds.size() : !within(place_first(p), planes, v.planes.size())))
@@ -199,7 +199,7 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (!v.seeds.empty() && (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t p : v.places)
-        if (place_kind(p) != PlaceKind::Free && !is_divided(p) && place_planes(p) == 0 && !valid_chain(v, place_first(p)))
+        if (place_kind(p) != LocatorCellKind::Free && !is_divided(p) && place_planes(p) == 0 && !valid_chain(v, place_first(p)))
             return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
@@ -215,7 +215,7 @@ ParseStatus check_near(const ModelView& v)
     for (std::size_t i = 0; i < v.bricks.size(); ++i) {
         const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];
         if ((brick & k_free_brick) != 0) {
-            if (first != k_no_near) return ParseStatus::BadStructure;
+            if (first != k_no_candidates) return ParseStatus::BadStructure;
             continue;
         }
         if (!within(first, k_near_head, v.near.size())) return ParseStatus::BadStructure;
@@ -223,7 +223,7 @@ ParseStatus check_near(const ModelView& v)
         const bool deep = (brick & k_deep_brick) != 0;
         std::uint64_t occupied = 0;
         for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
-            if (place_kind(v.places[(brick & ~k_deep_brick) + k]) != PlaceKind::Free) occupied |= std::uint64_t{1} << k;
+            if (place_kind(v.places[(brick & ~k_deep_brick) + k]) != LocatorCellKind::Free) occupied |= std::uint64_t{1} << k;
         if (record.occupied != occupied) return ParseStatus::BadStructure;
         const auto lists = static_cast<std::uint32_t>(std::popcount(occupied));
         const std::uint64_t refs =

@@ -26,7 +26,7 @@ void keep_crossing(const Contact& crossing, std::uint32_t own, std::span<Contact
     if (count < contacts.size())
         contacts[count++] = crossing;
     else
-        result.frame.status |= k_frame_full;
+        result.frame.status |= k_probe_full;
 }
 
 }  // namespace sqmap::query

@@ -18,7 +18,7 @@ using model::ModelView;
 /// A place's list, or all of the model's triangles.
 struct Candidates {
     const ModelView& model;
-    model::NearList list;  ///< empty: all
+    model::CandidateList list;  ///< empty: all
 
     std::uint32_t count() const { return list.count > 0 ? list.count : static_cast<std::uint32_t>(model.triangle_part.size()); }
     std::uint32_t operator[](std::uint32_t i) const { return list.count > 0 ? list[i] : i; }
@@ -191,7 +191,7 @@ Place place_of(const ModelView& model, Vec3f p)
     found.within = deep ? 0 : (at[2] % n * n + at[1] % n) * n + at[0] % n;
     std::uint32_t place = model.places[(brick & ~model::k_deep_brick) + found.within];
     float half = 0.5f;
-    for (int d = 0; d < model::k_most_divisions && !deep && model::is_divided(place); ++d, half *= 0.5f) {
+    for (int d = 0; d < model::k_max_divisions && !deep && model::is_divided(place); ++d, half *= 0.5f) {
         std::uint32_t eighth = 0;
         for (int k = 0; k < 3; ++k) {
             in_cells[k] -= static_cast<float>(static_cast<std::uint32_t>(in_cells[k] / half) / 2) * 2 * half;
@@ -199,8 +199,8 @@ Place place_of(const ModelView& model, Vec3f p)
         }
         place = model.places[model::place_first(place) + eighth];
     }
-    found.free = !deep && model::place_kind(place) == model::PlaceKind::Free;
-    found.inside = model::place_kind(place) == model::PlaceKind::Inside;
+    found.free = !deep && model::place_kind(place) == model::LocatorCellKind::Free;
+    found.inside = model::place_kind(place) == model::LocatorCellKind::Inside;
     return found;
 }
 
@@ -216,7 +216,7 @@ Contact answer(const Candidates& candidates, Vec3f point, bool inside)
 
 Contact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t place, bool inside) noexcept
 {
-    return answer({model, model::near_list(model, brick, place)}, point, inside);
+    return answer({model, model::candidate_list(model, brick, place)}, point, inside);
 }
 
 Contact query_exact(const ModelView& model, Vec3f point) noexcept
@@ -245,7 +245,7 @@ Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from
         if (model::has_locator(model)) {
             const Place place = place_of(model, at);
             if (place.free) break;
-            candidates.list = model::near_list(model, place.brick, place.within);
+            candidates.list = model::candidate_list(model, place.brick, place.within);
         }
         const Nearest found = nearest_of(candidates, p);
         if (!(found.distance_sq < best.distance_sq)) break;

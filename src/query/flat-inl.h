@@ -14,10 +14,10 @@ namespace {
 
 /// Points with their places, side by side.
 struct LocatedPoints {
-    static constexpr std::size_t k_size = 512, k_room = k_size + 2 * Probe::k_cluster;
+    static constexpr std::size_t k_size = 512, k_capacity = k_size + 2 * Probe::k_cluster;
     std::size_t count = 0;
-    float p[3][k_room], offset[3][k_room];  // model space; from the place's centre, in cells
-    std::int32_t place[k_room], point[k_room];
+    float p[3][k_capacity], offset[3][k_capacity];  // model space; from the place's centre, in cells
+    std::int32_t place[k_capacity], point[k_capacity];
 
     HWY_INLINE void add(const V3& at, const V3& from_centre, I place_word, I index, M which)
     {
@@ -32,7 +32,7 @@ struct LocatedPoints {
     }
     /// A vector of them from first on.
     HWY_INLINE M present(std::size_t first) const { return hn::FirstN(df, std::min(count - first, hn::Lanes(df))); }
-    HWY_INLINE static V3 load(const float (*from)[k_room], std::size_t first)
+    HWY_INLINE static V3 load(const float (*from)[k_capacity], std::size_t first)
     {
         return {hn::LoadU(df, from[0] + first), hn::LoadU(df, from[1] + first), hn::LoadU(df, from[2] + first)};
     }
@@ -96,8 +96,8 @@ private:
     static HWY_INLINE I first_plane(I place) { return blend(Places::has_more(place, 0), shift_right<14>(place), hn::Zero(di)); }
 
     struct StoredPlanes {
-        std::int32_t plane[LocatedPoints::k_room];
-        float gap[LocatedPoints::k_room];
+        std::int32_t plane[LocatedPoints::k_capacity];
+        float gap[LocatedPoints::k_capacity];
         HWY_INLINE FlatPlanes at(std::size_t first) const { return {hn::LoadU(di, plane + first), hn::LoadU(df, gap + first)}; }
         HWY_INLINE void set(std::size_t first, const FlatPlanes& planes)
         {
@@ -108,7 +108,7 @@ private:
 
     const Places& places_;
     StoredPlanes group_, lowest_;
-    std::uint16_t flat_[LocatedPoints::k_room], open_[LocatedPoints::k_room];
+    std::uint16_t flat_[LocatedPoints::k_capacity], open_[LocatedPoints::k_capacity];
 };
 
 }  // namespace

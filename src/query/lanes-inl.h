@@ -7,7 +7,7 @@
 #define SQMAP_QUERY_LANES_INL_H
 #endif
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <hwy/highway.h>
 

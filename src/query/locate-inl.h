@@ -6,8 +6,8 @@
 #define SQMAP_QUERY_LOCATE_INL_H
 #endif
 
-#include "frame_job.h"
 #include "lanes-inl.h"
+#include "probe_job.h"
 
 #include <hwy/cache_control.h>
 
@@ -17,8 +17,8 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
+using model::LocatorCellKind;
 using model::ModelView;
-using model::PlaceKind;
 
 /// A flat place's plane that counts, for each lane: its word, and how far the point is below, in cells.
 struct FlatPlanes {
@@ -30,7 +30,7 @@ class Places {
 public:
     static constexpr std::size_t k_groups_at_once = 16;
 
-    explicit Places(const FrameJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
+    explicit Places(const ProbeJob& job) : job_(job), model_(job.model), locator_(job.model.locator)
     {
         inverse_cell_ = 1.f / locator_.cell;
         for (int k = 0; k < 3; ++k) cells_[k] = static_cast<float>(model::k_brick * locator_.bricks[k]);
@@ -241,7 +241,7 @@ public:
         const I nil = hn::Zero(di);
         float quarter = 0.25f;
         M divided = is_divided(place, occupied);
-        for (int k = 0; k < model::k_most_divisions && any(divided); ++k) {
+        for (int k = 0; k < model::k_max_divisions && any(divided); ++k) {
             const F zero = hn::Zero(df);
             const M up_x = hn::Ge(offset.x, zero), up_y = hn::Ge(offset.y, zero), up_z = hn::Ge(offset.z, zero);
             const I eighth =
@@ -310,12 +310,12 @@ public:
     HWY_INLINE FlatPlanes read_planes(I at, const V3& offset) const
     {
         constexpr int bits = model::k_plane_normal_bits;
-        constexpr float k_most = static_cast<float>(model::k_plane_most_distance);
+        constexpr float k_max = static_cast<float>(model::k_plane_most_distance);
         const I plane = gather_word(model_.planes.data(), at);
         const V3 n = octahedral<bits>(plane);
         const F code =
             to_float(hn::And(shift_right<2 * bits>(plane), set_int(static_cast<std::int32_t>(model::k_plane_most_distance))));
-        const F distance = hn::Sub(hn::Mul(hn::Mul(code, code), set(locator_.plane_reach / (k_most * k_most))), set(1.f));
+        const F distance = hn::Sub(hn::Mul(hn::Mul(code, code), set(locator_.plane_reach / (k_max * k_max))), set(1.f));
         return {plane, hn::Sub(distance, hn::Mul(dot(n, offset), inverse_norm(n)))};
     }
     /// What is lower, of a group that ends there.
@@ -402,10 +402,10 @@ public:
 
     static HWY_INLINE M is_inside(I place, M occupied)
     {
-        return hn::And(occupied, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Inside))));
+        return hn::And(occupied, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(LocatorCellKind::Inside))));
     }
 
-    const FrameJob& job_;
+    const ProbeJob& job_;
     const ModelView& model_;
     const model::Locator& locator_;
     float inverse_cell_;

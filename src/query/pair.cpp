@@ -2,8 +2,8 @@
 // 4.2); here both ways.
 #include "sqmap/query/pair.h"
 
-#include "frame_by_points.h"
 #include "merge.h"
+#include "probe_pointwise.h"
 
 #include <algorithm>
 #include <bit>
@@ -35,7 +35,7 @@ Sphere sphere_of(const Body& body) noexcept
     return {placed(body.pose, local.centre), local.radius};
 }
 
-double reach_of(const Body& body, const FrameOptions& options) noexcept
+double reach_of(const Body& body, const ProbeOptions& options) noexcept
 {
     return body.model == nullptr ? 0. : static_cast<double>(offset_reach(*body.model, options)) * body.model->header.unit;
 }
@@ -43,7 +43,7 @@ double reach_of(const Body& body, const FrameOptions& options) noexcept
 /// One query on its way.
 struct PairQuery {
     const PairOptions& options;
-    PairRoom& room;
+    PairWorkspace& workspace;
     std::span<PairContact> out;
     PairResult result{};
 
@@ -51,14 +51,14 @@ struct PairQuery {
     void ask(const Body& solid, const Body& vertices, Side vertex_of)
     {
         if (solid.model == nullptr || vertices.probe == nullptr) return;
-        const FrameResult frame =
-            query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose), options.frame, room.found_);
+        const ProbeResult frame = query_probe(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose),
+                                              options.frame, workspace.found_);
         result.found += frame.contacts;
         result.status |= frame.status;
         const model::Header& header = solid.model->header;
-        for (const FrameContact& c : std::span(room.found_).first(std::min(frame.contacts, room.found_.size()))) {
+        for (const ProbeContact& c : std::span(workspace.found_).first(std::min(frame.contacts, workspace.found_.size()))) {
             if (result.contacts == out.size()) {
-                result.status |= k_frame_full;
+                result.status |= k_probe_full;
                 return;
             }
             const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
@@ -84,14 +84,15 @@ struct PairQuery {
         if (!(options.merge_distance > 1e-6f) || !(spacing > 0)) return;
         const std::size_t lists = std::bit_ceil(std::max<std::size_t>(split, result.contacts - split));
         const MergeRule rule{static_cast<double>(options.merge_distance) * spacing, options.merge_cosine};
-        result.contacts = merge_mutual(out.first(result.contacts), split, rule, std::span(room.head_).first(lists), room.next_);
+        result.contacts =
+            merge_mutual(out.first(result.contacts), split, rule, std::span(workspace.head_).first(lists), workspace.next_);
     }
 };
 
-PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room,
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace,
                       std::span<PairContact> contacts) noexcept
 {
-    PairQuery query{options, room, contacts};
+    PairQuery query{options, workspace, contacts};
     query.ask(a, b, Side::B);
     if (options.frame.first_only && query.result.found > 0) return query.result;
     const std::size_t split = query.result.contacts;

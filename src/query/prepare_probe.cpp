@@ -1,5 +1,5 @@
 // What a probe sets up outside the frame: the allocating half.
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <algorithm>
 #include <numeric>

@@ -6,9 +6,9 @@
 
 namespace sqmap::query {
 
-PairRoom::PairRoom(std::size_t contacts) : found_(contacts), head_(std::bit_ceil(contacts)), next_(contacts) {}
+PairWorkspace::PairWorkspace(std::size_t contacts) : found_(contacts), head_(std::bit_ceil(contacts)), next_(contacts) {}
 
-Scene::Scene(std::size_t contacts_in_a_direction) : room_(contacts_in_a_direction) {}
+Scene::Scene(std::size_t contacts_in_a_direction) : workspace_(contacts_in_a_direction) {}
 
 BodyId Scene::add(const model::ModelView* model, const Probe* probe, const Pose& pose)
 {

@@ -45,11 +45,11 @@ MovingSkin::MovingSkin(const SkinLattice& lattice)
 {
 }
 
-SkinRoom::SkinRoom(const SkinLattice& lattice, std::span<const Vec3d> points)
+SkinWorkspace::SkinWorkspace(const SkinLattice& lattice, std::span<const Vec3d> points)
     : size_(points.size()),
       probe_(moved_to(lattice, points)),
-      places_(k_most * points.size()),
-      found_places_(k_most * Probe::k_cluster),
+      places_(k_max * points.size()),
+      found_places_(k_max * Probe::k_cluster),
       first_(points.size()),
       count_(points.size()),
       asked_places_(points.size()),

@@ -3,12 +3,12 @@
 
 namespace sqmap::query {
 
-SweptRoom::SweptRoom(std::size_t points)
+SweptWorkspace::SweptWorkspace(std::size_t points)
     : probe_(std::span<const Vec3d>{}), at_(points), fast_(points), contact_(points), found_(points)
 {
 }
 
-SweptRoom::SweptRoom(const Probe& probe)
+SweptWorkspace::SweptWorkspace(const Probe& probe)
     : probe_(probe), at_(probe.size()), fast_(probe.size()), contact_(probe.size()), found_(probe.size())
 {
 }

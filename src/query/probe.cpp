@@ -1,4 +1,4 @@
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include "refit.h"
 

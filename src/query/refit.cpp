@@ -1,6 +1,6 @@
 #include "refit.h"
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <algorithm>
 #include <cmath>

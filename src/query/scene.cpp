@@ -158,7 +158,7 @@ void Scene::update() noexcept
     stale_ = false;
 }
 
-double Scene::largest_reach(const FrameOptions& options) const noexcept
+double Scene::largest_reach(const ProbeOptions& options) const noexcept
 {
     double reach = 0;
     if (options.offset || options.margin > 0.f)
@@ -172,7 +172,7 @@ SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
 {
     update();
     SceneResult result;
-    if (posed_ < order_.size()) result.status |= k_frame_not_finite;
+    if (posed_ < order_.size()) result.status |= k_probe_not_finite;
     PairList list{pairs, result};
     const float slack_above = static_cast<float>(1.00001 * slack);
     for (std::size_t i = 0; i < posed_; ++i) {
@@ -193,8 +193,8 @@ SceneResult Scene::ask(SceneResult result, const Body* probe, const PairOptions&
                        std::span<PairContact> contacts) noexcept
 {
     for (ScenePair& p : pairs.first(std::min(result.pairs, pairs.size()))) {
-        const PairResult r =
-            query_pair(bodies_[p.a], probe != nullptr ? *probe : bodies_[p.b], options, room_, contacts.subspan(result.contacts));
+        const PairResult r = query_pair(bodies_[p.a], probe != nullptr ? *probe : bodies_[p.b], options, workspace_,
+                                        contacts.subspan(result.contacts));
         p.first = static_cast<std::uint32_t>(result.contacts);
         p.count = static_cast<std::uint32_t>(r.contacts);
         p.status = r.status;
@@ -210,17 +210,17 @@ SceneResult Scene::query_pairs(const PairOptions& options, std::span<ScenePair> 
     return ask(find(largest_reach(options.frame), near), nullptr, options, near, contacts);
 }
 
-SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const FrameOptions& options, std::span<ScenePair> near,
+SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const ProbeOptions& options, std::span<ScenePair> near,
                                std::span<PairContact> contacts) noexcept
 {
     update();
     SceneResult result;
-    if (posed_ < order_.size()) result.status |= k_frame_not_finite;
+    if (posed_ < order_.size()) result.status |= k_probe_not_finite;
     const Body body{nullptr, &probe, pose};
     Sphere s = safe_sphere(body);
     s.radius += largest_reach(options);
     if (!is_finite(pose) || !is_finite(s.centre)) {
-        result.status |= k_frame_not_finite;
+        result.status |= k_probe_not_finite;
         return result;
     }
     PairList list{near, result};

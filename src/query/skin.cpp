@@ -165,7 +165,7 @@ void PosedSkin::carry_back(const SkinCluster& cluster, std::span<SkinPlace> foun
     const double cell = lattice_->cell, slack = 1e-6 * cell, least_volume = k_collapsed * cell * cell * cell;
     std::fill(counts.begin(), counts.end(), std::size_t{0});
     SkinLeaf leaves[k_leaves];
-    CellHit hits[k_most_cell_hits];
+    CellHit hits[k_max_cell_hits];
     for (std::uint32_t from = 0; from < boxes_.size();) {
         std::size_t near = 0;
         from = leaves_about(lattice_->nodes, boxes_, slack, cluster, from, leaves, near);
@@ -195,7 +195,7 @@ std::size_t PosedSkin::carry_back(Vec3d posed, std::span<PreImage> found) const 
     cluster.z[0] = posed.z;
     SkinPlace places[k_at_once];
     std::size_t counts[SkinCluster::k_points];
-    // The other points find nothing, and have no room.
+    // The other points find nothing, and have no workspace.
     carry_back(cluster, places, std::min(found.size(), k_at_once), counts);
     for (std::size_t i = 0; i < std::min({counts[0], found.size(), k_at_once}); ++i)
         found[i] = {places[i].bound, local_at(places[i]), places[i].sign};
@@ -239,7 +239,7 @@ double PosedSkin::farthest_from(const PosedSkin& other) const noexcept
 
 bool MovingSkin::step(std::span<const Affine> maps) noexcept
 {
-    // The pose before last makes room: nothing is copied, nothing allocated.
+    // The pose before last makes workspace: nothing is copied, nothing allocated.
     std::swap(from_, to_);
     const bool good = to_.pose(maps);
     if (!good) (void)to_.pose(from_.maps());
@@ -256,19 +256,19 @@ struct SkinQuery {
     const model::ModelView& bound;
     const PosedSkin& skin;
     std::span<const Vec3d> points;
-    FrameOptions options;
-    SkinRoom& room;
+    ProbeOptions options;
+    SkinWorkspace& workspace;
     std::span<SkinContact> contacts;
     std::span<const std::uint8_t> only;
 
-    FrameResult run() const noexcept
+    ProbeResult run() const noexcept
     {
-        FrameResult result;
-        if (points.size() != room.size_) return result;
+        ProbeResult result;
+        if (points.size() != workspace.size_) return result;
         std::size_t most = 0, places = 0;
-        std::fill(room.count_.begin(), room.count_.end(), std::uint8_t{0});
-        std::fill(room.covered_.begin(), room.covered_.end(), 0);
-        const std::span<const std::uint32_t> order = room.probe_.point_;
+        std::fill(workspace.count_.begin(), workspace.count_.end(), std::uint8_t{0});
+        std::fill(workspace.covered_.begin(), workspace.covered_.end(), 0);
+        const std::span<const std::uint32_t> order = workspace.probe_.point_;
         for (std::size_t slot = 0; slot < points.size(); slot += SkinCluster::k_points) {
             const std::size_t size = std::min(SkinCluster::k_points, points.size() - slot);
             for (std::size_t k = slot + 2 * SkinCluster::k_points; k < std::min(slot + 3 * SkinCluster::k_points, points.size());
@@ -287,50 +287,54 @@ struct SkinQuery {
             }
             if (!any) continue;
             std::size_t counts[SkinCluster::k_points];
-            skin.carry_back(cluster, room.found_places_, SkinRoom::k_most, counts);
+            skin.carry_back(cluster, workspace.found_places_, SkinWorkspace::k_max, counts);
             for (std::size_t k = 0; k < size; ++k) {
                 if (counts[k] == 0) continue;
                 const std::uint32_t i = order[slot + k];
-                const std::size_t count = std::min(counts[k], SkinRoom::k_most);
+                const std::size_t count = std::min(counts[k], SkinWorkspace::k_max);
                 if (counts[k] > count) result.status |= k_skin_crowded;
-                room.count_[i] = static_cast<std::uint8_t>(count);
-                room.first_[i] = static_cast<std::uint32_t>(places);
-                room.best_[i].part = -1;
-                for (std::size_t n = 0; n < count; ++n) room.places_[places++] = room.found_places_[k * SkinRoom::k_most + n];
+                workspace.count_[i] = static_cast<std::uint8_t>(count);
+                workspace.first_[i] = static_cast<std::uint32_t>(places);
+                workspace.best_[i].part = -1;
+                for (std::size_t n = 0; n < count; ++n)
+                    workspace.places_[places++] = workspace.found_places_[k * SkinWorkspace::k_max + n];
                 most = std::max(most, count);
             }
         }
-        FrameOptions all = options;
+        ProbeOptions all = options;
         all.first_only = false;
         for (std::size_t round = 0; round < most; ++round) {
             for (std::size_t i = 0; i < points.size(); ++i) {
-                room.asked_[i] = room.count_[i] > round ? 1 : 0;
-                if (room.asked_[i] != 0) room.asked_places_[i] = place(i, round).bound;
+                workspace.asked_[i] = workspace.count_[i] > round ? 1 : 0;
+                if (workspace.asked_[i] != 0) workspace.asked_places_[i] = place(i, round).bound;
             }
-            room.probe_.move(room.asked_places_, room.asked_);
-            const FrameResult frame = query_frame(bound, room.probe_, {}, all, room.found_);
+            workspace.probe_.move(workspace.asked_places_, workspace.asked_);
+            const ProbeResult frame = query_probe(bound, workspace.probe_, {}, all, workspace.found_);
             result.status |= frame.status;
             result.unseen += frame.unseen;
-            for (const FrameContact& c : std::span(room.found_).first(std::min(frame.contacts, room.found_.size())))
-                if (room.asked_[c.index] != 0) take(c, place(c.index, round));
+            for (const ProbeContact& c : std::span(workspace.found_).first(std::min(frame.contacts, workspace.found_.size())))
+                if (workspace.asked_[c.index] != 0) take(c, place(c.index, round));
         }
         for (std::size_t i = 0; i < points.size(); ++i) {
-            if (room.covered_[i] <= 0) continue;
+            if (workspace.covered_[i] <= 0) continue;
             if (result.contacts < contacts.size())
-                contacts[result.contacts] = room.best_[i];
+                contacts[result.contacts] = workspace.best_[i];
             else
-                result.status |= k_frame_full;
+                result.status |= k_probe_full;
             ++result.contacts;
             if (options.first_only) break;
         }
         return result;
     }
 
-    const SkinPlace& place(std::size_t point, std::size_t round) const { return room.places_[room.first_[point] + round]; }
-
-    void take(const FrameContact& c, const SkinPlace& at) const noexcept
+    const SkinPlace& place(std::size_t point, std::size_t round) const
     {
-        room.covered_[c.index] += at.sign;
+        return workspace.places_[workspace.first_[point] + round];
+    }
+
+    void take(const ProbeContact& c, const SkinPlace& at) const noexcept
+    {
+        workspace.covered_[c.index] += at.sign;
         if (at.sign < 0) return;
         const model::Header& header = bound.header;
         const Vec3d surface = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + header.unit * cast<double>(c.point);
@@ -346,16 +350,16 @@ struct SkinQuery {
         contact.index = c.index;
         contact.part = c.part;
         contact.status = c.status;
-        SkinContact& best = room.best_[c.index];
+        SkinContact& best = workspace.best_[c.index];
         if (best.part < 0 || contact.depth > best.depth) best = contact;
     }
 };
 
-FrameResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts,
+ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
+                       const ProbeOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
                        std::span<const std::uint8_t> asked) noexcept
 {
-    return SkinQuery{bound, skin, points, options, room, contacts, asked}.run();
+    return SkinQuery{bound, skin, points, options, workspace, contacts, asked}.run();
 }
 
 }  // namespace sqmap::query

@@ -95,7 +95,7 @@ HWY_INLINE D dot(const D3& a, const D3& b) { return hn::Add(hn::Add(hn::Mul(a.x,
 HWY_INLINE D3 all(Vec3d v) { return {hn::Set(dd, v.x), hn::Set(dd, v.y), hn::Set(dd, v.z)}; }
 
 std::size_t hits(const std::array<Vec3d, 8>& corners, double least, double border, const SkinCluster& cluster,
-                 std::uint32_t points, std::span<CellHit, k_most_cell_hits> found)
+                 std::uint32_t points, std::span<CellHit, k_max_cell_hits> found)
 {
     // The second and third corners of each order's path; what fills the vectors is never asked.
     HWY_ALIGN double second[3][k_slots], third[3][k_slots];
@@ -173,7 +173,7 @@ std::uint32_t leaves_about(std::span<const SkinLattice::Node> nodes, std::span<c
 }
 
 std::size_t cell_hits(const std::array<Vec3d, 8>& corners, double least, double border, const SkinCluster& cluster,
-                      std::uint32_t points, std::span<CellHit, k_most_cell_hits> found) noexcept
+                      std::uint32_t points, std::span<CellHit, k_max_cell_hits> found) noexcept
 {
     return HWY_DYNAMIC_DISPATCH(hits)(corners, least, border, cluster, points, found);
 }

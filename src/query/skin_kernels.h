@@ -37,11 +37,11 @@ struct CellHit {
     std::uint8_t point, order;
     bool positive;  ///< its determinant
 };
-inline constexpr std::size_t k_most_cell_hits = 6 * SkinCluster::k_points;
+inline constexpr std::size_t k_max_cell_hits = 6 * SkinCluster::k_points;
 
 /// The tetrahedra that hold points of a mask, point after point; corners: posed, bit k of their number a step along axis k.
 /// least: of a determinant, below which a tetrahedron holds nothing; border: of an edge, that far outside is in it.
 std::size_t cell_hits(const std::array<Vec3d, 8>& corners, double least, double border, const SkinCluster& cluster,
-                      std::uint32_t points, std::span<CellHit, k_most_cell_hits> hits) noexcept;
+                      std::uint32_t points, std::span<CellHit, k_max_cell_hits> hits) noexcept;
 
 }  // namespace sqmap::query

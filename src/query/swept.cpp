@@ -29,8 +29,8 @@ struct SweptQuery {
     std::span<const Vec3d> previous, now;
     const Pose &from, &to;
     const SweptOptions& options;
-    SweptRoom& room;
-    std::span<FrameContact> contacts;
+    SweptWorkspace& workspace;
+    std::span<ProbeContact> contacts;
 
     Vec3d in_model(Vec3d in_mesh) const
     {
@@ -61,7 +61,7 @@ struct SweptQuery {
         const Reach reach = reach_of_model();
         const double slow = options.step - reach.motion;
         for (std::size_t i = 0; i < now.size(); ++i) {
-            room.fast_[i] = 0;
+            workspace.fast_[i] = 0;
             // Most points move too little, or are too far from the model, whatever the poses do to them.
             const double own_sq = norm_sq(now[i] - previous[i]);
             if (slow >= 0 && own_sq <= slow * slow) continue;
@@ -69,57 +69,57 @@ struct SweptQuery {
             if (norm_sq(now[i] - reach.centre) > far * far) continue;
             const double way_sq = norm_sq(apply(to, now[i]) - apply(from, previous[i]));
             if (!(way_sq > options.step * options.step && std::isfinite(way_sq))) continue;
-            room.fast_[i] = 1;
+            workspace.fast_[i] = 1;
             ++result.fast;
             longest = std::max(longest, way_sq);
         }
-        result.frame = query_frame(model, probe, to, options.frame, contacts);
+        result.frame = query_probe(model, probe, to, options.frame, contacts);
         if (result.fast == 0) return result;
 
         std::size_t count = std::min(result.frame.contacts, contacts.size());
-        std::fill(room.contact_.begin(), room.contact_.end(), k_no_contact);
-        for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
+        std::fill(workspace.contact_.begin(), workspace.contact_.end(), k_no_contact);
+        for (std::size_t c = 0; c < count; ++c) workspace.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(std::sqrt(longest) / options.step);
-        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
+        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.max_steps))));
         if (wanted > steps) result.frame.status |= k_swept_coarse;
-        const bool own_probe = room.probe_.size() == now.size();
-        Probe& swept = own_probe ? room.probe_ : probe;
+        const bool own_probe = workspace.probe_.size() == now.size();
+        Probe& swept = own_probe ? workspace.probe_ : probe;
         for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
             const double share = static_cast<double>(step) / steps;
             const Pose pose = between(from, to, share);
             for (std::size_t i = 0; i < now.size(); ++i)
-                if (room.fast_[i] == 1) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
-            swept.move(room.at_, room.fast_);
-            const FrameResult found = query_frame(model, swept, pose, options.frame, room.found_);
-            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
-            for (std::size_t f = 0; f < std::min(found.contacts, room.found_.size()); ++f)
-                if (room.fast_[room.found_[f].index] == 1) take(room.found_[f], count, result);
+                if (workspace.fast_[i] == 1) workspace.at_[i] = previous[i] + share * (now[i] - previous[i]);
+            swept.move(workspace.at_, workspace.fast_);
+            const ProbeResult found = query_probe(model, swept, pose, options.frame, workspace.found_);
+            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
+            for (std::size_t f = 0; f < std::min(found.contacts, workspace.found_.size()); ++f)
+                if (workspace.fast_[workspace.found_[f].index] == 1) take(workspace.found_[f], count, result);
         }
         if (!own_probe) probe.move(now);
         return result;
     }
 
     /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
-    void take(FrameContact c, std::size_t& count, SweptResult& result) noexcept
+    void take(ProbeContact c, std::size_t& count, SweptResult& result) noexcept
     {
         // Along a bulge a point may end behind a plane that it slid over; what it goes through it meets head on.
         const Vec3d end = end_of(c.index), start = start_of(c.index);
         if (!(dot(normalized(start - end), cast<double>(c.normal)) > k_head_on)) return;
         const double behind = dot(cast<double>(c.point) - end, cast<double>(c.normal));
         if (!(behind > 0)) return;
-        const std::uint32_t own = room.contact_[c.index];
+        const std::uint32_t own = workspace.contact_[c.index];
         if (own != k_no_contact && dot(contacts[own].normal, c.normal) > 0.f) return;
         c.depth = static_cast<float>(behind);
-        room.fast_[c.index] = 2;  // the first crossing counts
+        workspace.fast_[c.index] = 2;  // the first crossing counts
         keep_crossing(c, own, contacts, count, result);
     }
 };
 
 SweptResult query_swept(const model::ModelView& model, Probe& probe, std::span<const Vec3d> previous, std::span<const Vec3d> now,
-                        const Pose& from, const Pose& to, const SweptOptions& options, SweptRoom& room,
-                        std::span<FrameContact> contacts) noexcept
+                        const Pose& from, const Pose& to, const SweptOptions& options, SweptWorkspace& workspace,
+                        std::span<ProbeContact> contacts) noexcept
 {
-    return SweptQuery{model, probe, previous, now, from, to, options, room, contacts}.run();
+    return SweptQuery{model, probe, previous, now, from, to, options, workspace, contacts}.run();
 }
 
 }  // namespace sqmap::query

@@ -24,33 +24,33 @@ struct SkinSweep {
     MovingSkin& skin;
     std::span<const Vec3d> previous, now;
     const SweptOptions& options;
-    SkinRoom& room;
+    SkinWorkspace& workspace;
     std::span<SkinContact> contacts;
     std::span<const std::uint8_t> asked;
 
     SweptResult run() noexcept
     {
         SweptResult result;
-        if (now.size() != room.size_ || previous.size() != now.size()) return result;
-        result.frame = query_skin(bound, skin.to(), now, options.frame, room, contacts, asked);
+        if (now.size() != workspace.size_ || previous.size() != now.size()) return result;
+        result.frame = query_skin(bound, skin.to(), now, options.frame, workspace, contacts, asked);
         double longest = 0;
         for (std::size_t i = 0; i < now.size(); ++i) {
-            room.fast_[i] = 0;
+            workspace.fast_[i] = 0;
             if (asked.size() == now.size() && asked[i] == 0) continue;
             const double way = norm(now[i] - previous[i]) + skin.motion();
             if (!(way > options.step && std::isfinite(way))) continue;
             if (!meets(skin.to().box(), previous[i], now[i], skin.motion())) continue;
-            room.fast_[i] = 1;
+            workspace.fast_[i] = 1;
             ++result.fast;
             longest = std::max(longest, way);
         }
         if (result.fast == 0) return result;
 
         std::size_t count = std::min(result.frame.contacts, contacts.size());
-        std::fill(room.contact_.begin(), room.contact_.end(), k_no_contact);
-        for (std::size_t c = 0; c < count; ++c) room.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
+        std::fill(workspace.contact_.begin(), workspace.contact_.end(), k_no_contact);
+        for (std::size_t c = 0; c < count; ++c) workspace.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(longest / options.step);
-        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.most_steps))));
+        const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.max_steps))));
         if (wanted > steps) result.frame.status |= k_swept_coarse;
         for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
             const double share = static_cast<double>(step) / steps;
@@ -61,11 +61,12 @@ struct SkinSweep {
                 skin.maps_[b].shift = from.shift + share * (to.shift - from.shift);
             }
             (void)skin.between_.pose(skin.maps_);
-            for (std::size_t i = 0; i < now.size(); ++i) room.at_[i] = previous[i] + share * (now[i] - previous[i]);
-            const FrameResult found = query_skin(bound, skin.between_, room.at_, options.frame, room, room.swept_, room.fast_);
-            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_frame_full);
-            for (std::size_t f = 0; f < std::min(found.contacts, room.swept_.size()); ++f)
-                if (room.fast_[room.swept_[f].index] == 1) take(room.swept_[f], count, result);
+            for (std::size_t i = 0; i < now.size(); ++i) workspace.at_[i] = previous[i] + share * (now[i] - previous[i]);
+            const ProbeResult found =
+                query_skin(bound, skin.between_, workspace.at_, options.frame, workspace, workspace.swept_, workspace.fast_);
+            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
+            for (std::size_t f = 0; f < std::min(found.contacts, workspace.swept_.size()); ++f)
+                if (workspace.fast_[workspace.swept_[f].index] == 1) take(workspace.swept_[f], count, result);
         }
         return result;
     }
@@ -80,21 +81,21 @@ struct SkinSweep {
         if (!(dot(normalized(start - end), normal) > k_head_on)) return;
         const double behind = -dot(end, normal);
         if (!(behind > 0)) return;
-        const std::uint32_t own = room.contact_[c.index];
+        const std::uint32_t own = workspace.contact_[c.index];
         if (own != k_no_contact && dot(contacts[own].normal, normal) > 0) return;
         c.normal = normal;
         c.depth = behind;
         c.point = now[c.index] + behind * normal;
-        room.fast_[c.index] = 2;  // the first crossing counts
+        workspace.fast_[c.index] = 2;  // the first crossing counts
         keep_crossing(c, own, contacts, count, result);
     }
 };
 
 SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
-                             std::span<const Vec3d> now, const SweptOptions& options, SkinRoom& room,
+                             std::span<const Vec3d> now, const SweptOptions& options, SkinWorkspace& workspace,
                              std::span<SkinContact> contacts, std::span<const std::uint8_t> asked) noexcept
 {
-    return SkinSweep{bound, skin, previous, now, options, room, contacts, asked}.run();
+    return SkinSweep{bound, skin, previous, now, options, workspace, contacts, asked}.run();
 }
 
 }  // namespace sqmap::query

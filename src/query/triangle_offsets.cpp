@@ -14,8 +14,8 @@ void offsets(std::span<const Vec3f> corners, const PointColumns& points, float* 
 {
     TriangleBlock block;
     const std::size_t triangles = corners.size() / 3;
-    for (std::size_t first = 0; first < triangles; first += TriangleBlock::k_most) {
-        const std::size_t count = std::min(triangles - first, TriangleBlock::k_most);
+    for (std::size_t first = 0; first < triangles; first += TriangleBlock::k_max) {
+        const std::size_t count = std::min(triangles - first, TriangleBlock::k_max);
         for (std::size_t k = 0; k < count; k += hn::Lanes(df)) {
             HWY_ALIGN float v[9][k_lanes];
             for (std::size_t i = 0; i < hn::Lanes(df); ++i)

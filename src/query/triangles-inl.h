@@ -22,7 +22,7 @@ HWY_INLINE V3 plus_scaled(F k, const V3& v, const V3& to)
 /// Triangles a, b, c in columns.
 class TriangleBlock {
 public:
-    static constexpr std::size_t k_most = 64;
+    static constexpr std::size_t k_max = 64;
 
     /// Lanes of corners into columns from at on.
     HWY_INLINE void put(std::size_t at, const V3& p, const V3& q, const V3& r)
@@ -154,7 +154,7 @@ private:
     HWY_INLINE F field(std::size_t k, std::size_t i) const { return set(columns_[k][i]); }
     HWY_INLINE V3 vector(std::size_t k, std::size_t i) const { return {field(k, i), field(k + 1, i), field(k + 2, i)}; }
 
-    HWY_ALIGN float columns_[k_fields][k_most + k_lanes];
+    HWY_ALIGN float columns_[k_fields][k_max + k_lanes];
 };
 
 }  // namespace

@@ -345,10 +345,10 @@ struct Cloth::State {
         }
     }
 
-    /// No node goes farther in the step than most_speed allows: the sweep has to follow it.
+    /// No node goes farther in the step than max_speed allows: the sweep has to follow it.
     void limit(double dt, StepReport& report)
     {
-        const double most = options.most_speed * dt;
+        const double most = options.max_speed * dt;
         for (std::size_t i = 0; i < position.size(); ++i) {
             position[i] = cast<double>(moving[i].at);
             const Vec3d way = position[i] - previous[i];
@@ -461,18 +461,18 @@ struct Cloth::State {
         last_kinetic = report.kinetic;
     }
 
-    /// Whether a quarter of the threads, diagonals of the weave too, are longer than k_most_stretch allows; looked at now and
+    /// Whether a quarter of the threads, diagonals of the weave too, are longer than k_max_stretch allows; looked at now and
     /// then.
     bool stretched()
     {
         if (steps++ % k_looks_at_threads != 0) return was_stretched;
         std::size_t longer = 0, all = 0;
-        const auto most_sq = static_cast<float>((1 + k_most_stretch) * (1 + k_most_stretch));
+        const auto max_sq = static_cast<float>((1 + k_max_stretch) * (1 + k_max_stretch));
         for (std::size_t l = 0; l < threads.size(); ++l) {
             const Thread& t = threads[l];
             if (weak[l] != 0 || !(t.stiff > 0) || !(t.rest_sq > 0)) continue;
             ++all;
-            longer += norm_sq(moving[t.a].at - moving[t.b].at) > most_sq * t.rest_sq ? 1 : 0;
+            longer += norm_sq(moving[t.a].at - moving[t.b].at) > max_sq * t.rest_sq ? 1 : 0;
         }
         was_stretched = 4 * longer > all;
         return was_stretched;

@@ -22,11 +22,11 @@ constexpr double k_beside = 1;
 constexpr float k_same_surface = 0.97f;  ///< cosine between normals
 constexpr float k_facing = -0.5f;        ///< so, of surfaces that face each other
 constexpr std::size_t k_turned = 2;      ///< of several solids one step in so many looks for a surface on the cloth's other side
-constexpr std::uint8_t k_most_kept = 2;  ///< steps
+constexpr std::uint8_t k_max_kept = 2;   ///< steps
 constexpr std::size_t k_sample = 16;     ///< of nodes one in so many tells whether it is worth while to look at each
 constexpr std::size_t k_block = 32;
-constexpr std::size_t k_fetched = 8;      ///< contacts ahead
-constexpr std::size_t k_most_solids = 4;  ///< half-spaces a node has room for, on average
+constexpr std::size_t k_fetched = 8;     ///< contacts ahead
+constexpr std::size_t k_max_solids = 4;  ///< half-spaces a node has workspace for, on average
 
 Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
 
@@ -44,9 +44,9 @@ double motion_bound(const Solid& solid)
 
 Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep_step, query::Layer layer)
     : probe_(points),
-      room_(probe_),
+      workspace_(probe_),
       found_(points.size()),
-      spaces_(k_most_solids * points.size()),
+      spaces_(k_max_solids * points.size()),
       head_(points.size(), k_none),
       asked_(points.size()),
       touched_(points.size()),
@@ -63,7 +63,7 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
 
 void Contacts::expect(const query::SkinLattice& lattice, std::span<const Vec3d> points)
 {
-    skin_room_ = std::make_unique<query::SkinRoom>(lattice, points);
+    skin_workspace_ = std::make_unique<query::SkinWorkspace>(lattice, points);
     skin_found_.resize(points.size());
 }
 
@@ -74,15 +74,15 @@ bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
         kept_ = still ? Kept::All : Kept::Nothing;
         return false;
     }
-    const double most_sq = k_creep * thickness_ * k_creep * thickness_;
+    const double max_sq = k_creep * thickness_ * k_creep * thickness_;
     std::size_t moved = 0;
-    for (std::size_t i = 0; i < now.size(); i += k_sample) moved += norm_sq(now[i] - asked_from_[i]) <= most_sq ? 0 : 1;
+    for (std::size_t i = 0; i < now.size(); i += k_sample) moved += norm_sq(now[i] - asked_from_[i]) <= max_sq ? 0 : 1;
     const bool few = 2 * k_sample * moved < now.size(), all_kept = kept_ == Kept::All;
     kept_ = few ? Kept::All : Kept::Samples;
     if (!few || !all_kept) return false;
     stale_count_ = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
-        stale_[i] = norm_sq(now[i] - asked_from_[i]) <= most_sq ? 0 : 1;
+        stale_[i] = norm_sq(now[i] - asked_from_[i]) <= max_sq ? 0 : 1;
         stale_count_ += stale_[i];
     }
     return true;
@@ -181,8 +181,7 @@ void Contacts::keep_unasked(std::uint32_t node, Vec3d now) noexcept
     const Vec3f x = cast<float>(now);
     for (std::uint32_t s = last_head_[node]; s != k_none && count_ < spaces_.size(); s = last_[s].next) {
         const HalfSpace& was = last_[s];
-        if (was.kept >= k_most_kept || dot(was.normal, x) - was.offset > static_cast<float>((k_deeper - 1) * thickness_))
-            continue;
+        if (was.kept >= k_max_kept || dot(was.normal, x) - was.offset > static_cast<float>((k_deeper - 1) * thickness_)) continue;
         // A node is asked in one direction: a surface that faces what was found there is not seen.
         const bool faces =
             found != k_none && was.solid != spaces_[found].solid && dot(was.normal, spaces_[found].normal) < k_facing;
@@ -203,7 +202,7 @@ void Contacts::squeeze(std::uint32_t node, Vec3d now) noexcept
             HalfSpace &a = spaces_[s], &b = spaces_[t];
             if (dot(a.normal, b.normal) > k_facing) continue;
             touched_[node] = a.normal;
-            // Where there is no room for the thickness, both give half of what is missing.
+            // Where there is no workspace for the thickness, both give half of what is missing.
             const float missing = a.offset + b.offset - dot(a.normal + b.normal, x) + a.give + b.give;
             const float give = std::clamp(0.5f * missing, 0.f, static_cast<float>(thickness_));
             for (HalfSpace* side : {&a, &b}) {
@@ -283,23 +282,23 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
     near.radius += longest + motion + k_deeper * thickness_;
     if (!probe_.reaches(near)) return k_cloth_ok;
     const query::Pose to = query::inverse(solid.pose);
-    query::FrameResult frame;
+    query::ProbeResult frame;
     if (longest + motion <= sweep_step_) {
-        frame = query::query_frame(*solid.model, probe_, to, options_, found_);
+        frame = query::query_probe(*solid.model, probe_, to, options_, found_);
     } else {
         const query::SweptOptions swept{options_, sweep_step_, 64};
-        const query::SweptResult result =
-            query::query_swept(*solid.model, probe_, previous, asked_, query::inverse(solid.previous), to, swept, room_, found_);
+        const query::SweptResult result = query::query_swept(*solid.model, probe_, previous, asked_,
+                                                             query::inverse(solid.previous), to, swept, workspace_, found_);
         frame = result.frame;
         report.caught += result.caught;
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
-    if ((frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
+    if ((frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
     const auto& header = solid.model->header;
     const double unit = header.unit;
-    const auto contacts = std::span<const query::FrameContact>(found_).first(std::min(frame.contacts, found_.size()));
+    const auto contacts = std::span<const query::ProbeContact>(found_).first(std::min(frame.contacts, found_.size()));
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-        const query::FrameContact& contact = contacts[c];
+        const query::ProbeContact& contact = contacts[c];
         // Nodes lie in another order than what is found.
         if (c + k_fetched < contacts.size()) {
             const std::uint32_t next = contacts[c + k_fetched].index;
@@ -322,10 +321,10 @@ std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::
 {
     std::uint32_t status = k_cloth_ok;
     const query::SweptResult result = query::query_swept_skin(*solid.model, *solid.skin, previous, asked_,
-                                                              {options_, sweep_step_, 64}, *skin_room_, skin_found_, stale_);
+                                                              {options_, sweep_step_, 64}, *skin_workspace_, skin_found_, stale_);
     report.caught += result.caught;
     if ((result.frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
-    if ((result.frame.status & query::k_frame_full) != 0) status |= k_cloth_full;
+    if ((result.frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
     if ((result.frame.status & query::k_skin_crowded) != 0) status |= k_cloth_crowded;
     for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.frame.contacts, skin_found_.size()))) {
         if ((c.status & query::k_no_surface) != 0) continue;

@@ -47,7 +47,7 @@ public:
 
     /// Room for skinned solids.
     void expect(const query::SkinLattice& lattice, std::span<const Vec3d> points);
-    [[nodiscard]] bool expects_skins() const noexcept { return skin_room_ != nullptr; }
+    [[nodiscard]] bool expects_skins() const noexcept { return skin_workspace_ != nullptr; }
 
     /// Moves the half-spaces of the last step with their solids.
     void ride(std::span<const Solid> solids) noexcept;
@@ -91,9 +91,9 @@ private:
     double steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept;
 
     query::Probe probe_;
-    query::SweptRoom room_;
-    std::vector<query::FrameContact> found_;
-    std::unique_ptr<query::SkinRoom> skin_room_;
+    query::SweptWorkspace workspace_;
+    std::vector<query::ProbeContact> found_;
+    std::unique_ptr<query::SkinWorkspace> skin_workspace_;
     std::vector<query::SkinContact> skin_found_;
     std::vector<HalfSpace> spaces_;
     std::vector<std::uint32_t> head_;     ///< of each node
@@ -109,7 +109,7 @@ private:
     std::size_t stale_count_ = 0, solids_ = 0, step_ = 0;
     std::size_t count_ = 0, held_ = 0;  ///< half-spaces; nodes with one
     double thickness_, sweep_step_;
-    query::FrameOptions options_;
+    query::ProbeOptions options_;
 };
 
 }  // namespace sqmap::sim

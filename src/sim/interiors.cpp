@@ -9,7 +9,7 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr std::size_t k_most = 512;  ///< places held at once
+constexpr std::size_t k_max = 512;  ///< places held at once
 // In a step: so many triangles are looked at, and so many places are asked, those that are held before new ones.
 // Where the cloth rests there is little new; among bones that move a place is asked of several, and costs more.
 constexpr std::size_t k_looked_at = 1250, k_looked_at_resting = 300, k_asked = 32, k_asked_of_moving = 1;
@@ -36,7 +36,7 @@ Vec3d place_of(const InteriorSpace& s, std::span<const Vec3d> now)
 
 Interiors::Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, double thickness, query::Layer layer)
     : triangles_(triangles.begin(), triangles.end()),
-      spaces_(k_most),
+      spaces_(k_max),
       held_(k_places * triangles.size()),
       thickness_(thickness),
       layer_(layer)
@@ -97,9 +97,9 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
     bool stand = true;
     for (const Solid& s : solids) stand = stand && stands(s);
     const double creep_sq = k_creep * thickness_ * k_creep * thickness_;
-    const std::size_t most_asked = stand ? k_asked : k_asked_of_moving;
+    const std::size_t max_asked = stand ? k_asked : k_asked_of_moving;
     std::size_t asked = 0;
-    for (std::size_t i = 0; i < count_ && asked < most_asked; ++i) {
+    for (std::size_t i = 0; i < count_ && asked < max_asked; ++i) {
         first_ = first_ >= count_ ? 0 : first_;
         InteriorSpace& s = spaces_[first_];
         const bool same = stand && s.settled && norm_sq(place_of(s, now) - s.asked_from) <= creep_sq;
@@ -112,7 +112,7 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
         }
     }
     const std::size_t looked_at = std::min(triangles_.size(), rests || !stand ? k_looked_at_resting : k_looked_at);
-    for (std::size_t i = 0; i < looked_at && asked < most_asked; ++i) {
+    for (std::size_t i = 0; i < looked_at && asked < max_asked; ++i) {
         const std::size_t t = next_;
         if (++next_ == triangles_.size()) {
             next_ = 0;
@@ -124,7 +124,7 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
         if (!(dot(a, b) < k_parting * has_a * has_b || dot(b, c) < k_parting * has_b * has_c ||
               dot(c, a) < k_parting * has_c * has_a))
             continue;
-        for (std::size_t j = 0; j < k_visit && asked < most_asked && count_ < spaces_.size(); ++j) {
+        for (std::size_t j = 0; j < k_visit && asked < max_asked && count_ < spaces_.size(); ++j) {
             const std::size_t k = (visit_ + t + j) % k_places, number = k_places * t + k;
             if (held_[number] != 0) continue;
             InteriorSpace& s = spaces_[count_];

@@ -41,9 +41,9 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
     for (std::size_t p = 0; p < places.size(); ++p) depth[p] = depth_of(places[p], solids, layer);
     for (const Solid& solid : solids)
         if (solid.model != nullptr && solid.skin != nullptr) {
-            query::SkinRoom room(solid.skin->lattice(), places);
+            query::SkinWorkspace workspace(solid.skin->lattice(), places);
             std::vector<query::SkinContact> contacts(places.size());
-            const auto found = query::query_skin(*solid.model, solid.skin->to(), places, {.layer = layer}, room, contacts);
+            const auto found = query::query_skin(*solid.model, solid.skin->to(), places, {.layer = layer}, workspace, contacts);
             for (const query::SkinContact& c : std::span(contacts).first(std::min(found.contacts, contacts.size())))
                 depth[c.index] = std::max(depth[c.index], c.depth);
         }

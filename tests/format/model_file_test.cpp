@@ -1,7 +1,7 @@
 // The .sqmap file: what is written comes back, and no other bytes are taken for a model.
 #include "sqmap/io/model_file.h"
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 #include "sqmap/query/query.h"
 #include "support/baked_shapes.h"
 
@@ -72,11 +72,11 @@ void interrogate_frames(const ModelView& view, test::Random& random)
     for (Vec3d& p : points) p = size * random.in_box({-1, -1, -1}, {1, 1, 1});
     const query::Probe probe(points);
     const Vec3d middle = model::to_mesh_units(view.header, model::vec3(view.header.sphere));
-    query::FrameContact contacts[80];
+    query::ProbeContact contacts[80];
     for (const double away : {0.0, 0.8})
         for (const query::Layer layer : {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
             const query::Pose pose{{}, middle + away * size * random.direction()};
-            const query::FrameResult result = query::query_frame(view, probe, pose, {.layer = layer}, contacts);
+            const query::ProbeResult result = query::query_probe(view, probe, pose, {.layer = layer}, contacts);
             ASSERT_LE(result.contacts, points.size());
             for (std::size_t i = 0; i < result.contacts; ++i) {
                 EXPECT_LT(contacts[i].index, points.size());
@@ -385,7 +385,7 @@ std::uint16_t& split_child(ModelData& m, std::size_t child)
 std::uint32_t& stored_near(ModelData& m)
 {
     const auto it =
-        std::find_if(m.near_bricks.begin(), m.near_bricks.end(), [](std::uint32_t b) { return b != model::k_no_near; });
+        std::find_if(m.near_bricks.begin(), m.near_bricks.end(), [](std::uint32_t b) { return b != model::k_no_candidates; });
     if (it == m.near_bricks.end()) throw std::logic_error("the model has no near triangles");
     return *it;
 }
@@ -394,7 +394,7 @@ std::uint32_t& stored_near(ModelData& m)
 std::uint32_t& occupied_place(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [](std::uint32_t p) {
-        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p);
+        return model::place_kind(p) != model::LocatorCellKind::Free && !model::is_divided(p);
     });
     if (it == m.places.end()) throw std::logic_error("the model has no occupied place");
     return *it;
@@ -404,7 +404,7 @@ std::uint32_t& occupied_place(ModelData& m)
 std::uint32_t& flat_place(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) && model::place_planes(p) > 0 &&
+        return model::place_kind(p) != model::LocatorCellKind::Free && !model::is_divided(p) && model::place_planes(p) > 0 &&
                m.part_lists[model::place_list(p)] >> 24 == model::k_no_part;
     });
     if (it == m.places.end()) throw std::logic_error("the model has no flat place");
@@ -415,7 +415,7 @@ std::uint32_t& flat_place(ModelData& m)
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::place_kind(p) != model::PlaceKind::Free && !model::is_divided(p) && model::place_planes(p) == 0 &&
+        return model::place_kind(p) != model::LocatorCellKind::Free && !model::is_divided(p) && model::place_planes(p) == 0 &&
                (m.locator_seeds[model::place_first(p)].extent & model::k_last_seed) == 0;
     });
     if (it != m.places.end()) return *it;
@@ -423,7 +423,7 @@ std::uint32_t& place_of_a_chain(ModelData& m)
     m.locator_seeds.push_back({0, 0});
     const auto first = static_cast<std::uint32_t>(m.locator_seeds.size());
     m.locator_seeds.push_back({0, 0x8000});
-    for (std::uint32_t k = 0; k < model::k_most_seeds; ++k) m.locator_seeds.push_back({0, 0x8000 | model::k_last_seed});
+    for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) m.locator_seeds.push_back({0, 0x8000 | model::k_last_seed});
     std::uint32_t& place = flat_place(m);
     place = (place & 0x7ffu) | first << 14;
     return place;
@@ -596,7 +596,7 @@ const Lie k_lies[] = {
     {"near_missing", [](ModelData& m) { m.near.clear(); }},
     {"near_bricks_missing", [](ModelData& m) { m.near_bricks.clear(); }},
     {"near_bricks_missing_one", [](ModelData& m) { m.near_bricks.pop_back(); }},
-    {"near_brick_of_no_record", [](ModelData& m) { stored_near(m) = model::k_no_near; }},
+    {"near_brick_of_no_record", [](ModelData& m) { stored_near(m) = model::k_no_candidates; }},
     {"near_brick_beyond_end", [](ModelData& m) { stored_near(m) = static_cast<std::uint32_t>(m.near.size() - 2); }},
     {"near_record_of_other_places", [](ModelData& m) { m.near[stored_near(m)] ^= 1; }},
     {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::k_near_head + 1] = 0xffff; }},
@@ -657,7 +657,7 @@ const Lie k_lies[] = {
     {"seed_chain_too_long",
      [](ModelData& m) {
          const std::uint32_t first = model::place_first(place_of_a_chain(m));
-         for (std::uint32_t k = 0; k < model::k_most_seeds; ++k) {
+         for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) {
              m.locator_seeds[first + k].extent &= ~model::k_last_seed;
              m.locator_seeds[first + k].direction &= ~0xffu;
          }
@@ -669,7 +669,7 @@ const Lie k_lies[] = {
          std::uint32_t& place = place_of_a_chain(m);
          m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::place_first(place));
          const std::uint32_t kept = place & 0x3fffu;
-         for (std::uint32_t& p : m.places) p = model::place_kind(p) == model::PlaceKind::Free ? p : kept;
+         for (std::uint32_t& p : m.places) p = model::place_kind(p) == model::LocatorCellKind::Free ? p : kept;
      }},
     {"locator_of_more_parts_than_a_byte_names",
      [](ModelData& m) {
@@ -742,7 +742,7 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     for (std::uint32_t& p : m.places)
         if (model::is_divided(p)) {
             p = 0;
-        } else if (model::place_kind(p) != model::PlaceKind::Free && model::place_planes(p) == 0) {
+        } else if (model::place_kind(p) != model::LocatorCellKind::Free && model::place_planes(p) == 0) {
             std::uint32_t last = model::place_first(p);
             while ((m.locator_seeds[last].extent & model::k_last_seed) == 0) ++last;
             p = (p & 0x3fffu) | last << 14;

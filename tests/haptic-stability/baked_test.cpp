@@ -44,7 +44,7 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
     // As sqmap touch asks for a point. Layer 3's depths jump by tenths of a millimetre in thin parts, from one step of the
     // encoder to the next, and what follows a jump is late: 2 of these runs swing with it at 0.8 of the bound.
     zone.options.layer = query::Layer::Exact;
-    haptic::State state(std::span(&zone, 1), {.most_contacts = 256, .most_solids = 1});
+    haptic::State state(std::span(&zone, 1), {.max_contacts = 256, .max_solids = 1});
     haptic::Solid solid;
     solid.model = &model;
 

@@ -95,10 +95,10 @@ Vec3d first_touch(const Tool& tool, const haptic::Solid& solid, Vec3d point, con
     for (const Pose& zone : tool.zones)
         for (const Vec3d& p : tool.points) points.push_back(zone.rotation * p + zone.translation);
     const query::Probe probe(points);
-    std::vector<query::FrameContact> found(1);
+    std::vector<query::ProbeContact> found(1);
     const auto touches = [&](double far) {
         const Pose pose = query::compose(query::inverse(solid.pose), {{}, point + far * out});
-        return query::query_frame(*solid.model, probe, pose, {.layer = query::Layer::Three, .first_only = true}, found).contacts >
+        return query::query_probe(*solid.model, probe, pose, {.layer = query::Layer::Three, .first_only = true}, found).contacts >
                0;
     };
     double far = 0.6;
@@ -140,7 +140,7 @@ TEST_P(StabilityOfTools, InEveryMode)
             all[z].first = skin->first(z);
             all[z].count = skin->first(z + 1) - skin->first(z);
         }
-        haptic::State state(all, {.most_contacts = probe.size(), .most_solids = 1});
+        haptic::State state(all, {.max_contacts = probe.size(), .max_solids = 1});
         double swing = 0, turn = 0, created = -1, gained = -1, most = 0, step = 0, air = 0;
         std::uint64_t passivity = 0;
         int runs = 0, swinging = 0, pressed = 0;

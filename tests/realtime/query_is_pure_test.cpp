@@ -161,12 +161,13 @@ public:
     [[nodiscard]] std::size_t contacts() const { return total_; }
 
 private:
-    void frame(const query::FrameOptions& options, const query::Pose& pose)
+    void frame(const query::ProbeOptions& options, const query::Pose& pose)
     {
-        total_ += query::query_frame(ring_.view, hand_.probe, pose, options, frame_).contacts;
+        total_ += query::query_probe(ring_.view, hand_.probe, pose, options, frame_).contacts;
         for (std::size_t size : {contacts_.size(), std::size_t{5}})
-            total_ += query::query_pair(ring_.at(), hand_.at(pose), {.frame = options}, room_, std::span(contacts_).first(size))
-                          .contacts;
+            total_ +=
+                query::query_pair(ring_.at(), hand_.at(pose), {.frame = options}, workspace_, std::span(contacts_).first(size))
+                    .contacts;
         // Every third body jumps.
         for (query::BodyId id = 0; id < scene_.size(); ++id)
             (void)scene_.set_pose(id, {pose.rotation, (id % 3 == 0 ? 2.0 : 0.01) * static_cast<double>(id) * pose.translation});
@@ -177,11 +178,11 @@ private:
 
     test::Solid hand_{test::small_hand()}, ring_{test::small_torus()}, ball_{mesh::sphere(0.3, 2)};
     query::Probe deforming_{hand_.mesh.vertices};
-    query::PairRoom room_{2048};
+    query::PairWorkspace workspace_{2048};
     query::Scene scene_{2048};
     std::vector<query::ScenePair> pairs_{500};
     std::vector<query::PairContact> contacts_{4096};
-    std::vector<query::FrameContact> frame_{4096};
+    std::vector<query::ProbeContact> frame_{4096};
     std::vector<query::Pose> poses_;
     std::size_t total_ = 0;
 
@@ -233,11 +234,12 @@ public:
                 const query::Pose &to = poses_[i], &from = poses_[(i + 1) % poses_.size()];
                 swept.frame.layer = layer;
                 swept_ +=
-                    query::query_swept(ring_.view, probe_, previous_, now, from, to, swept, room_, contacts_).frame.contacts;
+                    query::query_swept(ring_.view, probe_, previous_, now, from, to, swept, workspace_, contacts_).frame.contacts;
                 // The second half of the ring goes where the pose says.
                 const Affine maps[] = {{}, {to.rotation, to.translation}};
                 (void)skin_->pose(maps);
-                skinned_ += query::query_skin(ring_.view, *skin_, now, {.layer = layer}, skin_room_, skin_contacts_).contacts;
+                skinned_ +=
+                    query::query_skin(ring_.view, *skin_, now, {.layer = layer}, skin_workspace_, skin_contacts_).contacts;
             }
     }
     [[nodiscard]] std::size_t swept() const { return swept_; }
@@ -249,9 +251,9 @@ private:
     query::SkinLattice lattice_;
     std::optional<query::PosedSkin> skin_;
     query::Probe probe_{hand_.mesh.vertices};
-    query::SweptRoom room_{hand_.mesh.vertices.size()};
-    query::SkinRoom skin_room_{lattice_, hand_.mesh.vertices};
-    std::vector<query::FrameContact> contacts_{4096};
+    query::SweptWorkspace workspace_{hand_.mesh.vertices.size()};
+    query::SkinWorkspace skin_workspace_{lattice_, hand_.mesh.vertices};
+    std::vector<query::ProbeContact> contacts_{4096};
     std::vector<query::SkinContact> skin_contacts_{4096};
     std::vector<query::Pose> poses_;
     std::vector<Vec3d> previous_;

@@ -106,7 +106,7 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
         EXPECT_FALSE(read_message(wrong)) << wrong;
     EXPECT_FALSE(read_message(R"({"say":"name","object":0,"part":3,"name":")" + std::string(61, 'x') + "\"}"));
     std::string line = R"({"say":"cloth","do":"slit","line":[[0,0,0])";
-    for (std::size_t i = 0; i < k_most_line; ++i) line += ",[0,0,0]";
+    for (std::size_t i = 0; i < k_max_line; ++i) line += ",[0,0,0]";
     EXPECT_FALSE(read_message(line + "]}")) << "a point too many";
     EXPECT_FALSE(read_message(replaced(k_settings, "\"tool\":3", "\"tool\":\"spear\"")));
     EXPECT_FALSE(read_message(replaced(k_settings, "\"toolSize\":0.1", "\"toolSize\":3")));

@@ -119,7 +119,7 @@ TEST(Names, RefusesWhatIsNoFileOfNames)
           R"({"names":[],"up":[0,0,1],"forward":[0,0,2]})"})
         EXPECT_FALSE(read_names(text)) << text;
     EXPECT_FALSE(read_names(R"({"names":)" + std::string(30000, '[') + std::string(30000, ']') + "}"));
-    EXPECT_FALSE(is_name(std::string(k_most_name + 1, 'x')));
+    EXPECT_FALSE(is_name(std::string(k_max_name + 1, 'x')));
     std::string many = R"({"names":[)";
     for (int i = 0; i < 300; ++i) many += std::string(i > 0 ? "," : "") + R"({"name":"x","at":[0,0,0]})";
     EXPECT_FALSE(read_names(many + "]}"));

@@ -98,7 +98,7 @@ TEST(RequestCheck, RefusesAddressesThatAreNone)
                                    "/<script>" + token,
                                    "/a b" + token,
                                    std::string("/a\0b", 4) + token,
-                                   "/" + std::string(k_most_target, 'a') + token,
+                                   "/" + std::string(k_max_target, 'a') + token,
                                    "/\xc3\xa4" + token,
                                    "/a\\b" + token};
     for (const std::string& target : targets) {

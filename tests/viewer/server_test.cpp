@@ -98,8 +98,8 @@ protected:
     ServerTest()
     {
         options.token = "00112233445566778899aabbccddeeff";
-        options.most_upload = 1 << 20;
-        options.most_waiting = 8 << 20;
+        options.max_upload = 1 << 20;
+        options.max_waiting = 8 << 20;
     }
     void serve()
     {
@@ -262,7 +262,7 @@ TEST_F(ServerTest, EchoesOnASocketThatItGranted)
 
 TEST_F(ServerTest, HostileFramesCloseTheirOwnConnectionOnly)
 {
-    options.most_messages_a_second = 50;
+    options.max_messages_a_second = 50;
     serve();
     const auto other = socket();
     std::string many;
@@ -304,7 +304,7 @@ TEST_F(ServerTest, LetsGoOfABrowserThatDoesNotRead)
 
 TEST_F(ServerTest, HoldsNoMoreConnectionsThanAllowedAndGetsThemBack)
 {
-    options.most_connections = 4;
+    options.max_connections = 4;
     serve();
     for (int round = 0; round < 25; ++round) {
         std::vector<std::unique_ptr<Wire>> wires;

@@ -199,7 +199,7 @@ TEST(Tool, IsAsLargeAsAskedAboutItsCentre)
             }
         EXPECT_NEAR(std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}), 0.08, 1e-3);
         EXPECT_NEAR(norm(lo + hi), 0, 1e-3);
-        EXPECT_LE(tool.mesh.vertices.size(), k_most_tool_points);
+        EXPECT_LE(tool.mesh.vertices.size(), k_max_tool_points);
         double area = 0;
         for (const float w : tool.weights) area += static_cast<double>(w);
         EXPECT_NEAR(area, mesh::surface_area(tool.mesh), 1e-5 * area);
@@ -224,10 +224,10 @@ TEST(Tool, TurnsAboutTheUpwardAxisThenTilts)
 TEST(Tool, ALargeMeshIsThinnedAndKeepsItsPlace)
 {
     const std::shared_ptr<Object> fine = baked(mesh::sphere(1, 5), "fine");
-    ASSERT_GT(fine->mesh.vertices.size(), k_most_tool_points);
+    ASSERT_GT(fine->mesh.vertices.size(), k_max_tool_points);
     const Tool tool = make_tool({.tool = ToolKind::Mesh, .tool_size = 0.1}, fine.get());
-    EXPECT_LE(tool.mesh.vertices.size(), k_most_tool_points);
-    EXPECT_GT(tool.mesh.vertices.size(), k_most_tool_points / 4);
+    EXPECT_LE(tool.mesh.vertices.size(), k_max_tool_points);
+    EXPECT_GT(tool.mesh.vertices.size(), k_max_tool_points / 4);
     for (const Vec3d& v : tool.mesh.vertices) EXPECT_NEAR(norm(v), 0.05, 5e-4);
 }
 

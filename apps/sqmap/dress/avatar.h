@@ -4,7 +4,7 @@
 #include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/skin.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/sim/walker.h"
 

@@ -188,11 +188,11 @@ void dress(const Arguments& a)
             const sim::StepReport r = w.cloth.step(dt, solids);
             w.status |= r.status;
             w.caught += r.caught;
-            w.most_contacts = std::max(w.most_contacts, r.contacts);
+            w.max_contacts = std::max(w.max_contacts, r.contacts);
             w.drape.add(r, time);
             const double energy = r.kinetic + r.potential;
             if (std::isnan(w.start_energy)) w.start_energy = energy;
-            w.most_energy = std::max(w.most_energy, energy);
+            w.max_energy = std::max(w.max_energy, energy);
             w.least_energy = std::min(w.least_energy, energy);
             const auto& s = r.seconds;
             for (const auto& [stage, seconds] : {std::pair{&w.predict, s.predict},

@@ -72,8 +72,8 @@ void HeldTool::before(double time)
     }
     dragged_ = felt.tip;
     if (held_ != nullptr) held_->drag(dragged_);
-    most_cloth_ = std::max(most_cloth_, norm(felt.cloth));
-    most_body_ = std::max(most_body_, norm(felt.body));
+    max_cloth_ = std::max(max_cloth_, norm(felt.cloth));
+    max_body_ = std::max(max_body_, norm(felt.body));
 }
 nlohmann::json HeldTool::report(double time) const
 {
@@ -82,10 +82,10 @@ nlohmann::json HeldTool::report(double time) const
             {"simulated", device_->capabilities().simulated},
             {"ticks", tool_->ticks()},
             {"grasps", grasps_},
-            {"most_cloth_N", most_cloth_},
-            {"most_body_N", most_body_},
-            {"most_asked_N", tool_->most_asked()},
-            {"most_sent_N", tool_->most_sent()},
+            {"most_cloth_N", max_cloth_},
+            {"most_body_N", max_body_},
+            {"most_asked_N", tool_->max_asked()},
+            {"most_sent_N", tool_->max_sent()},
             {"gone_at_end", tool_->gone()},
             {"cloth_s_per_s", time / took.count()}};
 }

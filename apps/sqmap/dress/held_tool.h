@@ -30,7 +30,7 @@ private:
     std::uint32_t vertex_ = 0;
     Vec3d dragged_{};
     std::size_t grasps_ = 0;
-    double most_cloth_ = 0, most_body_ = 0;
+    double max_cloth_ = 0, max_body_ = 0;
 };
 
 }  // namespace sqmap::app

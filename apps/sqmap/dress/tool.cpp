@@ -22,13 +22,13 @@ haptic::Zone zone_of(const query::Probe& probe)
 
 ClothTool::ClothTool(std::span<const sim::Solid> solids) : probe_(haptic::stencil_points({}))
 {
-    for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_most); ++i) {
+    for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_max); ++i) {
         const sim::Solid& solid = solids[i];
         if (solid.model == nullptr) continue;
         if (solid.skin != nullptr) {
             skin_ = i;
             const Vec3d tip{};
-            room_ = std::make_unique<query::SkinRoom>(solid.skin->lattice(), std::span(&tip, 1));
+            workspace_ = std::make_unique<query::SkinWorkspace>(solid.skin->lattice(), std::span(&tip, 1));
             continue;
         }
         which_.push_back(i);
@@ -37,13 +37,13 @@ ClothTool::ClothTool(std::span<const sim::Solid> solids) : probe_(haptic::stenci
     const haptic::Zone zone = zone_of(probe_);
     state_ = std::make_unique<haptic::State>(
         std::span(&zone, 1),
-        haptic::StateOptions{.most_contacts = probe_.size(), .most_solids = std::max<std::size_t>(1, solids_.size())});
+        haptic::StateOptions{.max_contacts = probe_.size(), .max_solids = std::max<std::size_t>(1, solids_.size())});
 }
 
 ToolScene ClothTool::scene(std::span<const sim::Solid> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device)
 {
     ToolScene scene;
-    for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_most); ++i) scene.poses[i] = solids[i].pose;
+    for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_max); ++i) scene.poses[i] = solids[i].pose;
     if (held != nullptr) {
         scene.holds = true;
         scene.slack = dragged + held->tension() / k_stiffness;
@@ -51,7 +51,7 @@ ToolScene ClothTool::scene(std::span<const sim::Solid> solids, const sim::Cloth*
     if (skin_ >= solids.size()) return scene;
     query::SkinContact c;
     scene.on_skin = query::query_skin(*solids[skin_].model, solids[skin_].skin->to(), {&device, 1},
-                                      {.layer = query::Layer::Three}, *room_, {&c, 1})
+                                      {.layer = query::Layer::Three}, *workspace_, {&c, 1})
                         .contacts > 0;
     scene.skin_point = c.point;
     scene.skin_normal = c.normal;
@@ -130,8 +130,8 @@ void LiveTool::drain()
     device::ServoTick tick;
     while (servo_ && servo_->next(tick)) {
         ++ticks_;
-        most_asked_ = std::max(most_asked_, norm(tick.asked[0].force));
-        most_sent_ = std::max(most_sent_, norm(tick.sent[0].force));
+        max_asked_ = std::max(max_asked_, norm(tick.asked[0].force));
+        max_sent_ = std::max(max_sent_, norm(tick.sent[0].force));
         gone_ = !tick.connected;
     }
 }

@@ -7,7 +7,7 @@
 #include "sqmap/device/servo.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/sim/cloth.h"
 
@@ -22,8 +22,8 @@ namespace sqmap::app {
 
 /// What the cloth's steps tell the tool's ticks. World, m.
 struct ToolScene {
-    static constexpr std::size_t k_most = 32;
-    std::array<query::Pose, k_most> poses{};  ///< of the solids
+    static constexpr std::size_t k_max = 32;
+    std::array<query::Pose, k_max> poses{};  ///< of the solids
     bool holds = false;
     Vec3d slack{};                      ///< where the tip would feel nothing of the cloth that it holds
     bool on_skin = false;               ///< the tip is in a skinned solid
@@ -57,8 +57,8 @@ private:
     std::vector<haptic::Solid> solids_;
     std::vector<std::size_t> which_;  ///< of the avatar's solids
     std::unique_ptr<haptic::State> state_;
-    std::size_t skin_ = ToolScene::k_most;  ///< of the avatar's solids; none
-    std::unique_ptr<query::SkinRoom> room_;
+    std::size_t skin_ = ToolScene::k_max;  ///< of the avatar's solids; none
+    std::unique_ptr<query::SkinWorkspace> workspace_;
 };
 
 /// A device that tries a script out: a simulated one, in a simulated hand that goes where a pull says. @pre the pull outlives it
@@ -76,8 +76,8 @@ public:
     /// What the newest tick felt; the one before where there is none.
     [[nodiscard]] const ToolFelt& felt();
     /// N: the most of any tick yet, asked for and sent.
-    [[nodiscard]] double most_asked() const { return most_asked_; }
-    [[nodiscard]] double most_sent() const { return most_sent_; }
+    [[nodiscard]] double max_asked() const { return max_asked_; }
+    [[nodiscard]] double max_sent() const { return max_sent_; }
     [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
     [[nodiscard]] bool gone() const { return gone_; }
 
@@ -89,7 +89,7 @@ private:
     Vec3d at_;
     device::Newest<ToolScene> scene_;
     device::Newest<ToolFelt> felt_;
-    double most_asked_ = 0, most_sent_ = 0;
+    double max_asked_ = 0, max_sent_ = 0;
     std::uint64_t ticks_ = 0;
     bool gone_ = false;
     std::optional<device::Servo> servo_;

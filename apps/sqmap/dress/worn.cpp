@@ -45,7 +45,7 @@ std::vector<std::string> worries(const Worn& w, const sim::Penetration& end, dou
     };
     if (w.began_inside > k_began_inside)
         add("began %.0f mm inside the body: start it clear of it (garment files are in metres, y up)", 1e3 * w.began_inside);
-    if (w.most_contacts == 0) add("touched nothing: is it above the body, and of its size?");
+    if (w.max_contacts == 0) add("touched nothing: is it above the body, and of its size?");
     if (end.nodes > k_deep_node * height)
         add("a vertex is %.1f mm inside at the end, at %.3f %.3f %.3f", 1e3 * end.nodes, end.node_at.x, end.node_at.y,
             end.node_at.z);
@@ -115,8 +115,8 @@ json report_of(Worn& w, double height, std::span<const sim::Solid> solids, doubl
             {"deepest_node_of_any_frame_m", w.deepest_walking},
             {"crossings_at_end", w.cloth.crossings()},
             {"caught_by_sweep", w.caught},
-            {"most_contacts", w.most_contacts},
-            {"energy_J", {{"start", w.start_energy}, {"most", w.most_energy}, {"least", w.least_energy}}},
+            {"most_contacts", w.max_contacts},
+            {"energy_J", {{"start", w.start_energy}, {"most", w.max_energy}, {"least", w.least_energy}}},
             {"strain",
              {{"median", strain[strain.size() / 2]},
               {"p99", strain[strain.size() * 99 / 100]},

@@ -23,10 +23,10 @@ struct Worn {
     Stage predict, move, query, response, threads, self, collision;
     std::vector<std::vector<Vec3d>> shapes;
     std::uint32_t status = 0;
-    std::size_t caught = 0, most_contacts = 0;
+    std::size_t caught = 0, max_contacts = 0;
     double deepest_walking = 0;
     sim::Drape drape{};
-    double least_energy = INFINITY, start_energy = NAN, most_energy = -INFINITY;
+    double least_energy = INFINITY, start_energy = NAN, max_energy = -INFINITY;
     std::unique_ptr<Handling> handling{};
     double began_inside = 0;  ///< m, the deepest vertex at first
 };

@@ -334,8 +334,8 @@ Image render(const std::vector<Layer>& layers, const View& view)
             Rgb colour{};
             float through = 1, from = 0;
             Scene::Hit hit;
-            constexpr int k_most_layers = 48;
-            for (int depth = 0; depth < k_most_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit);
+            constexpr int k_max_layers = 48;
+            for (int depth = 0; depth < k_max_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit);
                  ++depth) {
                 from = hit.depth * (1 + 1e-5f);
                 const double facing = -dot(hit.normal, direction) / norm(direction);

@@ -54,7 +54,7 @@ Feeling::Feeling(std::vector<ObjectPtr> objects, const Settings& settings) : obj
     if (held) objects_[settings.tool_object] = nullptr;
     state_ = std::make_unique<haptic::State>(
         std::span(&whole, 1),
-        haptic::StateOptions{.most_contacts = probe_->size(), .most_solids = std::max<std::size_t>(1, solids_.size())});
+        haptic::StateOptions{.max_contacts = probe_->size(), .max_solids = std::max<std::size_t>(1, solids_.size())});
 }
 
 void Feeling::adjust(const Live& live) noexcept

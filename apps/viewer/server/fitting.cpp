@@ -26,12 +26,12 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double k_height = 1.75, k_rate = 240;  // m, steps a second
 constexpr int k_steps_a_frame = 8;               // 30 frames a second
-constexpr double k_most_behind = 0.1;            // s: what is later is left out, and the cloth moves slowly
+constexpr double k_max_behind = 0.1;             // s: what is later is left out, and the cloth moves slowly
 constexpr double k_grip = 0.02, k_pin = 0.02;    // m about a place that is taken or pinned
 constexpr double k_near_body = 0.06;             // m: a pin goes into the body up to there, else into the air
 constexpr int k_niceness = 10;                   // the servo and the page come first
 constexpr std::uint32_t k_vertices = 3000;
-constexpr std::size_t k_most_seams = 24;  // cuts are seams that are open
+constexpr std::size_t k_max_seams = 24;  // cuts are seams that are open
 
 /// The closing of a program ends the baking of the figure.
 struct Ended {};
@@ -177,7 +177,7 @@ void Fitting::Work::publish_shapes()
 
 void Fitting::Work::cut(const std::vector<ClothPoint>& line)
 {
-    if (worn.garment.seams.size() >= k_most_seams) return trouble("It has been cut often enough: start again.");
+    if (worn.garment.seams.size() >= k_max_seams) return trouble("It has been cut often enough: start again.");
     int cuts = 1;
     for (const sim::Seam& s : worn.garment.seams) cuts += s.name.starts_with("cut ") ? 1 : 0;
     auto after = slit(worn.garment, cloth->positions(), line, "cut " + std::to_string(cuts));
@@ -389,7 +389,7 @@ void Fitting::Work::run()
         publish(report, speed, step_ms);
         next += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(k_steps_a_frame / k_rate));
         const auto t = Clock::now();
-        if (next < t - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(k_most_behind))) next = t;
+        if (next < t - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(k_max_behind))) next = t;
         std::this_thread::sleep_until(next);
     }
 }

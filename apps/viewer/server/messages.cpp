@@ -88,7 +88,7 @@ bool cloth_point(const json& p, ClothPoint& out)
 bool line(const json& in, std::vector<ClothPoint>& out)
 {
     const auto all = in.find("line");
-    if (all == in.end() || !all->is_array() || all->size() < 2 || all->size() > k_most_line) return false;
+    if (all == in.end() || !all->is_array() || all->size() < 2 || all->size() > k_max_line) return false;
     for (const json& p : *all)
         if (!cloth_point(p, out.emplace_back())) return false;
     return true;

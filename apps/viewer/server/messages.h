@@ -58,7 +58,7 @@ enum class Say : std::uint8_t {
 /// What is done to the cloth.
 enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew, Slit, Restart };
 
-inline constexpr std::size_t k_most_line = 64;
+inline constexpr std::size_t k_max_line = 64;
 
 /// A place on the cloth, wherever it goes: corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0) of a triangle.
 struct ClothPoint {
@@ -74,11 +74,11 @@ struct Message {
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
     double distance = 0;  ///< m, of MoveCut, 0 to 0.1
-    std::string name{};   ///< of a part, at most k_most_name bytes, no control characters
+    std::string name{};   ///< of a part, at most k_max_name bytes, no control characters
     std::string garment{}, fabric{};
     bool walks = false;
     Handling handling = Handling::Release;  ///< target: where; part: which seam
-    std::vector<ClothPoint> line{};         ///< of Slit: 2 to k_most_line
+    std::vector<ClothPoint> line{};         ///< of Slit: 2 to k_max_line
 };
 
 /// Nothing for what is not JSON, not an object, nested deeper than 4, of an unknown kind, with a number missing, out of its range

@@ -143,7 +143,7 @@ bool read_vector(const nlohmann::json& in, Vec3d& out)
 
 bool is_name(const std::string& text)
 {
-    return !text.empty() && text.size() <= k_most_name &&
+    return !text.empty() && text.size() <= k_max_name &&
            std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
 }
 
@@ -163,7 +163,7 @@ std::optional<Words> read_names(const std::string& text)
     if (deep || in.is_discarded() || !in.is_object()) return std::nullopt;
     Words out;
     const auto names = in.find("names");
-    if (names == in.end() || !names->is_array() || names->size() > k_most_landmarks) return std::nullopt;
+    if (names == in.end() || !names->is_array() || names->size() > k_max_landmarks) return std::nullopt;
     for (const json& entry : *names) {
         if (!entry.is_object()) return std::nullopt;
         const auto name = entry.find("name"), at = entry.find("at");
@@ -239,7 +239,7 @@ Words renamed(const Words& words, const mesh::Mesh& mesh, const decompose::Parti
     std::erase_if(out.landmarks, [&](const Landmark& l) {
         return partition.part_of_triangle[bvh.closest_point((l.at - frame.origin) / frame.unit).triangle] == part;
     });
-    if (name.empty() || out.landmarks.size() >= k_most_landmarks) return out;
+    if (name.empty() || out.landmarks.size() >= k_max_landmarks) return out;
     const Vec3d middle = middles_of(mesh, partition).centre[part];
     Vec3d at{};
     double least = std::numeric_limits<double>::infinity();

@@ -14,8 +14,8 @@
 
 namespace sqmap::viewer {
 
-inline constexpr std::size_t k_most_name = 60;  ///< bytes
-inline constexpr std::size_t k_most_landmarks = 256;
+inline constexpr std::size_t k_max_name = 60;  ///< bytes
+inline constexpr std::size_t k_max_landmarks = 256;
 
 /// A place on the surface and what people call it.
 struct Landmark {
@@ -30,7 +30,7 @@ struct Words {
     Vec3d forward{0, 0, 1}, up{0, 1, 0};  ///< where the object looks, for "upper", "front", "left"
 };
 
-/// False for what is empty, longer than k_most_name, or has control characters.
+/// False for what is empty, longer than k_max_name, or has control characters.
 [[nodiscard]] bool is_name(const std::string& text);
 
 /// Nothing where the text is not what names_json writes.

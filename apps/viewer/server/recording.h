@@ -27,7 +27,7 @@ struct Take {
 };
 using Recording = std::vector<std::shared_ptr<const Take>>;
 
-inline constexpr std::size_t k_most_recorded = 120'000;  ///< ticks: two minutes
+inline constexpr std::size_t k_max_recorded = 120'000;  ///< ticks: two minutes
 
 /// Objects and settings in place of those of then.
 struct Other {

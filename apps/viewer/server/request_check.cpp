@@ -88,7 +88,7 @@ Admission admit(const RequestHead& head, const Guard& guard) noexcept
     } else if (head.upgrade || (head.method != "GET" && head.method != "HEAD")) {
         return Admission::BadOrigin;
     }
-    if (head.target.empty() || head.target.front() != '/' || head.target.size() > k_most_target ||
+    if (head.target.empty() || head.target.front() != '/' || head.target.size() > k_max_target ||
         !std::all_of(head.target.begin(), head.target.end(), is_plain) ||
         path_of(head.target).find("..") != std::string_view::npos)
         return Admission::BadTarget;

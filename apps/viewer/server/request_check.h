@@ -7,7 +7,7 @@
 
 namespace sqmap::viewer {
 
-inline constexpr std::size_t k_most_target = 1024;  ///< bytes of a request's target
+inline constexpr std::size_t k_max_target = 1024;  ///< bytes of a request's target
 
 /// What a request says of itself.
 struct RequestHead {

@@ -69,7 +69,7 @@ public:
         timeouts.idle_timeout = std::chrono::seconds(20);
         timeouts.keep_alive_pings = true;
         ws_.set_option(timeouts);
-        ws_.read_message_max(state_->options.most_message);
+        ws_.read_message_max(state_->options.max_message);
         ws_.auto_fragment(false);
         ws_.async_accept(request_, [self = shared_from_this()](error_code e) {
             if (e) return;
@@ -86,7 +86,7 @@ public:
         if (closing_) return;
         if (droppable && queue_.size() > 2) return;
         waiting_ += bytes->size();
-        if (waiting_ > state_->options.most_waiting) return leave();
+        if (waiting_ > state_->options.max_waiting) return leave();
         queue_.push_back({std::move(bytes), text});
         if (queue_.size() == 1) write();
     }
@@ -123,7 +123,7 @@ private:
         }
         const std::string text = beast::buffers_to_string(buffer_.data());
         buffer_.consume(buffer_.size());
-        if (++messages_ > state_->options.most_messages_a_second) return leave();
+        if (++messages_ > state_->options.max_messages_a_second) return leave();
         if (!ws_.got_text()) return leave();
         if (!state_->application.on_text(id_, text)) return leave();
         read();
@@ -172,7 +172,7 @@ public:
     void read()
     {
         parser_.emplace();
-        parser_->body_limit(state_->options.most_upload);
+        parser_->body_limit(state_->options.max_upload);
         parser_->header_limit(8 * 1024);
         stream_.expires_after(k_patience);
         // The head is judged before a body is taken in.
@@ -232,7 +232,7 @@ private:
 
     [[nodiscard]] std::string too_large() const
     {
-        return "larger than this server takes: " + std::to_string(state_->options.most_upload >> 20) + " MB";
+        return "larger than this server takes: " + std::to_string(state_->options.max_upload >> 20) + " MB";
     }
 
     void refuse(int status, std::string why)
@@ -297,7 +297,7 @@ void Server::State::accept()
 {
     acceptor.async_accept([self = shared_from_this()](error_code e, tcp::socket socket) {
         if (self->stopping) return;
-        if (!e && self->connections < self->options.most_connections) {
+        if (!e && self->connections < self->options.max_connections) {
             ++self->connections;
             socket.set_option(tcp::no_delay(true), e);
             std::make_shared<Http>(self, std::move(socket))->read();

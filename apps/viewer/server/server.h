@@ -44,11 +44,11 @@ public:
 struct ServerOptions {
     std::uint16_t port = 0;  ///< 0: any that is free
     std::string token;
-    std::size_t most_message = 64 * 1024;        ///< bytes of a WebSocket message from the browser
-    std::size_t most_upload = 64 * 1024 * 1024;  ///< bytes of a POST
-    std::size_t most_connections = 32;
-    std::size_t most_waiting = 16 * 1024 * 1024;  ///< bytes that a browser may leave unread before it is let go
-    int most_messages_a_second = 400;
+    std::size_t max_message = 64 * 1024;        ///< bytes of a WebSocket message from the browser
+    std::size_t max_upload = 64 * 1024 * 1024;  ///< bytes of a POST
+    std::size_t max_connections = 32;
+    std::size_t max_waiting = 16 * 1024 * 1024;  ///< bytes that a browser may leave unread before it is let go
+    int max_messages_a_second = 400;
     int frames_a_second = 60;
 };
 

@@ -15,7 +15,7 @@ using Edge = std::array<std::uint32_t, 2>;
 using Triangle = std::array<std::uint32_t, 3>;
 
 constexpr double k_least_area = 0.3;  // of what a triangle had
-constexpr double k_most_shift = 0.5;  // of the way to the opposite edge
+constexpr double k_max_shift = 0.5;   // of the way to the opposite edge
 
 Edge edge(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
@@ -103,7 +103,7 @@ void move_onto(const Net& net, sim::Garment& garment, std::vector<Vec3d>& x, std
         if (!(det > 0)) continue;
         double s = (dot(d, a) * bb - dot(d, b) * ab) / det, u = (dot(d, b) * aa - dot(d, a) * ab) / det;
         if (s < -1e-9 || u < -1e-9) continue;
-        const double scale = std::min(1.0, k_most_shift / std::max(s + u, 1e-9));
+        const double scale = std::min(1.0, k_max_shift / std::max(s + u, 1e-9));
         s *= scale, u *= scale;
         const auto moved = [&](const std::vector<Vec3d>& p) { return p[v] + s * (p[c[1]] - p[v]) + u * (p[c[2]] - p[v]); };
         const Vec3d was = garment.flat[v];

@@ -73,7 +73,7 @@ Tool make_tool(const Settings& settings, const Object* object)
             const Vec3d turned{c * p.x + s * p.z, p.y, c * p.z - s * p.x};
             v = {turned.x, ct * turned.y - st * turned.z, st * turned.y + ct * turned.z};
         }
-        for (double cell = settings.tool_size / 80; out.mesh.vertices.size() > k_most_tool_points; cell *= 1.2)
+        for (double cell = settings.tool_size / 80; out.mesh.vertices.size() > k_max_tool_points; cell *= 1.2)
             out.mesh = clustered(out.mesh, cell);
     }
     out.weights.assign(out.mesh.vertices.size(), 0);

@@ -9,7 +9,7 @@
 
 namespace sqmap::viewer {
 
-inline constexpr std::size_t k_most_tool_points = 6000;  ///< a frame of so many takes well under a tick
+inline constexpr std::size_t k_max_tool_points = 6000;  ///< a frame of so many takes well under a tick
 
 /// About the tool's centre, m, turned as the settings say.
 struct Tool {
@@ -18,7 +18,7 @@ struct Tool {
 };
 
 /// object: the mesh, where the settings ask for one; null: the ball instead. Larger meshes are thinned by clustering vertices
-/// until they have at most k_most_tool_points: a tool is felt by its vertices, and details between them are not.
+/// until they have at most k_max_tool_points: a tool is felt by its vertices, and details between them are not.
 [[nodiscard]] Tool make_tool(const Settings& settings, const Object* object);
 
 /// "SQT1", #vertices, #triangles, positions, corners.

@@ -101,7 +101,7 @@ std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, s
 /// known: the servo felt in this tick, and told.
 void Touch::Work::keep(bool known)
 {
-    if (take == nullptr || take->ticks.size() >= k_most_recorded) return;
+    if (take == nullptr || take->ticks.size() >= k_max_recorded) return;
     const bool begun = !take->ticks.empty();
     if (begun && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
     heard = tick.tick;

@@ -17,9 +17,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t k_most_history = 64;
-constexpr int k_most_jobs = 16;
-constexpr std::size_t k_most_takes = 256;
+constexpr std::size_t k_max_history = 64;
+constexpr int k_max_jobs = 16;
+constexpr std::size_t k_max_takes = 256;
 #ifdef SQMAP_VIEWER_HAS_CLOTH
 constexpr bool k_has_cloth = true;
 #else
@@ -189,7 +189,7 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
 {
     const auto pieces = pieces_of(path_of(request.target));
     if (pieces.size() == 2 && pieces[0] == "api" && pieces[1] == "tool") {
-        if (pictures_.waiting() >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
+        if (pictures_.waiting() >= k_max_jobs) return answer({.status = 503, .body = "busy: try again\n"});
         const ObjectPtr held = settings_.tool == ToolKind::Mesh && settings_.tool_object < entries_.size()
                                    ? entries_[settings_.tool_object].object
                                    : nullptr;
@@ -206,7 +206,7 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
     // What was recorded, computed again: as it was, or with the objects and settings of now.
     if (pieces.size() == 3 && pieces[0] == "api" && pieces[1] == "again" && (pieces[2] == "then" || pieces[2] == "now")) {
         if (recording_ || recorded() == 0) return answer(no_such());
-        if (pictures_.waiting() >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
+        if (pictures_.waiting() >= k_max_jobs) return answer({.status = 503, .body = "busy: try again\n"});
         std::optional<Other> other;
         if (pieces[2] == "now") {
             other.emplace();
@@ -224,7 +224,7 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
     const ObjectPtr object = entries_[*index].object;
     const std::shared_ptr<const Parts> parts = entries_[*index].parts();
     const std::string_view what = pieces[3];
-    if (pictures_.waiting() >= k_most_jobs) return answer({.status = 503, .body = "busy: try again\n"});
+    if (pictures_.waiting() >= k_max_jobs) return answer({.status = 503, .body = "busy: try again\n"});
     const auto bytes = [&](auto make) {
         pictures_.work([answer, make] { answer({.type = "application/octet-stream", .body = make()}); });
     };
@@ -264,7 +264,7 @@ void Viewer::get(const HttpRequest& request, Answer& answer)
 
 void Viewer::upload(HttpRequest request, Answer& answer)
 {
-    if (entries_.size() >= options_.most_objects || bakes_.waiting() >= k_most_jobs)
+    if (entries_.size() >= options_.max_objects || bakes_.waiting() >= k_max_jobs)
         return answer(json_reply({{"accepted", false},
                                   {"verdict", "REFUSED"},
                                   {"code", "E_LIMIT"},
@@ -456,7 +456,7 @@ void Viewer::edit(const Message& m)
         return;
     }
     if (m.part >= count || ((m.say == Say::Merge || m.say == Say::MoveCut) && m.other >= count) ||
-        entry.object->mesh.triangles.empty() || pictures_.waiting() >= k_most_jobs)
+        entry.object->mesh.triangles.empty() || pictures_.waiting() >= k_max_jobs)
         return;
     pictures_.work([this, m, object = entry.object, before = entry.parts(), words = entry.words] {
         std::shared_ptr<const Parts> after;
@@ -493,7 +493,7 @@ void Viewer::change(std::uint32_t index, std::shared_ptr<const Parts> parts)
 {
     Entry& entry = entries_[index];
     entry.history.resize(entry.at + 1);
-    if (entry.history.size() >= k_most_history) entry.history.erase(entry.history.begin() + 1);
+    if (entry.history.size() >= k_max_history) entry.history.erase(entry.history.begin() + 1);
     entry.history.push_back(std::move(parts));
     entry.at = entry.history.size() - 1;
     ++entry.revision;
@@ -503,7 +503,7 @@ void Viewer::change(std::uint32_t index, std::shared_ptr<const Parts> parts)
 void Viewer::bake_edited(std::uint32_t index)
 {
     Entry& entry = entries_[index];
-    if (entry.at == 0 || bakes_.waiting() >= k_most_jobs) return;
+    if (entry.at == 0 || bakes_.waiting() >= k_max_jobs) return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
         bake::BakeOptions options = options_.bake;
         options.progress = [this, name = object->name](const char* stage, double done) {
@@ -698,7 +698,7 @@ void Viewer::restart_touch(bool begin)
         std::unique_ptr<device::Device> device;
         if (device_ > 0) device = device::open_device(device_specs_[device_ - 1]);
         std::shared_ptr<Take> take;
-        if (recording_ && recorded() < k_most_recorded && takes_.size() < k_most_takes)
+        if (recording_ && recorded() < k_max_recorded && takes_.size() < k_max_takes)
             takes_.push_back(take = std::make_shared<Take>());
         touch_ = std::make_unique<Touch>(std::move(objects), settings_, std::move(device), target_, take);
         if (stopped_) touch_->stop();
@@ -728,7 +728,7 @@ void Viewer::on_frame()
     for (const double x : {f.depth, static_cast<double>(f.contacts), static_cast<double>(f.object), static_cast<double>(f.part),
                            static_cast<double>(f.acted), static_cast<double>(f.faults), f.late * 1e3, f.degraded ? 1.0 : 0.0,
                            f.engaged ? 1.0 : 0.0, f.connected ? 1.0 : 0.0, static_cast<double>(f.ticks.size()),
-                           recording_ && !f.cut && recorded() < k_most_recorded ? static_cast<double>(recorded()) : 0.0})
+                           recording_ && !f.cut && recorded() < k_max_recorded ? static_cast<double>(recorded()) : 0.0})
         out.push_back(static_cast<float>(x));
     for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
     for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu});

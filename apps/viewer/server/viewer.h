@@ -24,7 +24,7 @@ namespace sqmap::viewer {
 struct ViewerOptions {
     double size = 0.2;  ///< m, that R_max of every object becomes
     bake::BakeOptions bake{};
-    std::size_t most_objects = 16;
+    std::size_t max_objects = 16;
     io::ReadLimits limits{.max_bytes = 64u << 20, .max_faces = 500'000};  ///< of an uploaded mesh
 };
 

@@ -55,7 +55,7 @@ struct DecomposeOptions {
     double minimum_part_area = 0.006;       ///< least part, of the surface area
     double fragment_roundness = 0.5;        ///< a part whose 4 pi area is less than this share of its border's length
                                             ///< squared is a fragment; a disc has 1
-    std::uint32_t maximum_parts = 24;       ///< no more cuts beyond this
+    std::uint32_t max_parts = 24;           ///< no more cuts beyond this
 };
 
 /// What decompose() saw on the way, for pictures and reports.

@@ -18,7 +18,7 @@ using haptic::Twist;
 using haptic::Wrench;
 
 /// One zone is a stylus' tip or a tool; a glove has five fingers and a palm.
-inline constexpr std::size_t k_most_zones = 16;
+inline constexpr std::size_t k_max_zones = 16;
 
 /// What a device can do; the safety filter takes its limits from here. Zero means unknown, and then the careful default holds.
 struct Capabilities {
@@ -41,10 +41,10 @@ struct Capabilities {
 
 /// One reading.
 struct Sample {
-    double time = 0;                           ///< s, monotonic, when the device measured it
-    std::uint64_t sequence = 0;                ///< grows by one with every fresh reading: the same number is a stale one
-    std::array<Pose, k_most_zones> poses{};    ///< of the zones; the world, metres
-    std::array<Twist, k_most_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
+    double time = 0;                          ///< s, monotonic, when the device measured it
+    std::uint64_t sequence = 0;               ///< grows by one with every fresh reading: the same number is a stale one
+    std::array<Pose, k_max_zones> poses{};    ///< of the zones; the world, metres
+    std::array<Twist, k_max_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
     bool has_twist = false;
     std::uint32_t buttons = 0;  ///< a bit each
     std::uint32_t resumes = 0;  ///< how often the user has, at the device, asked to go on after a fault or STOP of the filter

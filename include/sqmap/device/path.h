@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/device/device.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -17,7 +17,7 @@ namespace sqmap::device {
 class PathDevice final : public Device {
 public:
     /// poses: #ticks by #zones, a tick's zones side by side. rate: Hz at which they were taken, for capabilities().
-    /// @throw DeviceError without poses, with zones outside 1 to k_most_zones or not a divisor, or a rate not above zero.
+    /// @throw DeviceError without poses, with zones outside 1 to k_max_zones or not a divisor, or a rate not above zero.
     PathDevice(std::string name, std::vector<Pose> poses, double rate, std::size_t zones = 1);
 
     [[nodiscard]] const Capabilities& capabilities() const noexcept override { return capabilities_; }

@@ -117,7 +117,7 @@ struct SimulatedOptions {
 /// By the steady clock: read() lets the time pass that has passed. zero() may be called by any thread. capabilities().simulated.
 class SimulatedDevice final : public Device {
 public:
-    /// @throw std::invalid_argument for zones outside 1 to k_most_zones
+    /// @throw std::invalid_argument for zones outside 1 to k_max_zones
     explicit SimulatedDevice(const SimulatedOptions& options = {});
     ~SimulatedDevice() override;
 

@@ -53,10 +53,10 @@ struct TraceRow {
     double depth = 0;          ///< m, the deepest contact of all zones
     std::uint32_t status = 0;  ///< bits of the force algorithm
     std::uint32_t filter = 0;  ///< bits of the safety filter
-    std::array<Pose, k_most_zones> poses{};
-    std::array<Twist, k_most_zones> twists{};     ///< zero where the device measures none
-    std::array<Wrench, k_most_zones> computed{};  ///< by the force algorithm
-    std::array<Wrench, k_most_zones> sent{};      ///< to the device, behind the safety filter
+    std::array<Pose, k_max_zones> poses{};
+    std::array<Twist, k_max_zones> twists{};     ///< zero where the device measures none
+    std::array<Wrench, k_max_zones> computed{};  ///< by the force algorithm
+    std::array<Wrench, k_max_zones> sent{};      ///< to the device, behind the safety filter
 };
 
 /// Equal to the bit in everything but cpu (any NaN equals any other).

@@ -32,7 +32,7 @@ public:
     DenserSets(std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                std::size_t most = 100000);
     [[nodiscard]] std::span<const DenserPoints> points() const noexcept { return points_; }
-    [[nodiscard]] std::size_t most_points() const noexcept;  ///< of the densest set; 0: there is none
+    [[nodiscard]] std::size_t max_points() const noexcept;  ///< of the densest set; 0: there is none
 
 private:
     struct Set {

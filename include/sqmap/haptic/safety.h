@@ -11,7 +11,7 @@
 
 namespace sqmap::haptic {
 
-inline constexpr std::size_t k_most_safe_zones = 16;
+inline constexpr std::size_t k_max_safe_zones = 16;
 
 /// The filter's fixed numbers: no program can loosen them.
 inline constexpr double k_stale_hold = 0.005;   ///< s after the last sample: the wrench is held, then it falls
@@ -164,7 +164,7 @@ public:
     [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }
     /// J given by a zone to the hand since it came into contact, less what the device's own damping took; what the passivity step
     /// watches.
-    [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_most_safe_zones ? zones_[zone].energy : 0; }
+    [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_max_safe_zones ? zones_[zone].energy : 0; }
 
     /// safe[i] is what may be sent to zone i. As many zones as the shortest of poses, asked and safe has; the rest of safe is
     /// zero.
@@ -224,7 +224,7 @@ private:
     bool dead_man_ = false;
     std::size_t delay_ticks_ = 0;
 
-    std::array<Zone, k_most_safe_zones> zones_{};
+    std::array<Zone, k_max_safe_zones> zones_{};
     SafetyCounters counters_{};
     std::uint32_t faults_ = 0;
     std::uint64_t ticks_ = 0, sequence_ = 0;

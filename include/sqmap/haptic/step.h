@@ -6,7 +6,7 @@
 #include "sqmap/haptic/texture.h"
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/model/model.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -107,10 +107,10 @@ struct Zone {
     Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
     std::span<const float> weights{};  ///< Patch: area a point, #points of the probe; empty: all alike. Outlives the state
     /// Patch, and only a zone that has all of its probe: ever more points, one set a tick. A denser one follows while it would
-    /// not have more than most_touching points in contact, so that few large triangles are felt between their corners and many
+    /// not have more than max_touching points in contact, so that few large triangles are felt between their corners and many
     /// small ones cost no more. A change of the force is blended. Outlives the state.
     std::span<const DenserPoints> denser{};
-    std::uint32_t most_touching = 1200;
+    std::uint32_t max_touching = 1200;
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
     ZoneOptions options{};
 };
@@ -162,8 +162,8 @@ struct Sample;
 struct Trail;
 
 struct StateOptions {
-    std::size_t most_contacts = 8192;  ///< of one probe with one solid
-    std::size_t most_solids = 8;       ///< those beyond it are not felt, and k_step_full says so
+    std::size_t max_contacts = 8192;  ///< of one probe with one solid
+    std::size_t max_solids = 8;       ///< those beyond it are not felt, and k_step_full says so
 };
 
 /// What is remembered from tick to tick. Made outside the loop; one thread at a time.
@@ -194,8 +194,8 @@ private:
     std::vector<ZoneReport> reports_;
     std::vector<Memory> memory_;
     std::vector<Touch> touches_;  ///< zone by solid
-    std::size_t most_solids_ = 0;
-    std::vector<query::FrameContact> found_;  ///< solid by contact
+    std::size_t max_solids_ = 0;
+    std::vector<query::ProbeContact> found_;  ///< solid by contact
     std::vector<Asked> asked_;
     std::vector<Sample> samples_;  ///< of one stencil
     std::vector<Trail> trails_;    ///< zone by solid by sample

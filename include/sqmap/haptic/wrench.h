@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/math/vec.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 namespace sqmap::haptic {
 

@@ -170,21 +170,21 @@ inline constexpr std::uint32_t k_deep_brick = 1u << 30;  ///< set in a brick tha
 inline constexpr float k_gap_step = 1.f / 64;            ///< of a cell's side: unit of stored gaps
 inline constexpr std::uint32_t k_list_length = 4;        ///< parts in a list, one byte each; k_no_part ends a shorter one
 inline constexpr std::uint32_t k_no_part = 0xff;
-inline constexpr std::uint32_t k_divided_place = 0x1ff;       ///< in place of a list: see is_divided
-inline constexpr int k_most_divisions = 1;                    ///< of a cell
-inline constexpr std::uint32_t k_most_place_index = 0x3ffff;  ///< greatest index of planes or seeds that a place can hold
-inline constexpr std::uint32_t k_most_planes = 7;             ///< of a place
+inline constexpr std::uint32_t k_divided_place = 0x1ff;      ///< in place of a list: see is_divided
+inline constexpr int k_max_divisions = 1;                    ///< of a cell
+inline constexpr std::uint32_t k_max_place_index = 0x3ffff;  ///< greatest index of planes or seeds that a place can hold
+inline constexpr std::uint32_t k_max_planes = 7;             ///< of a place
 
 /// What a cell of the locator (a place) holds, two bits; then, where it is Free, the gap: a lower bound of the distance
 /// from the cell's centre to the solid. Else 9 bits of index into part_lists, how many planes are the surface there (3 bits; the
 /// place is flat), and 18 bits of index into planes, or into seeds where there are none.
-enum class PlaceKind : std::uint32_t {
+enum class LocatorCellKind : std::uint32_t {
     Free = 0,    ///< no point of the cell is in the solid
     Inside = 1,  ///< every point of it is
     Mixed = 2,   ///< the first part of the list whose chart holds a point decides; held by none, it is free
     Ask = 3,     ///< too many parts for a list: all are asked
 };
-constexpr PlaceKind place_kind(std::uint32_t place) { return static_cast<PlaceKind>(place & 3u); }
+constexpr LocatorCellKind place_kind(std::uint32_t place) { return static_cast<LocatorCellKind>(place & 3u); }
 constexpr std::uint32_t place_gap(std::uint32_t place) { return place >> 2; }
 constexpr std::uint32_t place_list(std::uint32_t place) { return (place >> 2) & 0x1ffu; }
 constexpr std::uint32_t place_planes(std::uint32_t place) { return (place >> 11) & 7u; }
@@ -192,7 +192,7 @@ constexpr std::uint32_t place_first(std::uint32_t place) { return place >> 14; }
 /// True of a place that is divided in eight: what would be its first seed is the first of them in places, x fastest.
 constexpr bool is_divided(std::uint32_t place)
 {
-    return place_kind(place) == PlaceKind::Ask && place_list(place) == k_divided_place;
+    return place_kind(place) == LocatorCellKind::Ask && place_list(place) == k_divided_place;
 }
 /// A plane of a flat place, where planes are the surface to within the map's own error. 9 + 9 bits outward unit normal,
 /// octahedral; 11 bits distance of the place's centre below it; 2 bits: which part of the place's list shows that surface; a
@@ -226,7 +226,7 @@ inline constexpr std::uint32_t k_last_seed = 1u << 31;
 inline constexpr int k_seed_normal_bits = 12;
 inline constexpr float k_seed_distance_step = 1.f / 512;  ///< of the locator's cell
 inline constexpr float k_seed_reach_step = 1.f / 8;       ///< of the locator's cell
-inline constexpr std::uint32_t k_most_seeds = 8;
+inline constexpr std::uint32_t k_max_seeds = 8;
 constexpr std::uint32_t seed_part(Seed seed) { return seed.direction & 0xffu; }
 constexpr int seed_distance(Seed seed) { return static_cast<int>(seed.extent & 0xffffu) - 0x8000; }
 /// A surface found from the seed within this distance is the nearest, whatever the rest of the chain finds.
@@ -235,7 +235,7 @@ constexpr std::uint32_t seed_reach(Seed seed) { return (seed.extent >> 16) & 0xf
 constexpr std::uint32_t seed_choice(std::uint32_t choices, std::uint32_t octant) { return (choices >> (3 * octant)) & 7u; }
 
 /// Where a brick has no record in near.
-inline constexpr std::uint32_t k_no_near = 0xffffffffu;
+inline constexpr std::uint32_t k_no_candidates = 0xffffffffu;
 
 /// The arrays of all normal maps; empty in a model of the central projection.
 struct NormalArrays {
@@ -285,7 +285,7 @@ struct ModelView {
     std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     std::span<const std::uint32_t> planes;      ///< of flat places, see plane_slot
     std::span<const Seed> seeds;
-    std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: a brick's record in near, or k_no_near
+    std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: a brick's record in near, or k_no_candidates
     std::span<const std::uint16_t> near;         ///< see NearRecord
     std::span<const std::uint8_t> rises;         ///< with near: beside places, see k_rise_step
     Measured measured{};                         ///< by bake
@@ -303,7 +303,7 @@ struct ModelView {
 }
 /// Triangles by which an exact answer is found in a place of a brick: one of them is the nearest, for any point of it, and no
 /// buried one is among them. Empty where there are too many to list: all of the mesh are tried.
-struct NearList {
+struct CandidateList {
     const std::uint16_t* table;  ///< of the brick's triangles: two values each, the low one first, if wide
     const std::uint16_t* refs;   ///< indices into it: two in a value, the low one first, if narrow; null: all of the table
     std::uint32_t first, count;  ///< of refs
@@ -348,7 +348,7 @@ constexpr NearRecord near_record(const std::uint16_t* values, bool wide)
     return r;
 }
 /// place: from 0 to 63 in its brick, 0 of a deep one. @pre the place is not Free
-[[nodiscard]] constexpr NearList near_list(const ModelView& view, std::size_t brick, std::uint32_t place)
+[[nodiscard]] constexpr CandidateList candidate_list(const ModelView& view, std::size_t brick, std::uint32_t place)
 {
     const bool wide = near_is_wide(view);
     const NearRecord r = near_record(view.near.data() + view.near_bricks[brick], wide);

@@ -1,7 +1,7 @@
 // Two bodies against each other: each one's map against the other's vertices, contacts seen from both sides reported once.
 #pragma once
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +21,7 @@ struct Body {
 /// Holds all of a body; the world's frame and units.
 [[nodiscard]] Sphere sphere_of(const Body& body) noexcept;
 /// How far options move the body's surface out at most; the world's units.
-[[nodiscard]] double reach_of(const Body& body, const FrameOptions& options) noexcept;
+[[nodiscard]] double reach_of(const Body& body, const ProbeOptions& options) noexcept;
 
 enum class Side : std::uint8_t { A, B };
 
@@ -39,7 +39,7 @@ struct PairContact {
 };
 
 struct PairOptions {
-    FrameOptions frame{};
+    ProbeOptions frame{};
     /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
     /// coarser body (Probe::spacing), normals with at least this cosine. Distance 0: none is.
     float merge_distance = 0.5f;
@@ -47,30 +47,30 @@ struct PairOptions {
 };
 
 /// What a pair query works in, made outside the frame: one a thread.
-class PairRoom {
+class PairWorkspace {
 public:
     /// contacts: the most that are found in one direction; what is beyond it is counted, not written. Allocates.
-    explicit PairRoom(std::size_t contacts);
+    explicit PairWorkspace(std::size_t contacts);
 
 private:
     friend struct PairQuery;
-    std::vector<FrameContact> found_;
+    std::vector<ProbeContact> found_;
     std::vector<std::uint32_t> head_, next_;  ///< lists of near contacts, by a hash of their place
 };
 
 struct PairResult {
     std::size_t contacts = 0;          ///< written, after merging
     std::size_t found = 0;             ///< in both directions, before merging, written or not
-    std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
+    std::uint8_t status = k_probe_ok;  ///< bits of ProbeStatus
 };
 
 /// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both
 /// sides only the deeper one. Swapping the bodies swaps on_a and on_b and turns the normals round. With first_only the first
 /// contact of either direction ends it. Total, noexcept, no allocation.
-/// contacts: with room for both directions before merging.
+/// contacts: with workspace for both directions before merging.
 /// @pre a.model, b.model came from model::parse.
-/// Cost: two query_frame, and merging linear in what they find.
-PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairRoom& room,
+/// Cost: two query_probe, and merging linear in what they find.
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace,
                       std::span<PairContact> contacts) noexcept;
 
 }  // namespace sqmap::query

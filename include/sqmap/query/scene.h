@@ -18,18 +18,18 @@ struct ScenePair {
     BodyId a = k_no_body;
     BodyId b = k_no_body;                ///< none: the probe of query_probe
     std::uint32_t first = 0, count = 0;  ///< contacts[first, first + count)
-    std::uint8_t status = k_frame_ok;    ///< bits of FrameStatus
+    std::uint8_t status = k_probe_ok;    ///< bits of ProbeStatus
 };
 
 enum SceneStatus : std::uint8_t {
-    // The bits of FrameStatus are also in use: of any pair, and k_frame_not_finite where a body's pose is not.
+    // The bits of ProbeStatus are also in use: of any pair, and k_probe_not_finite where a body's pose is not.
     k_scene_pairs_full = 8,  ///< more pairs than the span holds: the rest is counted, not asked
 };
 
 struct SceneResult {
     std::size_t pairs = 0;     ///< of near bodies, written or not
     std::size_t contacts = 0;  ///< written, of all pairs
-    std::uint8_t status = k_frame_ok;
+    std::uint8_t status = k_probe_ok;
 };
 
 /// Bodies in one world. Adding and removing them allocates and belongs outside the frame; all the rest is total, noexcept and
@@ -37,7 +37,7 @@ struct SceneResult {
 /// (which pairs a span that is too short holds may).
 class Scene {
 public:
-    /// The most contacts that a pair of bodies has in one direction; see PairRoom.
+    /// The most contacts that a pair of bodies has in one direction; see PairWorkspace.
     explicit Scene(std::size_t contacts_in_a_direction = 4096);
 
     /// model, probe: as in Body; they outlive the body. The id of a removed body is given out again.
@@ -45,7 +45,7 @@ public:
     void remove(BodyId id);
 
     /// False where the pose is not finite or there is no such body: a body without a finite pose is near nothing, and queries
-    /// say k_frame_not_finite. Set the pose again when the body's probe has been moved out of its sphere.
+    /// say k_probe_not_finite. Set the pose again when the body's probe has been moved out of its sphere.
     bool set_pose(BodyId id, const Pose& pose) noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept { return order_.size(); }
@@ -60,7 +60,7 @@ public:
     SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs, std::span<PairContact> contacts) noexcept;
 
     /// Contacts of a probe with the maps of all bodies: the probe is b of each pair.
-    SceneResult query_probe(const Probe& probe, const Pose& pose, const FrameOptions& options, std::span<ScenePair> pairs,
+    SceneResult query_probe(const Probe& probe, const Pose& pose, const ProbeOptions& options, std::span<ScenePair> pairs,
                             std::span<PairContact> contacts) noexcept;
 
 private:
@@ -75,7 +75,7 @@ private:
     /// Pairs of bodies at most slack apart.
     SceneResult find(double slack, std::span<ScenePair> pairs) noexcept;
     /// The most that options move any body's surface out.
-    double largest_reach(const FrameOptions& options) const noexcept;
+    double largest_reach(const ProbeOptions& options) const noexcept;
     void choose_axis() noexcept;
     void sort() noexcept;
     void narrow() noexcept;
@@ -94,7 +94,7 @@ private:
     double largest_radius_ = 0;
     int axis_ = 0;
     bool stale_ = true;  // order_ and what follows it
-    PairRoom room_;
+    PairWorkspace workspace_;
 };
 
 }  // namespace sqmap::query

@@ -2,7 +2,7 @@
 // answers.
 #pragma once
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 #include "sqmap/query/swept.h"
 
 #include <array>
@@ -144,17 +144,17 @@ struct SkinContact {
 };
 
 enum SkinStatus : std::uint8_t {
-    // The bits of FrameStatus are also in use.
-    k_skin_crowded = 64,  ///< more than SkinRoom::k_most places of the bound solid are at one point: the rest was left out
+    // The bits of ProbeStatus are also in use.
+    k_skin_crowded = 64,  ///< more than SkinWorkspace::k_max places of the bound solid are at one point: the rest was left out
 };
 
 /// What query_skin works in, made outside the frame: one a thread.
-class SkinRoom {
+class SkinWorkspace {
 public:
-    static constexpr std::size_t k_most = 8;
+    static constexpr std::size_t k_max = 8;
 
     /// points: where they are at first, which chooses the probe's clusters. Allocates.
-    SkinRoom(const SkinLattice& lattice, std::span<const Vec3d> points);
+    SkinWorkspace(const SkinLattice& lattice, std::span<const Vec3d> points);
 
 private:
     friend struct SkinQuery;
@@ -162,14 +162,14 @@ private:
     std::size_t size_;
     Probe probe_;                          ///< in the bound frame
     std::vector<SkinPlace> places_;        ///< all that were found, a point's together
-    std::vector<SkinPlace> found_places_;  ///< of a cluster, k_most a point
+    std::vector<SkinPlace> found_places_;  ///< of a cluster, k_max a point
     std::vector<std::uint32_t> first_;     ///< of a point's places
     std::vector<std::uint8_t> count_;      ///< of them
     std::vector<Vec3d> asked_places_;
     std::vector<std::uint8_t> asked_;
     std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign
     std::vector<SkinContact> best_;
-    std::vector<FrameContact> found_;
+    std::vector<ProbeContact> found_;
     std::vector<Vec3d> at_;  ///< of a sweep; so below
     std::vector<std::uint8_t> fast_;
     std::vector<std::uint32_t> contact_;
@@ -180,25 +180,25 @@ private:
 [[nodiscard]] Vec3d carried_normal(const Affine& local, Vec3d normal) noexcept;
 
 /// Which points are in the posed solid (where the winding number of the posed surface is positive), how deep and which way is
-/// out; in order of their index. bound: baked from the bound mesh. points: as many as the room was made for, the posed frame;
-/// those that are not finite have no contacts. Depth is that to the tangent plane at the nearest surface of the bound pose,
-/// carried forward with the place's surroundings; of several places at a point the deepest counts. Total, noexcept, no
+/// out; in order of their index. bound: baked from the bound mesh. points: as many as the workspace was made for, the posed
+/// frame; those that are not finite have no contacts. Depth is that to the tangent plane at the nearest surface of the bound
+/// pose, carried forward with the place's surroundings; of several places at a point the deepest counts. Total, noexcept, no
 /// allocation. first_only stops at the contact of lowest index.
 /// @pre options.offset and margin are off
 /// Cost: a walk down the tree a point, and a frame of the points that it finds something for.
 /// asked: of each point, whether it is asked about; empty for all.
-FrameResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const FrameOptions& options, SkinRoom& room, std::span<SkinContact> contacts,
+ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
+                       const ProbeOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
                        std::span<const std::uint8_t> asked = {}) noexcept;
 
 /// Contacts of the points at the end of the skin's step and their own, as query_skin gives them, and of those that crossed the
 /// surface on their way, as query_swept has it: with the surface that was crossed first, carried to where the step ends, and the
 /// depth behind its tangent plane there. previous, now: the posed frame. In between, bones' maps are blended, which is right to
 /// the square of half the angle that they turn in a step.
-/// @pre as query_skin; previous.size() == now.size(), and the room is for as many
+/// @pre as query_skin; previous.size() == now.size(), and the workspace is for as many
 /// Cost: a query, and for each options.step of the longest way a pose and a query of the points that move farther than one.
 SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
-                             std::span<const Vec3d> now, const SweptOptions& options, SkinRoom& room,
+                             std::span<const Vec3d> now, const SweptOptions& options, SkinWorkspace& workspace,
                              std::span<SkinContact> contacts, std::span<const std::uint8_t> asked = {}) noexcept;
 
 }  // namespace sqmap::query

@@ -1,7 +1,7 @@
 // A moving probe between two frames: what a frame alone does not see because it happened between them.
 #pragma once
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <cstdint>
 #include <span>
@@ -14,25 +14,25 @@ namespace sqmap::query {
 [[nodiscard]] Pose between(const Pose& from, const Pose& to, double share) noexcept;
 
 struct SweptOptions {
-    FrameOptions frame{};
+    ProbeOptions frame{};
     /// Nothing is missed whose chord along a point's way, as the model sees it, is at least this long, where the way meets it at
     /// more than 15 degrees. Probe units, > 0. Points that move less are asked once.
     double step = 0;
-    std::uint32_t most_steps = 64;  ///< a point that moves farther than this many steps is asked at longer ones: k_swept_coarse
+    std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is asked at longer ones: k_swept_coarse
 };
 
 enum SweptStatus : std::uint8_t {
-    // The bits of FrameStatus are also in use.
-    k_swept_coarse = 32,  ///< most_steps did not suffice
+    // The bits of ProbeStatus are also in use.
+    k_swept_coarse = 32,  ///< max_steps did not suffice
 };
 
 /// What a swept query works in, made outside the frame: one a thread.
-class SweptRoom {
+class SweptWorkspace {
 public:
     /// points: of the probe. Allocates.
-    explicit SweptRoom(std::size_t points);
+    explicit SweptWorkspace(std::size_t points);
     /// With a second probe in it, like the first, for what is on its way: the first one need not be moved there and back.
-    explicit SweptRoom(const Probe& probe);
+    explicit SweptWorkspace(const Probe& probe);
 
 private:
     friend struct SweptQuery;
@@ -40,24 +40,24 @@ private:
     std::vector<Vec3d> at_;
     std::vector<std::uint8_t> fast_;
     std::vector<std::uint32_t> contact_;  ///< of each point: where its contact is, or none
-    std::vector<FrameContact> found_;
+    std::vector<ProbeContact> found_;
 };
 
 struct SweptResult {
-    FrameResult frame;
+    ProbeResult frame;
     std::size_t fast = 0;      ///< points that moved farther than a step
     std::size_t caught = 0;    ///< contacts that the last frame alone had missed or had with a surface behind the point
     std::uint32_t frames = 1;  ///< that were asked
 };
 
-/// Contacts of the probe's points at the end of their way, as query_frame gives them, and of those that crossed the surface on
+/// Contacts of the probe's points at the end of their way, as query_probe gives them, and of those that crossed the surface on
 /// it: such a contact is with the surface that was crossed first, and its depth is the distance behind that surface's tangent
 /// plane. Contacts are in model space. previous, now: places in the probe's frame at the poses from and to; the probe stands at
 /// now afterwards. Total, noexcept, no allocation; a point that is not finite has no contacts.
-/// @pre previous.size() == now.size() == probe.size(), and the room is for as many.
+/// @pre previous.size() == now.size() == probe.size(), and the workspace is for as many.
 /// Cost: a frame, and for each step of the fastest point a frame of the points that move farther than one.
 SweptResult query_swept(const model::ModelView& model, Probe& probe, std::span<const Vec3d> previous, std::span<const Vec3d> now,
-                        const Pose& from, const Pose& to, const SweptOptions& options, SweptRoom& room,
-                        std::span<FrameContact> contacts) noexcept;
+                        const Pose& from, const Pose& to, const SweptOptions& options, SweptWorkspace& workspace,
+                        std::span<ProbeContact> contacts) noexcept;
 
 }  // namespace sqmap::query

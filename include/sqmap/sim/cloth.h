@@ -33,7 +33,7 @@ struct ClothOptions {
     double paper_friction = 0.002;  ///< f_c of eq. 33, N a node
     double paper_stiffness = 100;   ///< k_f of eq. 33 with depth in m, 1 / m
     int iterations = 12;            ///< of the threads' solver, each followed by the contacts
-    double most_speed = 10;         ///< m / s: faster nodes are slowed to it, k_cloth_slowed
+    double max_speed = 10;          ///< m / s: faster nodes are slowed to it, k_cloth_slowed
     double sweep_step = 0.01;       ///< m: solids twice as thick are not tunnelled through
     bool self_collision = false;    ///< the cloth keeps thickness from itself, and does not go through itself on the way
 };
@@ -41,19 +41,19 @@ struct ClothOptions {
 enum ClothStatus : std::uint32_t {
     k_cloth_ok = 0,
     k_cloth_not_finite = 1,    ///< a node was NaN or infinite: the cloth was put back to the step before, at rest
-    k_cloth_slowed = 2,        ///< a node was faster than most_speed
+    k_cloth_slowed = 2,        ///< a node was faster than max_speed
     k_cloth_full = 4,          ///< more contacts than there is room for
     k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
     k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
     k_cloth_crowded = 32,      ///< more places of a skinned solid at one node than are looked at
     k_cloth_stretched =
-        64,  ///< a quarter of the threads are stretched by more than k_most_stretch: smaller steps, or more iterations
+        64,  ///< a quarter of the threads are stretched by more than k_max_stretch: smaller steps, or more iterations
     k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as where what is held leaves it no way
 };
 
 /// Of rest length. Stiffness by position has no modulus: what the solver leaves of a strain grows with the square of the step,
 /// and no energy can be given for it. So the threads are looked at, every sixteenth step; the bit stays until the next look.
-constexpr double k_most_stretch = 0.1;
+constexpr double k_max_stretch = 0.1;
 
 /// Seconds of CPU time.
 struct StepTime {

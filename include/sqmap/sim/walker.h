@@ -1,7 +1,7 @@
 // A figure made of capsules on bones, that stands and walks: the avatar for tests and measurements.
 #pragma once
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include <span>
 #include <string>

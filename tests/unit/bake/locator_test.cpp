@@ -12,12 +12,12 @@
 namespace sqmap::bake {
 namespace {
 
+using model::LocatorCellKind;
 using model::ModelView;
-using model::PlaceKind;
 
 /// A cell, an eighth of one that is divided, or a brick that is not.
 struct Place {
-    PlaceKind kind = PlaceKind::Free;
+    LocatorCellKind kind = LocatorCellKind::Free;
     Vec3d centre;
     double side = 0;
     double gap = 0;  ///< Free
@@ -36,14 +36,14 @@ std::vector<Place> places_of(const ModelView& v)
         const Vec3d corner = origin + n * cell * at, middle = corner + 0.5 * n * cell * Vec3d{1, 1, 1};
         const std::uint32_t brick = v.bricks[i];
         if ((brick & model::k_free_brick) != 0) {
-            out.push_back({PlaceKind::Free, middle, n * cell, step * (brick & ~model::k_free_brick), 0});
+            out.push_back({LocatorCellKind::Free, middle, n * cell, step * (brick & ~model::k_free_brick), 0});
         } else if ((brick & model::k_deep_brick) != 0) {
             const std::uint32_t word = v.places[brick & ~model::k_deep_brick];
             out.push_back({model::place_kind(word), middle, n * cell, 0, word});
         } else {
             for (std::uint32_t k = 0; k < n * n * n; ++k) {
                 const auto add = [&](std::uint32_t word, Vec3d centre, double side) {
-                    const bool is_free = model::place_kind(word) == PlaceKind::Free;
+                    const bool is_free = model::place_kind(word) == LocatorCellKind::Free;
                     out.push_back({model::place_kind(word), centre, side, is_free ? step * model::place_gap(word) : 0, word});
                 };
                 const std::uint32_t word = v.places[brick + k];
@@ -112,7 +112,7 @@ TEST(Locator, FreePlacesHoldNoPointOfTheSolidAndTheirGapIsALowerBound)
         double used = 0, possible = 0;
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind != PlaceKind::Free) continue;
+            if (place.kind != LocatorCellKind::Free) continue;
             ++checked;
             ASSERT_FALSE(m.solid().inside(place.centre)) << name;
             const double distance = m.solid().closest_boundary(place.centre).distance;
@@ -133,7 +133,7 @@ TEST(Locator, InsidePlacesAreInside)
         const std::vector<Place> places = places_of(m.view());
         std::size_t checked = 0;
         for (std::size_t i = 0; i < places.size(); i += stride) {
-            if (places[i].kind != PlaceKind::Inside) continue;
+            if (places[i].kind != LocatorCellKind::Inside) continue;
             ++checked;
             for (int k = 0; k < 8; ++k) ASSERT_TRUE(m.solid().inside(point_in(places[i], random))) << name;
         }
@@ -150,8 +150,8 @@ TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
         std::size_t inside = 0, first_right = 0, judged = 0, mixed = 0, asked = 0;
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            asked += place.kind == PlaceKind::Ask ? 1u : 0u;
-            if (place.kind != PlaceKind::Mixed) continue;
+            asked += place.kind == LocatorCellKind::Ask ? 1u : 0u;
+            if (place.kind != LocatorCellKind::Mixed) continue;
             ++mixed;
             for (int k = 0; k < 4; ++k) {
                 const Vec3d p = cast<double>(cast<float>(point_in(place, random)));
@@ -196,7 +196,7 @@ TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
         const std::vector<Place> places = places_of(v);
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind == PlaceKind::Free) continue;
+            if (place.kind == LocatorCellKind::Free) continue;
             ++all;
             if (model::place_planes(place.word) == 0) continue;
             ++flat;
@@ -229,7 +229,7 @@ TEST(Locator, APlaneIsOfThePartThatOwnsItsSurface)
         const std::vector<Place> places = places_of(v);
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind == PlaceKind::Free || model::place_planes(place.word) != 1) continue;
+            if (place.kind == LocatorCellKind::Free || model::place_planes(place.word) != 1) continue;
             const std::uint32_t plane = planes_of(v, place).front();
             const std::uint32_t part = v.part_lists[model::place_list(place.word)] >> 8 * model::plane_slot(plane) & 0xffu;
             const mesh::ClosestPoint nearest = m.solid().closest_boundary(place.centre);
@@ -251,7 +251,7 @@ TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
         const std::vector<Place> places = places_of(v);
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind == PlaceKind::Free || model::place_planes(place.word) > 0) continue;
+            if (place.kind == LocatorCellKind::Free || model::place_planes(place.word) > 0) continue;
             const std::vector<model::Seed> chain = chain_of(v, place);
             const Vec3d p = point_in(place, random);
             if (!m.solid().inside(p)) continue;

@@ -5,7 +5,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>

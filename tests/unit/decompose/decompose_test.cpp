@@ -202,7 +202,7 @@ TEST(Decompose, KeepsTheMinimumPartSizeAndTheMaximumCount)
     }
     EXPECT_GT(p.part_count, 1u);
     for (const double a : area) EXPECT_GE(a, 0.06 * total * (1 - 1e-12));
-    EXPECT_LE(decompose(m, {.maximum_parts = 3}).part_count, 4u);
+    EXPECT_LE(decompose(m, {.max_parts = 3}).part_count, 4u);
 }
 
 TEST(Decompose, TakesSeparateComponentsApart)

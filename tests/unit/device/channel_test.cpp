@@ -85,9 +85,9 @@ TEST(Channel, AWrenchThatIsNotFiniteIsNotExerted)
 TEST(Channel, MoreZonesThanThereAreAreLeftOut)
 {
     Channel channel;
-    const std::vector<Wrench> many(k_most_zones + 5, k_push);
+    const std::vector<Wrench> many(k_max_zones + 5, k_push);
     channel.write(many);
-    EXPECT_EQ(channel.output(now())[k_most_zones - 1], k_push);
+    EXPECT_EQ(channel.output(now())[k_max_zones - 1], k_push);
 }
 
 // Readings are whole and never go back, wrenches likewise, while a third thread zeroes: for the thread sanitizer too.
@@ -104,7 +104,7 @@ TEST(Channel, ThreadsSeeWholeValuesInOrder)
             for (Pose& pose : sample.poses) pose.translation = {double(i), double(i), double(i)};
             channel.publish(sample);
             const auto& out = channel.output(now());
-            EXPECT_EQ(out[0].force, out[k_most_zones - 1].force);
+            EXPECT_EQ(out[0].force, out[k_max_zones - 1].force);
             if (out[0].force.x == 0) continue;  // before the first, or zeroed
             EXPECT_GE(out[0].force.x, newest);
             newest = out[0].force.x;
@@ -120,7 +120,7 @@ TEST(Channel, ThreadsSeeWholeValuesInOrder)
     Sample sample;
     double newest = 0;
     for (double value = 1; !done; ++value) {
-        const std::vector<Wrench> wrenches(k_most_zones, Wrench{{value, value, value}, {}});
+        const std::vector<Wrench> wrenches(k_max_zones, Wrench{{value, value, value}, {}});
         channel.write(wrenches);
         if (!channel.read(sample)) continue;
         EXPECT_GE(sample.time, newest);

@@ -86,7 +86,7 @@ TraceRow any_row(std::mt19937_64& random, std::size_t zones)
 
 TEST_F(Trace, EveryNumberReadsBackToTheBit)
 {
-    for (const std::size_t zones : {std::size_t{1}, std::size_t{6}, k_most_zones}) {
+    for (const std::size_t zones : {std::size_t{1}, std::size_t{6}, k_max_zones}) {
         std::mt19937_64 random(zones);
         std::vector<TraceRow> rows;
         for (int i = 0; i < 200; ++i) rows.push_back(any_row(random, zones));

@@ -98,7 +98,7 @@ TEST(WaitFree, ChannelsReadWriteAndZero)
     Channel channel;
     channel.publish({});
     Sample sample;
-    const std::vector<Wrench> wrenches(k_most_zones);
+    const std::vector<Wrench> wrenches(k_max_zones);
     EXPECT_TRUE(waits_for_nothing([&] {
         (void)channel.read(sample);
         (void)channel.write(wrenches);

@@ -99,21 +99,21 @@ TEST(DenserSets, HaveMorePointsEachAndNeverMoreThanAsked)
         EXPECT_EQ(d.weights.size(), d.probe->size());
         before = d.probe->size();
     }
-    EXPECT_EQ(sets.most_points(), before);
-    EXPECT_LE(DenserSets(ball.vertices, ball.triangles, 2000).most_points(), 2000u);
+    EXPECT_EQ(sets.max_points(), before);
+    EXPECT_LE(DenserSets(ball.vertices, ball.triangles, 2000).max_points(), 2000u);
     EXPECT_TRUE(DenserSets(ball.vertices, ball.triangles, 10).points().empty());
 }
 
 /// A coarse ball, its triangles 6 mm wide, above the flat top of a box.
 struct Pressed {
-    explicit Pressed(double spacing, std::uint32_t most_touching)
+    explicit Pressed(double spacing, std::uint32_t max_touching)
         : patch(patch_points(ball.vertices, ball.triangles, spacing)),
           probe(patch.points),
           sets(ball.vertices, ball.triangles),
-          zone{.probe = &probe, .weights = patch.weights, .denser = sets.points(), .most_touching = most_touching},
+          zone{.probe = &probe, .weights = patch.weights, .denser = sets.points(), .max_touching = max_touching},
           state(std::span(&zone, 1))
     {
-        if (most_touching == 0) state = State(std::span(&(zone.denser = {}, zone), 1));
+        if (max_touching == 0) state = State(std::span(&(zone.denser = {}, zone), 1));
     }
     Vec3d force(double depth)
     {

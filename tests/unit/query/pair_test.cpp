@@ -14,9 +14,9 @@ namespace {
 
 std::vector<PairContact> asked(const Body& a, const Body& b, const PairOptions& options = {}, PairResult* result = nullptr)
 {
-    PairRoom room(4096);
+    PairWorkspace workspace(4096);
     std::vector<PairContact> contacts(8192);
-    const PairResult r = query_pair(a, b, options, room, contacts);
+    const PairResult r = query_pair(a, b, options, workspace, contacts);
     if (result != nullptr) *result = r;
     EXPECT_LE(r.contacts, r.found);
     contacts.resize(r.contacts);
@@ -82,7 +82,7 @@ TEST(Pair, ContactsAreThoseOfTheTwoFrames)
 {
     const test::Solid hand(test::small_hand()), ring(test::small_torus());
     test::Random random(2);
-    std::vector<FrameContact> frame(4096);
+    std::vector<ProbeContact> frame(4096);
     std::size_t total = 0;
     for (int i = 0; i < 30; ++i) {
         const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
@@ -90,8 +90,8 @@ TEST(Pair, ContactsAreThoseOfTheTwoFrames)
         std::set<std::tuple<Side, std::uint32_t, float>> expected;
         for (const Side side : {Side::B, Side::A}) {
             const Body &solid = side == Side::B ? a : b, &vertices = side == Side::B ? b : a;
-            const FrameResult r =
-                query_frame(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose), {}, frame);
+            const ProbeResult r =
+                query_probe(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose), {}, frame);
             for (std::size_t k = 0; k < r.contacts; ++k)
                 expected.insert(
                     {side, frame[k].index, static_cast<float>(static_cast<double>(frame[k].depth) * solid.model->header.unit)});
@@ -214,7 +214,7 @@ TEST(Pair, FarBodiesAndBodiesWithoutDataGiveNothing)
     for (const double d : {2.1, 10., 1e6, 1e30}) {
         PairResult r;
         EXPECT_TRUE(asked(ball.at(), ball.at(test::shifted({0, d, 0})), {}, &r).empty());
-        EXPECT_EQ(r.status, k_frame_ok);
+        EXPECT_EQ(r.status, k_probe_ok);
     }
     const Body near = ball.at(test::shifted({1.5, 0, 0}));
     EXPECT_TRUE(asked({}, near).empty());
@@ -233,21 +233,21 @@ TEST(Pair, FullSpansAreFlaggedAndTheRestCounted)
     PairResult whole;
     const std::vector<PairContact> all = asked(a, b, k_unmerged, &whole);
     ASSERT_GT(all.size(), 20u);
-    EXPECT_EQ(whole.status, k_frame_ok);
+    EXPECT_EQ(whole.status, k_probe_ok);
     EXPECT_EQ(whole.found, all.size());
-    PairRoom room(4096), small_room(3);
+    PairWorkspace workspace(4096), small_room(3);
     std::vector<PairContact> contacts(all.size() + 1);
     for (const std::size_t size : {std::size_t{0}, std::size_t{1}, all.size() / 2 + 1, all.size() - 1}) {
         contacts.back().index = 12345;
-        const PairResult r = query_pair(a, b, k_unmerged, room, std::span(contacts).first(size));
+        const PairResult r = query_pair(a, b, k_unmerged, workspace, std::span(contacts).first(size));
         EXPECT_EQ(r.contacts, size);
-        EXPECT_NE(r.status & k_frame_full, 0);
+        EXPECT_NE(r.status & k_probe_full, 0);
         EXPECT_EQ(r.found, all.size());
         EXPECT_EQ(contacts.back().index, 12345u);
         for (std::size_t i = 0; i < size; ++i) EXPECT_EQ(contacts[i].index, all[i].index);
     }
     const PairResult r = query_pair(a, b, {}, small_room, contacts);
-    EXPECT_NE(r.status & k_frame_full, 0);
+    EXPECT_NE(r.status & k_probe_full, 0);
     EXPECT_LE(r.contacts, 6u);
     EXPECT_EQ(r.found, all.size());
 }
@@ -263,7 +263,7 @@ TEST(Pair, PosesThatAreNotFiniteAreRefused)
             for (const bool second : {false, true}) {
                 PairResult r;
                 EXPECT_TRUE(asked(ball.at(second ? Pose{} : pose), ball.at(second ? pose : Pose{}), {}, &r).empty());
-                EXPECT_NE(r.status & k_frame_not_finite, 0);
+                EXPECT_NE(r.status & k_probe_not_finite, 0);
             }
     }
 }

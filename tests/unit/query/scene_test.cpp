@@ -91,14 +91,14 @@ TEST(Scene, ContactsAreThoseOfThePairs)
     for (std::size_t i = 0; i < 40; ++i) (void)scene.add(&kinds.of(i).view, &kinds.of(i).probe, test::random_pose(random, 2));
     std::vector<ScenePair> pairs(1000);
     std::vector<PairContact> contacts(100000), expected(10000);
-    PairRoom room(4096);
+    PairWorkspace workspace(4096);
     const SceneResult r = scene.query_pairs({}, pairs, contacts);
-    EXPECT_EQ(r.status, k_frame_ok);
+    EXPECT_EQ(r.status, k_probe_ok);
     ASSERT_GT(r.pairs, 50u);
     ASSERT_GT(r.contacts, 200u);
     std::size_t total = 0;
     for (const ScenePair& p : std::span(pairs).first(r.pairs)) {
-        const PairResult alone = query_pair(scene.body(p.a), scene.body(p.b), {}, room, expected);
+        const PairResult alone = query_pair(scene.body(p.a), scene.body(p.b), {}, workspace, expected);
         ASSERT_EQ(p.first, total);
         ASSERT_EQ(p.count, alone.contacts);
         for (std::size_t i = 0; i < p.count; ++i) {
@@ -121,15 +121,15 @@ TEST(Scene, AProbeMeetsTheBodiesItMeetsOneByOne)
     const test::Solid tool(mesh::ellipsoid({2, 0.3, 0.3}, 3));
     std::vector<ScenePair> pairs(1000);
     std::vector<PairContact> contacts(100000);
-    std::vector<FrameContact> frame(4096);
+    std::vector<ProbeContact> frame(4096);
     std::size_t touched = 0;
     for (int i = 0; i < 50; ++i) {
         const Pose pose = test::random_pose(random, 6);
         const SceneResult r = scene.query_probe(tool.probe, pose, {}, pairs, contacts);
         std::size_t at = 0;
         for (const BodyId id : ids) {
-            const FrameResult alone =
-                query_frame(kinds.of(id).view, tool.probe, compose(inverse(scene.body(id).pose), pose), {}, frame);
+            const ProbeResult alone =
+                query_probe(kinds.of(id).view, tool.probe, compose(inverse(scene.body(id).pose), pose), {}, frame);
             const bool listed = at < r.pairs && pairs[at].a == id;
             if (!listed) {
                 EXPECT_EQ(alone.contacts, 0u);
@@ -154,7 +154,7 @@ TEST(Scene, FullSpansAreFlagged)
     std::vector<ScenePair> pairs(20);
     std::vector<PairContact> contacts(1000);
     const SceneResult whole = scene.query_pairs({}, pairs, contacts);
-    EXPECT_EQ(whole.status, k_frame_ok);
+    EXPECT_EQ(whole.status, k_probe_ok);
     EXPECT_EQ(whole.pairs, 9u);
     ASSERT_GT(whole.contacts, 9u);
     const SceneResult few_pairs = scene.query_pairs({}, std::span(pairs).first(4), contacts);
@@ -162,10 +162,10 @@ TEST(Scene, FullSpansAreFlagged)
     EXPECT_EQ(few_pairs.pairs, 9u);
     EXPECT_EQ(scene.pairs({}).pairs, 9u);
     const SceneResult few_contacts = scene.query_pairs({}, pairs, std::span(contacts).first(whole.contacts - 1));
-    EXPECT_EQ(few_contacts.status, k_frame_full);
+    EXPECT_EQ(few_contacts.status, k_probe_full);
     EXPECT_LE(few_contacts.contacts, whole.contacts - 1);
-    EXPECT_EQ(pairs[8].status, k_frame_full);
-    EXPECT_EQ(pairs[0].status, k_frame_ok);
+    EXPECT_EQ(pairs[8].status, k_probe_full);
+    EXPECT_EQ(pairs[0].status, k_probe_ok);
 }
 
 TEST(Scene, ABodyWithoutAFinitePoseIsNearNothing)
@@ -182,11 +182,11 @@ TEST(Scene, ABodyWithoutAFinitePoseIsNearNothing)
         const SceneResult r = scene.query_pairs({}, pairs, contacts);
         EXPECT_EQ(r.pairs, 0u);
         EXPECT_EQ(r.contacts, 0u);
-        EXPECT_EQ(r.status, bad == 1e200 ? k_frame_ok : k_frame_not_finite);
+        EXPECT_EQ(r.status, bad == 1e200 ? k_probe_ok : k_probe_not_finite);
         EXPECT_EQ(scene.query_probe(ball.probe, {}, {}, pairs, contacts).pairs, 1u);
         EXPECT_TRUE(scene.set_pose(b, test::shifted({0.5, 0, 0})));
     }
-    EXPECT_NE(scene.query_probe(ball.probe, test::shifted({nan, 0, 0}), {}, pairs, contacts).status & k_frame_not_finite, 0);
+    EXPECT_NE(scene.query_probe(ball.probe, test::shifted({nan, 0, 0}), {}, pairs, contacts).status & k_probe_not_finite, 0);
     EXPECT_FALSE(scene.set_pose(7, {}));
     scene.remove(a);
     EXPECT_EQ(scene.size(), 1u);

@@ -70,7 +70,7 @@ std::vector<Vec3d> points_near(const mesh::Mesh& mesh, double reach, std::size_t
 }
 
 struct Asked {
-    FrameResult result;
+    ProbeResult result;
     std::vector<SkinContact> contacts;
     std::vector<double> depth;  // of each point, -1 where free
 };
@@ -78,10 +78,10 @@ struct Asked {
 Asked ask(const PosedSkin& skin, std::span<const Vec3d> points, Layer layer, std::size_t room_for = 100000)
 {
     const Finger& finger = Finger::get();
-    SkinRoom room(finger.lattice, points);
+    SkinWorkspace workspace(finger.lattice, points);
     Asked asked;
     asked.contacts.resize(std::min(room_for, points.size()));
-    asked.result = query_skin(finger.model.view(), skin, points, {.layer = layer}, room, asked.contacts);
+    asked.result = query_skin(finger.model.view(), skin, points, {.layer = layer}, workspace, asked.contacts);
     asked.contacts.resize(std::min(asked.contacts.size(), asked.result.contacts));
     asked.depth.assign(points.size(), -1);
     for (const SkinContact& c : asked.contacts) asked.depth[c.index] = c.depth;
@@ -176,8 +176,8 @@ TEST(Skin, BonesThatMoveAlikeMoveTheModel)
     const std::vector<Vec3d> points = points_near(finger.posed(std::array{map, map, map}), 0.1, 4000, random);
     const Asked asked = ask(skin, points, Layer::Exact);
     Probe probe(points);
-    std::vector<FrameContact> rigid(points.size());
-    const FrameResult r = query_frame(finger.model.view(), probe, inverse({turn, map.shift}), {.layer = Layer::Exact}, rigid);
+    std::vector<ProbeContact> rigid(points.size());
+    const ProbeResult r = query_probe(finger.model.view(), probe, inverse({turn, map.shift}), {.layer = Layer::Exact}, rigid);
     ASSERT_EQ(r.contacts, asked.result.contacts);
     ASSERT_GT(r.contacts, 1000u);
     rigid.resize(r.contacts);
@@ -234,11 +234,11 @@ TEST(Skin, WhatCannotBeAskedIsFreeAndSaid)
     EXPECT_EQ(asked.contacts[1].index, 4u);
     const Asked narrow = ask(skin, points, Layer::Exact, 1);
     EXPECT_EQ(narrow.result.contacts, 2u);
-    EXPECT_NE(narrow.result.status & k_frame_full, 0);
-    SkinRoom room(finger.lattice, points);
+    EXPECT_NE(narrow.result.status & k_probe_full, 0);
+    SkinWorkspace workspace(finger.lattice, points);
     std::vector<SkinContact> contacts(6);
-    EXPECT_EQ(query_skin(finger.model.view(), skin, std::span(points).first(3), {}, room, contacts).contacts, 0u);
-    EXPECT_EQ(query_skin(finger.model.view(), skin, points, {.first_only = true}, room, contacts).contacts, 1u);
+    EXPECT_EQ(query_skin(finger.model.view(), skin, std::span(points).first(3), {}, workspace, contacts).contacts, 0u);
+    EXPECT_EQ(query_skin(finger.model.view(), skin, points, {.first_only = true}, workspace, contacts).contacts, 1u);
     // A bone that is shrunk to nothing takes what it alone moves with it.
     std::vector<Affine> flat = Finger::bent(0);
     for (Vec3d& row : flat[0].linear.row) row = {};
@@ -267,11 +267,11 @@ struct SweptFinger {
     {
         EXPECT_TRUE(skin.step(Finger::bent(from)));
         EXPECT_TRUE(skin.step(Finger::bent(to)));
-        SkinRoom room(Finger::get().lattice, now);
+        SkinWorkspace workspace(Finger::get().lattice, now);
         contacts.resize(now.size());
         SweptOptions options;
         options.step = step;
-        result = query_swept_skin(Finger::get().model.view(), skin, previous, now, options, room, contacts);
+        result = query_swept_skin(Finger::get().model.view(), skin, previous, now, options, workspace, contacts);
         contacts.resize(std::min(contacts.size(), result.frame.contacts));
     }
 };

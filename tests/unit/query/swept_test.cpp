@@ -33,19 +33,19 @@ std::vector<Vec3d> grid_at(double y, double half, int n)
 
 struct Swept {
     SweptResult result;
-    std::vector<FrameContact> contacts;
+    std::vector<ProbeContact> contacts;
 };
 
 Swept ask(const model::ModelView& view, std::span<const Vec3d> previous, std::span<const Vec3d> now, double step,
           const Pose& from = {}, const Pose& to = {})
 {
     Probe probe(now);
-    SweptRoom room(now.size());
+    SweptWorkspace workspace(now.size());
     Swept out;
     out.contacts.resize(now.size());
     SweptOptions options;
     options.step = step;
-    out.result = query_swept(view, probe, previous, now, from, to, options, room, out.contacts);
+    out.result = query_swept(view, probe, previous, now, from, to, options, workspace, out.contacts);
     out.contacts.resize(std::min(out.contacts.size(), out.result.frame.contacts));
     std::sort(out.contacts.begin(), out.contacts.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return out;
@@ -77,11 +77,11 @@ TEST(Swept, PointsThatJumpOverAThinPlateAreCaughtOnTheSideTheyCameFrom)
     ASSERT_EQ(swept.contacts.size(), above.size());
     EXPECT_EQ(swept.result.caught, above.size());
     const double unit = plate().view().header.unit;
-    for (const FrameContact& c : swept.contacts) {
+    for (const ProbeContact& c : swept.contacts) {
         EXPECT_GT(c.normal.y, 0.99f);
         EXPECT_NEAR(unit * static_cast<double>(c.depth), 0.29 + k_half_thickness, 0.01);
     }
-    for (const FrameContact& c : ask(plate().view(), below, above, 2 * k_half_thickness).contacts) EXPECT_LT(c.normal.y, -0.99f);
+    for (const ProbeContact& c : ask(plate().view(), below, above, 2 * k_half_thickness).contacts) EXPECT_LT(c.normal.y, -0.99f);
 }
 
 TEST(Swept, APlateThatJumpsOverPointsCatchesThemToo)
@@ -90,7 +90,7 @@ TEST(Swept, APlateThatJumpsOverPointsCatchesThemToo)
     // From 0.31, not 0.3: at whole steps of 0.04 from there the plate's two sides would lie exactly on the points.
     const Swept swept = ask(plate().view(), points, points, 2 * k_half_thickness, {{}, {0, 0.31, 0}}, {{}, {0, -0.29, 0}});
     ASSERT_EQ(swept.contacts.size(), points.size());
-    for (const FrameContact& c : swept.contacts) EXPECT_GT(c.normal.y, 0.99f);
+    for (const ProbeContact& c : swept.contacts) EXPECT_GT(c.normal.y, 0.99f);
 }
 
 TEST(Swept, PointsThatPassBesideOrRestInsideAnswerAsAFrameDoes)
@@ -121,12 +121,12 @@ TEST(Swept, APointThatIsNotFiniteHasNoContact)
     below[5].y = std::numeric_limits<double>::quiet_NaN();
     Probe probe(above);
     probe.move(below);
-    SweptRoom room(all);
-    std::vector<FrameContact> contacts(all);
+    SweptWorkspace workspace(all);
+    std::vector<ProbeContact> contacts(all);
     SweptOptions options;
     options.step = 0.05;
-    const SweptResult result = query_swept(plate().view(), probe, above, below, {}, {}, options, room, contacts);
-    for (const FrameContact& c : std::span(contacts).first(result.frame.contacts)) EXPECT_NE(c.index, 5u);
+    const SweptResult result = query_swept(plate().view(), probe, above, below, {}, {}, options, workspace, contacts);
+    for (const ProbeContact& c : std::span(contacts).first(result.frame.contacts)) EXPECT_NE(c.index, 5u);
 }
 
 class MovedProbe : public testing::Test {
@@ -136,10 +136,10 @@ protected:
         static const test::Parsed k_hand(test::small_hand());
         return k_hand;
     }
-    static std::vector<FrameContact> contacts(const Probe& probe)
+    static std::vector<ProbeContact> contacts(const Probe& probe)
     {
-        std::vector<FrameContact> out(4 * probe.size());
-        out.resize(query_frame(hand().view(), probe, {}, {}, out).contacts);
+        std::vector<ProbeContact> out(4 * probe.size());
+        out.resize(query_probe(hand().view(), probe, {}, {}, out).contacts);
         std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
         return out;
     }

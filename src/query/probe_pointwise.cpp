@@ -1,5 +1,5 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
-#include "frame_by_points.h"
+#include "probe_pointwise.h"
 
 #include <algorithm>
 
@@ -7,9 +7,9 @@ namespace sqmap::query {
 
 namespace {
 
-class PointFrame {
+class PointwiseProbe {
 public:
-    PointFrame(const FrameJob& job, const FrameOptions& options)
+    PointwiseProbe(const ProbeJob& job, const ProbeOptions& options)
         : job_(job),
           reach_(offset_reach(job.model, options)),
           options_{.layer = job.layer == Layer::Exact && !job.exact ? Layer::Three : job.layer,
@@ -18,7 +18,7 @@ public:
     {
     }
 
-    FrameResult run()
+    ProbeResult run()
     {
         for (std::size_t g = 0; g < job_.groups; ++g) {
             if (is_far({job_.group_x[g], job_.group_y[g], job_.group_z[g]}, job_.group_radius[g])) continue;
@@ -64,18 +64,18 @@ private:
         if (at < job_.out.size())
             job_.out[at] = {c.point, c.normal, c.depth, job_.point[slot], static_cast<std::int16_t>(c.part), c.certain, c.status};
         else
-            result_.status |= k_frame_full;
+            result_.status |= k_probe_full;
     }
 
-    const FrameJob& job_;
+    const ProbeJob& job_;
     float reach_;
     QueryOptions options_;
-    FrameResult result_;
+    ProbeResult result_;
 };
 
 }  // namespace
 
-float offset_reach(const model::ModelView& model, const FrameOptions& options) noexcept
+float offset_reach(const model::ModelView& model, const ProbeOptions& options) noexcept
 {
     float reach = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
     if (!options.offset) return reach;
@@ -84,9 +84,9 @@ float offset_reach(const model::ModelView& model, const FrameOptions& options) n
     return reach;
 }
 
-FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept
+ProbeResult run_probe_pointwise(const ProbeJob& job, const ProbeOptions& options) noexcept
 {
-    return PointFrame(job, options).run();
+    return PointwiseProbe(job, options).run();
 }
 
 }  // namespace sqmap::query

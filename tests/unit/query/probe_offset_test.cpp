@@ -1,4 +1,4 @@
-#include "query/frame_by_points.h"
+#include "query/probe_pointwise.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"
 
@@ -25,13 +25,13 @@ TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
         std::vector<Vec3d> points;
         for (int i = 0; i < 3000; ++i) points.push_back(0.6 * random.in_box({-1, -1, -1}, {1, 1, 1}));
         const Probe probe(points);
-        std::vector<FrameContact> contacts(points.size());
+        std::vector<ProbeContact> contacts(points.size());
         std::size_t total = 0;
         for (int i = 0; i < 5; ++i) {
             const Pose pose = test::random_pose(random, 0.3);
-            const FrameResult r = query_frame(view, probe, pose, {.offset = true}, contacts);
-            std::vector<const FrameContact*> of_point(points.size(), nullptr);
-            for (const FrameContact& c : std::span(contacts).first(r.contacts)) {
+            const ProbeResult r = query_probe(view, probe, pose, {.offset = true}, contacts);
+            std::vector<const ProbeContact*> of_point(points.size(), nullptr);
+            for (const ProbeContact& c : std::span(contacts).first(r.contacts)) {
                 EXPECT_EQ(of_point[c.index], nullptr);
                 of_point[c.index] = &c;
                 EXPECT_FALSE(c.certain);
@@ -56,17 +56,17 @@ TEST(FrameOffset, FindsAtLeastTheContactsWithoutIt)
 {
     const test::Solid hand(test::small_hand()), ring(test::small_torus());
     test::Random random(32);
-    std::vector<FrameContact> plain(4096), moved(4096);
+    std::vector<ProbeContact> plain(4096), moved(4096);
     std::size_t more = 0, total = 0;
     for (int i = 0; i < 30; ++i) {
         const Pose pose = test::random_pose(random, 0.8);
-        const FrameResult without = query_frame(ring.view, hand.probe, pose, {}, plain);
-        const FrameResult with = query_frame(ring.view, hand.probe, pose, {.offset = true}, moved);
-        for (const FrameContact& c : std::span(plain).first(without.contacts))
+        const ProbeResult without = query_probe(ring.view, hand.probe, pose, {}, plain);
+        const ProbeResult with = query_probe(ring.view, hand.probe, pose, {.offset = true}, moved);
+        for (const ProbeContact& c : std::span(plain).first(without.contacts))
             // A kernel and a point's own query may disagree within the target of the bake.
             EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max ||
                         std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
-                                    [&](const FrameContact& m) { return m.index == c.index; }));
+                                    [&](const ProbeContact& m) { return m.index == c.index; }));
         more += with.contacts > without.contacts ? 1u : 0u;
         total += without.contacts;
     }
@@ -81,12 +81,12 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
     std::vector<Vec3d> points;
     for (int i = 0; i < 2000; ++i) points.push_back(random.between(0.9, 1.1) * random.direction());
     const Probe probe(points);
-    std::vector<FrameContact> contacts(points.size());
+    std::vector<ProbeContact> contacts(points.size());
     for (const float margin : {0.01f, 0.02f, 0.04f})
         for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
-            const FrameResult r = query_frame(ball.view, probe, {}, {.layer = layer, .margin = margin}, contacts);
+            const ProbeResult r = query_probe(ball.view, probe, {}, {.layer = layer, .margin = margin}, contacts);
             std::vector<double> depth(points.size(), 0);
-            for (const FrameContact& c : std::span(contacts).first(r.contacts)) {
+            for (const ProbeContact& c : std::span(contacts).first(r.contacts)) {
                 depth[c.index] = static_cast<double>(c.depth) * ball.view.header.unit;
                 if (layer == Layer::Two) continue;  // whose surface may lie beyond the point
                 EXPECT_GE(dot(cast<double>(c.normal), normalized(points[c.index])), 0.95);
@@ -124,24 +124,24 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
     bare.bricks = {};
     const std::vector<Vec3d> points = mesh::sphere(0.3, 4).vertices;
     const Probe probe(points);
-    std::vector<FrameContact> contacts(4096);
+    std::vector<ProbeContact> contacts(4096);
     std::size_t total = 0;
     test::Random random(33);
     for (int i = 0; i < 10; ++i) {
         const Pose pose = test::random_pose(random, 0.3);
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-            const FrameResult r = query_frame(bare, probe, pose, {.layer = layer}, contacts);
-            EXPECT_EQ(r.status, k_frame_ok);
-            EXPECT_EQ(query_frame(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0,
+            const ProbeResult r = query_probe(bare, probe, pose, {.layer = layer}, contacts);
+            EXPECT_EQ(r.status, k_probe_ok);
+            EXPECT_EQ(query_probe(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0,
                       r.contacts > 0);
             std::size_t expected = 0;
             for (const Vec3d& p : points) expected += query_point(view, in_model(view, pose, p), layer).contact ? 1u : 0u;
             // Places are rounded in another order.
             EXPECT_NEAR(static_cast<double>(r.contacts), static_cast<double>(expected), 1);
             total += r.contacts;
-            const FrameResult few = query_frame(bare, probe, pose, {.layer = layer}, std::span(contacts).first(1));
+            const ProbeResult few = query_probe(bare, probe, pose, {.layer = layer}, std::span(contacts).first(1));
             EXPECT_EQ(few.contacts, r.contacts);
-            EXPECT_EQ(few.status, r.contacts > 1 ? k_frame_full : k_frame_ok);
+            EXPECT_EQ(few.status, r.contacts > 1 ? k_probe_full : k_probe_ok);
         }
     }
     EXPECT_GT(total, 100u);

@@ -1,12 +1,12 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, for many points at once. Compiled
 // for each instruction set by Highway (J. Wassenberg et al.); no fused multiply-add, so that all give the same bits.
-#include "frame_kernels.h"
+#include "probe_kernels.h"
 
 #include "approach.h"
 #include "central_query.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/frame_kernels.cpp"
+#define HWY_TARGET_INCLUDE "query/probe_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -238,11 +238,11 @@ struct StoredLeaves {
     }
 };
 
-class FrameKernel : Places {
+class ProbeKernel : Places {
 public:
-    explicit FrameKernel(const FrameJob& job) : Places(job), lowest_planes_(*this) {}
+    explicit ProbeKernel(const ProbeJob& job) : Places(job), lowest_planes_(*this) {}
 
-    FrameResult run()
+    ProbeResult run()
     {
         each_near([&](std::size_t slot) { collect(slot); },
                   [&] {
@@ -344,7 +344,7 @@ private:
         if (job_.layer == Layer::Two) {
             // The nearest surface tells no side here.
             const M mixed =
-                hn::And(occupied, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
+                hn::And(occupied, equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(LocatorCellKind::Mixed))));
             M undecided = hn::AndNot(hn::Or(inside, mixed), occupied);
             if (any(mixed)) verdicts(p, place, mixed, in, certain);
             if (const M now = hn::And(undecided, flat); any(now)) {
@@ -378,12 +378,12 @@ private:
                     normal, depth, hn::LoadU(di, located_.point + first), hn::Or(part_of(place, lowest.plane, contact), sure));
     }
 
-    /// Contacts as FrameContact has them: eight words, and a ninth of part (16 bits), certain and status.
+    /// Contacts as ProbeContact has them: eight words, and a ninth of part (16 bits), certain and status.
     HWY_INLINE void write_lanes(M which, const V3& point, const V3& normal, F depth, I index, I ninth)
     {
-        static_assert(sizeof(FrameContact) == 36 && offsetof(FrameContact, normal) == 12 && offsetof(FrameContact, depth) == 24 &&
-                      offsetof(FrameContact, index) == 28 && offsetof(FrameContact, part) == 32 &&
-                      offsetof(FrameContact, certain) == 34 && k_ok == 0);
+        static_assert(sizeof(ProbeContact) == 36 && offsetof(ProbeContact, normal) == 12 && offsetof(ProbeContact, depth) == 24 &&
+                      offsetof(ProbeContact, index) == 28 && offsetof(ProbeContact, part) == 32 &&
+                      offsetof(ProbeContact, certain) == 34 && k_ok == 0);
         HWY_ALIGN float low[4 * k_lanes], high[4 * k_lanes];
         HWY_ALIGN std::int32_t last[k_lanes];
         const auto packed = [&](F v) { return hn::Compress(v, which); };
@@ -393,13 +393,13 @@ private:
         const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, job_.out.size()),
                           room = std::min(count, job_.out.size() - at);
         auto* to = reinterpret_cast<std::byte*>(job_.out.data() + at);
-        for (std::size_t i = 0; i < room; ++i, to += sizeof(FrameContact)) {
+        for (std::size_t i = 0; i < room; ++i, to += sizeof(ProbeContact)) {
             std::memcpy(to, low + 4 * i, 16);
             std::memcpy(to + 16, high + 4 * i, 16);
             std::memcpy(to + 32, last + i, 4);
         }
         result_.contacts += count;
-        if (room < count) result_.status |= k_frame_full;
+        if (room < count) result_.status |= k_probe_full;
     }
 
     /// Layer 1: of the points that are not in free places those that a superquadric holds.
@@ -815,7 +815,7 @@ private:
     {
         const std::size_t at = result_.contacts++;
         if (at >= job_.out.size()) {
-            result_.status |= k_frame_full;
+            result_.status |= k_probe_full;
             return;
         }
         job_.out[at] = {point, normal, depth, index, static_cast<std::int16_t>(part), certain, k_ok};
@@ -859,8 +859,8 @@ private:
                 const V3 p{hn::GatherIndex(df, queue_[0], at), hn::GatherIndex(df, queue_[1], at),
                            hn::GatherIndex(df, queue_[2], at)};
                 const I place = hn::GatherIndex(di, queue_place_, at);
-                const M mixed = hn::And(hn::FirstN(df, count),
-                                        equal(hn::And(place, set_int(3)), set_int(static_cast<std::int32_t>(PlaceKind::Mixed))));
+                const M mixed = hn::And(hn::FirstN(df, count), equal(hn::And(place, set_int(3)),
+                                                                     set_int(static_cast<std::int32_t>(LocatorCellKind::Mixed))));
                 if (!any(mixed)) continue;
                 M inside = none(), certain = none();
                 verdicts(p, place, mixed, inside, certain);
@@ -886,28 +886,28 @@ private:
         return kept;
     }
 
-    FrameResult result_;
+    ProbeResult result_;
     LocatedPoints addressed_;  // whose places have to be read: their indices
     LocatedPoints located_;    // in places that are not free
     LowestPlanes lowest_planes_;
     std::size_t queued_ = 0;
     // What is queued: the point, its offset from its place's centre in cells, its foot on the first seed's plane, that seed's
     // reach.
-    static constexpr std::size_t k_room = k_queue + 2 * Probe::k_cluster;
-    float queue_[10][k_room];
-    std::int32_t queue_point_[k_room], queue_place_[k_room], queue_flags_[k_room];
-    std::int32_t queue_seed_[k_room];  // to be tried next
-    std::int32_t queue_part_[k_room];  // whose chart that asks
+    static constexpr std::size_t k_capacity = k_queue + 2 * Probe::k_cluster;
+    float queue_[10][k_capacity];
+    std::int32_t queue_point_[k_capacity], queue_place_[k_capacity], queue_flags_[k_capacity];
+    std::int32_t queue_seed_[k_capacity];  // to be tried next
+    std::int32_t queue_part_[k_capacity];  // whose chart that asks
     // What its chain has found so far: point, normal, depth.
-    float best_[7][k_room];
-    std::int16_t best_part_[k_room];
-    bool best_by_plane_[k_room];
-    std::uint16_t todo_[k_room], sorted_[k_room], kept_[k_room];
+    float best_[7][k_capacity];
+    std::int16_t best_part_[k_capacity];
+    bool best_by_plane_[k_capacity];
+    std::uint16_t todo_[k_capacity], sorted_[k_capacity], kept_[k_capacity];
 };
 
 }  // namespace
 
-FrameResult run(const FrameJob& job) { return FrameKernel(job).run(); }
+ProbeResult run(const ProbeJob& job) { return ProbeKernel(job).run(); }
 
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -917,7 +917,7 @@ namespace sqmap::query {
 
 HWY_EXPORT(run);
 
-FrameResult run_frame(const FrameJob& job) noexcept { return HWY_DYNAMIC_DISPATCH(run)(job); }
+ProbeResult run_probe(const ProbeJob& job) noexcept { return HWY_DYNAMIC_DISPATCH(run)(job); }
 
 }  // namespace sqmap::query
 #endif

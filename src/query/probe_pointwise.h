@@ -1,15 +1,15 @@
 // A frame asked one point at a time: what the kernel does not do.
 #pragma once
 
-#include "frame_job.h"
+#include "probe_job.h"
 
 namespace sqmap::query {
 
 /// How far out options move a model's surface at most, model units.
-[[nodiscard]] float offset_reach(const model::ModelView& model, const FrameOptions& options) noexcept;
+[[nodiscard]] float offset_reach(const model::ModelView& model, const ProbeOptions& options) noexcept;
 
 /// As the kernel, by query_point: for layer One, for models without a locator, and for a surface that is moved out.
 /// Cost: a sphere test a cluster and part; for each point of a near cluster a query_point.
-FrameResult run_frame_by_points(const FrameJob& job, const FrameOptions& options) noexcept;
+ProbeResult run_probe_pointwise(const ProbeJob& job, const ProbeOptions& options) noexcept;
 
 }  // namespace sqmap::query

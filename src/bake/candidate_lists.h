@@ -9,10 +9,10 @@ namespace sqmap::bake {
 
 /// Fills data's near lists from its locator and triangles; leaves them empty where it has not both. solid: the mesh that the
 /// locator was baked from. Cost: some hundred closest points of triangles for each place that is not Free.
-void bake_near_lists(const mesh::Solid& solid, double target_error, unsigned threads, model::ModelData& data);
+void bake_candidate_lists(const mesh::Solid& solid, double target_error, unsigned threads, model::ModelData& data);
 
 /// The same for a locator that was updated: places that the change does not reach keep their lists. before: the model before it.
-void update_near_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update, double target_error,
-                       unsigned threads, model::ModelData& data);
+void update_candidate_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update,
+                            double target_error, unsigned threads, model::ModelData& data);
 
 }  // namespace sqmap::bake

@@ -1,14 +1,14 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, beyond its layers: the mesh's own
 // triangles, for many points at once. A place of the locator lists every triangle that can be nearest to a point of it, so the
 // nearest of its list is the nearest of all, and the side of it is the verdict.
-#include "frame_kernels.h"
+#include "probe_kernels.h"
 
 #include "exact_layer.h"
 
 #include <bit>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/frame_exact.cpp"
+#define HWY_TARGET_INCLUDE "query/probe_exact.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -21,14 +21,14 @@ namespace {
 
 class ExactKernel : Places {
 public:
-    explicit ExactKernel(const FrameJob& job) : Places(job)
+    explicit ExactKernel(const ProbeJob& job) : Places(job)
     {
         const float size = model_.header.sphere[3];
         tie_ = 4e-12f * size * size;
         touching_ = 1e-4f * size;
     }
 
-    FrameResult run()
+    ProbeResult run()
     {
         each_near([&](std::size_t slot) { collect(slot); },
                   [&] {
@@ -43,7 +43,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t k_queue = 1024, k_room = k_queue + 2 * Probe::k_cluster;
+    static constexpr std::size_t k_queue = 1024, k_capacity = k_queue + 2 * Probe::k_cluster;
     static constexpr std::size_t k_slots = 2048;  // of the table of places: a power of two, more than the queue's room
     static constexpr std::uint32_t k_inside = 1u << 31;
 
@@ -124,13 +124,13 @@ private:
     /// The points order_[first, end) of one place.
     HWY_NOINLINE void answer(std::uint32_t key, std::size_t first, std::size_t end)
     {
-        const model::NearList list = model::near_list(model_, (key & ~k_inside) >> 6, key & 63u);
+        const model::CandidateList list = model::candidate_list(model_, (key & ~k_inside) >> 6, key & 63u);
         const bool known_inside = (key & k_inside) != 0;
         if (list.count == 0 || has_crossed(list)) {
             for (; first < end; ++first) answer_singly(order_[first], key);
             return;
         }
-        if (list.count <= TriangleBlock::k_most) prepare(list, 0, list.count);
+        if (list.count <= TriangleBlock::k_max) prepare(list, 0, list.count);
         for (; first < end; first += hn::Lanes(df)) {
             const std::size_t count = std::min(hn::Lanes(df), end - first);
             HWY_ALIGN std::int32_t slots[k_lanes];
@@ -139,11 +139,11 @@ private:
             const V3 p{hn::GatherIndex(df, x_, at), hn::GatherIndex(df, y_, at), hn::GatherIndex(df, z_, at)};
             const F zero = hn::Zero(df);
             Nearest nearest{set(1e30f), {zero, zero, zero}, hn::Zero(di), none(), none(), none()};
-            if (list.count <= TriangleBlock::k_most) {
+            if (list.count <= TriangleBlock::k_max) {
                 search(p, 0, list.count, nearest);
             } else {
-                for (std::uint32_t k = 0; k < list.count; k += TriangleBlock::k_most) {
-                    const auto n = std::min<std::uint32_t>(list.count - k, TriangleBlock::k_most);
+                for (std::uint32_t k = 0; k < list.count; k += TriangleBlock::k_max) {
+                    const auto n = std::min<std::uint32_t>(list.count - k, TriangleBlock::k_max);
                     prepare(list, k, n);
                     search(p, k, n, nearest);
                 }
@@ -153,7 +153,7 @@ private:
     }
 
     /// True where another triangle cuts one of a list's: not all of it may be boundary.
-    bool has_crossed(const model::NearList& list) const
+    bool has_crossed(const model::CandidateList& list) const
     {
         if (model_.header.self_intersecting == 0) return false;
         for (std::uint32_t k = 0; k < list.count; ++k)
@@ -161,9 +161,9 @@ private:
         return false;
     }
 
-    HWY_NOINLINE void prepare(const model::NearList& list, std::uint32_t first, std::uint32_t count)
+    HWY_NOINLINE void prepare(const model::CandidateList& list, std::uint32_t first, std::uint32_t count)
     {
-        HWY_ALIGN std::int32_t triangles[TriangleBlock::k_most + k_lanes];
+        HWY_ALIGN std::int32_t triangles[TriangleBlock::k_max + k_lanes];
         list.read(first, count, triangles);
         for (std::size_t k = 0; k < k_lanes; ++k) triangles[count + k] = triangles[count - 1];
         for (std::uint32_t k = 0; k < count; k += static_cast<std::uint32_t>(hn::Lanes(df))) {
@@ -191,7 +191,7 @@ private:
     /// Bounds first, without a branch; then what they leave.
     HWY_NOINLINE void search(const V3& p, std::uint32_t first, std::uint32_t count, Nearest& nearest) const
     {
-        HWY_ALIGN float lower[TriangleBlock::k_most][k_lanes];
+        HWY_ALIGN float lower[TriangleBlock::k_max][k_lanes];
         F upper = nearest.distance_sq;
         for (std::uint32_t k = 0; k < count; ++k) {
             const TriangleBlock::Place q = block_.place(k, p);
@@ -233,7 +233,7 @@ private:
     /// Squared distances up to which a triangle is as near, for all that float tells.
     HWY_INLINE F tie_above(F distance_sq) const { return mul_add(distance_sq, set(1.02f), set(tie_)); }
 
-    HWY_NOINLINE void write(const model::NearList& list, const V3& p, const std::int32_t* slots, std::size_t count,
+    HWY_NOINLINE void write(const model::CandidateList& list, const V3& p, const std::int32_t* slots, std::size_t count,
                             bool known_inside, const Nearest& nearest)
     {
         const M lanes = hn::FirstN(df, count);
@@ -290,30 +290,30 @@ private:
         if (c.contact) put({c.point, c.normal, c.depth, point_[slot], static_cast<std::int16_t>(c.part), c.certain, c.status});
     }
 
-    void put(const FrameContact& contact)
+    void put(const ProbeContact& contact)
     {
         const std::size_t at = result_.contacts++;
         if (at < job_.out.size())
             job_.out[at] = contact;
         else
-            result_.status |= k_frame_full;
+            result_.status |= k_probe_full;
     }
 
-    FrameResult result_;
+    ProbeResult result_;
     float tie_;       // what rounding adds to a squared distance
     float touching_;  // depth up to which a contact's normal is its triangle's
     std::size_t queued_ = 0;
-    float x_[k_room], y_[k_room], z_[k_room];
-    std::uint32_t key_[k_room], point_[k_room];  // 64 times the brick and the place in it, k_inside; the probe's point
-    std::uint16_t group_[k_room], order_[k_room], slots_[k_slots];
-    std::uint32_t group_key_[k_room];
-    std::uint16_t group_end_[k_room];
+    float x_[k_capacity], y_[k_capacity], z_[k_capacity];
+    std::uint32_t key_[k_capacity], point_[k_capacity];  // 64 times the brick and the place in it, k_inside; the probe's point
+    std::uint16_t group_[k_capacity], order_[k_capacity], slots_[k_slots];
+    std::uint32_t group_key_[k_capacity];
+    std::uint16_t group_end_[k_capacity];
     TriangleBlock block_;
 };
 
 }  // namespace
 
-FrameResult run_exact(const FrameJob& job) { return ExactKernel(job).run(); }
+ProbeResult run_exact(const ProbeJob& job) { return ExactKernel(job).run(); }
 
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -323,7 +323,7 @@ namespace sqmap::query {
 
 HWY_EXPORT(run_exact);
 
-FrameResult run_frame_exact(const FrameJob& job) noexcept { return HWY_DYNAMIC_DISPATCH(run_exact)(job); }
+ProbeResult run_probe_exact(const ProbeJob& job) noexcept { return HWY_DYNAMIC_DISPATCH(run_exact)(job); }
 
 }  // namespace sqmap::query
 #endif

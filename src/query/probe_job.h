@@ -1,13 +1,13 @@
 // What a frame's kernel works on: plain data, set up once a frame, the same for every instruction set.
 #pragma once
 
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 namespace sqmap::query {
 
-struct FrameJob {
-    FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, const FrameOptions& o,
-             std::span<FrameContact> out) noexcept;
+struct ProbeJob {
+    ProbeJob(const model::ModelView& m, const Probe& p, const Pose& pose, const ProbeOptions& o,
+             std::span<ProbeContact> out) noexcept;
 
     const model::ModelView& model;
     const float *x, *y, *z;
@@ -24,7 +24,7 @@ struct FrameJob {
     Layer layer;
     bool exact;
     bool first_only;
-    std::span<FrameContact> out;
+    std::span<ProbeContact> out;
 };
 
 }  // namespace sqmap::query

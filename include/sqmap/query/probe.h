@@ -25,7 +25,7 @@ struct Sphere {
     double radius = 0;
 };
 
-struct FrameJob;
+struct ProbeJob;
 
 /// Points prepared once, asked every frame: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
 /// a group of 16, each with a sphere, so that what is far costs nothing.
@@ -58,7 +58,7 @@ public:
     [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
 
 private:
-    friend struct FrameJob;
+    friend struct ProbeJob;
     friend struct SkinQuery;
     void refit() noexcept;         ///< tight spheres
     void refit_groups() noexcept;  ///< spheres about those of clusters
@@ -75,7 +75,7 @@ private:
 };
 
 /// One contact of a frame, the model's space.
-struct FrameContact {
+struct ProbeContact {
     Vec3f point{};            ///< nearest surface point
     Vec3f normal{};           ///< unit, outward
     float depth = 0;          ///< >= 0
@@ -85,14 +85,14 @@ struct FrameContact {
     std::uint8_t status = k_ok;
 };
 
-enum FrameStatus : std::uint8_t {
-    k_frame_ok = 0,
-    k_frame_full = 1,        ///< more contacts than the span holds: the rest is counted, not written
-    k_frame_not_finite = 2,  ///< the pose is NaN or infinite: no contacts
-    k_frame_no_exact = 4,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
+enum ProbeStatus : std::uint8_t {
+    k_probe_ok = 0,
+    k_probe_full = 1,        ///< more contacts than the span holds: the rest is counted, not written
+    k_probe_not_finite = 2,  ///< the pose is NaN or infinite: no contacts
+    k_probe_no_exact = 4,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
 };
 
-struct FrameOptions {
+struct ProbeOptions {
     /// Auto is answered by Three; One: what a superquadric holds, but for where the locator knows that no solid is.
     Layer layer = Layer::Three;
     bool first_only = false;  ///< stop at the first contact: a yes or no
@@ -102,9 +102,9 @@ struct FrameOptions {
     float margin = 0;
 };
 
-struct FrameResult {
+struct ProbeResult {
     std::size_t contacts = 0;          ///< found; at most the span's size are written
-    std::uint8_t status = k_frame_ok;  ///< bits of FrameStatus
+    std::uint8_t status = k_probe_ok;  ///< bits of ProbeStatus
     std::uint32_t unseen = 0;  ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
 };
 
@@ -112,7 +112,7 @@ struct FrameResult {
 /// that depends on nothing else. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model
 /// without a locator (a surface, or only normal maps) is asked point by point.
 /// @pre model came from model::parse: its arrays lie in one blob.
-FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
-                        std::span<FrameContact> contacts) noexcept;
+ProbeResult query_probe(const model::ModelView& model, const Probe& probe, const Pose& pose, const ProbeOptions& options,
+                        std::span<ProbeContact> contacts) noexcept;
 
 }  // namespace sqmap::query

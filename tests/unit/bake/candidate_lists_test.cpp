@@ -1,4 +1,4 @@
-#include "bake/near_lists.h"
+#include "bake/candidate_lists.h"
 
 #include "query/approach.h"
 #include "sqmap/math/triangle.h"
@@ -12,15 +12,15 @@
 namespace sqmap::bake {
 namespace {
 
+using model::LocatorCellKind;
 using model::ModelView;
-using model::PlaceKind;
 
 /// A place that is not Free, an eighth of one that is divided, and the list that it shares.
 struct Place {
     Vec3d centre;
     double half;
     std::uint32_t index, word;
-    model::NearList near;
+    model::CandidateList near;
 };
 
 std::vector<Place> places_of(const ModelView& v)
@@ -29,9 +29,9 @@ std::vector<Place> places_of(const ModelView& v)
     const model::Locator& l = v.locator;
     const double cell = l.cell;
     constexpr std::uint32_t n = model::k_brick;
-    const auto add = [&](Vec3d centre, double half, std::uint32_t index, const model::NearList& near) {
+    const auto add = [&](Vec3d centre, double half, std::uint32_t index, const model::CandidateList& near) {
         const std::uint32_t word = v.places[index];
-        if (model::place_kind(word) != PlaceKind::Free) out.push_back({centre, half, index, word, near});
+        if (model::place_kind(word) != LocatorCellKind::Free) out.push_back({centre, half, index, word, near});
     };
     for (std::uint32_t i = 0; i < v.bricks.size(); ++i) {
         if ((v.bricks[i] & model::k_free_brick) != 0) continue;
@@ -40,14 +40,14 @@ std::vector<Place> places_of(const ModelView& v)
         const bool deep = (v.bricks[i] & model::k_deep_brick) != 0;
         const std::uint32_t first = v.bricks[i] & ~model::k_deep_brick;
         if (deep) {
-            add(corner + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell, first, model::near_list(v, i, 0));
+            add(corner + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell, first, model::candidate_list(v, i, 0));
             continue;
         }
         for (std::uint32_t k = 0; k < n * n * n; ++k) {
             const std::uint32_t word = v.places[first + k];
-            if (model::place_kind(word) == PlaceKind::Free) continue;
+            if (model::place_kind(word) == LocatorCellKind::Free) continue;
             const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
-            const model::NearList near = model::near_list(v, i, k);
+            const model::CandidateList near = model::candidate_list(v, i, k);
             if (!model::is_divided(word)) {
                 add(centre, 0.5 * cell, first + k, near);
                 continue;
@@ -70,7 +70,7 @@ void each_model(const std::function<void(const std::string&, const test::Parsed&
     if (const auto horse = test::shared_mesh_too("horse_5946.obj")) check("horse", test::Parsed(*horse));
 }
 
-TEST(NearLists, HoldTheNearestTriangleOfAnyPointOfTheirPlace)
+TEST(CandidateLists, HoldTheNearestTriangleOfAnyPointOfTheirPlace)
 {
     each_model([](const std::string& name, const test::Parsed& m) {
         test::Random random(11);
@@ -98,14 +98,14 @@ TEST(NearLists, HoldTheNearestTriangleOfAnyPointOfTheirPlace)
     });
 }
 
-TEST(NearLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
+TEST(CandidateLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
 {
     each_model([](const std::string& name, const test::Parsed& m) {
         test::Random random(12);
         const ModelView& v = m.view();
         std::size_t inside = 0, outside = 0, dropped = 0;
         for (const Place& place : places_of(v)) {
-            if (model::place_kind(place.word) != PlaceKind::Mixed) continue;
+            if (model::place_kind(place.word) != LocatorCellKind::Mixed) continue;
             const std::uint8_t code = v.rises[place.index];
             if (model::place_planes(place.word) == 0 || code == model::k_no_rise) continue;
             const auto planes = v.planes.subspan(model::place_first(place.word), model::place_planes(place.word));

@@ -1,4 +1,4 @@
-#include "near_lists.h"
+#include "candidate_lists.h"
 
 #include "budget.h"
 #include "near_triangles.h"
@@ -15,7 +15,7 @@ namespace sqmap::bake {
 
 namespace {
 
-using model::PlaceKind;
+using model::LocatorCellKind;
 
 /// Of a place, or of the eighths that it is divided in.
 void set_rises(Rise& rise, model::ModelData& data, std::uint32_t index, Vec3d centre, double h,
@@ -27,7 +27,7 @@ void set_rises(Rise& rise, model::ModelData& data, std::uint32_t index, Vec3d ce
             const Vec3d offset = 0.5 * h * Vec3d{(i & 1) != 0 ? 1. : -1., (i & 2) != 0 ? 1. : -1., (i & 4) != 0 ? 1. : -1.};
             set_rises(rise, data, model::place_first(place) + i, centre + offset, 0.5 * h, near);
         }
-    } else if (model::place_kind(place) == PlaceKind::Mixed && model::place_planes(place) > 0) {
+    } else if (model::place_kind(place) == LocatorCellKind::Mixed && model::place_planes(place) > 0) {
         data.rises[index] = rise(data, place, centre, h, near);
     }
 }
@@ -83,7 +83,7 @@ struct Record {
     {
         if (!packed.empty()) {
             const model::NearRecord r = model::near_record(packed.data(), wide);
-            const model::NearList all{r.table, nullptr, 0, r.triangles, wide, false};
+            const model::CandidateList all{r.table, nullptr, 0, r.triangles, wide, false};
             for (std::uint32_t i = 0; i < all.count; ++i) triangles.push_back(all[i]);
             starts.resize(static_cast<std::size_t>(std::popcount(occupied)) + 1);
         }
@@ -195,7 +195,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
         for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
             const std::uint32_t place = (brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k);
-            if (model::place_kind(data.places[place]) == PlaceKind::Free) continue;
+            if (model::place_kind(data.places[place]) == LocatorCellKind::Free) continue;
             record.occupied |= std::uint64_t{1} << k;
             places.push_back(place);
             numbers.push_back(static_cast<std::uint32_t>(k));
@@ -234,7 +234,8 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         }
         // A brick whose lists were too long to keep has none to take over, and gets none.
         bool no_lists = false, no_triangles = false;
-        if (was != LocatorUpdate::k_no_brick && before->near_bricks[was] != model::k_no_near && reached != ~std::uint64_t{0}) {
+        if (was != LocatorUpdate::k_no_brick && before->near_bricks[was] != model::k_no_candidates &&
+            reached != ~std::uint64_t{0}) {
             const model::NearRecord r = model::near_record(before->near.data() + before->near_bricks[was], wide);
             no_lists = r.starts[std::popcount(r.occupied)] == 0;
             no_triangles = r.triangles == 0;
@@ -242,7 +243,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         std::vector<std::uint32_t> place_of(data.triangle_part.size(), Record::k_no_place);
         for (std::size_t i = 0, fresh = 0; i < places.size(); ++i) {
             if ((reached >> numbers[i] & 1u) == 0) {
-                const model::NearList list = model::near_list(*before, was, numbers[i]);
+                const model::CandidateList list = model::candidate_list(*before, was, numbers[i]);
                 kept.clear();
                 for (std::uint32_t j = 0; j < list.count; ++j) kept.push_back(list[j]);
                 record.add(kept, place_of);
@@ -259,20 +260,20 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
     keep_within(near_budget(data, target_error), wide, records);
     for (std::size_t b = 0; b < records.size(); ++b) {
         const bool free = (data.bricks[b] & model::k_free_brick) != 0;
-        data.near_bricks.push_back(free ? model::k_no_near : static_cast<std::uint32_t>(data.near.size()));
+        data.near_bricks.push_back(free ? model::k_no_candidates : static_cast<std::uint32_t>(data.near.size()));
         if (!free) records[b].pack(wide, data.near);
     }
 }
 
 }  // namespace
 
-void bake_near_lists(const mesh::Solid& solid, double target_error, unsigned threads, model::ModelData& data)
+void bake_candidate_lists(const mesh::Solid& solid, double target_error, unsigned threads, model::ModelData& data)
 {
     bake_lists(solid, nullptr, nullptr, target_error, threads, data);
 }
 
-void update_near_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update, double target_error,
-                       unsigned threads, model::ModelData& data)
+void update_candidate_lists(const mesh::Solid& solid, const model::ModelView& before, const LocatorUpdate& update,
+                            double target_error, unsigned threads, model::ModelData& data)
 {
     bake_lists(solid, &before, &update, target_error, threads, data);
 }

@@ -1,4 +1,4 @@
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
 #include "support/bodies.h"
 #include "support/parsed.h"
@@ -44,21 +44,21 @@ std::vector<Pose> touching_poses(std::span<const Vec3d> probe, std::span<const V
 }
 
 struct Answer {
-    FrameResult result;
-    std::vector<FrameContact> contacts;  ///< by index
+    ProbeResult result;
+    std::vector<ProbeContact> contacts;  ///< by index
 };
 
-Answer ask(const model::ModelView& view, const Probe& probe, const Pose& pose, const FrameOptions& options = {})
+Answer ask(const model::ModelView& view, const Probe& probe, const Pose& pose, const ProbeOptions& options = {})
 {
     Answer answer;
     answer.contacts.resize(probe.size());
-    answer.result = query_frame(view, probe, pose, options, answer.contacts);
+    answer.result = query_probe(view, probe, pose, options, answer.contacts);
     answer.contacts.resize(std::min(answer.contacts.size(), answer.result.contacts));
     std::sort(answer.contacts.begin(), answer.contacts.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return answer;
 }
 
-bool same_bits(const FrameContact& a, const FrameContact& b)
+bool same_bits(const ProbeContact& a, const ProbeContact& b)
 {
     return std::memcmp(&a.point, &b.point, sizeof a.point) == 0 && std::memcmp(&a.normal, &b.normal, sizeof a.normal) == 0 &&
            std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0 && a.index == b.index && a.part == b.part &&
@@ -78,11 +78,11 @@ void expect_same(const Answer& a, const Answer& b, const std::string& what)
 }
 
 /// Which points are in contact: one entry a point.
-std::vector<const FrameContact*> by_point(const Answer&& answer, std::size_t points) = delete;  // it points into the answer
-std::vector<const FrameContact*> by_point(const Answer& answer, std::size_t points)
+std::vector<const ProbeContact*> by_point(const Answer&& answer, std::size_t points) = delete;  // it points into the answer
+std::vector<const ProbeContact*> by_point(const Answer& answer, std::size_t points)
 {
-    std::vector<const FrameContact*> out(points, nullptr);
-    for (const FrameContact& c : answer.contacts) {
+    std::vector<const ProbeContact*> out(points, nullptr);
+    for (const ProbeContact& c : answer.contacts) {
         EXPECT_EQ(out[c.index], nullptr) << "point " << c.index << " twice";
         out[c.index] = &c;
     }
@@ -122,13 +122,13 @@ void check_against_oracle(Layer layer, const Limits& limits)
         std::vector<double> errors, tilts;
         for (const Pose& pose : touching_poses(points, target.mesh.vertices, 8, 7)) {
             const Answer answer = ask(m.view(), probe, pose, {.layer = layer});
-            EXPECT_EQ(answer.result.status, k_frame_ok);
+            EXPECT_EQ(answer.result.status, k_probe_ok);
             unseen += answer.result.unseen;
             const auto contact_of = by_point(answer, points.size());
             for (std::size_t i = 0; i < points.size(); ++i) {
                 const Vec3d p = m.to_model(posed(pose, points[i]));
                 const bool inside = m.solid().inside(p);
-                const FrameContact* c = contact_of[i];
+                const ProbeContact* c = contact_of[i];
                 contacts += inside ? 1u : 0u;
                 if (inside != (c != nullptr)) {
                     const double distance = m.solid().closest_boundary(p).distance;
@@ -308,7 +308,7 @@ TEST(Frame, TheOrderOfPointsDoesNotMatter)
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 13))
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
             Answer a = ask(m.view(), straight, pose, {.layer = layer});
-            for (FrameContact& c : a.contacts) c.index = place[c.index];
+            for (ProbeContact& c : a.contacts) c.index = place[c.index];
             std::sort(a.contacts.begin(), a.contacts.end(), [](const auto& x, const auto& y) { return x.index < y.index; });
             expect_same(a, ask(m.view(), mixed, pose, {.layer = layer}), "layer " + std::to_string(static_cast<int>(layer)));
         }
@@ -393,16 +393,16 @@ TEST(Frame, AFullSpanIsFlaggedAndTheRestCounted)
     for (const model::ModelView* view : {&m.view(), &surface.view()})
         for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 23))
             for (const Layer layer : {Layer::Three, Layer::Exact}) {
-                std::vector<FrameContact> all(probe.size());
-                const FrameResult whole = query_frame(*view, probe, pose, {.layer = layer}, all);
-                EXPECT_EQ(whole.status, k_frame_ok);
+                std::vector<ProbeContact> all(probe.size());
+                const ProbeResult whole = query_probe(*view, probe, pose, {.layer = layer}, all);
+                EXPECT_EQ(whole.status, k_probe_ok);
                 for (const std::size_t room : {whole.contacts / 2, std::size_t{0}, whole.contacts}) {
                     // One more entry behind the span must stay as it is.
-                    std::vector<FrameContact> some(room + 1);
+                    std::vector<ProbeContact> some(room + 1);
                     some.back().depth = -7;
-                    const FrameResult part = query_frame(*view, probe, pose, {.layer = layer}, std::span(some).first(room));
+                    const ProbeResult part = query_probe(*view, probe, pose, {.layer = layer}, std::span(some).first(room));
                     EXPECT_EQ(part.contacts, whole.contacts);
-                    EXPECT_EQ(part.status, room < whole.contacts ? k_frame_full : k_frame_ok);
+                    EXPECT_EQ(part.status, room < whole.contacts ? k_probe_full : k_probe_ok);
                     full += room < whole.contacts ? 1 : 0;
                     EXPECT_EQ(some.back().depth, -7);
                     for (std::size_t i = 0; i < room; ++i) ASSERT_TRUE(same_bits(some[i], all[i]));
@@ -421,7 +421,7 @@ TEST(Frame, FirstOnlySaysWhetherThereAreContacts)
         const Pose pose{random_rotation(random), random.between(0.2, 2.2) * random.direction()};
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
             const bool any = ask(m.view(), probe, pose, {.layer = layer}).result.contacts > 0;
-            const FrameResult first = query_frame(m.view(), probe, pose, {.layer = layer, .first_only = true}, {});
+            const ProbeResult first = query_probe(m.view(), probe, pose, {.layer = layer, .first_only = true}, {});
             ASSERT_EQ(first.contacts > 0, any);
             (any ? yes : no) += 1;
         }
@@ -441,7 +441,7 @@ TEST(Frame, APoseThatIsNotFiniteIsRefused)
                 (i < 9 ? pose.rotation.row[i / 3][i % 3] : pose.translation[i - 9]) = bad;
                 const Answer answer = ask(*view, probe, pose);
                 EXPECT_EQ(answer.result.contacts, 0u);
-                EXPECT_EQ(answer.result.status, k_frame_not_finite);
+                EXPECT_EQ(answer.result.status, k_probe_not_finite);
             }
 }
 
@@ -456,7 +456,7 @@ TEST(Frame, FarPosesGiveNothing)
                     const Answer answer = ask(*view, probe, {{}, far * direction}, {.layer = layer});
                     EXPECT_EQ(answer.result.contacts, 0u) << far;
                     if (far < 1e38) {
-                        EXPECT_EQ(answer.result.status, k_frame_ok) << far;
+                        EXPECT_EQ(answer.result.status, k_probe_ok) << far;
                     }
                 }
 }
@@ -493,9 +493,9 @@ TEST(Frame, AProbeOfNoPointsTouchesNothing)
     EXPECT_EQ(probe.size(), 0u);
     probe.move({});
     for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-        const FrameResult result = query_frame(m.view(), probe, {}, {.layer = layer}, {});
+        const ProbeResult result = query_probe(m.view(), probe, {}, {.layer = layer}, {});
         EXPECT_EQ(result.contacts, 0u);
-        EXPECT_EQ(result.status, k_frame_ok);
+        EXPECT_EQ(result.status, k_probe_ok);
     }
 }
 
@@ -548,7 +548,7 @@ TEST(Frame, WithoutTheExactLayerThreeAnswersAndSaysSo)
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 43)) {
         const Answer exact = ask(m.view(), probe, pose, {.layer = Layer::Exact}), three = ask(m.view(), probe, pose);
-        EXPECT_EQ(exact.result.status, k_frame_no_exact);
+        EXPECT_EQ(exact.result.status, k_probe_no_exact);
         contacts += exact.result.contacts;
         EXPECT_NEAR(static_cast<double>(exact.result.contacts), static_cast<double>(three.result.contacts),
                     0.01 * static_cast<double>(probe.size()));

@@ -1,15 +1,15 @@
-#include "sqmap/query/frame.h"
+#include "sqmap/query/probe.h"
 
-#include "frame_by_points.h"
-#include "frame_job.h"
-#include "frame_kernels.h"
+#include "probe_job.h"
+#include "probe_kernels.h"
+#include "probe_pointwise.h"
 
 #include <cmath>
 
 namespace sqmap::query {
 
-FrameJob::FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, const FrameOptions& o,
-                   std::span<FrameContact> contacts) noexcept
+ProbeJob::ProbeJob(const model::ModelView& m, const Probe& p, const Pose& pose, const ProbeOptions& o,
+                   std::span<ProbeContact> contacts) noexcept
     : model(m),
       x(p.x_.data()),
       y(p.y_.data()),
@@ -47,15 +47,15 @@ FrameJob::FrameJob(const model::ModelView& m, const Probe& p, const Pose& pose, 
     scale = static_cast<float>(largest / unit * (1 + 1e-5));
 }
 
-FrameResult query_frame(const model::ModelView& model, const Probe& probe, const Pose& pose, const FrameOptions& options,
-                        std::span<FrameContact> contacts) noexcept
+ProbeResult query_probe(const model::ModelView& model, const Probe& probe, const Pose& pose, const ProbeOptions& options,
+                        std::span<ProbeContact> contacts) noexcept
 {
-    const FrameJob job(model, probe, pose, options, contacts);
-    if (!job.finite) return {0, k_frame_not_finite, 0};
+    const ProbeJob job(model, probe, pose, options, contacts);
+    if (!job.finite) return {0, k_probe_not_finite, 0};
     // The locator knows nothing of a surface that has moved.
     const bool by_points = options.offset || options.margin > 0.f || !model::has_locator(model);
-    FrameResult result = by_points ? run_frame_by_points(job, options) : (job.exact ? run_frame_exact(job) : run_frame(job));
-    if (options.layer == Layer::Exact && !job.exact) result.status |= k_frame_no_exact;
+    ProbeResult result = by_points ? run_probe_pointwise(job, options) : (job.exact ? run_probe_exact(job) : run_probe(job));
+    if (options.layer == Layer::Exact && !job.exact) result.status |= k_probe_no_exact;
     return result;
 }
 
