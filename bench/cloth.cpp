@@ -50,7 +50,7 @@ struct Part {
 /// What all methods are asked.
 struct Frame {
     std::vector<Vec3d> nodes;
-    std::vector<query::Pose> poses;
+    std::vector<sqmap::Pose> poses;
 };
 
 struct Case {
@@ -107,7 +107,7 @@ void fill(Part& part, std::uint32_t samples, bool own)
 }
 
 /// Depth and normal by trilinear interpolation, for every node. Returns the contacts.
-std::size_t ask_field(const bench::DistanceGrid& g, const query::Pose& pose, std::span<const Vec3d> nodes,
+std::size_t ask_field(const bench::DistanceGrid& g, const sqmap::Pose& pose, std::span<const Vec3d> nodes,
                       std::vector<query::ProbeContact>& out)
 {
     Mat3f to_cells;
@@ -188,9 +188,9 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             probe.move(f.nodes);
             std::size_t contacts = 0;
             for (std::size_t p = 0; p < parts.size(); ++p) {
-                query::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
+                sqmap::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
                 if (!probe.reaches(sphere)) continue;
-                contacts += query::query_probe(parts[p].model, probe, query::inverse(f.poses[p]), options, found).contacts;
+                contacts += query::query_probe(parts[p].model, probe, sqmap::inverse(f.poses[p]), options, found).contacts;
             }
             return contacts;
         });
@@ -198,7 +198,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
     rows["dense field"] = timed(clock, c, [&](const Frame& f) {
         std::size_t contacts = 0;
         for (std::size_t p = 0; p < parts.size(); ++p)
-            contacts += ask_field(parts[p].grid, query::inverse(f.poses[p]), f.nodes, found);
+            contacts += ask_field(parts[p].grid, sqmap::inverse(f.poses[p]), f.nodes, found);
         return contacts;
     });
     const auto cloth = tree_of(c.frames.front().nodes, c.triangles);
@@ -236,10 +236,10 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
 
 /// Steps a cloth; keeps frames from the time `from`, every `every` steps.
 Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
-            const std::function<void(double, std::span<query::Pose>)>& pose, double& time, double until, double from, int every)
+            const std::function<void(double, std::span<sqmap::Pose>)>& pose, double& time, double until, double from, int every)
 {
     Case c{std::move(name), {}, {cloth.triangles().begin(), cloth.triangles().end()}, {}, {}, 0, {}, 0, 0};
-    std::vector<query::Pose> poses(parts.size());
+    std::vector<sqmap::Pose> poses(parts.size());
     pose(time, poses);
     std::vector<sim::Solid> solids;
     for (std::size_t p = 0; p < parts.size(); ++p) solids.push_back({&parts[p].model, poses[p], poses[p]});
@@ -326,8 +326,8 @@ int main(int argc, char** argv)
             fill(parts[b], k_samples / 2, own);
         }
         const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
-        const auto pose = [&](double time, std::span<query::Pose> poses) { sim::walk(bones, gait, time, poses); };
-        std::vector<query::Pose> rest(bones.size());
+        const auto pose = [&](double time, std::span<sqmap::Pose> poses) { sim::walk(bones, gait, time, poses); };
+        std::vector<sqmap::Pose> rest(bones.size());
         pose(0, rest);
         sim::ClothOptions options;
         options.sweep_step = 0.02;
@@ -371,7 +371,7 @@ int main(int argc, char** argv)
                                      0, vertices}),
                          sim::fabric("wool"), {});
         double time = 0;
-        const auto pose = [](double, std::span<query::Pose> poses) { std::fill(poses.begin(), poses.end(), query::Pose{}); };
+        const auto pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
         Case falling = played(std::string("blanket on ") + file + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
         falling.height = height;
         report(falling, parts);

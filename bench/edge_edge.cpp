@@ -51,7 +51,7 @@ struct Pair {
     std::uint32_t a, b;
 };
 
-fcl::Transform3d transform_of(const query::Pose& pose)
+fcl::Transform3d transform_of(const sqmap::Pose& pose)
 {
     fcl::Transform3d t = fcl::Transform3d::Identity();
     for (int i = 0; i < 3; ++i) {
@@ -62,7 +62,7 @@ fcl::Transform3d transform_of(const query::Pose& pose)
 }
 
 /// Pairs of triangles that cut each other, b posed.
-std::vector<Pair> cutting(const Item& a, const Item& b, const query::Pose& pose, std::size_t most)
+std::vector<Pair> cutting(const Item& a, const Item& b, const sqmap::Pose& pose, std::size_t most)
 {
     fcl::CollisionResultd result;
     fcl::collide(&a.fcl, fcl::Transform3d::Identity(), &b.fcl, transform_of(pose), fcl::CollisionRequestd(most, false), result);
@@ -128,7 +128,7 @@ public:
     {
     }
 
-    void at(const query::Pose& pose, Totals& totals)
+    void at(const sqmap::Pose& pose, Totals& totals)
     {
         const std::vector<Pair> pairs = cutting(a_, b_, pose, std::numeric_limits<int>::max());
         if (pairs.empty()) return;
@@ -175,7 +175,7 @@ public:
     }
 
     /// A pose where the meshes do not touch.
-    void apart(const query::Pose& pose, Totals& totals)
+    void apart(const sqmap::Pose& pose, Totals& totals)
     {
         ++totals.apart;
         totals.offset_false += ask(pose, {.offset = true}).contacts > 0 ? 1u : 0u;
@@ -183,7 +183,7 @@ public:
     }
 
 private:
-    query::PairResult ask(const query::Pose& pose, const query::ProbeOptions& options)
+    query::PairResult ask(const sqmap::Pose& pose, const query::ProbeOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
                                                       {.frame = options, .merge_distance = 0}, workspace_, contacts_);
@@ -238,7 +238,7 @@ int run(int poses, const char* path_a, const char* path_b)
 {
     const std::unique_ptr<Setting> setting = load_setting({path_a, path_b});
     const Item a(setting->object), b(setting->probe);
-    const query::Sphere sa = query::sphere_of({&a.view, &a.probe, {}}), sb = query::sphere_of({&b.view, &b.probe, {}});
+    const sqmap::Sphere sa = query::sphere_of({&a.view, &a.probe, {}}), sb = query::sphere_of({&b.view, &b.probe, {}});
     Measure measure(a, b);
     constexpr double k_press[] = {0.0002, 0.001, 0.005, 0.02};  // of R_max
     Totals totals[std::size(k_press)];
@@ -248,7 +248,7 @@ int run(int poses, const char* path_a, const char* path_b)
         const Vec3d way = look.row[0];
         // Along a line past the object, off its middle by up to half its size.
         const Vec3d aside = 0.5 * sa.radius * (random.between(-1, 1) * look.row[1] + random.between(-1, 1) * look.row[2]);
-        const auto pose_at = [&](double d) { return query::Pose{turn, sa.centre + aside + d * way - turn * sb.centre}; };
+        const auto pose_at = [&](double d) { return sqmap::Pose{turn, sa.centre + aside + d * way - turn * sb.centre}; };
         double out = sa.radius + sb.radius, in = out;
         while (in > -out && cutting(a, b, pose_at(in), 1).empty()) in -= 0.02 * setting->r_max;
         if (in <= -out) continue;

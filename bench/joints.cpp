@@ -159,7 +159,7 @@ int main(int argc, char** argv)
 
     std::vector<Vec3d> joints;  // in the bound mesh's frame
     for (const io::SkinJoint& j : skin.skeleton)
-        joints.push_back(query::inverse({j.inverse_bind.linear, j.inverse_bind.shift}).translation);
+        joints.push_back(sqmap::inverse({j.inverse_bind.linear, j.inverse_bind.shift}).translation);
 
     struct Pose {
         const char* name;

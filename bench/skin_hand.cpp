@@ -46,7 +46,7 @@ std::vector<int> parents_of(const io::SkinnedSoup& skin)
 /// Of a rigid motion.
 Affine inverse(const Affine& map)
 {
-    const query::Pose pose = query::inverse({map.linear, map.shift});
+    const sqmap::Pose pose = sqmap::inverse({map.linear, map.shift});
     return {pose.rotation, pose.translation};
 }
 
@@ -132,7 +132,7 @@ void Solids::ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& poin
     std::vector<query::ProbeContact> contacts(points.size());
     for (const Model& m : models_) {
         // A bone's map is rigid, so its inverse is the transpose.
-        const query::Pose pose = query::inverse({maps[m.joint].linear, maps[m.joint].shift});
+        const sqmap::Pose pose = sqmap::inverse({maps[m.joint].linear, maps[m.joint].shift});
         const auto r = query::query_probe(m.view, probe, pose, {.layer = layer}, contacts);
         for (std::size_t c = 0; c < std::min(r.contacts, contacts.size()); ++c)
             depth[contacts[c].index] =

@@ -100,8 +100,8 @@ void allow(const device::DeviceSpec& spec, device::Script script, bool simulated
 }
 
 /// Poses in the world, of press, tap, slide or circle.
-std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device::Script script, const TouchSetup& setup,
-                                         double seconds, double& rate)
+std::vector<sqmap::Pose> scripted_poses(const device::DeviceSpec& spec, device::Script script, const TouchSetup& setup,
+                                        double seconds, double& rate)
 {
     device::ScriptOptions o;
     o.seconds = seconds;
@@ -123,14 +123,14 @@ std::vector<haptic::Pose> scripted_poses(const device::DeviceSpec& spec, device:
     if (const double needed = device::script_needs(script, o); needed > seconds)
         std::printf("  warning: %.4g s are too short for all of this script: at least %.4g s, of which it waits %.4g s (wait=)\n",
                     seconds, needed, o.wait);
-    std::vector<haptic::Pose> poses = device::scripted_path(setup.first_model(), setup.tool(), script, o);
-    for (haptic::Pose& pose : poses) pose = query::compose(setup.first_pose(), pose);
+    std::vector<sqmap::Pose> poses = device::scripted_path(setup.first_model(), setup.tool(), script, o);
+    for (sqmap::Pose& pose : poses) pose = sqmap::compose(setup.first_pose(), pose);
     return poses;
 }
 
 /// Where the simulated hand wants to be: what simulated devices point at.
 struct HandPath {
-    std::vector<haptic::Pose> poses;
+    std::vector<sqmap::Pose> poses;
     double rate = 1000;
     device::GloveMotion glove{};
 
@@ -153,7 +153,7 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         spec.only_named();
         allow(spec, script->second, false);
         double rate = 0;
-        std::vector<haptic::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
+        std::vector<sqmap::Pose> poses = scripted_poses(spec, script->second, setup, seconds, rate);
         return std::make_unique<device::PathDevice>("scripted " + spec.kind, std::move(poses), rate);
     }
     if (spec.kind == "glove") {
@@ -167,7 +167,7 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         const Vec3d wrist{0, -0.45 * hand.glove.length, 0};
         hand.glove.wrist.translation = wrist;
         const auto zones = device::glove_zones(device::hand_joints(device::posture_at(hand.glove, 0), hand.glove.length));
-        const std::vector<haptic::Pose> top =
+        const std::vector<sqmap::Pose> top =
             device::scripted_path(setup.first_model(), setup.tool_at(zones), device::Script::Press,
                                   {.seconds = 1, .depth = 1e-6, .gap = 0, .direction = {0, 0, 1}});
         hand.glove.wrist.translation = top.front().translation + setup.first_pose().translation + wrist;

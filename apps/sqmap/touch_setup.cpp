@@ -232,11 +232,11 @@ void TouchSetup::load_hand(device::HandMesh mesh)
     points_ = std::move(middle);
 }
 
-query::Probe TouchSetup::tool_at(std::span<const haptic::Pose> zones) const
+query::Probe TouchSetup::tool_at(std::span<const sqmap::Pose> zones) const
 {
     if (hand_) return query::Probe(points_);
     std::vector<Vec3d> points;
-    for (const haptic::Pose& zone : zones)
+    for (const sqmap::Pose& zone : zones)
         for (const Vec3d& p : points_) points.push_back(zone.rotation * p + zone.translation);
     return query::Probe(points);
 }
@@ -428,12 +428,12 @@ void TouchSetup::step(device::TraceRow& row) noexcept
 {
     move_objects(row.dt);
     // A zone without a pose has no force, and the hand stays as it was.
-    const auto finite = [](const haptic::Pose& p) {
+    const auto finite = [](const sqmap::Pose& p) {
         return std::isfinite(norm_sq(p.translation) + norm_sq(p.rotation.row[0]) + norm_sq(p.rotation.row[1]) +
                              norm_sq(p.rotation.row[2]));
     };
     if (hand_ && std::all_of(row.poses.begin(), row.poses.begin() + device::k_glove_zones, finite)) {
-        hand_->pose(std::span<const haptic::Pose, device::k_glove_zones>(row.poses.data(), device::k_glove_zones));
+        hand_->pose(std::span<const sqmap::Pose, device::k_glove_zones>(row.poses.data(), device::k_glove_zones));
         probe_->move(hand_->points());
     }
     haptic::StepInput input{.solids = solids_, .poses = {row.poses.data(), zones_}, .twists = {}, .dt = row.dt};

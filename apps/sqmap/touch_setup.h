@@ -84,12 +84,12 @@ public:
     [[nodiscard]] const TouchOptions& options() const { return options_; }
     /// The first object in metres, and where its frame is.
     [[nodiscard]] const model::ModelView& first_model() const { return views_.front(); }
-    [[nodiscard]] const haptic::Pose& first_pose() const { return solids_.front().pose; }
+    [[nodiscard]] const sqmap::Pose& first_pose() const { return solids_.front().pose; }
     /// What a script brings into contact: the tool's points; of a point the point alone, not the samples of its smoothing; of a
     /// hand on a glove the flat hand, its middle at the origin.
     [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : *probe_; }
     /// The same of all zones at once, where they stand at these poses; of a hand on a glove the flat hand, whatever they are.
-    [[nodiscard]] query::Probe tool_at(std::span<const haptic::Pose> zones) const;
+    [[nodiscard]] query::Probe tool_at(std::span<const sqmap::Pose> zones) const;
     /// A glove poses a skinned hand every tick.
     [[nodiscard]] bool has_hand() const { return hand_ != nullptr; }
     /// What the user should know of these options; a line each.

@@ -56,7 +56,7 @@ struct Bystander {
     }
     std::vector<std::byte> bytes;
     model::ModelView view;
-    haptic::Pose pose{};
+    sqmap::Pose pose{};
 };
 
 /// The object in metres, and the way.
@@ -73,7 +73,7 @@ struct Scene {
     std::unique_ptr<Setting> setting;
     std::vector<std::byte> bytes;
     model::ModelView view;
-    std::vector<haptic::Pose> poses;
+    std::vector<sqmap::Pose> poses;
     haptic::Solid solid;
 };
 
@@ -92,14 +92,14 @@ struct Hand {
                 .max_touching = static_cast<std::uint32_t>(path.touching)};
         state.emplace(std::span(&zone, 1), haptic::StateOptions{.max_contacts = 131072, .max_solids = max_solids});
     }
-    haptic::Wrench touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench touch(std::span<const haptic::Solid> solids, const sqmap::Pose& pose, haptic::StepResult& result)
     {
         haptic::Wrench w;
         result = haptic::step(*state, {.solids = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w;
     }
     /// And as a device would get it.
-    haptic::Wrench safe_touch(std::span<const haptic::Solid> solids, const haptic::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench safe_touch(std::span<const haptic::Solid> solids, const sqmap::Pose& pose, haptic::StepResult& result)
     {
         const haptic::Wrench asked = touch(solids, pose, result);
         haptic::Wrench safe;
@@ -142,19 +142,19 @@ TickCost tick_cost(const HandPath& path, int passes)
         hand.state->reset();
         in_scene.state->reset();
         // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
-        for (const haptic::Pose& pose : scene.poses) {
+        for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)query::query_probe(scene.view, *hand.probe, pose, {.layer = hand.zone.options.layer}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }
-        for (const haptic::Pose& pose : scene.poses) {
+        for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)in_scene.safe_touch(solids, pose, result);
             const double t = clock.stop_us(mark);
             if (pass >= 0) scene_us.push_back(t);
         }
-        for (const haptic::Pose& pose : scene.poses) {
+        for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)hand.safe_touch(alone, pose, result);
             const double t = clock.stop_us(mark);
@@ -195,7 +195,7 @@ DensityChange density_change(const HandPath& path, bool weighted)
     const std::span<const haptic::Solid> solid(&scene.solid, 1);
     std::vector<double> force, share, torque;
     DensityChange out;
-    for (const haptic::Pose& pose : scene.poses) {
+    for (const sqmap::Pose& pose : scene.poses) {
         haptic::StepResult a, b;
         const haptic::Wrench c = coarse.touch(solid, pose, a), d = dense.touch(solid, pose, b);
         if (a.contacts == 0) continue;

@@ -54,7 +54,7 @@ private:
         return o;
     }
 
-    using Pose = haptic::Pose;
+    using Pose = sqmap::Pose;
     query::Probe probe_;
     haptic::Zone zone_;
     haptic::State state_;
@@ -297,7 +297,7 @@ Given given(Tool& tool, const Round& round, int rounds)
         most.sent = std::max(most.sent, sent);
         ask.force = i < wait ? Vec3d{} : tool.force(at);
         time += 0.001;
-        const haptic::Pose pose{{}, at};
+        const sqmap::Pose pose{{}, at};
         filter.tick({.time = time,
                      .sample_time = time,
                      .sequence = static_cast<std::uint64_t>(i) + 1,

@@ -132,7 +132,7 @@ Evaluation::Frame evaluate_frame(const model::ModelView& model, const std::vecto
     std::vector<Vec3d> points;
     for (const Truth& t : truths) points.push_back(model::to_mesh_units(model.header, t.point));
     std::vector<query::ProbeContact> contacts(points.size());
-    query::Pose still;
+    Pose still;
     for (int k = 0; k < 3; ++k) still.rotation.row[k][k] = 1;
     const query::ProbeResult found = query::query_probe(model, query::Probe(points), still, {.layer = options.layer}, contacts);
     std::vector<const query::ProbeContact*> contact_of(points.size(), nullptr);

@@ -11,8 +11,6 @@
 namespace sqmap::device {
 namespace {
 
-bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 }  // namespace
 
 double now() noexcept
@@ -71,7 +69,7 @@ const std::array<Wrench, k_max_zones>& Channel::output(double time) noexcept
         return output_;
     filter_ = packet.filter;
     for (std::size_t i = 0; i < k_max_zones; ++i)
-        if (finite(packet.wrenches[i].force) && finite(packet.wrenches[i].torque)) output_[i] = packet.wrenches[i];
+        if (is_finite(packet.wrenches[i].force) && is_finite(packet.wrenches[i].torque)) output_[i] = packet.wrenches[i];
     return output_;
 }
 

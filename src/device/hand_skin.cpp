@@ -82,8 +82,6 @@ Axes axes_of(const std::array<Vec3d, k_hand_joints>& places)
     return a;
 }
 
-Vec3d along(const Pose& pose, const Vec3d& p) { return pose.rotation * p + pose.translation; }
-
 }  // namespace
 
 const char* hand_joint_name(std::size_t joint) noexcept { return joint < k_hand_joints ? k_names[joint] : ""; }
@@ -151,7 +149,7 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
         Pose map = posture.wrist;
         for (int b = 0; b < bones.count; ++b) {
             const std::size_t joint = bones.knuckle + static_cast<std::size_t>(b);
-            const Vec3d centre = along(map, places_[joint]);
+            const Vec3d centre = apply(map, places_[joint]);
             map.rotation = map.rotation * rotation_by(bones.follow[b] * posture.curl[f] * axis_[f]);
             map.translation = centre - map.rotation * places_[joint];
             maps[joint] = {map.rotation, map.translation + (b + 1.) / bones.count * off};
@@ -161,7 +159,7 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
     for (std::size_t i = 0; i < rest_.size(); ++i) {
         Vec3d p{};
         for (std::size_t k = 0; k < 4; ++k)
-            if (shares_[i][k] > 0) p += shares_[i][k] * along(maps[joints_[i][k]], rest_[i]);
+            if (shares_[i][k] > 0) p += shares_[i][k] * apply(maps[joints_[i][k]], rest_[i]);
         posed_[i] = p;
     }
 }

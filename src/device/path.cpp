@@ -106,7 +106,7 @@ class Feeler {
 public:
     Feeler(const model::ModelView& model, const query::Probe& tool) : model_(model), tool_(tool)
     {
-        const query::Sphere sphere = tool.sphere();
+        const Sphere sphere = tool.sphere();
         // Beyond this from the origin neither tool nor model reaches.
         far_ = 2 * model.header.r_max * model.header.unit + norm(sphere.centre) + sphere.radius;
     }

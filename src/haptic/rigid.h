@@ -9,12 +9,6 @@
 
 namespace sqmap::haptic {
 
-inline bool is_finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-inline bool is_finite(const Pose& p)
-{
-    return is_finite(p.rotation.row[0]) && is_finite(p.rotation.row[1]) && is_finite(p.rotation.row[2]) &&
-           is_finite(p.translation);
-}
 inline bool is_finite(const Twist& t) { return is_finite(t.linear) && is_finite(t.angular); }
 
 inline Twist twist_between(const Pose& before, const Pose& now, double dt)

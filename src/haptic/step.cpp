@@ -27,7 +27,6 @@ constexpr double k_ball_sink = 0.2;      ///< of its radius
 constexpr double k_proxy_let_in = 1e-4;  ///< m a round
 constexpr double k_proxy_step = 0.002;   ///< m a round, so that nothing thicker is passed through
 
-Vec3d transform(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
 Vec3d transform_back(const Pose& pose, Vec3d p) { return transpose_mul(pose.rotation, p - pose.translation); }
 bool same(const Pose& a, const Pose& b) { return a.rotation == b.rotation && a.translation == b.translation; }
 /// 1 at the centre of an impact sphere, 0 from its surface on, with zero slope there.
@@ -105,7 +104,7 @@ struct Stepper {
 
     const query::ProbeResult& ask(const query::Probe* probe, const ZoneOptions& options, std::size_t s, const Pose& probe_pose)
     {
-        const Pose pose = query::compose(query::inverse(in.solids[s].pose), probe_pose);
+        const Pose pose = compose(inverse(in.solids[s].pose), probe_pose);
         query::Layer layer = options.layer;
         if (layer == query::Layer::One) layer = query::Layer::Two;
         State::Asked& asked = state.asked_[s];
@@ -121,7 +120,7 @@ struct Stepper {
     {
         if (!state.zones_[z].in_world) return at;
         if (same(at, in.poses[z])) return {};
-        return query::compose(at, query::inverse(in.poses[z]));
+        return compose(at, inverse(in.poses[z]));
     }
 
     Vec3d tip(std::size_t z, const Pose& at) const { return at.rotation * state.zones_[z].tip; }
@@ -162,7 +161,7 @@ struct Stepper {
         found.surface = model::to_mesh_units(solid.model->header, c.point);
         found.normal = cast<double>(c.normal);
         found.depth = solid.model->header.unit * static_cast<double>(c.depth);
-        found.point = transform(solid.pose, found.surface - found.depth * found.normal) - at.translation;
+        found.point = apply(solid.pose, found.surface - found.depth * found.normal) - at.translation;
         return true;
     }
 
@@ -224,7 +223,7 @@ struct Stepper {
         there.point = in_model(from + way);
         there.normal = cast<float>(normalized(transpose_mul(solid.pose.rotation, -1. * way)));
         const query::Contact c = query::nearest_surface(*solid.model, in_model(from), there);
-        return c.contact ? transform(solid.pose, model::to_mesh_units(header, c.point)) - from : way;
+        return c.contact ? apply(solid.pose, model::to_mesh_units(header, c.point)) - from : way;
     }
 
     Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::ProbeContact> contacts, Touch* keep)
@@ -256,14 +255,14 @@ struct Stepper {
         const std::span<Trail> trail = std::span(state.trails_).subspan((z * state.max_solids_ + s) * state.samples_.size(), own);
         Passed passed;
         if (const Touch& t = touch(z, s); keep != nullptr && t.known && state.memory_[z].known) {
-            const Pose before = query::compose(query::inverse(t.solid_before), state.memory_[z].body_before);
-            const Pose now = query::compose(query::inverse(solid.pose), at);
+            const Pose before = compose(inverse(t.solid_before), state.memory_[z].body_before);
+            const Pose now = compose(inverse(solid.pose), at);
             const Twist moved = twist_between(before, now, 1);
-            passed.motion = norm(transform(now, zone.tip) - transform(before, zone.tip)) +
-                            zone.options.smoothing.radius * norm(moved.angular);
+            passed.motion =
+                norm(apply(now, zone.tip) - apply(before, zone.tip)) + zone.options.smoothing.radius * norm(moved.angular);
             if (zone.options.blend_time > 0) passed.left = std::exp(-in.dt / zone.options.blend_time);
         }
-        sum.trust_the_least(trail, passed, [&](Vec3d p) { return transform(solid.pose, p) - at.translation - centre; });
+        sum.trust_the_least(trail, passed, [&](Vec3d p) { return apply(solid.pose, p) - at.translation - centre; });
         const auto nearer = [&](Vec3d surface) {
             return zone.options.layer == query::Layer::Exact ? nearer_surface(solid, at.translation + centre, surface) : surface;
         };
@@ -350,8 +349,8 @@ struct Stepper {
     {
         if (!m.known || !t.known) return {};
         const Vec3d now = at.translation + lever;
-        const Vec3d zone_before = transform(m.body_before, transpose_mul(at.rotation, lever));
-        const Vec3d solid_before = transform(t.solid_before, transform_back(solid.pose, now));
+        const Vec3d zone_before = apply(m.body_before, transpose_mul(at.rotation, lever));
+        const Vec3d solid_before = apply(t.solid_before, transform_back(solid.pose, now));
         return solid_before - zone_before;
     }
 
@@ -359,8 +358,8 @@ struct Stepper {
     double turn_over(const Memory& m, const Touch& t, const Solid& solid, const Pose& at) const
     {
         if (!m.known || !t.known) return 0;
-        const Pose before = query::compose(query::inverse(t.solid_before), m.body_before);
-        return norm(twist_between(before, query::compose(query::inverse(solid.pose), at), 1).angular);
+        const Pose before = compose(inverse(t.solid_before), m.body_before);
+        return norm(twist_between(before, compose(inverse(solid.pose), at), 1).angular);
     }
 
     Vec3d velocity_over(const Twist& twist, const Solid& solid, const Pose& at, Vec3d lever) const
@@ -653,7 +652,7 @@ struct Stepper {
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching && touches[s].known) {
                 const Vec3d still = m.body.translation;
-                m.body.translation = transform(in.solids[s].pose, transform_back(touches[s].solid_before, still));
+                m.body.translation = apply(in.solids[s].pose, transform_back(touches[s].solid_before, still));
                 motion += norm(m.body.translation - still);
                 break;
             }

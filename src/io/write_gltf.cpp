@@ -25,8 +25,6 @@ void need(bool holds, const MovingMesh& mesh, const char* what)
     if (!holds) throw std::invalid_argument("mesh '" + mesh.name + "': " + what);
 }
 
-bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 void check(const MovingMesh& m)
 {
     need(!m.positions.empty() && !m.triangles.empty(), m, "it is empty");
@@ -36,10 +34,10 @@ void check(const MovingMesh& m)
     need(m.shapes.empty() || m.shapes.size() == m.times.size(), m, "not one shape a time");
     need(std::is_sorted(m.times.begin(), m.times.end(), [](double a, double b) { return a <= b; }), m, "times do not ascend");
     for (const double t : m.times) need(std::isfinite(t) && t >= 0, m, "a time is negative or not finite");
-    for (const Vec3d& p : m.positions) need(finite(p), m, "a place is not finite");
+    for (const Vec3d& p : m.positions) need(is_finite(p), m, "a place is not finite");
     for (const auto& shape : m.shapes) {
         need(shape.size() == m.positions.size(), m, "a shape has another number of places");
-        for (const Vec3d& p : shape) need(finite(p), m, "a place is not finite");
+        for (const Vec3d& p : shape) need(is_finite(p), m, "a place is not finite");
     }
 }
 

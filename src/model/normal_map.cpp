@@ -13,16 +13,14 @@ namespace {
 
 constexpr double k_pi = std::numbers::pi;
 
-bool all_finite(Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
 bool is_shape(const Superquadricf& sq)
 {
     const auto exponent = [](float e) { return e >= 0.05f && e <= 2.0f; };
     const auto taper = [](float k) { return std::abs(k) < 1.0f; };
     bool turned = true;
     for (const Vec3f& row : sq.rotation.row) turned = turned && std::abs(norm_sq(row) - 1) < 1e-3f;
-    return all_finite(sq.a) && sq.a.x > 0 && sq.a.y > 0 && sq.a.z > 0 && exponent(sq.eps1) && exponent(sq.eps2) && turned &&
-           all_finite(sq.translation) && taper(sq.taper_x) && taper(sq.taper_y) && sq.bend >= 0 &&
+    return is_finite(sq.a) && sq.a.x > 0 && sq.a.y > 0 && sq.a.z > 0 && exponent(sq.eps1) && exponent(sq.eps2) && turned &&
+           is_finite(sq.translation) && taper(sq.taper_x) && taper(sq.taper_y) && sq.bend >= 0 &&
            sq.bend * sq.a.z < static_cast<float>(k_pi) && std::isfinite(sq.bend_angle);
 }
 

@@ -13,8 +13,6 @@ namespace sqmap::query {
 
 namespace {
 
-Vec3d placed(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 /// Of the mesh that a body is about, in its own frame.
 Sphere local_sphere(const Body& body)
 {
@@ -32,7 +30,7 @@ Sphere local_sphere(const Body& body)
 Sphere sphere_of(const Body& body) noexcept
 {
     const Sphere local = local_sphere(body);
-    return {placed(body.pose, local.centre), local.radius};
+    return {apply(body.pose, local.centre), local.radius};
 }
 
 double reach_of(const Body& body, const ProbeOptions& options) noexcept
@@ -63,7 +61,7 @@ struct PairQuery {
             }
             const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
             const double depth = static_cast<double>(c.depth) * header.unit;
-            const Vec3d surface = placed(solid.pose, model::to_mesh_units(header, c.point)), vertex = surface - depth * normal;
+            const Vec3d surface = apply(solid.pose, model::to_mesh_units(header, c.point)), vertex = surface - depth * normal;
             const bool of_b = vertex_of == Side::B;
             out[result.contacts++] = {of_b ? surface : vertex,
                                       of_b ? vertex : surface,

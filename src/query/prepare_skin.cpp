@@ -8,8 +8,6 @@ namespace sqmap::query {
 
 namespace {
 
-bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
 /// The points about the lattice's middle, none far from it: the probe keeps its places relative to where its points first were.
 std::vector<Vec3d> moved_to(const SkinLattice& lattice, std::span<const Vec3d> points)
 {

@@ -66,13 +66,6 @@ void bound_spheres(std::size_t count, const float* x, const float* y, const floa
 
 }  // namespace
 
-Pose compose(const Pose& a, const Pose& b) noexcept
-{
-    return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};
-}
-
-Pose inverse(const Pose& pose) noexcept { return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)}; }
-
 std::size_t Probe::bytes() const noexcept
 {
     const auto size_of = [](const auto&... values) { return (std::span(values).size_bytes() + ...); };

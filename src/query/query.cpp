@@ -51,8 +51,6 @@ Contact layer_one(const ModelView& model, Vec3f p)
     return contact;
 }
 
-bool is_finite(Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
 Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
 {
     const Layer layer = options.layer;

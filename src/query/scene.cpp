@@ -9,13 +9,6 @@ namespace sqmap::query {
 
 namespace {
 
-bool is_finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-bool is_finite(const Pose& pose)
-{
-    return is_finite(pose.translation) && is_finite(pose.rotation.row[0]) && is_finite(pose.rotation.row[1]) &&
-           is_finite(pose.rotation.row[2]);
-}
-
 bool touch(const Sphere& a, const Sphere& b, double slack)
 {
     const double reach = a.radius + b.radius + slack;

@@ -19,8 +19,6 @@ constexpr double k_border = 1e-7, k_same = 1e-4;
 constexpr std::size_t k_at_once = 64;  ///< places that one point is answered with at most
 constexpr double k_collapsed = 1e-9;   ///< times a cell: a tetrahedron of less volume holds nothing
 
-bool is_finite(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
 /// Columns.
 Mat3d of_columns(Vec3d a, Vec3d b, Vec3d c) { return {{{a.x, b.x, c.x}, {a.y, b.y, c.y}, {a.z, b.z, c.z}}}; }
 

@@ -11,8 +11,6 @@ namespace sqmap::query {
 
 namespace {
 
-Vec3d apply(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 }  // namespace
 
 Pose between(const Pose& from, const Pose& to, double share) noexcept

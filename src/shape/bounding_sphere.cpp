@@ -31,7 +31,7 @@ Real arc_speed(Real eps)
 }  // namespace
 
 template <class Real>
-Sphere<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
+Sphere3<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
 {
     const Real slack = Real(1) + Real(16) * std::numeric_limits<Real>::epsilon();  // rounding of the formulas below
     const Real across = reach(sq.a.x, sq.a.y, sq.eps2);
@@ -70,7 +70,7 @@ Sphere<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
     return {centre, (farthest + gap) * slack};
 }
 
-template Sphere<float> bounding_sphere(const Superquadric<float>&) noexcept;
-template Sphere<double> bounding_sphere(const Superquadric<double>&) noexcept;
+template Sphere3<float> bounding_sphere(const Superquadric<float>&) noexcept;
+template Sphere3<double> bounding_sphere(const Superquadric<double>&) noexcept;
 
 }  // namespace sqmap::shape

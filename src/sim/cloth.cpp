@@ -31,13 +31,6 @@ constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer =
 constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
 
 btVector3 to_bullet(Vec3d v) { return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)}; }
-bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-bool finite(const query::Pose& p)
-{
-    return finite(p.translation) && finite(p.rotation.row[0]) && finite(p.rotation.row[1]) && finite(p.rotation.row[2]);
-}
-Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 void check(const Garment& garment)
 {
     const std::size_t n = garment.start.size();
@@ -52,7 +45,7 @@ void check(const Garment& garment)
             if (pair[0] >= n || pair[1] >= n)
                 throw std::invalid_argument("seam '" + seam.name + "' names a vertex that is not there");
     for (std::size_t i = 0; i < n; ++i)
-        if (!finite(garment.start[i]) || !finite(garment.flat[i]))
+        if (!is_finite(garment.start[i]) || !is_finite(garment.flat[i]))
             throw std::invalid_argument("a garment's vertex is not finite");
 }
 
@@ -402,7 +395,7 @@ struct Cloth::State {
         bool all_finite = true;
         for (std::size_t i = 0; i < n; ++i) {
             position[i] = cast<double>(moving[i].at);
-            all_finite = all_finite && finite(position[i]);
+            all_finite = all_finite && is_finite(position[i]);
         }
         if (stretched()) report.status |= k_cloth_stretched;
         if (all_finite) still_restless(dt, solids_stand);
@@ -519,7 +512,8 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     StepReport report;
     bool good = std::isfinite(dt) && dt > 0;
     for (const Solid& solid : solids)
-        good = good && finite(solid.pose) && finite(solid.previous) && (solid.skin == nullptr || s.contacts.expects_skins());
+        good =
+            good && is_finite(solid.pose) && is_finite(solid.previous) && (solid.skin == nullptr || s.contacts.expects_skins());
     if (!good) {
         report.status = k_cloth_bad_step;
         return report;
@@ -623,12 +617,12 @@ std::vector<double> Cloth::strain() const
 
 std::size_t Cloth::crossings() const { return sim::crossings(state_->position, state_->triangles, state_->names); }
 
-void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const query::Pose& pose)
+void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const Pose& pose)
 {
     State& s = *state_;
     for (const std::uint32_t n : nodes) {
         if (n >= size()) throw std::invalid_argument("a pin names a node that is not there");
-        const Vec3d place = solid == k_world ? s.position[n] : apply(query::inverse(pose), s.position[n]);
+        const Vec3d place = solid == k_world ? s.position[n] : apply(inverse(pose), s.position[n]);
         s.pins.push_back({n, solid, place, s.body->getMass(static_cast<int>(n))});
         s.body->setMass(static_cast<int>(n), 0);
     }
@@ -697,7 +691,7 @@ void Cloth::grasp(std::uint32_t node, double radius, Vec3d tool, double stiffnes
 
 void Cloth::drag(Vec3d tool) noexcept
 {
-    if (finite(tool)) state_->tool = tool;
+    if (is_finite(tool)) state_->tool = tool;
 }
 
 void Cloth::release()

@@ -28,12 +28,10 @@ constexpr std::size_t k_block = 32;
 constexpr std::size_t k_fetched = 8;     ///< contacts ahead
 constexpr std::size_t k_max_solids = 4;  ///< half-spaces a node has workspace for, on average
 
-Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 /// How far a solid's surface moves in the step at most.
 double motion_bound(const Solid& solid)
 {
-    const query::Sphere sphere = query::sphere_of({solid.model, nullptr, {}});
+    const Sphere sphere = query::sphere_of({solid.model, nullptr, {}});
     const Vec3d shift = apply(solid.pose, sphere.centre) - apply(solid.previous, sphere.centre);
     double turn_sq = 0;  // Frobenius norm, no less than the spectral
     for (int i = 0; i < 3; ++i) turn_sq += norm_sq(solid.pose.rotation.row[i] - solid.previous.rotation.row[i]);
@@ -277,18 +275,18 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
     if (solid.skin != nullptr) return ask_skin(number, solid, previous, now, report);
     std::uint32_t status = k_cloth_ok;
     const double motion = motion_bound(solid);
-    query::Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
+    Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
     // Places are asked about as far ahead as a node is thick.
     near.radius += longest + motion + k_deeper * thickness_;
     if (!probe_.reaches(near)) return k_cloth_ok;
-    const query::Pose to = query::inverse(solid.pose);
+    const Pose to = inverse(solid.pose);
     query::ProbeResult frame;
     if (longest + motion <= sweep_step_) {
         frame = query::query_probe(*solid.model, probe_, to, options_, found_);
     } else {
         const query::SweptOptions swept{options_, sweep_step_, 64};
-        const query::SweptResult result = query::query_swept(*solid.model, probe_, previous, asked_,
-                                                             query::inverse(solid.previous), to, swept, workspace_, found_);
+        const query::SweptResult result =
+            query::query_swept(*solid.model, probe_, previous, asked_, inverse(solid.previous), to, swept, workspace_, found_);
         frame = result.frame;
         report.caught += result.caught;
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;

@@ -24,8 +24,6 @@ constexpr float k_parting = 0.5f;  ///< cosine between nodes' normals: below it 
 constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_raise_resting = 0.05, k_creep = 0.1;
 constexpr double k_along = 0.5;  ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
 
-Vec3d apply(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 Vec3d place_of(const InteriorSpace& s, std::span<const Vec3d> now)
 {
     return static_cast<double>(s.weights.x) * now[s.nodes[0]] + static_cast<double>(s.weights.y) * now[s.nodes[1]] +
@@ -58,10 +56,10 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
     for (std::size_t k = 0; k < solids.size(); ++k) {
         const Solid& solid = solids[k];
         if (solid.model == nullptr || solid.skin != nullptr) continue;
-        const query::Sphere sphere = query::sphere_of({solid.model, nullptr, solid.pose});
+        const Sphere sphere = query::sphere_of({solid.model, nullptr, solid.pose});
         if (!(norm_sq(asked - sphere.centre) <= sphere.radius * sphere.radius)) continue;
         const auto& header = solid.model->header;
-        const query::Pose to = query::inverse(solid.pose);
+        const Pose to = inverse(solid.pose);
         const Vec3d origin{header.origin[0], header.origin[1], header.origin[2]};
         const Vec3d in_model = (to.rotation * asked + to.translation - origin) / header.unit;
         const query::Contact c = query::query_point(*solid.model, cast<float>(in_model), layer_);

@@ -14,7 +14,7 @@ double depth_of(Vec3d p, std::span<const Solid> solids, query::Layer layer)
     for (const Solid& solid : solids) {
         if (solid.model == nullptr || solid.skin != nullptr) continue;
         const auto& header = solid.model->header;
-        const query::Pose to = query::inverse(solid.pose);
+        const Pose to = inverse(solid.pose);
         const Vec3d in_mesh = to.rotation * p + to.translation;
         const Vec3d in_model = (in_mesh - Vec3d{header.origin[0], header.origin[1], header.origin[2]}) / header.unit;
         const query::Contact contact = query::query_point(*solid.model, cast<float>(in_model), layer);

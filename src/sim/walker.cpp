@@ -79,20 +79,20 @@ std::vector<Bone> capsule_human(double height)
     return bones;
 }
 
-void pose_bones(std::span<const Bone> bones, std::span<const Mat3d> turns, Vec3d shift, std::span<query::Pose> poses)
+void pose_bones(std::span<const Bone> bones, std::span<const Mat3d> turns, Vec3d shift, std::span<Pose> poses)
 {
     for (std::size_t b = 0; b < bones.size(); ++b) {
         const Vec3d joint = bones[b].joint;
-        query::Pose own{turns[b], joint - turns[b] * joint};
+        Pose own{turns[b], joint - turns[b] * joint};
         if (bones[b].parent < 0)
             own.translation += shift;
         else
-            own = query::compose(poses[static_cast<std::size_t>(bones[b].parent)], own);
+            own = compose(poses[static_cast<std::size_t>(bones[b].parent)], own);
         poses[b] = own;
     }
 }
 
-void walk(std::span<const Bone> bones, const Gait& gait, double time, std::span<query::Pose> poses)
+void walk(std::span<const Bone> bones, const Gait& gait, double time, std::span<Pose> poses)
 {
     std::vector<Mat3d> turns(bones.size());
     const double down = eased((time - gait.lower_at) / gait.ease), go = eased((time - gait.walk_at) / gait.ease);

@@ -75,7 +75,7 @@ void interrogate_frames(const ModelView& view, test::Random& random)
     query::ProbeContact contacts[80];
     for (const double away : {0.0, 0.8})
         for (const query::Layer layer : {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
-            const query::Pose pose{{}, middle + away * size * random.direction()};
+            const sqmap::Pose pose{{}, middle + away * size * random.direction()};
             const query::ProbeResult result = query::query_probe(view, probe, pose, {.layer = layer}, contacts);
             ASSERT_LE(result.contacts, points.size());
             for (std::size_t i = 0; i < result.contacts; ++i) {

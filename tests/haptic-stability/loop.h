@@ -16,7 +16,6 @@ using device::HandProfile;
 using device::HandTarget;
 using device::HeldTool;
 using device::Mechanism;
-using haptic::Pose;
 using haptic::Wrench;
 
 inline constexpr double k_tick = 1e-3;

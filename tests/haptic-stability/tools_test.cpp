@@ -97,7 +97,7 @@ Vec3d first_touch(const Tool& tool, const haptic::Solid& solid, Vec3d point, con
     const query::Probe probe(points);
     std::vector<query::ProbeContact> found(1);
     const auto touches = [&](double far) {
-        const Pose pose = query::compose(query::inverse(solid.pose), {{}, point + far * out});
+        const Pose pose = sqmap::compose(sqmap::inverse(solid.pose), {{}, point + far * out});
         return query::query_probe(*solid.model, probe, pose, {.layer = query::Layer::Three, .first_only = true}, found).contacts >
                0;
     };

@@ -12,7 +12,6 @@
 #include <vector>
 
 using namespace sqmap;
-using query::Pose;
 
 namespace {
 

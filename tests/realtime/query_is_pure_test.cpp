@@ -154,14 +154,14 @@ public:
     {
         for (const query::Layer layer : k_layers)
             for (const bool offset : {false, true})
-                for (const query::Pose& pose : poses_)
+                for (const sqmap::Pose& pose : poses_)
                     frame({.layer = layer, .offset = offset, .margin = offset ? 0.01f : 0.f}, pose);
         deforming_.move(hand_.mesh.vertices);
     }
     [[nodiscard]] std::size_t contacts() const { return total_; }
 
 private:
-    void frame(const query::ProbeOptions& options, const query::Pose& pose)
+    void frame(const query::ProbeOptions& options, const sqmap::Pose& pose)
     {
         total_ += query::query_probe(ring_.view, hand_.probe, pose, options, frame_).contacts;
         for (std::size_t size : {contacts_.size(), std::size_t{5}})
@@ -183,7 +183,7 @@ private:
     std::vector<query::ScenePair> pairs_{500};
     std::vector<query::PairContact> contacts_{4096};
     std::vector<query::ProbeContact> frame_{4096};
-    std::vector<query::Pose> poses_;
+    std::vector<sqmap::Pose> poses_;
     std::size_t total_ = 0;
 
 public:
@@ -231,7 +231,7 @@ public:
         swept.step = 0.05;
         for (const query::Layer layer : k_layers)
             for (std::size_t i = 0; i < poses_.size(); ++i) {
-                const query::Pose &to = poses_[i], &from = poses_[(i + 1) % poses_.size()];
+                const sqmap::Pose &to = poses_[i], &from = poses_[(i + 1) % poses_.size()];
                 swept.frame.layer = layer;
                 swept_ +=
                     query::query_swept(ring_.view, probe_, previous_, now, from, to, swept, workspace_, contacts_).frame.contacts;
@@ -255,7 +255,7 @@ private:
     query::SkinWorkspace skin_workspace_{lattice_, hand_.mesh.vertices};
     std::vector<query::ProbeContact> contacts_{4096};
     std::vector<query::SkinContact> skin_contacts_{4096};
-    std::vector<query::Pose> poses_;
+    std::vector<sqmap::Pose> poses_;
     std::vector<Vec3d> previous_;
     std::size_t swept_ = 0, skinned_ = 0;
 };
@@ -295,7 +295,7 @@ public:
         for (int i = 0; i < 4; ++i) {
             ways_.emplace_back(zones_.size(), test::random_pose(random, 0.8));
             ways_.push_back(ways_.back());
-            for (haptic::Pose& p : ways_.back()) p.translation += Vec3d{0.01, 0, 0.01};
+            for (sqmap::Pose& p : ways_.back()) p.translation += Vec3d{0.01, 0, 0.01};
         }
         ways_.emplace_back(zones_.size(), test::shifted({1e9, 0, 0}));
         ways_.emplace_back(zones_.size(), test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
@@ -304,7 +304,7 @@ public:
     }
     void run()
     {
-        for (const std::vector<haptic::Pose>& poses : ways_)
+        for (const std::vector<sqmap::Pose>& poses : ways_)
             for (const bool degraded : {false, true}) {
                 solids_[1].pose = ways_.front().front();
                 const haptic::StepResult r =
@@ -327,7 +327,7 @@ private:
     std::optional<haptic::State> state_;
     std::vector<haptic::Wrench> wrenches_;
     haptic::Wrench on_solids_[2];
-    std::vector<std::vector<haptic::Pose>> ways_;
+    std::vector<std::vector<sqmap::Pose>> ways_;
     std::size_t contacts_ = 0;
     bool finite_ = true;
 };

@@ -13,7 +13,7 @@ struct Solid {
     explicit Solid(const mesh::Mesh& m) : mesh(m), parsed(m), view(parsed.view()), probe(m.vertices) {}
     Solid(const Solid&) = delete;
     Solid& operator=(const Solid&) = delete;
-    [[nodiscard]] query::Body at(const query::Pose& pose = {}) const { return {&view, &probe, pose}; }
+    [[nodiscard]] query::Body at(const sqmap::Pose& pose = {}) const { return {&view, &probe, pose}; }
 
     const mesh::Mesh mesh;
     const Parsed parsed;  // frames ask for a model in one blob
@@ -21,7 +21,7 @@ struct Solid {
     const query::Probe probe;
 };
 
-inline query::Pose shifted(Vec3d by) { return {{}, by}; }
+inline sqmap::Pose shifted(Vec3d by) { return {{}, by}; }
 
 /// Rodrigues' formula; axis of unit length, angle in radians.
 inline Mat3d rotation_about(Vec3d axis, double angle)
@@ -37,7 +37,7 @@ inline Mat3d rotation_about(Vec3d axis, double angle)
     return m;
 }
 
-inline query::Pose random_pose(Random& random, double reach)
+inline sqmap::Pose random_pose(Random& random, double reach)
 {
     return {rotation_about(random.direction(), random.between(0, 3.14)), reach * random.in_box({-1, -1, -1}, {1, 1, 1})};
 }

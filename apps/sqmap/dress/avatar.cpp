@@ -32,7 +32,7 @@ double height_of(const Avatar& avatar)
 }
 
 /// The rigid motion nearest to a joint's map, about its bound place: rows made orthonormal in turn.
-query::Pose rigid(const Affine& map, Vec3d joint)
+sqmap::Pose rigid(const Affine& map, Vec3d joint)
 {
     Mat3d r = map.linear;
     r.row[0] = normalized(r.row[0]);
@@ -120,7 +120,7 @@ Avatar still_avatar(const std::filesystem::path& path)
             {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
     if (part.mesh.triangles.empty())
         throw io::ModelFileError(path.string() + " was baked without its exact layer: bake it with it");
-    avatar.pose = [](double, std::span<query::Pose> poses) { std::fill(poses.begin(), poses.end(), query::Pose{}); };
+    avatar.pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
     avatar.height = height_of(avatar);
     return avatar;
 }
@@ -144,7 +144,7 @@ Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, doub
         part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
         take_model(part);
     }
-    avatar.pose = [bones, gait](double time, std::span<query::Pose> poses) { sim::walk(*bones, gait, time, poses); };
+    avatar.pose = [bones, gait](double time, std::span<sqmap::Pose> poses) { sim::walk(*bones, gait, time, poses); };
     avatar.height = height_of(avatar);
     return avatar;
 }
@@ -181,7 +181,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     for (const io::SkinJoint& joint : skin.skeleton) avatar.joints.push_back(joint.name);
     const io::SkinAnimation* plays = walk ? &animation_of(file, skin, animation) : nullptr;
     const bool again = plays != nullptr && plays->duration > 0 && is_cycle(skin, *plays);
-    avatar.pose = [&body, rest = std::move(rest), centres, plays, again](double time, std::span<query::Pose> poses) {
+    avatar.pose = [&body, rest = std::move(rest), centres, plays, again](double time, std::span<sqmap::Pose> poses) {
         if (plays != nullptr) {
             const double at = std::max(0.0, time - 2), s = std::clamp(time - 1, 0.0, 1.0);
             const auto target = io::places_at(body.file, *plays, again ? std::fmod(at, plays->duration) : at);

@@ -42,7 +42,7 @@ struct SkinnedBody {
 struct Avatar {
     std::vector<AvatarPart> parts;
     std::vector<std::string> joints;  ///< of a skin: what garments may be pinned to; after the parts among the poses
-    std::function<void(double time, std::span<query::Pose>)> pose;  ///< of each part and joint; moves the skin
+    std::function<void(double time, std::span<sqmap::Pose>)> pose;  ///< of each part and joint; moves the skin
     std::unique_ptr<SkinnedBody> skin;                              ///< of the only part
     double height = 0;                                              ///< m, as it stands
 };

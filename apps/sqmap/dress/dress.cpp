@@ -104,7 +104,7 @@ void dress(const Arguments& a)
                                                       })
                     : is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3)
                                         : still_avatar(a.avatar);
-    std::vector<query::Pose> poses(avatar.parts.size() + avatar.joints.size());
+    std::vector<sqmap::Pose> poses(avatar.parts.size() + avatar.joints.size());
     avatar.pose(0, poses);
     std::vector<sim::Solid> solids;
     for (std::size_t p = 0; p < poses.size(); ++p)
@@ -137,7 +137,7 @@ void dress(const Arguments& a)
         if (!file.waist_bone.empty()) {
             try {
                 const std::uint32_t solid = find_bone(file.waist_bone);
-                cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? query::Pose{} : poses[solid]);
+                cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? sqmap::Pose{} : poses[solid]);
             } catch (const GarmentFileError& e) {
                 throw GarmentFileError(path + ": 'waist_bone' " + e.what());
             }

@@ -67,7 +67,7 @@ void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const
             nodes.clear();
             for (std::uint32_t i = 0; i < cloth.size(); ++i)
                 if (i == nearest || norm(cloth.positions()[i] - cloth.positions()[nearest]) <= pin.radius) nodes.push_back(i);
-            cloth.pin(nodes, bones_[k], bones_[k] < solids.size() ? solids[bones_[k]].previous : query::Pose{});
+            cloth.pin(nodes, bones_[k], bones_[k] < solids.size() ? solids[bones_[k]].previous : sqmap::Pose{});
         }
         if (now(pin.until)) cloth.unpin(nodes);
     }
@@ -104,7 +104,7 @@ void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, st
     const int ticks = std::max(1, static_cast<int>(std::lround(dt / k_tick)));
     for (int k = 1; k <= ticks; ++k) {
         const double at = start + k * dt / ticks;
-        query::Pose device;
+        sqmap::Pose device;
         device.translation = grabbed_ + (holds ? std::clamp((at - p.at) / (p.until - p.at), 0.0, 1.0) : 0.0) * p.by;
         const ToolFelt felt = tool_->tick(scene, device, dt / ticks);
         const haptic::Wrench asked{felt.asked(), {}};

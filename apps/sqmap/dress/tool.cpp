@@ -58,7 +58,7 @@ ToolScene ClothTool::scene(std::span<const sim::Solid> solids, const sim::Cloth*
     return scene;
 }
 
-ToolFelt ClothTool::tick(const ToolScene& scene, const query::Pose& device, double dt, bool degraded) noexcept
+ToolFelt ClothTool::tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded) noexcept
 {
     for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].pose = scene.poses[which_[i]];
     haptic::Wrench wrench;
@@ -104,7 +104,7 @@ std::uint32_t LiveTool::tick(void* context, const device::TickInput& input, std:
 {
     LiveTool& self = *static_cast<LiveTool*>(context);
     (void)self.scene_.take();
-    query::Pose pose = input.sample.poses[0];
+    sqmap::Pose pose = input.sample.poses[0];
     pose.translation += self.at_;
     ToolFelt felt = self.tool_.tick(self.scene_.value(), pose, input.dt, input.degraded);
     felt.buttons = input.sample.buttons;

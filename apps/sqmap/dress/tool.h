@@ -23,7 +23,7 @@ namespace sqmap::app {
 /// What the cloth's steps tell the tool's ticks. World, m.
 struct ToolScene {
     static constexpr std::size_t k_max = 32;
-    std::array<query::Pose, k_max> poses{};  ///< of the solids
+    std::array<sqmap::Pose, k_max> poses{};  ///< of the solids
     bool holds = false;
     Vec3d slack{};                      ///< where the tip would feel nothing of the cloth that it holds
     bool on_skin = false;               ///< the tip is in a skinned solid
@@ -50,7 +50,7 @@ public:
     /// What the next ticks feel: after each of the cloth's steps.
     [[nodiscard]] ToolScene scene(std::span<const sim::Solid> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device);
     /// dt seconds later, with the device there. No allocation.
-    ToolFelt tick(const ToolScene& scene, const query::Pose& device, double dt, bool degraded = false) noexcept;
+    ToolFelt tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded = false) noexcept;
 
 private:
     query::Probe probe_;

@@ -23,7 +23,7 @@ struct Live {
 
 /// A tick of the tool's one zone, as far as forces depend on it.
 struct FeltInput {
-    haptic::Pose pose{};
+    sqmap::Pose pose{};
     haptic::Twist twist{};
     double dt = 0;
     bool has_twist = false, degraded = false;

@@ -76,7 +76,7 @@ struct Fitting::Work {
 
     // The thread's own.
     app::Avatar avatar;
-    std::vector<query::Pose> poses;
+    std::vector<sqmap::Pose> poses;
     std::vector<sim::Solid> solids;
     Costume worn;
     sim::Fabric fabric{};
@@ -87,7 +87,7 @@ struct Fitting::Work {
     double pose_time = 0;
     bool walks = false, held = false;
     std::unique_ptr<app::ClothTool> tool;  // the pointer's tip, which stops at the body
-    query::Pose pointed;
+    sqmap::Pose pointed;
     app::ToolFelt felt;
     std::uint32_t number = 0, frames = 0;
 
@@ -148,7 +148,7 @@ void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
         if (avatar.parts[p].name == worn.waist_bone) cloth->pin(worn.garment.waist, p, poses[p]);
     for (const std::uint32_t n : pinned) {
         const std::uint32_t bone = bone_near(cloth->positions()[n]);
-        cloth->pin({&n, 1}, bone, bone == sim::Cloth::k_world ? query::Pose{} : poses[bone]);
+        cloth->pin({&n, 1}, bone, bone == sim::Cloth::k_world ? sqmap::Pose{} : poses[bone]);
     }
     if (anew) publish_shapes();
 }
@@ -217,7 +217,7 @@ std::uint32_t Fitting::Work::bone_near(Vec3d p) const
     std::uint32_t best = sim::Cloth::k_world;
     double least = k_near_body * k_near_body;
     for (std::uint32_t b = 0; b < avatar.parts.size(); ++b) {
-        const query::Pose to = query::inverse(poses[b]);
+        const sqmap::Pose to = sqmap::inverse(poses[b]);
         const Vec3d local = to.rotation * p + to.translation;
         for (const Vec3d& v : avatar.parts[b].mesh.vertices)
             if (norm_sq(v - local) < least) least = norm_sq(v - local), best = b;
@@ -269,7 +269,7 @@ void Fitting::Work::take(const Message& m)
             if (norm(cloth->positions()[node] - m.target) > 0.1) return;
             const std::vector<std::uint32_t> nodes = within(node, k_pin);
             const std::uint32_t bone = bone_near(cloth->positions()[node]);
-            cloth->pin(nodes, bone, bone == sim::Cloth::k_world ? query::Pose{} : poses[bone]);
+            cloth->pin(nodes, bone, bone == sim::Cloth::k_world ? sqmap::Pose{} : poses[bone]);
             for (const std::uint32_t n : nodes)
                 if (std::find(pinned.begin(), pinned.end(), n) == pinned.end()) pinned.push_back(n);
             break;
@@ -327,7 +327,7 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
          {tension.x, tension.y, tension.z, report.fastest, static_cast<double>(report.contacts), gap,
           static_cast<double>(pinned.size()), held ? 1.0 : 0.0, static_cast<double>(number), body.x, body.y, body.z})
         out.push_back(static_cast<float>(x));
-    for (const query::Pose& pose : poses) {
+    for (const sqmap::Pose& pose : poses) {
         for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c) out.push_back(static_cast<float>(pose.rotation.row[r][c]));
         for (int k = 0; k < 3; ++k) out.push_back(static_cast<float>(pose.translation[k]));

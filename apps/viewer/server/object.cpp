@@ -121,7 +121,7 @@ nlohmann::ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-haptic::Pose Object::pose() const { return {{}, place - metres_per_unit * centre}; }
+sqmap::Pose Object::pose() const { return {{}, place - metres_per_unit * centre}; }
 
 Frame Object::frame() const
 {

@@ -28,7 +28,7 @@ struct Parts {
     decompose::Partition partition;                   ///< without boundaries where it comes from a model
     std::vector<shape::Superquadricd> superquadrics;  ///< #parts, model space
     std::vector<double> largest_f;                    ///< #parts, proven; above 1: not certified
-    std::vector<shape::Sphere<double>> spheres;       ///< #parts, about the superquadrics, model space
+    std::vector<sqmap::Sphere3<double>> spheres;       ///< #parts, about the superquadrics, model space
     std::vector<std::string> names;                   ///< #parts: shape and place, for people who do not see colours
 };
 
@@ -54,7 +54,7 @@ struct Object {
     Object(const Object&) = delete;
     Object& operator=(const Object&) = delete;
 
-    [[nodiscard]] haptic::Pose pose() const;  ///< mesh frame in metres -> world
+    [[nodiscard]] sqmap::Pose pose() const;  ///< mesh frame in metres -> world
     [[nodiscard]] Vec3f world(Vec3d model_point) const;
     [[nodiscard]] Frame frame() const;  ///< model space -> mesh units
 };

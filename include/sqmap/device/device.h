@@ -13,7 +13,6 @@
 
 namespace sqmap::device {
 
-using haptic::Pose;
 using haptic::Twist;
 using haptic::Wrench;
 

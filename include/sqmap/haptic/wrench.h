@@ -1,12 +1,9 @@
 // What goes to a hand: force and torque, in newtons and metres.
 #pragma once
 
-#include "sqmap/math/vec.h"
-#include "sqmap/query/probe.h"
+#include "sqmap/math/pose.h"
 
 namespace sqmap::haptic {
-
-using query::Pose;
 
 /// Force, N, and torque about the tool's centre, N m; the world's axes.
 struct Wrench {

@@ -125,6 +125,12 @@ constexpr Mat3<Real> operator*(const Mat3<Real>& a, const Mat3<Real>& b)
     return {{transpose_mul(b, a.row[0]), transpose_mul(b, a.row[1]), transpose_mul(b, a.row[2])}};
 }
 
+template <class Real>
+[[nodiscard]] bool is_finite(Vec3<Real> v) noexcept
+{
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
 /// x -> linear x + shift.
 struct Affine {
     Mat3d linear{};

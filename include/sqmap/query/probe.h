@@ -1,6 +1,7 @@
 // A whole probe against a model, a frame at a time: which of its points are in contact, how deep, which way is out.
 #pragma once
 
+#include "sqmap/math/pose.h"
 #include "sqmap/query/query.h"
 
 #include <cstddef>
@@ -9,21 +10,6 @@
 #include <vector>
 
 namespace sqmap::query {
-
-/// Where a body is: x in the parent frame = rotation x + translation; the parent's units.
-struct Pose {
-    Mat3d rotation{};
-    Vec3d translation{};
-};
-
-/// a after b: x -> a(b(x)).
-[[nodiscard]] Pose compose(const Pose& a, const Pose& b) noexcept;
-[[nodiscard]] Pose inverse(const Pose& pose) noexcept;
-
-struct Sphere {
-    Vec3d centre{};
-    double radius = 0;
-};
 
 struct ProbeJob;
 

@@ -17,7 +17,7 @@ namespace sqmap::sim {
 /// Without a model there is nothing to lie on: a joint that pins ride.
 struct Solid {
     const model::ModelView* model = nullptr;
-    query::Pose previous{}, pose{};
+    Pose previous{}, pose{};
     query::MovingSkin* skin = nullptr;
 };
 
@@ -130,7 +130,7 @@ public:
 
     /// Nodes keep their place relative to a solid (its number at step), as they are now; k_world: where they are.
     static constexpr std::uint32_t k_world = 0xffffffffu;
-    void pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const query::Pose& pose);
+    void pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const Pose& pose);
     void unpin(std::span<const std::uint32_t> nodes);
 
     [[nodiscard]] std::size_t seams() const noexcept;

@@ -37,10 +37,10 @@ struct Gait {
 
 /// Where each bone is at a time: x_world = pose x_rest. poses.size() == bones.size().
 /// @pre bones came from capsule_human
-void walk(std::span<const Bone> bones, const Gait& gait, double time, std::span<query::Pose> poses);
+void walk(std::span<const Bone> bones, const Gait& gait, double time, std::span<Pose> poses);
 
 /// Turn of each bone about its own joint, in its parent's frame, to where it is in the world: forward kinematics.
 /// shift: of the root.
-void pose_bones(std::span<const Bone> bones, std::span<const Mat3d> turns, Vec3d shift, std::span<query::Pose> poses);
+void pose_bones(std::span<const Bone> bones, std::span<const Mat3d> turns, Vec3d shift, std::span<Pose> poses);
 
 }  // namespace sqmap::sim

@@ -9,7 +9,7 @@
 
 int main()
 {
-    std::vector<sqmap::query::Pose> poses(100000);
+    std::vector<sqmap::Pose> poses(100000);
     sqmap::device::PathDevice device("a path", poses, 1000);
     sqmap::device::ServoTick tick;
     {

@@ -14,7 +14,6 @@ using sqmap::test::tube_hand;
 
 constexpr double k_length = 0.19;
 
-Vec3d at(const Pose& pose, const Vec3d& p) { return pose.rotation * p + pose.translation; }
 Vec3d back(const Pose& pose, const Vec3d& p) { return transpose_mul(pose.rotation, p - pose.translation); }
 
 /// Where the joints take a bound point of the tubes.
@@ -22,7 +21,7 @@ Vec3d carried(const HandMesh& flat, std::size_t i, const std::array<Pose, k_hand
               const std::array<Pose, k_hand_joints>& posed)
 {
     const std::size_t joint = flat.joints[i][0];
-    return at(posed[joint], back(rest[joint], flat.points[i]));
+    return apply(posed[joint], back(rest[joint], flat.points[i]));
 }
 
 double farthest(std::span<const Vec3d> points, const std::vector<Vec3d>& expected)

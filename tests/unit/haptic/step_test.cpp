@@ -366,7 +366,7 @@ TEST(Step, OnlyThePlaceOfOneOverTheOtherCounts)
     Tool a(hand().mesh.vertices, with(Averaging::Patch)), b(hand().mesh.vertices, with(Averaging::Patch));
     const Pose pose{rotation_about({0, 1, 0}, 0.4), {0.03, -0.07, 0.03}};
     const Wrench here = a.touch(frictionless(box()), pose);
-    const Wrench there = b.touch(frictionless(box(), turned), query::compose(turned, pose));
+    const Wrench there = b.touch(frictionless(box(), turned), sqmap::compose(turned, pose));
     EXPECT_GT(norm(here.force), 0.1);
     EXPECT_LT(norm(turned.rotation * here.force - there.force), 1e-3);
     EXPECT_LT(norm(turned.rotation * here.torque - there.torque), 1e-3);

@@ -27,8 +27,6 @@ const std::vector<Vec3d>& hand_points()
     return k_points;
 }
 
-Vec3d posed(const Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 /// Some point of the probe comes near some vertex of the mesh, any way round. mesh: in the units of the pose.
 std::vector<Pose> touching_poses(std::span<const Vec3d> probe, std::span<const Vec3d> mesh, int count, std::uint64_t seed)
 {
@@ -126,7 +124,7 @@ void check_against_oracle(Layer layer, const Limits& limits)
             unseen += answer.result.unseen;
             const auto contact_of = by_point(answer, points.size());
             for (std::size_t i = 0; i < points.size(); ++i) {
-                const Vec3d p = m.to_model(posed(pose, points[i]));
+                const Vec3d p = m.to_model(apply(pose, points[i]));
                 const bool inside = m.solid().inside(p);
                 const ProbeContact* c = contact_of[i];
                 contacts += inside ? 1u : 0u;
@@ -235,7 +233,7 @@ TEST(Frame, LayerOneMissesNothing)
         const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::One});
         const auto contact_of = by_point(answer, hand_points().size());
         for (std::size_t i = 0; i < hand_points().size(); ++i) {
-            const Vec3d p = m.to_model(posed(pose, hand_points()[i]));
+            const Vec3d p = m.to_model(apply(pose, hand_points()[i]));
             if (contact_of[i] != nullptr || !m.solid().inside(p)) continue;
             ASSERT_LT(m.solid().closest_boundary(p).distance, 1e-5 * m.r_max());
         }
@@ -254,7 +252,7 @@ TEST(Frame, AnswersAsPointQueriesDo)
             const Answer answer = ask(m.view(), probe, pose, {.layer = layer});
             const auto contact_of = by_point(answer, points.size());
             for (std::size_t i = 0; i < points.size(); ++i) {
-                const Contact c = query_point(m.view(), cast<float>(m.to_model(posed(pose, points[i]))), layer);
+                const Contact c = query_point(m.view(), cast<float>(m.to_model(apply(pose, points[i]))), layer);
                 ++all;
                 differ += c.contact != (contact_of[i] != nullptr) ? 1u : 0u;
                 if (c.contact && contact_of[i] != nullptr && c.status == k_ok)
@@ -327,7 +325,7 @@ TEST(Frame, MovingBothBodiesChangesNothing)
         const Pose moved = compose(inverse(compose(world, object)), compose(world, compose(object, pose)));
         const Pose frame{random_rotation(random), 2. * random.direction()};
         std::vector<Vec3d> retold;
-        for (const Vec3d& p : points) retold.push_back(posed(frame, p));
+        for (const Vec3d& p : points) retold.push_back(apply(frame, p));
         const Answer plain = ask(m.view(), probe, pose, {.layer = Layer::Exact});
         for (const Answer& other : {ask(m.view(), probe, moved, {.layer = Layer::Exact}),
                                     ask(m.view(), Probe(retold), compose(pose, inverse(frame)), {.layer = Layer::Exact})}) {
@@ -476,7 +474,7 @@ TEST(Frame, MeshesFarFromTheirOriginAreAnswered)
         const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const Vec3d p = m.to_model(posed(pose, points[i]));
+            const Vec3d p = m.to_model(apply(pose, points[i]));
             const double distance = m.solid().closest_boundary(p).distance;
             if (distance < 1e-5 * m.r_max()) continue;
             ASSERT_EQ(contact_of[i] != nullptr, m.solid().inside(p)) << distance / m.r_max();
@@ -529,7 +527,7 @@ TEST(Frame, AModelWithoutALocatorIsAnsweredPointByPoint)
         const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const Vec3d p = m.to_model(posed(pose, points[i]));
+            const Vec3d p = m.to_model(apply(pose, points[i]));
             const double distance = m.solid().closest_boundary(p).distance;
             if (distance < 1e-5 * m.r_max()) continue;
             ASSERT_EQ(contact_of[i] != nullptr, m.solid().inside(p));
@@ -562,8 +560,8 @@ TEST(Frame, PosesComposeAndInvert)
     for (int i = 0; i < 50; ++i) {
         const Pose a{random_rotation(random), random.direction()}, b{random_rotation(random), random.direction()};
         const Vec3d x = random.direction();
-        EXPECT_LT(norm(posed(compose(a, b), x) - posed(a, posed(b, x))), 1e-14);
-        EXPECT_LT(norm(posed(inverse(a), posed(a, x)) - x), 1e-14);
+        EXPECT_LT(norm(apply(compose(a, b), x) - apply(a, apply(b, x))), 1e-14);
+        EXPECT_LT(norm(apply(inverse(a), apply(a, x)) - x), 1e-14);
     }
 }
 

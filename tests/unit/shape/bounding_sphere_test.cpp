@@ -25,7 +25,7 @@ double farthest_sample(const Superquadricd& sq, Vec3d centre)
 TEST(BoundingSphere, HoldsTheSurfaceAndIsExactWithoutDeformation)
 {
     for (const Superquadricd& sq : test::sample_superquadrics(false)) {
-        const Sphere<double> s = bounding_sphere(sq);
+        const Sphere3<double> s = bounding_sphere(sq);
         const double sampled = farthest_sample(sq, s.centre);
         EXPECT_GE(s.radius, sampled);
         EXPECT_LT(s.radius, sampled * 1.001);
@@ -35,7 +35,7 @@ TEST(BoundingSphere, HoldsTheSurfaceAndIsExactWithoutDeformation)
 TEST(BoundingSphere, HoldsTaperedAndBentSurfacesWithinAFewPerCent)
 {
     for (const Superquadricd& sq : test::sample_superquadrics(true)) {
-        const Sphere<double> s = bounding_sphere(sq);
+        const Sphere3<double> s = bounding_sphere(sq);
         const double sampled = farthest_sample(sq, s.centre);
         EXPECT_GE(s.radius, sampled);
         EXPECT_LT(s.radius, sampled * 1.3);

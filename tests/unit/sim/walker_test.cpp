@@ -7,20 +7,18 @@
 namespace sqmap::sim {
 namespace {
 
-Vec3d at(const query::Pose& pose, Vec3d p) { return pose.rotation * p + pose.translation; }
-
 TEST(Walker, JointsStayTogetherAndBonesRigid)
 {
     const auto bones = capsule_human(1.75);
-    std::vector<query::Pose> poses(bones.size());
+    std::vector<sqmap::Pose> poses(bones.size());
     for (double time = 0; time < 6; time += 0.13) {
         walk(bones, {}, time, poses);
         for (std::size_t b = 0; b < bones.size(); ++b) {
             const Mat3d product = poses[b].rotation * transpose(poses[b].rotation);
             for (int k = 0; k < 3; ++k) EXPECT_LT(norm(product.row[k] - Mat3d{}.row[k]), 1e-12);
             if (bones[b].parent < 0) continue;
-            const query::Pose& parent = poses[static_cast<std::size_t>(bones[b].parent)];
-            EXPECT_LT(norm(at(poses[b], bones[b].joint) - at(parent, bones[b].joint)), 1e-12) << bones[b].name;
+            const sqmap::Pose& parent = poses[static_cast<std::size_t>(bones[b].parent)];
+            EXPECT_LT(norm(apply(poses[b], bones[b].joint) - apply(parent, bones[b].joint)), 1e-12) << bones[b].name;
         }
     }
 }
@@ -43,9 +41,9 @@ TEST(Walker, FleshOverlapsAboutEachJointWhateverTheTurn)
 TEST(Walker, StandsThenStepsLeftAndRightAlike)
 {
     const auto bones = capsule_human(1.75);
-    std::vector<query::Pose> now(bones.size()), later(bones.size());
+    std::vector<sqmap::Pose> now(bones.size()), later(bones.size());
     walk(bones, {}, 0.5, now);
-    for (const query::Pose& pose : now) EXPECT_LT(norm(pose.translation), 1e-12);
+    for (const sqmap::Pose& pose : now) EXPECT_LT(norm(pose.translation), 1e-12);
     const Gait gait;
     walk(bones, gait, 5.3, now);
     walk(bones, gait, 5.3 + 0.5 * gait.period, later);
@@ -53,7 +51,7 @@ TEST(Walker, StandsThenStepsLeftAndRightAlike)
     for (std::size_t b = 0; b < bones.size(); ++b)
         for (std::size_t m = 0; m < bones.size(); ++m) {
             if (bones[b].name.substr(0, 4) != "left" || bones[m].name != "right" + bones[b].name.substr(4)) continue;
-            const Vec3d left = at(now[b], bones[b].flesh.back().b), right = at(later[m], bones[m].flesh.back().b);
+            const Vec3d left = apply(now[b], bones[b].flesh.back().b), right = apply(later[m], bones[m].flesh.back().b);
             EXPECT_LT(norm(left - Vec3d{-right.x, right.y, right.z}), 1e-9) << bones[b].name;
             swing = std::max(swing, norm(left - bones[b].flesh.back().b));
         }
