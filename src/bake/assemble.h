@@ -1,7 +1,7 @@
 // What bake and rebake pack models with.
 #pragma once
 
-#include "part_work.h"
+#include "bake/parts/part_work.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 

@@ -1,9 +1,9 @@
 #include "candidate_lists.h"
 
+#include "bake/exact/rise.h"
+#include "bake/locator/near_triangles.h"
 #include "budget.h"
-#include "near_triangles.h"
 #include "parallel.h"
-#include "rise.h"
 
 #include <algorithm>
 #include <bit>

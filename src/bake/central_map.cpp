@@ -2,7 +2,7 @@
 // stay straight and planes stay linear in w = 1/rho, so that every deviation below is exact up to rounding.
 #include "central_map.h"
 
-#include "footprint.h"
+#include "bake/central/footprint.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Baking the central map of one part. See query/central_map.h for what the stored numbers mean.
 #pragma once
 
-#include "chart_frame.h"
+#include "bake/central/chart_frame.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
 #include "sqmap/model/model_data.h"

@@ -1,9 +1,9 @@
 #include "locator.h"
 
+#include "bake/locator/clip_to_cube.h"
+#include "bake/locator/near_triangles.h"
+#include "bake/locator/nearby.h"
 #include "budget.h"
-#include "clip_to_cube.h"
-#include "near_triangles.h"
-#include "nearby.h"
 #include "parallel.h"
 #include "query/approach.h"
 #include "sqmap/mesh/error.h"

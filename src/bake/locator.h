@@ -1,7 +1,7 @@
 // The grid that leads a point in space to the chart that answers it and to where its nearest surface is.
 #pragma once
 
-#include "change.h"
+#include "bake/locator/change.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 

@@ -1,11 +1,11 @@
 #include "sqmap/bake/rebake.h"
 
 #include "assemble.h"
+#include "bake/locator/change.h"
+#include "bake/parts/refinement.h"
 #include "candidate_lists.h"
-#include "change.h"
 #include "locator.h"
 #include "parallel.h"
-#include "refine.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"

@@ -1,4 +1,4 @@
-#include "caps.h"
+#include "bake/parts/caps.h"
 
 #include <algorithm>
 #include <map>

@@ -1,7 +1,7 @@
 // What the exact layer keeps beside a flat place's planes.
 #pragma once
 
-#include "clip_to_cube.h"
+#include "bake/locator/clip_to_cube.h"
 #include "query/approach.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"

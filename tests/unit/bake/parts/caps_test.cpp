@@ -1,4 +1,4 @@
-#include "bake/caps.h"
+#include "bake/parts/caps.h"
 
 #include "sqmap/mesh/adjacency.h"
 #include "sqmap/mesh/bvh.h"

@@ -1,8 +1,8 @@
 // One part on its way to the model.
 #pragma once
 
-#include "caps.h"
-#include "central_map.h"
+#include "bake/central_map.h"
+#include "bake/parts/caps.h"
 #include "sqmap/fit/fit.h"
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-#include "refine.h"
+#include "bake/parts/refinement.h"
 
-#include "parallel.h"
+#include "bake/parallel.h"
 
 #include <algorithm>
 #include <cmath>

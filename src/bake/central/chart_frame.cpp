@@ -1,4 +1,4 @@
-#include "chart_frame.h"
+#include "bake/central/chart_frame.h"
 
 #include "sqmap/mesh/error.h"
 

@@ -2,7 +2,7 @@
 // split.
 #pragma once
 
-#include "part_work.h"
+#include "bake/parts/part_work.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/decompose/decompose.h"
 
