@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers.
 #include "sqmap/query/query.h"
 
-#include "central_query.h"
-#include "exact_layer.h"
-#include "normal_query.h"
+#include "query/exact/exact_layer.h"
+#include "query/normal/normal_query.h"
+#include "query/point/central_query.h"
 
 #include <algorithm>
 #include <cmath>

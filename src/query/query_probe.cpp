@@ -1,8 +1,9 @@
 #include "sqmap/query/probe.h"
 
-#include "probe_job.h"
-#include "probe_kernels.h"
-#include "probe_pointwise.h"
+#include "query/exact/probe_exact.h"
+#include "query/point/probe_job.h"
+#include "query/point/probe_kernels.h"
+#include "query/point/probe_pointwise.h"
 
 #include <cmath>
 

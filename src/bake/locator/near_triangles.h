@@ -1,7 +1,7 @@
 // Which triangles can be the nearest somewhere in a box.
 #pragma once
 
-#include "query/triangle_offsets.h"
+#include "math/triangle_offsets.h"
 #include "sqmap/math/triangle.h"
 #include "sqmap/mesh/solid.h"
 
@@ -23,7 +23,7 @@ template <std::size_t k_boxes>
 struct BoxLattice {
     static constexpr std::size_t k_side = k_boxes, k_along = k_side + 1;  ///< points along a side, x fastest
     static constexpr std::size_t k_points = k_along * k_along * k_along;
-    static constexpr std::size_t k_capacity = (k_points + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+    static constexpr std::size_t k_capacity = (k_points + k_point_step - 1) / k_point_step * k_point_step;
     /// From a small box's lowest corner to its corners, in lattice points.
     static constexpr std::size_t k_steps[8] = {
         0, 1, k_along, k_along + 1, k_along* k_along, k_along* k_along + 1, k_along*(k_along + 1), k_along*(k_along + 1) + 1};
@@ -49,7 +49,7 @@ public:
         std::sort(within_.begin(), within_.end());
         put_corners(within_, middle);
         // The last column is the middle itself.
-        centres_ = (centres.size() + query::k_point_step) / query::k_point_step * query::k_point_step;
+        centres_ = (centres.size() + k_point_step) / k_point_step * k_point_step;
         for (std::size_t k = 0; k < 3; ++k) {
             centre_[k].resize(centres_);
             for (std::size_t i = 0; i < centres_; ++i) {
@@ -59,8 +59,8 @@ public:
             grow(to_centre_[k], within_.size() * centres_);
         }
         grow(from_centre_, within_.size() * centres_);
-        query::triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_},
-                                to_centre_[0].data(), to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
+        triangle_offsets(corners_, {centre_[0].data(), centre_[1].data(), centre_[2].data(), centres_}, to_centre_[0].data(),
+                         to_centre_[1].data(), to_centre_[2].data(), from_centre_.data());
         all_.resize(within_.size());
         std::iota(all_.begin(), all_.end(), 0u);
         collect(all_, centres_ - 1, middle, half, some_);
@@ -183,8 +183,8 @@ private:
             point_[2][i] = place(p / (L::k_along * L::k_along));
         }
         for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) grow(*values, triangles_.size() * L::k_capacity);
-        query::triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), L::k_capacity},
-                                offset_[0].data(), offset_[1].data(), offset_[2].data(), distance_.data());
+        triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), L::k_capacity}, offset_[0].data(),
+                         offset_[1].data(), offset_[2].data(), distance_.data());
         nearest_.fill(k_none);
         least_.fill(INFINITY);
         std::uint32_t* __restrict nearest = nearest_.data();

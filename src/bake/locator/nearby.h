@@ -1,7 +1,7 @@
 // Closest points of the boundary for many points of one place.
 #pragma once
 
-#include "query/triangle_offsets.h"
+#include "math/triangle_offsets.h"
 #include "sqmap/math/triangle.h"
 #include "sqmap/mesh/solid.h"
 
@@ -50,15 +50,15 @@ public:
             }
             return;
         }
-        const std::size_t columns = (points.size() + query::k_point_step - 1) / query::k_point_step * query::k_point_step;
+        const std::size_t columns = (points.size() + k_point_step - 1) / k_point_step * k_point_step;
         for (std::size_t k = 0; k < 3; ++k) {
             for (std::size_t i = 0; i < columns; ++i)
                 at_[k][i] = static_cast<float>((points[std::min(i, points.size() - 1)] - centre_)[static_cast<int>(k)]);
             offset_[k].resize(triangles_.size() * columns);
         }
         distance_.resize(triangles_.size() * columns);
-        query::triangle_offsets(corners_, {at_[0], at_[1], at_[2], columns}, offset_[0].data(), offset_[1].data(),
-                                offset_[2].data(), distance_.data());
+        triangle_offsets(corners_, {at_[0], at_[1], at_[2], columns}, offset_[0].data(), offset_[1].data(), offset_[2].data(),
+                         distance_.data());
         std::uint32_t nearest[k_points];
         float least[k_points];
         std::fill_n(nearest, columns, 0u);

@@ -1,4 +1,4 @@
-#include "query/probe_pointwise.h"
+#include "query/point/probe_pointwise.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"
 

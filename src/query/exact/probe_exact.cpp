@@ -1,19 +1,19 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, beyond its layers: the mesh's own
 // triangles, for many points at once. A place of the locator lists every triangle that can be nearest to a point of it, so the
 // nearest of its list is the nearest of all, and the side of it is the verdict.
-#include "probe_kernels.h"
+#include "probe_exact.h"
 
 #include "exact_layer.h"
 
 #include <bit>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/probe_exact.cpp"
+#define HWY_TARGET_INCLUDE "query/exact/probe_exact.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "locate-inl.h"
-#include "triangles-inl.h"
+#include "math/triangles-inl.h"
+#include "query/point/locate-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

@@ -6,15 +6,17 @@
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/refit.cpp"
+#define HWY_TARGET_INCLUDE "query/point/refit.cpp"
 #include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "lanes-inl.h"
+#include "math/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
+
+using namespace sqmap::HWY_NAMESPACE;
 
 constexpr std::size_t k_ahead = 16;  ///< clusters whose points are fetched early
 

@@ -3,7 +3,7 @@
 // the nearest one holds no boundary, so what the point sees there is the side that it is on.
 #include "exact_layer.h"
 
-#include "central_query.h"
+#include "query/point/central_query.h"
 #include "sqmap/math/triangle.h"
 
 #include <algorithm>

@@ -1,26 +1,27 @@
-// Vectors of as many points as the machine takes at once, at most a cluster: compiled for each instruction set by Highway
+// Vectors of as many points as the machine takes at once, at most k_max_lanes: compiled for each instruction set by Highway
 // (J. Wassenberg et al.), without fused multiply-add, so that all give the same bits.
-#if defined(SQMAP_QUERY_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_LANES_INL_H
-#undef SQMAP_QUERY_LANES_INL_H
+#if defined(SQMAP_MATH_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_MATH_LANES_INL_H
+#undef SQMAP_MATH_LANES_INL_H
 #else
-#define SQMAP_QUERY_LANES_INL_H
+#define SQMAP_MATH_LANES_INL_H
 #endif
-
-#include "sqmap/query/probe.h"
 
 #include <hwy/highway.h>
 
 #include <bit>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using DF = hn::CappedTag<float, Probe::k_cluster>;
+constexpr std::size_t k_max_lanes = 16;
+using DF = hn::CappedTag<float, k_max_lanes>;
 using DI = hn::RebindToSigned<DF>;
 using DU = hn::RebindToUnsigned<DF>;
 using F = hn::Vec<DF>;
@@ -105,7 +106,7 @@ HWY_INLINE void each_lane(M mask, Do&& action)
 }
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <span>
 
-namespace sqmap::query {
+namespace sqmap {
 
 /// Points in columns; a multiple of k_point_step of them.
 struct PointColumns {
@@ -20,4 +20,4 @@ inline constexpr std::size_t k_point_step = 16;
 void triangle_offsets(std::span<const Vec3f> corners, const PointColumns& points, float* x, float* y, float* z,
                       float* distance) noexcept;
 
-}  // namespace sqmap::query
+}  // namespace sqmap

@@ -3,7 +3,7 @@
 #include "sqmap/query/pair.h"
 
 #include "merge.h"
-#include "probe_pointwise.h"
+#include "query/point/probe_pointwise.h"
 
 #include <algorithm>
 #include <bit>

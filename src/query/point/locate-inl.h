@@ -6,7 +6,7 @@
 #define SQMAP_QUERY_LOCATE_INL_H
 #endif
 
-#include "lanes-inl.h"
+#include "math/lanes-inl.h"
 #include "probe_job.h"
 
 #include <hwy/cache_control.h>
@@ -17,8 +17,11 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
+using namespace sqmap::HWY_NAMESPACE;
 using model::LocatorCellKind;
 using model::ModelView;
+
+static_assert(Probe::k_cluster % k_lanes == 0);
 
 /// A flat place's plane that counts, for each lane: its word, and how far the point is below, in cells.
 struct FlatPlanes {

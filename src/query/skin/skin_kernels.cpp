@@ -5,7 +5,7 @@
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/skin_kernels.cpp"
+#define HWY_TARGET_INCLUDE "query/skin/skin_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

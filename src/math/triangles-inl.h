@@ -1,16 +1,16 @@
 // Many points against one triangle after another: what every point needs of a triangle is worked out once, a vector of triangles
 // at a time.
-#if defined(SQMAP_QUERY_TRIANGLES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_TRIANGLES_INL_H
-#undef SQMAP_QUERY_TRIANGLES_INL_H
+#if defined(SQMAP_MATH_TRIANGLES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_MATH_TRIANGLES_INL_H
+#undef SQMAP_MATH_TRIANGLES_INL_H
 #else
-#define SQMAP_QUERY_TRIANGLES_INL_H
+#define SQMAP_MATH_TRIANGLES_INL_H
 #endif
 
-#include "lanes-inl.h"
+#include "math/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::HWY_NAMESPACE {
 namespace {
 
 HWY_INLINE V3 scaled(F k, const V3& v) { return {hn::Mul(k, v.x), hn::Mul(k, v.y), hn::Mul(k, v.z)}; }
@@ -158,7 +158,7 @@ private:
 };
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -1,14 +1,14 @@
 #include "triangle_offsets.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/triangle_offsets.cpp"
+#define HWY_TARGET_INCLUDE "math/triangle_offsets.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include "triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::HWY_NAMESPACE {
 
 void offsets(std::span<const Vec3f> corners, const PointColumns& points, float* x, float* y, float* z, float* distance)
 {
@@ -45,11 +45,11 @@ void offsets(std::span<const Vec3f> corners, const PointColumns& points, float* 
     }
 }
 
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace sqmap::query {
+namespace sqmap {
 
 HWY_EXPORT(offsets);
 
@@ -59,5 +59,5 @@ void triangle_offsets(std::span<const Vec3f> corners, const PointColumns& points
     HWY_DYNAMIC_DISPATCH(offsets)(corners, points, x, y, z, distance);
 }
 
-}  // namespace sqmap::query
+}  // namespace sqmap
 #endif

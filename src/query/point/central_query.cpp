@@ -1,7 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map.
 #include "central_query.h"
 
-#include "central_map.h"
+#include "query/central_map.h"
 
 #include <cmath>
 

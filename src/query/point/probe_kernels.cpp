@@ -2,11 +2,11 @@
 // for each instruction set by Highway (J. Wassenberg et al.); no fused multiply-add, so that all give the same bits.
 #include "probe_kernels.h"
 
-#include "approach.h"
 #include "central_query.h"
+#include "query/approach.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/probe_kernels.cpp"
+#define HWY_TARGET_INCLUDE "query/point/probe_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -2,7 +2,7 @@
 // joined over parts by the witness rule.
 #include "normal_query.h"
 
-#include "central_query.h"
+#include "query/point/central_query.h"
 #include "sqmap/query/normal_projection.h"
 
 #include <algorithm>
