@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures haptic rendering on a folder of meshes and hand paths; writes the figures into docs/algorithms/haptics.md.
+"""Measures haptic rendering on a folder of meshes and hand paths; writes the figures into docs/notes/haptics.md.
 
 usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only slide,ball,tick,density,points,points_tick,energy,paper,picture]
 FOLDERs default to ../shared/meshes and ../shared/paths beside the repository.
@@ -15,7 +15,7 @@ import tempfile
 import plot
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs/algorithms/haptics.md"
+PAGE = ROOT / "docs/notes/haptics.md"
 PICTURE_MESH = "horse_5946.obj"
 ANIMALS = {"bull_7154", "camel_4512", "cat_8108", "elephant_10272", "horse_5946"}
 METHODS = (("mesh", "mesh: nearest triangle", plot.GREY), ("shaded", "force shading", plot.BLUE), ("ours", "sqmap", plot.ORANGE))

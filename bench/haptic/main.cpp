@@ -1,4 +1,4 @@
-// sqmap_haptic: the figures of docs/algorithms/haptics.md.
+// sqmap_haptic: the figures of docs/notes/haptics.md.
 #include "../error.h"
 #include "hand.h"
 #include "slide.h"
@@ -97,16 +97,16 @@ void add_slide(CLI::App& app)
 void add_energy(CLI::App& app)
 {
     const auto c = std::make_shared<SlideCommand>();
-    CLI::App* command = app.add_subcommand("energy", "What closed ways of 3 mm give, share of what the force moves");
+    CLI::App* command = app.add_subcommand("energy", "Work of the force around closed paths of 3 mm, as a share of the work it moves");
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
-    command->add_option("--places", c->places, "Ways a mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
+    command->add_option("--places", c->places, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
     c->options.zone.layer = query::Layer::Exact;
     command->add_option("--layer", c->options.zone.layer, "3 or exact")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
     command->add_flag("--paper", c->options.paper,
-                      "The paper's mode instead: a point, depth and normal of layer 3 of its own projection");
+                      "A point on the normal projection instead: depth and normal that its layer 3 answers");
     command->callback([c] {
         c->options.zone.blend_time = 0;
         const bool paper = c->options.paper;

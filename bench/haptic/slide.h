@@ -13,7 +13,7 @@ struct SlideOptions {
     double stiffness = 500;    ///< N/m
     haptic::ZoneOptions zone;  ///< layer, smoothing, shading, blending
     int planes = 3;            ///< sections along each axis
-    /// The paper's: one point, depth and normal of its map (eqs. 21, 26, 32), nothing smoothed or averaged.
+    /// One point on the normal projection: depth and normal that its layer 3 answers, nothing smoothed or averaged.
     bool paper = false;
 };
 
