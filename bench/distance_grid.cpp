@@ -6,6 +6,7 @@
 #include "method.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,7 +16,6 @@
 #include <fstream>
 #include <limits>
 #include <span>
-#include <thread>
 
 namespace sqmap::bench {
 namespace {
@@ -129,13 +129,8 @@ DistanceGrid distance_grid(const Setting& setting, std::uint32_t samples)
     if (!cached.empty() && read_cache(cached, grid)) return grid;
 
     const double start = process_seconds();
-    const unsigned thread_count = setting.threads != 0 ? setting.threads : std::max(1u, std::thread::hardware_concurrency());
-    std::vector<std::thread> threads;
-    for (unsigned t = 0; t < thread_count; ++t)
-        threads.emplace_back([&, t] {
-            for (std::uint32_t k = t; k < samples; k += thread_count) fill_slab(setting.solid, grid, k);
-        });
-    for (std::thread& thread : threads) thread.join();
+    parallel::for_each(samples, setting.threads,
+                       [&](std::size_t k) { fill_slab(setting.solid, grid, static_cast<std::uint32_t>(k)); });
     grid.build_s = process_seconds() - start;
     if (!cached.empty()) write_cache(cached, grid);
     return grid;

@@ -1,9 +1,7 @@
 #include "truth.h"
 
 #include "distance_grid.h"
-
-#include <algorithm>
-#include <thread>
+#include "sqmap/parallel/for_each.h"
 
 namespace sqmap::bench {
 
@@ -15,9 +13,10 @@ std::vector<std::vector<TrueContact>> true_contacts(const Setting& setting, std:
     };
     const auto& vertices = setting.probe.vertices;
     std::vector<std::vector<TrueContact>> frames(path.size());
-    const auto run = [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t k_slice = 64;  // frames whose vertices are followed from one to the next
+    parallel::for_slices(path.size(), k_slice, setting.threads, [&](parallel::Slice slice) {
         std::vector<Seen> seen(vertices.size());
-        for (std::size_t f = begin; f < end; ++f)
+        for (std::size_t f = slice.first; f < slice.first + slice.count; ++f)
             for (std::uint32_t i = 0; i < vertices.size(); ++i) {
                 const Vec3d p = path[f](vertices[i]);
                 Seen& last = seen[i];
@@ -27,13 +26,7 @@ std::vector<std::vector<TrueContact>> true_contacts(const Setting& setting, std:
                 last = {p, signed_distance(setting.solid, p)};
                 if (last.distance < 0) frames[f].push_back({i, -last.distance});
             }
-    };
-    const std::size_t thread_count = std::min<std::size_t>(
-        path.size(), setting.threads != 0 ? setting.threads : std::max(1u, std::thread::hardware_concurrency()));
-    std::vector<std::thread> threads;
-    for (std::size_t t = 0; t < thread_count; ++t)
-        threads.emplace_back(run, path.size() * t / thread_count, path.size() * (t + 1) / thread_count);
-    for (std::thread& thread : threads) thread.join();
+    });
     return frames;
 }
 

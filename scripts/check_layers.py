@@ -15,7 +15,8 @@ ALLOWED["io"] = {"math", "shape", "model", "io"}
 for i, folder in enumerate(BUILD):
     ALLOWED.setdefault(folder, set()).update(BUILD[: i + 1])
 # Baking writes models and judges the map it has just made with the query that will read it.
-ALLOWED["bake"] |= {"model", "query"}
+ALLOWED["bake"] |= {"model", "query", "parallel"}
+ALLOWED["parallel"] = {"parallel"}
 
 ALLOWED["sim"] = {"math", "shape", "model", "query", "sim"}
 ALLOWED["device"] = ALLOWED["haptic"] | {"haptic", "device"}

@@ -1,6 +1,7 @@
 // sqmap replay: computes the forces of a recording anew and compares them with what was recorded, to the bit.
 #include "commands.h"
 #include "sqmap/device/trace.h"
+#include "sqmap/parallel/for_each.h"
 #include "strip_chart.h"
 #include "touch_setup.h"
 
@@ -11,7 +12,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace sqmap::app {
@@ -128,22 +128,17 @@ int run(const Arguments& arguments)
     const bool compare = !arguments.against.empty() && !arguments.plot.empty();
     Comparison felt{.name = std::filesystem::path(arguments.against).filename().string()};
     std::vector<Outcome> outcomes(arguments.threads);
-    std::vector<std::thread> threads;
-    for (unsigned i = 1; i < arguments.threads; ++i)
-        threads.emplace_back([&, i] {
-            try {
-                outcomes[i] = replay(arguments, options, false, nullptr);
-            } catch (const std::exception& e) {
-                outcomes[i].error = e.what();
-            }
-        });
-    try {
-        outcomes[0] = replay(arguments, options, arguments.diff, compare ? &felt : nullptr);
-    } catch (...) {
-        for (std::thread& thread : threads) thread.join();
-        throw;
-    }
-    for (std::thread& thread : threads) thread.join();
+    parallel::for_each(arguments.threads, arguments.threads, [&](std::size_t i) {
+        if (i == 0) {
+            outcomes[0] = replay(arguments, options, arguments.diff, compare ? &felt : nullptr);
+            return;
+        }
+        try {
+            outcomes[i] = replay(arguments, options, false, nullptr);
+        } catch (const std::exception& e) {
+            outcomes[i].error = e.what();
+        }
+    });
     const Outcome& o = outcomes.front();
     std::FILE* const out = arguments.diff ? stderr : stdout;  // the rows have the other one
     if (!o.complete) std::fprintf(out, "%s was cut short: its last whole row is the last tick\n", arguments.trace.c_str());

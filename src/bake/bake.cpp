@@ -8,13 +8,13 @@
 #include "candidate_lists.h"
 #include "central_map.h"
 #include "locator.h"
-#include "parallel.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/bake/normal_map.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/parallel/for_each.h"
 #include "stage_clock.h"
 
 #include <algorithm>
@@ -52,7 +52,7 @@ void bake_normal_maps(const mesh::Mesh& mesh, const std::vector<PartWork>& parts
 {
     const MapRays rays(mesh);
     std::vector<NormalMap> maps(parts.size());
-    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+    parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
         const shape::Superquadricd& sq = parts[i].fit.superquadric;
         NormalMapOptions normal;
         normal.subdivisions = options.subdivisions;
@@ -100,7 +100,7 @@ model::ModelData assemble(const SurfaceContext& context, const mesh::Normalizati
     const bool is_normal = options.projection == model::Projection::Normal;
     model::ModelData data;
     if (is_normal) bake_normal_maps(mesh, parts, central, context.r_max, options, data);
-    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+    parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
         // Beside normal maps the central map knows the nearest surface where they have none, and leads the locator.
         if (is_normal && !options.exact)

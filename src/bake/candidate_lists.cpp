@@ -3,7 +3,7 @@
 #include "bake/exact/rise.h"
 #include "bake/locator/near_triangles.h"
 #include "budget.h"
-#include "parallel.h"
+#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <bit>
@@ -166,7 +166,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
     const model::Locator& l = data.locator;
     const bool wide = data.triangle_part.size() > 0x10000;
     std::vector<Record> records(data.bricks.size());
-    parallel_for(data.bricks.size(), threads, [&](std::size_t b) {
+    parallel::for_each(data.bricks.size(), threads, [&](std::size_t b) {
         const std::uint32_t brick = data.bricks[b];
         if ((brick & model::k_free_brick) != 0) return;
         thread_local NearTriangles near_triangles;  // keeps its room

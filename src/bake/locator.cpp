@@ -4,9 +4,9 @@
 #include "bake/locator/near_triangles.h"
 #include "bake/locator/nearby.h"
 #include "budget.h"
-#include "parallel.h"
 #include "query/approach.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <array>
@@ -169,7 +169,7 @@ public:
         enclose(update);
         update.reached.assign(bricks_.size(), 0);
         const auto* n = data_.locator.bricks;
-        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+        parallel::for_each(bricks_.size(), threads, [&](std::size_t i) {
             const bool fresh = update.brick_before[i] == LocatorUpdate::k_no_brick;
             update.reached[i] = update_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1]), fresh, change);
         });
@@ -226,7 +226,7 @@ public:
         candidates.resize(std::min(most, candidates.size()));
         std::vector<std::uint8_t> chosen(bricks_.size() * k_places, 0);
         for (const auto& [seeds, which] : candidates) chosen[which] = 1;
-        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+        parallel::for_each(bricks_.size(), threads, [&](std::size_t i) {
             if (bricks_[i].kind != Brick::Kind::Stored) return;
             for (int k = 0; k < k_places; ++k) {
                 Place& place = bricks_[i].places[static_cast<std::size_t>(k)];
@@ -254,7 +254,7 @@ private:
     {
         const auto* n = data_.locator.bricks;
         bricks_.assign(static_cast<std::size_t>(n[0]) * n[1] * n[2], {});
-        parallel_for(bricks_.size(), threads, [&](std::size_t i) {
+        parallel::for_each(bricks_.size(), threads, [&](std::size_t i) {
             // A multiplicative hash (Knuth): neither rows nor columns are left out.
             const bool chosen = (static_cast<std::uint32_t>(i) * 2654435761u >> 16) % one_in == 0;
             bake_brick(bricks_[i], i % n[0], i / n[0] % n[1], i / (n[0] * n[1]), chosen);

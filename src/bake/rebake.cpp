@@ -5,11 +5,11 @@
 #include "bake/parts/refinement.h"
 #include "candidate_lists.h"
 #include "locator.h"
-#include "parallel.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/parallel/for_each.h"
 #include "stage_clock.h"
 
 #include <algorithm>
@@ -334,7 +334,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
         if (remade[i] != 0) result.report.remade.push_back(i);
     std::vector<std::uint8_t> kept(parts.size(), 1);
     const auto each_remade = [&](auto&& work) {
-        parallel_for(result.report.remade.size(), options.threads, [&](std::size_t k) { work(result.report.remade[k]); });
+        parallel::for_each(result.report.remade.size(), options.threads, [&](std::size_t k) { work(result.report.remade[k]); });
     };
     each_remade([&](std::uint32_t i) {
         parts[i].caps = std::move(caps[i]);

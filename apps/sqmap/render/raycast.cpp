@@ -2,6 +2,8 @@
 // that it has no noise), lines at outlines and between groups, translucent layers composited front to back.
 #include "raycast.h"
 
+#include "sqmap/parallel/for_each.h"
+
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -10,7 +12,6 @@
 #include <map>
 #include <numbers>
 #include <stdexcept>
-#include <thread>
 
 namespace sqmap::app {
 namespace {
@@ -350,13 +351,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
             image.at(x, y) = colour;
         }
     };
-    std::vector<std::thread> workers;
-    const int worker_count = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    for (int w = 0; w < worker_count; ++w)
-        workers.emplace_back([&, w] {
-            for (int y = w; y < height; y += worker_count) draw_row(y);
-        });
-    for (std::thread& worker : workers) worker.join();
+    parallel::for_each(static_cast<std::size_t>(height), 0, [&](std::size_t y) { draw_row(static_cast<int>(y)); });
 
     // Lines: a sample is inked when a neighbour within half a pixel shows another layer or group or lies far behind.
     Image inked = image;

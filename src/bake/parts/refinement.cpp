@@ -1,6 +1,6 @@
 #include "bake/parts/refinement.h"
 
-#include "bake/parallel.h"
+#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>
@@ -168,7 +168,7 @@ std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const
     std::vector<std::vector<CapTriangle>> caps = cap_parts(context.mesh, partition);
     std::vector<PartWork> parts(partition.part_count);
     std::vector<std::uint8_t> known(parts.size(), 0);
-    parallel_for(parts.size(), options.threads, [&](std::size_t i) {
+    parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
         PartWork& part = parts[i];
         // The same surface may have been fitted with other caps: the tightest that holds today's caps will do.
         std::vector<const PartWork*> same;
@@ -199,7 +199,7 @@ std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const
     std::vector<std::size_t> unknown;
     for (std::size_t i = 0; i < parts.size(); ++i)
         if (known[i] == 0) unknown.push_back(i);
-    const std::size_t ahead = std::max<std::size_t>(1, thread_count(options.threads));
+    const std::size_t ahead = std::max<std::size_t>(1, parallel::thread_count(options.threads));
     const auto give_up = [&] {
         std::vector<const PartWork*> finished;
         for (std::size_t i = 0; i < parts.size(); ++i)
@@ -209,7 +209,7 @@ std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const
     if (give_up()) return std::nullopt;
     for (std::size_t first = 0; first < unknown.size(); first += ahead) {
         const std::size_t count = std::min(ahead, unknown.size() - first);
-        parallel_for(count, options.threads, [&](std::size_t i) { finish(context, parts[unknown[first + i]], options); });
+        parallel::for_each(count, options.threads, [&](std::size_t i) { finish(context, parts[unknown[first + i]], options); });
         for (std::size_t i = 0; i < count; ++i) {
             history.push_back(parts[unknown[first + i]]);
             known[unknown[first + i]] = 1;
