@@ -5,6 +5,11 @@ add_test(NAME house.layers COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/sc
 add_test(NAME house.layers_check_finds_bad_includes
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/layers/check_layers_test.py)
 
+# Links and paths of the documentation.
+add_test(NAME house.docs COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/scripts/check_docs.py ${PROJECT_SOURCE_DIR})
+add_test(NAME house.docs_check_finds_bad_links
+  COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/docs/check_docs_test.py)
+
 # The reproduction's charts, page and shapes, without a run.
 add_test(NAME house.reproduction
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/bench/reproduce_test.py)
