@@ -129,20 +129,19 @@ Lengths are percent of R_max, the largest distance between two vertices. Each me
 points, three quarters of them within 4 % of the surface, one quarter in the bounding box, against an exact oracle in
 double precision (winding number above 0 is inside, true distance to the boundary).
 
-- **kB**, **kB w/o exact**: size of the model file, and of what is left without the exact layer's lists and triangles.
+- **kB**, **kB w/o exact**: size of the model file, and its size without the exact layer's lists and triangles.
 - **bake s**: CPU seconds of the whole bake on one thread, its own measurement included.
 - **contained**: parts whose stored certificate proves that the superquadric holds the part's surface and the caps that
-  close it, and triangles found outside every superquadric when checked afresh.
+  close it, and triangles found outside every superquadric when checked again.
 - **L1 missed**: points of the solid that layer 1, the superquadrics alone, calls free.
 - **L3 missed + false**: wrong verdicts of layer 3 at points farther than 0.5 % from the surface.
 - **certain wrong**: answers that the model calls proven and the oracle contradicts, layer 3 and exact together.
 - **eq. 35**: the difference between map and mesh along the projection; *left out* is the share of the points inside a
-  superquadric on whose ray the two do not both have a crossing, *one-sided* the share where just one of them has: a
-  crossing that the map misses or makes up.
+  superquadric whose ray does not cross both map and mesh, *one-sided* the share whose ray crosses just one of them.
 - **L3 depth**, **normal median**: of contacts, against the true distance and the direction of the true nearest point,
   in degrees.
 - **exact**: the same for the exact layer; its verdicts are judged from 0.001 % of the surface on.
-- **frame**: the same points asked as one probe by `query_frame`, which answers by the locator.
+- **frame**: the same points as one probe query (`query_probe`).
 """
 
 
@@ -173,11 +172,11 @@ def renew_readme(rows, made_from):
     columns = [c for c in COLUMNS if c[0] in README_COLUMNS]
     columns.sort(key=lambda c: README_COLUMNS.index(c[0]))
     unmet = [line for line in falls_short(rows) if "**not met**" in line]
-    text = ["", f"Measured by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}, at default options: 20,000 points a mesh, "
+    text = ["", f"Measured by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}, at default options: 20,000 points per mesh, "
             "three quarters of them within 4 % of the surface. Eq. 35 and depth in percent of R_max, the largest distance between two vertices; "
             "wrong verdicts of layer 3 are those farther than 0.5 % from the surface, of the exact layer 0.001 %; bake is CPU seconds on one "
             "core, the model's measurement of itself included.", "", *shape_of(columns, rows), "",
-            *(["Where these fall short of what was aimed at:", "", *unmet, ""] if unmet else [])]
+            *(["Missed targets:", "", *unmet, ""] if unmet else [])]
     readme.write_text(before + "<!-- figures -->" + "\n".join(text) + "\n<!-- end of figures -->" + after)
 
 
@@ -187,12 +186,12 @@ def document(groups, skipped, failed, made_from):
              "throughout.", ""]
     for title, rows in groups:
         lines += [f"## {title}", "", *shape_of(COLUMNS, rows), ""]
-    lines += ["## Targets", "", "What was asked for, over all meshes above:", "",
+    lines += ["## Targets", "", "Over all meshes above:", "",
               *falls_short([r for _, rows in groups for r in rows]), ""]
     if failed:
         lines += ["Not baked:", "", *(f"- {name}: {why}" for name, why in failed), ""]
     if skipped:
-        lines += ["Left out, since they are not closed solids (what `sqmap check` says): " +
+        lines += ["Left out, because they are not closed solids (answer of `sqmap check`): " +
                   ", ".join(f"{name} ({code})" for name, code in skipped) + ".", ""]
     return "\n".join(lines) + "\n" + MEANING
 
