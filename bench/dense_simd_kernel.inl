@@ -182,7 +182,8 @@ inline void pack(float* out, Floats values, std::uint32_t mask)
 /// Three sweeps, each over a list that the one before has packed: no branch waits for a look-up, so that the look-ups of
 /// many blocks are under way at once.
 template <bool with_normal>
-inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactWorkspace& workspace)
+inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const CellPose& pose,
+                           const ContactWorkspace& workspace)
 {
     // The largest coordinate that still lies in the last cell.
     const float last = static_cast<float>(field.fine.count - 1) * (1 - 1e-6f);
@@ -222,7 +223,8 @@ inline std::uint32_t sweep(const FieldView& field, const ProbeView& probe, const
 
 inline std::uint32_t run(const FieldView& field, const ProbeView& probe, const CellPose& pose, const ContactWorkspace& workspace)
 {
-    return workspace.normal[0] != nullptr ? sweep<true>(field, probe, pose, workspace) : sweep<false>(field, probe, pose, workspace);
+    return workspace.normal[0] != nullptr ? sweep<true>(field, probe, pose, workspace)
+                                          : sweep<false>(field, probe, pose, workspace);
 }
 
 }  // namespace

@@ -1,63 +1,245 @@
 #!/usr/bin/env python3
-"""Checks the dependency order of the folders from the real #include lines.
+"""Checks what may use what, from the real #include lines and CMake files.
 
-A folder may include itself and the folders named for it below, nothing else; see docs/architecture.md.
-usage: check_layers.py [ROOT]     exit 0 when every include is allowed, 1 with a list when not
+1. Folders: a folder includes itself and the folders to its left in the list of docs/architecture.md (the fenced block whose
+   lines are "a < b < c"). A folder of that list holds its sub-folders unless the list names them too.
+2. Knots: no two folders include one another, directly or through others, however deep they are. Files that stand in a
+   folder beside its sub-folders count one by one (headers that the sub-folders share, sources that join them); a public
+   header belongs to the sub-folder that has its source.
+3. Targets: a CMakeLists.txt compiles files of its own folder only, no file is compiled by two targets, and no two libraries
+   link one another.
+What house_exceptions.txt lists may stay for now.
+usage: check_layers.py [ROOT]     exit 0 when all is in order, 1 with a list when not
 """
+import collections
 import pathlib
 import re
 import sys
 
-RUNTIME = ["math", "shape", "model", "query", "haptic"]
-BUILD = ["math", "shape", "mesh", "decompose", "fit", "bake"]
-ALLOWED = {folder: set(RUNTIME[: i + 1]) for i, folder in enumerate(RUNTIME)}
-ALLOWED["io"] = {"math", "shape", "model", "io"}
-for i, folder in enumerate(BUILD):
-    ALLOWED.setdefault(folder, set()).update(BUILD[: i + 1])
-# Baking writes models and judges the map it has just made with the query that will read it.
-ALLOWED["bake"] |= {"model", "query", "parallel"}
-ALLOWED["parallel"] = {"parallel"}
+import cpp_source
+import house
 
-ALLOWED["sim"] = {"math", "shape", "model", "query", "sim"}
-ALLOWED["device"] = ALLOWED["haptic"] | {"haptic", "device"}
-
-INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]', re.MULTILINE)
-SOURCES = {".h", ".hpp", ".cpp", ".inl"}
+ROOTS = ("include/sqmap", "src", "apps", "bench", "examples")
+# Folders from which targets include files without naming a folder, beside the file's own.
+INCLUDE_BASES = ("include", "src", "apps", "apps/common", "apps/sqmap", "apps/viewer", "apps/viewer/server", "bench")
+# Targets that compile files of another folder, each for a reason.
+FOREIGN_SOURCES = {
+    # Devices of makers' SDKs against declarations of our own: compiled, never linked or run.
+    "vendor_declarations": "src/device/",
+}
 
 
-def folder_of(include, path, root):
-    """Folder of the project that an include line leads to; None for anything outside it."""
-    parts = pathlib.PurePosixPath(include).parts
-    if parts[0] == "sqmap" and len(parts) > 2:
-        return parts[1]
-    if len(parts) > 1 and parts[0] in ALLOWED:
-        return parts[0]
-    target = (path.parent / include).resolve()
-    for base in (root / "src", root / "include" / "sqmap"):
-        if target.is_relative_to(base.resolve()) and target.exists():
-            return target.relative_to(base.resolve()).parts[0]
+def read_order(text):
+    """{folder: all folders that it may include} from the fenced block of the architecture page."""
+    for block in re.findall(r"```[^\n]*\n(.*?)```", text, re.DOTALL):
+        lines = [line.strip() for line in block.strip().split("\n")]
+        if all(re.fullmatch(r"[\w/-]+( < [\w/-]+)+", line) for line in lines):
+            direct = collections.defaultdict(set)
+            for line in lines:
+                names = line.split(" < ")
+                for left, right in zip(names, names[1:]):
+                    direct[right].add(left)
+                    direct[left] |= set()
+            return {name: closure(name, direct) for name in direct}
+    return {}
+
+
+def closure(name, direct):
+    seen, waiting = {name}, [name]
+    while waiting:
+        for other in direct.get(waiting.pop(), ()):
+            if other not in seen:
+                seen.add(other)
+                waiting.append(other)
+    return seen
+
+
+class Tree:
+    """The project's C++ files and which of them each includes."""
+
+    def __init__(self, root):
+        self.root = root
+        self.files = {p.relative_to(root).as_posix(): p for base in ROOTS for p in cpp_source.sources(root, base)}
+        self.edges = []  # (file, included file)
+        for name, path in self.files.items():
+            for _, included in cpp_source.includes(path.read_text(encoding="utf-8")):
+                target = self.resolve(name, included)
+                if target is not None:
+                    self.edges.append((name, target))
+
+    def resolve(self, name, included):
+        """The project's file that an include line leads to; None for anything outside it."""
+        own = [pathlib.PurePosixPath(name).parent, *pathlib.PurePosixPath(name).parent.parents]
+        for base in [own[0], *map(pathlib.PurePosixPath, INCLUDE_BASES)]:
+            parts = []
+            for part in (base / included).parts:
+                if part == "..":
+                    parts = parts[:-1]
+                else:
+                    parts.append(part)
+            candidate = "/".join(parts)
+            if candidate in self.files:
+                return candidate
+        return None
+
+
+def folder(name):
+    """Folder of a file as the list of the architecture page calls it: query/point, apps/sqmap/render."""
+    for base in ("include/sqmap/", "src/"):
+        if name.startswith(base):
+            return pathlib.PurePosixPath(name[len(base) :]).parent.as_posix()
+    return pathlib.PurePosixPath(name).parent.as_posix()
+
+
+def declared(where, order):
+    """The longest folder of the list that holds this one."""
+    while where not in ("", "."):
+        if where in order:
+            return where
+        where = pathlib.PurePosixPath(where).parent.as_posix()
     return None
 
 
-def violations(root):
-    for base in (root / "include" / "sqmap", root / "src"):
-        for path in sorted(p for p in base.rglob("*") if p.suffix in SOURCES):
-            folder = path.relative_to(base).parts[0]
-            where = path.relative_to(root)
-            if folder not in ALLOWED:
-                yield f"{where}: folder '{folder}' has no place in the dependency order"
+def within(inner, outer):
+    return inner == outer or inner.startswith(outer + "/")
+
+
+def order_violations(tree, order):
+    if not order:
+        yield "docs/architecture.md: no list of the order was found"
+    for name in tree.files:
+        if declared(folder(name), order) is None and folder(name) != ".":
+            yield f"{name}: folder '{folder(name)}' has no place in the order of docs/architecture.md"
+    for name, target in tree.edges:
+        own, other = declared(folder(name), order), declared(folder(target), order)
+        if own is None or other is None or within(own, other):
+            continue
+        allowed = set().union(*(order[o] for o in order if within(own, o)))
+        if not any(within(other, a) and (a == other or a not in (own, *(o for o in order if within(own, o)))) for a in allowed):
+            yield f"{name}: {own}/ must not include {other}/ ({target})"
+
+
+def knots(nodes, edges):
+    """Strongly connected sets of more than one node (Tarjan), each sorted."""
+    after = collections.defaultdict(set)
+    for a, b in edges:
+        after[a].add(b)
+    index, low, stack, on, found = {}, {}, [], set(), []
+    for start in sorted(nodes):
+        if start in index:
+            continue
+        work = [(start, iter(sorted(after[start])))]
+        index[start] = low[start] = len(index)
+        stack.append(start)
+        on.add(start)
+        while work:
+            node, rest = work[-1]
+            for other in rest:
+                if other not in index:
+                    index[other] = low[other] = len(index)
+                    stack.append(other)
+                    on.add(other)
+                    work.append((other, iter(sorted(after[other]))))
+                    break
+                if other in on:
+                    low[node] = min(low[node], index[other])
+            else:
+                work.pop()
+                if work:
+                    low[work[-1][0]] = min(low[work[-1][0]], low[node])
+                if low[node] == index[node]:
+                    group = set()
+                    while True:
+                        other = stack.pop()
+                        on.discard(other)
+                        group.add(other)
+                        if other == node:
+                            break
+                    if len(group) > 1:
+                        found.append(sorted(group))
+    return found
+
+
+def node_of(name, tree, parents):
+    """What a file counts as for knots: its folder, or itself where sub-folders stand beside it."""
+    where = folder(name)
+    if name.startswith("include/sqmap/"):
+        stem = pathlib.PurePosixPath(name).stem
+        homes = [f for f in tree.files if f.startswith(f"src/{where}/") and pathlib.PurePosixPath(f).name == f"{stem}.cpp"]
+        if len(homes) == 1 and folder(homes[0]) != where:
+            return folder(homes[0])
+    if where in parents:
+        return name
+    return where
+
+
+def folder_knots(tree):
+    folders = {folder(name) for name in tree.files}
+    parents = {p.as_posix() for f in folders for p in pathlib.PurePosixPath(f).parents} & folders
+    node = {name: node_of(name, tree, parents) for name in tree.files}
+    edges = {}
+    for a, b in tree.edges:
+        if node[a] != node[b]:
+            edges.setdefault((node[a], node[b]), (a, b))
+    for group in knots(set(node.values()), edges):
+        why = [f"{file} includes {target}" for (a, b), (file, target) in sorted(edges.items()) if a in group and b in group]
+        yield f"knot of {', '.join(group)}: {'; '.join(why)}"
+
+
+COMMAND = re.compile(r"^[ \t]*(add_library|add_executable|target_sources|target_link_libraries|sqmap_add_tests)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)",
+                     re.MULTILINE)
+WORDS = re.compile(r'"[^"]*"|[^\s"]+')
+
+
+def target_violations(root):
+    compiled, links = collections.defaultdict(set), []
+    lists = sorted(p for base in ("src", "apps", "bench", "examples", "tests") for p in (root / base).rglob("CMakeLists.txt"))
+    for path in lists:
+        here = path.parent.relative_to(root).as_posix()
+        text = re.sub(r"#[^\n]*", "", path.read_text(encoding="utf-8"))
+        for command, body in COMMAND.findall(text):
+            words = [w.strip('"') for w in WORDS.findall(body)]
+            if not words:
                 continue
-            for include in INCLUDE.findall(path.read_text(encoding="utf-8")):
-                target = folder_of(include, path, root)
-                if target is not None and target not in ALLOWED[folder]:
-                    yield f"{where}: {folder}/ must not include {target}/ ({include})"
+            target = words[0]
+            if command == "target_link_libraries":
+                links += [(target, w.replace("::", "_")) for w in words[1:] if w.startswith("sqmap")]
+                continue
+            for word in words[1:]:
+                if not re.search(r"\.(cpp|c|cc)$", word) or "BINARY_DIR" in word:
+                    continue
+                word = word.replace("${CMAKE_CURRENT_SOURCE_DIR}", str(path.parent)).replace("${PROJECT_SOURCE_DIR}", str(root))
+                if "${" in word:
+                    continue
+                source = pathlib.Path(path.parent, word).resolve()
+                if not source.is_relative_to(root):
+                    continue
+                source = source.relative_to(root).as_posix()
+                foreign = FOREIGN_SOURCES.get(target)
+                if foreign and source.startswith(foreign):
+                    continue
+                compiled[source].add(target)
+                if not source.startswith(here + "/"):
+                    yield f"{here}/CMakeLists.txt: {target} compiles {source}, a file of another folder"
+    for source, targets in sorted(compiled.items()):
+        if len(targets) > 1:
+            yield f"{source}: compiled by {', '.join(sorted(targets))}"
+    for group in knots({t for link in links for t in link}, set(links)):
+        yield "knot of targets: " + ", ".join(group)
+
+
+def violations(root):
+    page = root / "docs" / "architecture.md"
+    tree = Tree(root)
+    yield from order_violations(tree, read_order(page.read_text(encoding="utf-8") if page.exists() else ""))
+    yield from folder_knots(tree)
+    yield from target_violations(root)
 
 
 def main():
-    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
-    found = list(violations(root))
-    print("\n".join(found) if found else "layers: every include follows the order")
-    return 1 if found else 0
+    root = house.root_of(sys.argv[1:])
+    found = [house.Violation(line, line) for line in violations(root)]
+    return house.settle("layers", root, found, "every include follows the order, and nothing is knotted")
 
 
 if __name__ == "__main__":

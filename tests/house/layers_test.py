@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""check_layers.py finds what it must find: a check that passes everything checks nothing."""
+import checked
+
+COMMON = {
+    "docs/architecture.md": "```\nsqmap check mesh.obj\n```\n\n```\nmath < shape < model < query < sim\nmodel < io\nshape < bake\nquery < bake\n"
+                            "bake < apps/common < apps/sqmap\napps/common < bench\n```\n",
+    "src/io/soup.h": "", "include/sqmap/io/soup.h": "", "include/sqmap/shape/superquadric.h": "", "include/sqmap/query/query.h": "",
+    "apps/common/layer.h": "", "apps/sqmap/touch.h": "", "bench/path.h": "", "src/math/vec.h": "",
+}
+CASES = [
+    ("an include of a folder to the right", {"src/shape/a.cpp": '#include "io/soup.h"\n'}, "shape/ must not include io/"),
+    ("the same through a relative path", {"src/shape/a.cpp": '#include "../io/soup.h"\n'}, "shape/ must not include io/"),
+    ("in a public header", {"include/sqmap/math/a.h": '#include "sqmap/shape/superquadric.h"\n'}, "math/ must not include shape/"),
+    ("in a sub-folder", {"src/shape/deep/a.cpp": '#include "sqmap/io/soup.h"\n'}, "shape/ must not include io/"),
+    ("a comment is no include", {"include/sqmap/math/a.h": '// #include "sqmap/shape/superquadric.h"\n'}, None),
+    ("neighbours in no order", {"src/sim/a.cpp": '#include "sqmap/io/soup.h"\n'}, "sim/ must not include io/"),
+    ("what the order allows, two steps away", {"src/bake/a.cpp": '#include "math/vec.h"\n#include "sqmap/query/query.h"\n'}, None),
+    ("a folder without a place", {"src/elsewhere/a.cpp": ""}, "'elsewhere' has no place"),
+    ("an app that includes another", {"apps/common/a.cpp": '#include "sqmap/touch.h"\n'}, "apps/common/ must not include apps/sqmap/"),
+    ("a bench that includes an app", {"bench/a.cpp": '#include "apps/sqmap/touch.h"\n', "bench/b.cpp": '#include "layer.h"\n'}, None),
+    ("the same by a path that is found", {"bench/a.cpp": '#include "../apps/sqmap/touch.h"\n'}, "bench/ must not include apps/sqmap/"),
+    ("no list of the order", {"docs/architecture.md": "nothing\n"}, "no list of the order"),
+    ("an order among sub-folders", {"docs/architecture.md": "```\nmath < query\nquery/point < query/scene\n```\n", "src/io/soup.h": "",
+                                    "src/query/point/a.h": '#include "query/scene/b.h"\n', "src/query/scene/b.h": ""},
+     "query/point/ must not include query/scene/"),
+    ("two sub-folders that include one another",
+     {"src/query/point/a.h": '#include "query/scene/b.h"\n', "src/query/point/c.h": "", "src/query/scene/b.h": "",
+      "src/query/scene/d.h": '#include "query/point/c.h"\n'}, "knot of query/point, query/scene"),
+    ("a knot of three",
+     {"src/query/a/a.h": '#include "query/b/b.h"\n', "src/query/b/b.h": '#include "query/c/c.h"\n', "src/query/c/c.h": '#include "query/a/x.h"\n',
+      "src/query/a/x.h": ""}, "knot of query/a, query/b, query/c"),
+    ("a public header counts where its source is",
+     {"include/sqmap/query/pair.h": '#include "sqmap/query/probe.h"\n', "src/query/scene/pair.cpp": "", "include/sqmap/query/probe.h": "",
+      "src/query/point/probe.cpp": '#include "sqmap/query/pair.h"\n'}, "knot of query/point, query/scene"),
+    ("headers beside the sub-folders and the source that joins these are no knot",
+     {"src/query/shared.h": "", "src/query/point/a.h": '#include "query/shared.h"\n', "src/query/all.cpp": '#include "query/point/a.h"\n'}, None),
+    ("a target that compiles another folder's file", {"bench/CMakeLists.txt": "add_executable(b main.cpp ../apps/sqmap/image.cpp)\n"},
+     "b compiles apps/sqmap/image.cpp"),
+    ("a file that two targets compile", {"bench/CMakeLists.txt": "add_executable(b a.cpp)\nadd_executable(c a.cpp)\n"}, "compiled by b, c"),
+    ("libraries that link one another",
+     {"src/CMakeLists.txt": "target_link_libraries(sqmap_io PUBLIC sqmap::build)\ntarget_link_libraries(sqmap_build PRIVATE sqmap_io)\n"},
+     "knot of targets: sqmap_build, sqmap_io"),
+    ("an exception is allowed", {"src/elsewhere/a.cpp": "", "scripts/house_exceptions.txt":
+                                 "layers: src/elsewhere/a.cpp: folder 'elsewhere' has no place in the order of docs/architecture.md\n"}, None),
+    ("an exception that nothing needs is not", {"scripts/house_exceptions.txt": "layers: gone\n"}, "take out 'layers: gone'"),
+]
+# The include by a name that only a folder's own search path could find is not one of the project's.
+checked.run("check_layers.py", CASES, COMMON)
