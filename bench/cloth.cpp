@@ -241,7 +241,7 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
     Case c{std::move(name), {}, {cloth.triangles().begin(), cloth.triangles().end()}, {}, {}, 0, {}, 0, 0};
     std::vector<sqmap::Pose> poses(parts.size());
     pose(time, poses);
-    std::vector<sim::Solid> solids;
+    std::vector<sim::Collider> solids;
     for (std::size_t p = 0; p < parts.size(); ++p) solids.push_back({&parts[p].model, poses[p], poses[p]});
     for (int step = 0; time < until; ++step) {
         time += k_dt;
@@ -256,7 +256,7 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
         c.cloth_us.push_back(1e6 * (r.seconds.move + r.seconds.query));
         c.move_us.push_back(1e6 * r.seconds.move);
         // The places that the cloth asks about: where it lies on a body they are in it.
-        if (step % every == 0) c.frames.push_back({{cloth.asked().begin(), cloth.asked().end()}, poses});
+        if (step % every == 0) c.frames.push_back({{cloth.query_points().begin(), cloth.query_points().end()}, poses});
     }
     for (const Vec3d& p : cloth.positions())
         for (int k = 0; k < 3; ++k) c.hash = std::rotl((c.hash ^ std::bit_cast<std::uint64_t>(p[k])) * 0x9e3779b97f4a7c15ull, 29);

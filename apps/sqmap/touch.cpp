@@ -312,7 +312,7 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
                                                          .sample_time = row.time,
                                                          .sequence = sample.sequence,
                                                          .poses = {row.poses.data(), zones},
-                                                         .asked = {row.computed.data(), zones},
+                                                         .commanded = {row.computed.data(), zones},
                                                          .pushes = setup.pushes()},
                                                         {row.sent.data(), zones});
         row.filter = haptic::bits(report);
@@ -392,7 +392,7 @@ Totals feel(device::Device& device, TouchSetup& setup, const device::ServoOption
                                      .status = tick.status,
                                      .filter = haptic::bits(tick.safety),
                                      .poses = tick.sample.poses,
-                                     .computed = tick.asked,
+                                     .computed = tick.commanded,
                                      .sent = tick.sent};
                 if (tick.sample.has_twist) row.twists = tick.sample.twists;
                 totals.add(row, zones, felt.device_depth);

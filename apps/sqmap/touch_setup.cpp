@@ -26,8 +26,8 @@ const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
 const std::map<std::string, haptic::Shading> k_shadings{{"levelled", haptic::Shading::Levelled},
                                                         {"consistent", haptic::Shading::Consistent}};
-const std::map<std::string, haptic::Friction> k_frictions{
-    {"none", haptic::Friction::None}, {"coulomb", haptic::Friction::Coulomb}, {"paper", haptic::Friction::Paper}};
+const std::map<std::string, Friction> k_frictions{
+    {"none", Friction::None}, {"coulomb", Friction::Coulomb}, {"paper", Friction::Paper}};
 const std::map<std::string, haptic::Kernel> k_kernels{{"ball", haptic::Kernel::Ball}, {"shell", haptic::Kernel::Shell}};
 const std::map<std::string, query::Layer> k_layers{
     {"auto", query::Layer::Auto}, {"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
@@ -179,7 +179,7 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
                        hex(texture_.hash) + ", the trace has " + hex(options_.texture_hash));
     options_.texture_hash = texture_.hash;
     if (texture_.texture.n > 0)
-        for (haptic::Solid& solid : solids_) solid.material.texture = &texture_.texture;
+        for (haptic::TouchedBody& solid : solids_) solid.material.texture = &texture_.texture;
     for (std::size_t i = 0; i < solids_.size(); ++i) {
         const model::Header& h = views_[i].header;
         const double radius = 0.5 * h.unit * h.r_max;
@@ -191,7 +191,7 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
     load_tool(beside);
     state_ = std::make_unique<haptic::State>(zones_of_tool(),
                                              haptic::StateOptions{.max_contacts = std::max(probe_->size(), denser_.max_points()),
-                                                                  .max_solids = std::max<std::size_t>(1, solids_.size())});
+                                                                  .max_touched = std::max<std::size_t>(1, solids_.size())});
 }
 
 std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
@@ -393,7 +393,7 @@ void TouchSetup::place(std::size_t object) noexcept
 {
     const BodyOptions& o = options_.body;
     const Body& b = bodies_[object];
-    haptic::Solid& solid = solids_[object];
+    haptic::TouchedBody& solid = solids_[object];
     const double phase = k_two_pi * time_ / o.sway_period;
     const Vec3d centre = options_.objects[object].place + std::sin(phase) * o.sway + b.off;
     const Vec3d speed = (k_two_pi / o.sway_period * std::cos(phase)) * o.sway + b.speed;
@@ -436,7 +436,7 @@ void TouchSetup::step(device::TraceRow& row) noexcept
         hand_->pose(std::span<const sqmap::Pose, device::k_glove_zones>(row.poses.data(), device::k_glove_zones));
         probe_->move(hand_->points());
     }
-    haptic::StepInput input{.solids = solids_, .poses = {row.poses.data(), zones_}, .twists = {}, .dt = row.dt};
+    haptic::StepInput input{.touched = solids_, .poses = {row.poses.data(), zones_}, .twists = {}, .dt = row.dt};
     if ((row.input & device::k_trace_measured_twist) != 0) input.twists = {row.twists.data(), zones_};
     input.degraded = (row.input & device::k_trace_degraded) != 0;
     const haptic::StepResult result = haptic::step(*state_, input, {row.computed.data(), zones_}, pushes_);
@@ -483,7 +483,7 @@ double softest_spring(const TouchOptions& o)
     if (o.zone.averaging == haptic::Averaging::Patch) k *= 0.25;
     if (o.zone.mode == haptic::Mode::Coupled && k > 0)  // one after the other
         k = k * o.zone.coupling_stiffness / (k + o.zone.coupling_stiffness);
-    if (o.material.friction == haptic::Friction::Coulomb) k = std::min(k, o.zone.tangential_stiffness);
+    if (o.material.friction == Friction::Coulomb) k = std::min(k, o.zone.tangential_stiffness);
     return std::clamp(k, 20., 1e6);  // what the filter takes
 }
 
@@ -551,7 +551,7 @@ TouchOptions setup_from(const std::string& text)
 
 void warn_of_idle(const CLI::App& command, const TouchOptions& o)
 {
-    const bool coulomb = o.material.friction == haptic::Friction::Coulomb, paper = o.material.friction == haptic::Friction::Paper;
+    const bool coulomb = o.material.friction == Friction::Coulomb, paper = o.material.friction == Friction::Paper;
     const bool texture = o.texture.kind != "none", sways = norm_sq(o.body.sway) > 0;
     const std::tuple<const char*, bool, const char*> k_needs[] = {
         {"--mu-static", coulomb, "--friction coulomb"},

@@ -123,7 +123,7 @@ private:
     TouchOptions options_;
     std::vector<io::MappedModel> models_;
     std::vector<model::ModelView> views_;  // in metres
-    std::vector<haptic::Solid> solids_;
+    std::vector<haptic::TouchedBody> solids_;
     std::unique_ptr<query::Probe> probe_, point_;
     std::unique_ptr<device::HandSkin> hand_;
     std::vector<Vec3d> points_;  // of the probe

@@ -74,12 +74,12 @@ struct Scene {
     std::vector<std::byte> bytes;
     model::ModelView view;
     std::vector<sqmap::Pose> poses;
-    haptic::Solid solid;
+    haptic::TouchedBody solid;
 };
 
 /// The hand as a tool of one zone.
 struct Hand {
-    Hand(mesh::Mesh mesh, bool weighted, const HandPath& path, std::size_t max_solids = 1)
+    Hand(mesh::Mesh mesh, bool weighted, const HandPath& path, std::size_t max_touched = 1)
     {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
         haptic::PatchPoints patch = haptic::patch_points(mesh.vertices, mesh.triangles, path.spacing);
@@ -90,23 +90,26 @@ struct Hand {
                 .weights = areas,
                 .denser = sets.points(),
                 .max_touching = static_cast<std::uint32_t>(path.touching)};
-        state.emplace(std::span(&zone, 1), haptic::StateOptions{.max_contacts = 131072, .max_solids = max_solids});
+        state.emplace(std::span(&zone, 1), haptic::StateOptions{.max_contacts = 131072, .max_touched = max_touched});
     }
-    haptic::Wrench touch(std::span<const haptic::Solid> solids, const sqmap::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
     {
         haptic::Wrench w;
-        result = haptic::step(*state, {.solids = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        result = haptic::step(*state, {.touched = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w;
     }
     /// And as a device would get it.
-    haptic::Wrench safe_touch(std::span<const haptic::Solid> solids, const sqmap::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench safe_touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
     {
-        const haptic::Wrench asked = touch(solids, pose, result);
+        const haptic::Wrench commanded = touch(solids, pose, result);
         haptic::Wrench safe;
         const double now = 1e-3 * static_cast<double>(++ticks);
-        (void)filter.tick(
-            {.time = now, .sample_time = now, .sequence = ticks, .poses = std::span(&pose, 1), .asked = std::span(&asked, 1)},
-            std::span(&safe, 1));
+        (void)filter.tick({.time = now,
+                           .sample_time = now,
+                           .sequence = ticks,
+                           .poses = std::span(&pose, 1),
+                           .commanded = std::span(&commanded, 1)},
+                          std::span(&safe, 1));
         return safe;
     }
     haptic::SafetyFilter filter{haptic::DeviceLimits{.max_force = 20, .max_torque = 1}, haptic::SafetyOptions{}};
@@ -127,7 +130,7 @@ TickCost tick_cost(const HandPath& path, int passes)
         in_scene(divided(scene.setting->probe, path.divide), true, path, 1 + path.by.size());
     const FrameClock clock;
     std::vector<std::unique_ptr<Bystander>> by;
-    std::vector<haptic::Solid> solids{scene.solid};
+    std::vector<haptic::TouchedBody> solids{scene.solid};
     for (const std::filesystem::path& file : path.by) {
         by.push_back(std::make_unique<Bystander>(Files{file, path.files.probe}, static_cast<int>(by.size())));
         solids.push_back({.model = &by.back()->view, .pose = by.back()->pose});
@@ -135,7 +138,7 @@ TickCost tick_cost(const HandPath& path, int passes)
     haptic::StepResult result;
     std::vector<double> us, query_us, scene_us;
     std::vector<std::uint32_t> contacts;
-    const std::span<const haptic::Solid> alone(solids.data(), 1);
+    const std::span<const haptic::TouchedBody> alone(solids.data(), 1);
     std::vector<query::ProbeContact> found(hand.probe->size());
     TickCost out;
     for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
@@ -188,11 +191,11 @@ TickCost tick_cost(const HandPath& path, int passes)
 DensityChange density_change(const HandPath& path, bool weighted)
 {
     Scene scene(path);
-    scene.solid.material.friction = haptic::Friction::None;
+    scene.solid.material.friction = Friction::None;
     Hand coarse(divided(scene.setting->probe, path.divide), weighted, path),
         dense(divided(scene.setting->probe, path.divide + 1), weighted, path);
     for (Hand* hand : {&coarse, &dense}) hand->state->options(0).blend_time = 0;
-    const std::span<const haptic::Solid> solid(&scene.solid, 1);
+    const std::span<const haptic::TouchedBody> solid(&scene.solid, 1);
     std::vector<double> force, share, torque;
     DensityChange out;
     for (const sqmap::Pose& pose : scene.poses) {

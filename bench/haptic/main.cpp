@@ -125,8 +125,8 @@ void add_energy(CLI::App& app)
                 if (paper && shading == haptic::Shading::Consistent) continue;  // the mean of one point is the point
                 c->options.zone.shading = shading;
                 const Energy e = energy(object, c->options, c->places);
-                std::printf(" | %9.6f %9.6f %9.6f %11.4f %10.4f", e.median, e.least, e.worst, 1e3 * e.asked, 1e3 * e.sent);
-                if (paper) std::printf(" | %11.4f %10.4f", 1e3 * e.rubbed_asked, 1e3 * e.rubbed_sent);
+                std::printf(" | %9.6f %9.6f %9.6f %11.4f %10.4f", e.median, e.least, e.worst, 1e3 * e.commanded, 1e3 * e.sent);
+                if (paper) std::printf(" | %11.4f %10.4f", 1e3 * e.rubbed_commanded, 1e3 * e.rubbed_sent);
             }
             std::printf("\n");
             std::fflush(stdout);

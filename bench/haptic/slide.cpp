@@ -13,17 +13,17 @@ namespace {
 
 constexpr double k_sphere = 0.005;  ///< m
 
-/// A tool of one zone, frictionless, and how it is asked.
+/// A tool of one zone, frictionless, and how it is queried.
 class Tool {
 public:
     Tool(const TouchObject& object, const SlideOptions& options)
         : probe_(options.paper ? std::vector<Vec3d>{{}}
                                : haptic::stencil_points(options.sphere ? haptic::ball_of(k_sphere) : options.zone.smoothing)),
           zone_{.probe = &probe_, .options = zone_options(options)},
-          state_(std::span(&zone_, 1), {.max_contacts = 2048, .max_solids = 1})
+          state_(std::span(&zone_, 1), {.max_contacts = 2048, .max_touched = 1})
     {
         solid_.model = &object.view;
-        solid_.material.friction = haptic::Friction::None;
+        solid_.material.friction = Friction::None;
         per_depth_ = options.stiffness;
     }
 
@@ -32,11 +32,11 @@ public:
         if (fresh) state_.reset();
         const Pose pose{{}, at};
         haptic::Wrench w;
-        (void)haptic::step(state_, {.solids = std::span(&solid_, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        (void)haptic::step(state_, {.touched = std::span(&solid_, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w.force;
     }
     void reset() { state_.reset(); }
-    void rub(haptic::Friction friction) { solid_.material.friction = friction; }
+    void rub(Friction friction) { solid_.material.friction = friction; }
     double depth_of(Vec3d force) const { return norm(force) / per_depth_; }
     [[nodiscard]] double stiffness() const { return per_depth_; }
 
@@ -58,7 +58,7 @@ private:
     query::Probe probe_;
     haptic::Zone zone_;
     haptic::State state_;
-    haptic::Solid solid_;
+    haptic::TouchedBody solid_;
     double per_depth_ = 0;
 };
 
@@ -277,23 +277,23 @@ private:
 /// J that a device gives, tick by tick, which holds each force until the next: the most at any time, before and behind the
 /// filter.
 struct Given {
-    double asked = 0, sent = 0;
+    double commanded = 0, sent = 0;
 };
 Given given(Tool& tool, const Round& round, int rounds)
 {
     constexpr int wait = 700, around = 134;  // ticks; 0.1 m/s
     haptic::SafetyFilter filter({.max_force = 4, .continuous_force = 4}, {.softest = tool.stiffness()});
     Given most;
-    double asked = 0, sent = 0, time = 0;
+    double commanded = 0, sent = 0, time = 0;
     haptic::Wrench ask{}, safe{};
     tool.reset();
     Vec3d before = round.at(0);
     for (int i = 0; i < wait + rounds * around; ++i) {
         const Vec3d at = round.at(i < wait ? 0 : static_cast<double>((i - wait) % around) / around);
-        asked += dot(ask.force, at - before);
+        commanded += dot(ask.force, at - before);
         sent += dot(safe.force, at - before);
         before = at;
-        most.asked = std::max(most.asked, asked);
+        most.commanded = std::max(most.commanded, commanded);
         most.sent = std::max(most.sent, sent);
         ask.force = i < wait ? Vec3d{} : tool.force(at);
         time += 0.001;
@@ -302,7 +302,7 @@ Given given(Tool& tool, const Round& round, int rounds)
                      .sample_time = time,
                      .sequence = static_cast<std::uint64_t>(i) + 1,
                      .poses = std::span(&pose, 1),
-                     .asked = std::span(&ask, 1)},
+                     .commanded = std::span(&ask, 1)},
                     std::span(&safe, 1));
     }
     return most;
@@ -329,14 +329,14 @@ Energy energy(const TouchObject& object, const SlideOptions& options, int places
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
     Energy e{.worst = found.front().first, .least = found.back().first, .ways = found.size()};
     for (std::size_t i = 0; i < std::min(repeated, found.size()); ++i) {
-        tool.rub(haptic::Friction::None);
+        tool.rub(Friction::None);
         const Given g = given(tool, found[i].second, 100);
-        e.asked = std::max(e.asked, g.asked);
+        e.commanded = std::max(e.commanded, g.commanded);
         e.sent = std::max(e.sent, g.sent);
         if (!options.paper) continue;
-        tool.rub(haptic::Friction::Paper);
+        tool.rub(Friction::Paper);
         const Given r = given(tool, found[i].second, 100);
-        e.rubbed_asked = std::max(e.rubbed_asked, r.asked);
+        e.rubbed_commanded = std::max(e.rubbed_commanded, r.commanded);
         e.rubbed_sent = std::max(e.rubbed_sent, r.sent);
     }
     std::vector<double> shares;

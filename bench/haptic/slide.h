@@ -56,11 +56,11 @@ struct NormalError {
 /// Energy that the force gives around closed ways of 3 mm about places of the surface, share of what it moves: positive is
 /// gained. Of the field: at every place without memory of the last, and along pieces so short that their number does not count.
 /// And J given, at most, by a device that goes the ten ways with most gain around 100 times at 0.1 m/s and 1 kHz, each force held
-/// for a tick: as asked, and behind the safety filter.
+/// for a tick: as commanded, and behind the safety filter.
 struct Energy {
-    double worst = 0, median = 0, least = 0;   ///< greatest, of the absolute value, and least
-    double asked = 0, sent = 0;                ///< J
-    double rubbed_asked = 0, rubbed_sent = 0;  ///< the same with the friction of eq. 33
+    double worst = 0, median = 0, least = 0;       ///< greatest, of the absolute value, and least
+    double commanded = 0, sent = 0;                ///< J
+    double rubbed_commanded = 0, rubbed_sent = 0;  ///< the same with the friction of eq. 33
     std::size_t ways = 0;
 };
 [[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int places);

@@ -54,7 +54,7 @@ bool Channel::write(std::span<const Wrench> wrenches) noexcept
     packet.zeros = zeros_.load(std::memory_order_acquire);
     std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_max_zones), packet.wrenches.begin());
     packet.time = now();
-    packet.filter = told_;
+    packet.filter = reported_;
     packets_.put(packet);
     return alive_.load(std::memory_order_acquire);
 }

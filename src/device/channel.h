@@ -36,7 +36,7 @@ public:
 
     // For the servo: what Device asks for.
     bool read(Sample& sample) noexcept;
-    void tell(std::uint32_t filter) noexcept { told_ = filter; }
+    void report(std::uint32_t filter) noexcept { reported_ = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept;
     /// Any thread.
     void zero() noexcept { zeros_.fetch_add(1, std::memory_order_acq_rel); }
@@ -52,7 +52,7 @@ private:
     Newest<Packet> packets_;
     std::array<Wrench, k_max_zones> output_{};
     std::uint32_t filter_ = haptic::k_acted_off;
-    std::uint32_t told_ = 0;  ///< the servo's
+    std::uint32_t reported_ = 0;  ///< the servo's
     std::uint64_t sequence_ = 0;
     bool have_sample_ = false, have_packet_ = false;
     std::atomic<bool> alive_{false};

@@ -108,12 +108,12 @@ public:
         sample = latest_;
         return true;
     }
-    void tell(std::uint32_t filter) noexcept override { told_ = filter; }
+    void report(std::uint32_t filter) noexcept override { reported_ = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept override
     {
         if (shared_->gone) return false;
         Wrenches w;
-        w.filter = told_;
+        w.filter = reported_;
         w.zeros = shared_->zeros.load();
         std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_max_zones), w.of.begin());
         shared_->wrenches.put(w);
@@ -127,7 +127,7 @@ private:
     pid_t keeper_;
     Capabilities capabilities_;
     Sample latest_{};
-    std::uint32_t told_ = 0;
+    std::uint32_t reported_ = 0;
 };
 
 /// The keeper's life. Leaves when the program has.
@@ -150,7 +150,7 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
             zeroed = zeros;
         }
         if (current && fresh) {
-            device.tell(shared.wrenches.value().filter);
+            device.report(shared.wrenches.value().filter);
             if (!device.write({shared.wrenches.value().of.data(), zones})) shared.gone = true;
         }
         sleep_ns(period);

@@ -241,17 +241,17 @@ void Servo::Work::loop() noexcept
         now.connected = device.read(now.sample);
         const bool resumed_there = now.connected && now.sample.resumes != resumes;
         if (now.connected) resumes = now.sample.resumes;
-        now.asked.fill({});
+        now.commanded.fill({});
         std::array<double, k_max_zones> pushes{};
         now.status = 0;
         if (now.connected && now.sample.sequence != 0)
             now.status = tick(context, {now.sample, now.time, now.dt, now.degraded, now.tick, {pushes.data(), zones}},
-                              {now.asked.data(), zones});
+                              {now.commanded.data(), zones});
         haptic::SafetyInput in{.time = now.time,
                                .sample_time = now.sample.time,
                                .sequence = now.sample.sequence,
                                .poses = {now.sample.poses.data(), zones},
-                               .asked = {now.asked.data(), zones},
+                               .commanded = {now.commanded.data(), zones},
                                .pushes = {pushes.data(), zones},
                                .connected = now.connected,
                                .held = held,
@@ -268,7 +268,7 @@ void Servo::Work::loop() noexcept
             now.sent.fill({});
             device.zero();
         }
-        device.tell(haptic::bits(now.safety));
+        device.report(haptic::bits(now.safety));
         if (!device.write({now.sent.data(), zones})) now.connected = false;
         if (halted || stopped) {
             device.zero();

@@ -19,7 +19,7 @@ public:
     ThreadedDevice& operator=(const ThreadedDevice&) = delete;
     [[nodiscard]] const Capabilities& capabilities() const noexcept final { return capabilities_; }
     bool read(Sample& sample) noexcept final { return channel_.read(sample); }
-    void tell(std::uint32_t filter) noexcept final { channel_.tell(filter); }
+    void report(std::uint32_t filter) noexcept final { channel_.report(filter); }
     bool write(std::span<const Wrench> wrenches) noexcept final { return channel_.write(wrenches); }
     void zero() noexcept final { channel_.zero(); }
 

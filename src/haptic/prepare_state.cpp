@@ -7,10 +7,10 @@ State::State(std::span<const Zone> zones, const StateOptions& options)
     : zones_(zones.begin(), zones.end()),
       reports_(zones.size()),
       memory_(zones.size()),
-      touches_(zones.size() * options.max_solids),
-      max_solids_(options.max_solids),
-      found_(options.max_contacts * options.max_solids),
-      asked_(options.max_solids)
+      touches_(zones.size() * options.max_touched),
+      max_touched_(options.max_touched),
+      found_(options.max_contacts * options.max_touched),
+      asked_(options.max_touched)
 {
     std::size_t most = 0;
     for (const Zone& zone : zones_)

@@ -84,10 +84,10 @@ Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
 }
 
 /// What a spring of stiffness K holds that asks for a force, where no more than most is exerted.
-double stored(double asked, double most, double stiffness)
+double stored(double commanded, double most, double stiffness)
 {
     if (!(stiffness > 0)) return 0;
-    return asked <= most ? 0.5 * asked * asked / stiffness : most * (asked - 0.5 * most) / stiffness;
+    return commanded <= most ? 0.5 * commanded * commanded / stiffness : most * (commanded - 0.5 * most) / stiffness;
 }
 
 double or_unknown(double told, double unknown) { return told > 0 ? told : unknown; }
@@ -221,8 +221,8 @@ struct SafetyFilter::Tick {
     std::array<Vec3d, k_max_safe_zones> moved{}, turned{};  // since the last fresh sample
     std::array<double, k_max_safe_zones> speed{}, spin{};
     std::array<bool, k_max_safe_zones> jumped{};
-    std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in what is asked
-    std::array<double, k_max_safe_zones> springs{};    // J, most that the springs behind what is asked hold
+    std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in what is commanded
+    std::array<double, k_max_safe_zones> springs{};    // J, most that the springs behind what is commanded hold
     std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp adds to them where they are
 };
 
@@ -257,11 +257,11 @@ void SafetyFilter::latch(std::uint32_t fault) noexcept
     faults_ |= fault;
 }
 
-double SafetyFilter::stored(const Wrench& asked, double share) const noexcept
+double SafetyFilter::stored(const Wrench& commanded, double share) const noexcept
 {
     const double k = share * softest_;
-    return haptic::stored(norm(asked.force), force_limit_, k) +
-           haptic::stored(norm(asked.torque), torque_limit_, k * k_lever * k_lever);
+    return haptic::stored(norm(commanded.force), force_limit_, k) +
+           haptic::stored(norm(commanded.torque), torque_limit_, k * k_lever * k_lever);
 }
 
 double SafetyFilter::heat(const Wrench& w) const noexcept
@@ -287,9 +287,9 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) 
     Tick tick;
     ++ticks_;
     ++counters_.ticks;
-    tick.zones = std::min({in.poses.size(), in.asked.size(), room, k_max_safe_zones});
+    tick.zones = std::min({in.poses.size(), in.commanded.size(), room, k_max_safe_zones});
     tick.share.fill(1);
-    for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.asked[z];
+    for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.commanded[z];
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
     tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
@@ -311,7 +311,7 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
 {
     bool ok = sane(in.time) && sane(in.sample_time) && tick.dt >= 0;
     for (std::size_t z = 0; z < tick.zones; ++z)
-        ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation) && sane(in.asked[z]);
+        ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation) && sane(in.commanded[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) ok = ok && sane(in.pushes[z]);
     if (ok) return;
@@ -380,7 +380,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     if (!sampled_) return;
     for (std::size_t z = 0; z < tick.zones && !tick.off; ++z) {
         if (tick.fresh)
-            zones_[z].held = in.asked[z];
+            zones_[z].held = in.commanded[z];
         else
             tick.wrench[z] = zones_[z].held;
     }
@@ -398,7 +398,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = tick.scale * tick.wrench[z];
 }
 
-/// Step 3. Nothing goes out until next to nothing is asked for, then half a second's ramp; again after every jump.
+/// Step 3. Nothing goes out until next to nothing is commanded, then half a second's ramp; again after every jump.
 void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
 {
     for (std::size_t z = 0; z < tick.zones; ++z) {
@@ -552,10 +552,10 @@ void SafetyFilter::duty(Tick& tick) noexcept
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
         const double e = zones_[z].spare;
-        const double most = 1 - e + std::min(peak_ * e * e * e, e * duty_time_ / dt), asked = heat(tick.wrench[z]);
-        if (!(asked > most)) continue;
+        const double most = 1 - e + std::min(peak_ * e * e * e, e * duty_time_ / dt), commanded = heat(tick.wrench[z]);
+        if (!(commanded > most)) continue;
         acted = true;
-        tick.wrench[z] = std::sqrt(most / asked) * tick.wrench[z];
+        tick.wrench[z] = std::sqrt(most / commanded) * tick.wrench[z];
     }
     if (!acted) return;
     tick.acted |= k_acted_duty;

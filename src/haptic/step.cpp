@@ -59,8 +59,8 @@ void State::reset() noexcept
 struct Stepper {
     State& state;
     const StepInput& in;
-    std::span<Wrench> wrenches, on_solids;
-    std::size_t solids = std::min(in.solids.size(), state.max_solids_);
+    std::span<Wrench> wrenches, on_touched;
+    std::size_t solids = std::min(in.touched.size(), state.max_touched_);
     BodyLoad spread{};  ///< Coupled: of the last patch that was felt, the mean over its contacts of springs of 1 N/m
 
     using Touch = State::Touch;
@@ -69,11 +69,11 @@ struct Stepper {
     /// Room for the contacts with a solid, and the query that it holds.
     std::span<query::ProbeContact> room(std::size_t s)
     {
-        const std::size_t size = state.found_.size() / state.max_solids_;
+        const std::size_t size = state.found_.size() / state.max_touched_;
         return std::span(state.found_).subspan(s * size, size);
     }
 
-    Touch& touch(std::size_t z, std::size_t s) { return state.touches_[z * state.max_solids_ + s]; }
+    Touch& touch(std::size_t z, std::size_t s) { return state.touches_[z * state.max_touched_ + s]; }
 
     /// The points that a zone feels with in this tick.
     DenserPoints points(std::size_t z) const
@@ -104,12 +104,12 @@ struct Stepper {
 
     const query::ProbeResult& ask(const query::Probe* probe, const ZoneOptions& options, std::size_t s, const Pose& probe_pose)
     {
-        const Pose pose = compose(inverse(in.solids[s].pose), probe_pose);
+        const Pose pose = compose(inverse(in.touched[s].pose), probe_pose);
         query::Layer layer = options.layer;
         if (layer == query::Layer::One) layer = query::Layer::Two;
         State::Asked& asked = state.asked_[s];
         if (probe != asked.probe || layer != asked.layer || !same(pose, asked.pose)) {
-            const query::ProbeResult r = query::query_probe(*in.solids[s].model, *probe, pose, {.layer = layer}, room(s));
+            const query::ProbeResult r = query::query_probe(*in.touched[s].model, *probe, pose, {.layer = layer}, room(s));
             asked = {probe, pose, layer, r};
         }
         return asked.result;
@@ -152,7 +152,7 @@ struct Stepper {
     bool read(std::size_t z, std::size_t s, const Pose& at, const query::ProbeContact& c, Found& found)
     {
         const Zone& zone = state.zones_[z];
-        const Solid& solid = in.solids[s];
+        const TouchedBody& solid = in.touched[s];
         if (state.memory_[z].points == 0 && (c.index < zone.first || c.index - zone.first >= zone.count)) return false;
         if ((c.status & query::k_no_surface) != 0) {
             state.reports_[z].status |= k_step_no_surface;
@@ -168,7 +168,7 @@ struct Stepper {
     Felt feel_patch(std::size_t z, std::size_t s, const Pose& at, std::span<const query::ProbeContact> contacts, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
-        const Solid& solid = in.solids[s];
+        const TouchedBody& solid = in.touched[s];
         const Texture* texture = solid.material.texture;
         const std::size_t stride = std::max<std::size_t>(1, (contacts.size() + k_kept - 1) / k_kept);
         if (keep != nullptr) keep->plane_count = 0, keep->single = false;
@@ -202,7 +202,7 @@ struct Stepper {
     }
 
     /// The exact layer at a place: searched, not looked up.
-    static Sample searched(const Solid& solid, Vec3d at)
+    static Sample searched(const TouchedBody& solid, Vec3d at)
     {
         const model::Header& header = solid.model->header;
         const query::Contact c =
@@ -214,7 +214,7 @@ struct Stepper {
     }
 
     /// From a place: the way to the nearest surface, sought about another way to it.
-    static Vec3d nearer_surface(const Solid& solid, Vec3d from, Vec3d way)
+    static Vec3d nearer_surface(const TouchedBody& solid, Vec3d from, Vec3d way)
     {
         const model::Header& header = solid.model->header;
         if (!model::has_exact(*solid.model)) return way;
@@ -229,7 +229,7 @@ struct Stepper {
     Felt feel_stencil(std::size_t z, std::size_t s, const Pose& at, std::span<const query::ProbeContact> contacts, Touch* keep)
     {
         const Zone& zone = state.zones_[z];
-        const Solid& solid = in.solids[s];
+        const TouchedBody& solid = in.touched[s];
         const std::size_t points = zone.probe->size(), first = std::min<std::size_t>(zone.first, points);
         const std::size_t own = std::min({std::size_t{zone.count}, points - first, state.samples_.size()});
         const Vec3d centre = tip(z, at);
@@ -252,7 +252,8 @@ struct Stepper {
             sum.centre = searched(solid, at.translation + centre);
             sum.searched = true;
         }
-        const std::span<Trail> trail = std::span(state.trails_).subspan((z * state.max_solids_ + s) * state.samples_.size(), own);
+        const std::span<Trail> trail =
+            std::span(state.trails_).subspan((z * state.max_touched_ + s) * state.samples_.size(), own);
         Passed passed;
         if (const Touch& t = touch(z, s); keep != nullptr && t.known && state.memory_[z].known) {
             const Pose before = compose(inverse(t.solid_before), state.memory_[z].body_before);
@@ -284,7 +285,7 @@ struct Stepper {
     }
 
     /// Takes the relief off what a tip feels.
-    void carve(std::size_t z, const Solid& solid, const Pose& at, Felt& felt) const
+    void carve(std::size_t z, const TouchedBody& solid, const Pose& at, Felt& felt) const
     {
         const ZoneOptions& o = state.zones_[z].options;
         const double size = norm(felt.force);
@@ -298,7 +299,7 @@ struct Stepper {
         felt.depth = c.depth;
     }
 
-    static void keep_single(Touch& keep, const Solid& solid, const Pose& at, const Felt& felt, double out)
+    static void keep_single(Touch& keep, const TouchedBody& solid, const Pose& at, const Felt& felt, double out)
     {
         keep.single = true;
         keep.plane_count = 0;
@@ -310,7 +311,7 @@ struct Stepper {
     }
 
     /// A proxy's spring at a place of the surface, with the relief taken off.
-    static Vec3d carved_pull(const Solid& solid, Vec3d place, Vec3d normal, Vec3d pull, double stiffness)
+    static Vec3d carved_pull(const TouchedBody& solid, Vec3d place, Vec3d normal, Vec3d pull, double stiffness)
     {
         const double depth = dot(pull, normal) / stiffness;
         if (solid.material.texture == nullptr || !(depth > 0)) return pull;
@@ -323,7 +324,7 @@ struct Stepper {
     Felt felt_of_planes(std::size_t z, std::size_t s, const Pose& at)
     {
         const Touch& t = touch(z, s);
-        const Solid& solid = in.solids[s];
+        const TouchedBody& solid = in.touched[s];
         ContactSum sum(state.zones_[z].options);
         for (std::uint32_t i = 0; i < t.plane_count; ++i) {
             const Touch::Plane& p = t.planes[i];
@@ -345,7 +346,7 @@ struct Stepper {
     }
 
     /// How the zone's material at a lever has moved over the solid since the last step.
-    Vec3d motion_over(const Memory& m, const Touch& t, const Solid& solid, const Pose& at, Vec3d lever) const
+    Vec3d motion_over(const Memory& m, const Touch& t, const TouchedBody& solid, const Pose& at, Vec3d lever) const
     {
         if (!m.known || !t.known) return {};
         const Vec3d now = at.translation + lever;
@@ -355,21 +356,21 @@ struct Stepper {
     }
 
     /// rad: how far the zone has turned over the solid since the last step.
-    double turn_over(const Memory& m, const Touch& t, const Solid& solid, const Pose& at) const
+    double turn_over(const Memory& m, const Touch& t, const TouchedBody& solid, const Pose& at) const
     {
         if (!m.known || !t.known) return 0;
         const Pose before = compose(inverse(t.solid_before), m.body_before);
         return norm(twist_between(before, compose(inverse(solid.pose), at), 1).angular);
     }
 
-    Vec3d velocity_over(const Twist& twist, const Solid& solid, const Pose& at, Vec3d lever) const
+    Vec3d velocity_over(const Twist& twist, const TouchedBody& solid, const Pose& at, Vec3d lever) const
     {
         return velocity_at(twist, lever) - velocity_at(solid.twist, at.translation + lever - solid.pose.translation);
     }
 
     /// Friction at the centre of a contact; stretches or lets slip the sticking spring.
-    Vec3d friction(const ZoneOptions& o, Touch& t, const Solid& solid, const Felt& felt, Vec3d normal, double load, Vec3d motion,
-                   std::uint32_t& status) const
+    Vec3d friction(const ZoneOptions& o, Touch& t, const TouchedBody& solid, const Felt& felt, Vec3d normal, double load,
+                   Vec3d motion, std::uint32_t& status) const
     {
         const Material& material = solid.material;
         if (material.friction == Friction::Paper) return printed_friction({material.f_c, material.k_f}, felt.depth, motion);
@@ -395,16 +396,16 @@ struct Stepper {
 
     void add_to_solid(std::size_t s, const Wrench& w, Vec3d about)
     {
-        if (s >= on_solids.size()) return;
-        on_solids[s].force -= w.force;
-        on_solids[s].torque -= w.torque + cross(about - in.solids[s].pose.translation, w.force);
+        if (s >= on_touched.size()) return;
+        on_touched[s].force -= w.force;
+        on_touched[s].torque -= w.torque + cross(about - in.touched[s].pose.translation, w.force);
     }
 
     /// The force against the approach, from where the zone will be.
     Wrench brake(std::size_t z, std::size_t s, const Pose& at, const Twist& twist)
     {
         const ZoneOptions& o = state.zones_[z].options;
-        const Solid& solid = in.solids[s];
+        const TouchedBody& solid = in.touched[s];
         const Vec3d velocity = velocity_over(twist, solid, at, {});
         if (!(o.brake > 0) || !(o.brake_ahead > 0) || norm_sq(velocity) == 0) return {};
         const Pose there{rotation_by(o.brake_ahead * twist.angular) * at.rotation, at.translation + o.brake_ahead * velocity};
@@ -438,7 +439,7 @@ struct Stepper {
         double total = 0;
         for (std::size_t s = 0; s < solids; ++s) {
             Touch& t = touch(z, s);
-            const Solid& solid = in.solids[s];
+            const TouchedBody& solid = in.touched[s];
             Felt felt;
             if (in.degraded) {
                 felt = felt_of_planes(z, s, at);
@@ -598,7 +599,7 @@ struct Stepper {
     }
 
     /// The nearest place to the goal that no plane forbids: each plane in turn, a few times over.
-    static Vec3d project(Vec3d goal, std::span<const Touch> touches, std::span<const Solid> over, const Pose& at)
+    static Vec3d project(Vec3d goal, std::span<const Touch> touches, std::span<const TouchedBody> over, const Pose& at)
     {
         Vec3d p = goal;
         for (int round = 0; round < 8; ++round)
@@ -646,13 +647,13 @@ struct Stepper {
             for (std::size_t s = 0; s < solids; ++s) touch(z, s).plane_count = 0;
         }
         m.body.rotation = in.poses[z].rotation;
-        const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.max_solids_, solids);
+        const std::span<Touch> touches = std::span(state.touches_).subspan(z * state.max_touched_, solids);
         // A surface that moves carries along what lies on it.
         double motion = m.track.step();
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching && touches[s].known) {
                 const Vec3d still = m.body.translation;
-                m.body.translation = apply(in.solids[s].pose, transform_back(touches[s].solid_before, still));
+                m.body.translation = apply(in.touched[s].pose, transform_back(touches[s].solid_before, still));
                 motion += norm(m.body.translation - still);
                 break;
             }
@@ -663,15 +664,15 @@ struct Stepper {
         const auto way_out = [&] {
             Vec3d normal{};
             for (std::size_t s = 0; s < solids; ++s)
-                if (touches[s].plane_count > 0) normal += in.solids[s].pose.rotation * touches[s].planes[0].normal;
+                if (touches[s].plane_count > 0) normal += in.touched[s].pose.rotation * touches[s].planes[0].normal;
             return normalized(normal);
         };
         const auto borne = [&](std::size_t s, Vec3d at) {
             const Touch& t = touches[s];
             if (t.plane_count == 0 || !rests) return Vec3d{};
-            const Vec3d point = transform_back(in.solids[s].pose, at + m.body.rotation * t.planes[0].probe);
+            const Vec3d point = transform_back(in.touched[s].pose, at + m.body.rotation * t.planes[0].probe);
             const double depth = std::clamp(t.sink - dot(point - t.planes[0].point, t.planes[0].normal), 0., t.sink);
-            return depth * (in.solids[s].pose.rotation * t.planes[0].normal);
+            return depth * (in.touched[s].pose.rotation * t.planes[0].normal);
         };
         const auto load_at = [&](Vec3d at, Vec3d normal) {
             double load = dot(at - goal, normal);
@@ -688,7 +689,7 @@ struct Stepper {
             const double length = norm(back);
             for (std::size_t s = 0; s < solids; ++s) {
                 const Touch& t = touches[s];
-                const Material& material = in.solids[s].material;
+                const Material& material = in.touched[s].material;
                 if (t.plane_count == 0 || !(load > 0) || !t.touching || material.friction != Friction::Coulomb) continue;
                 const bool slip = length > (t.stuck ? material.mu_static : material.mu_dynamic) * load;
                 slips(s, slip);
@@ -696,7 +697,7 @@ struct Stepper {
             }
             return at;
         };
-        const auto nearest = [&] { return project(goal, touches, in.solids.first(solids), m.body); };
+        const auto nearest = [&] { return project(goal, touches, in.touched.first(solids), m.body); };
         for (int round = 0; round < k_proxy_rounds; ++round) {
             const Vec3d way = held_back(nearest(), [](std::size_t, bool) {}) - m.body.translation;
             const double length = norm(way);
@@ -710,14 +711,14 @@ struct Stepper {
                 if (felt.exact > 0 && norm_sq(felt.force) > 0) {
                     const Vec3d felt_out = normalized(felt.force);
                     if (o.averaging == Averaging::Patch && t.plane_count > 0 && t.sink > 2 * k_proxy_sink &&
-                        dot(felt_out, in.solids[s].pose.rotation * t.planes[0].normal) < k_other_side) {
+                        dot(felt_out, in.touched[s].pose.rotation * t.planes[0].normal) < k_other_side) {
                         // So deep it feels the other side of something thin: half as deep, until it leaves.
                         t.sink *= 0.5;
                         t.planes[0].point += t.sink * t.planes[0].normal;
                         continue;
                     }
                     const double out = (rests ? felt.depth : felt.exact) - t.sink;
-                    keep_single(t, in.solids[s], m.body, felt, out);
+                    keep_single(t, in.touched[s], m.body, felt, out);
                     m.body.translation += std::max(out, 0.) * felt_out;
                     t.let_in = 0;
                 } else if (t.plane_count > 0) {
@@ -761,14 +762,14 @@ struct Stepper {
         for (std::size_t s = 0; s < solids; ++s)
             if (touches[s].touching) {
                 Vec3d arm = m.body.rotation * touches[s].planes[0].probe;
-                const Vec3d normal_there = in.solids[s].pose.rotation * touches[s].planes[0].normal;
+                const Vec3d normal_there = in.touched[s].pose.rotation * touches[s].planes[0].normal;
                 if (ball) arm -= (o.smoothing.radius - norm(borne(s, m.body.translation))) * normal_there;  // where it rubs
                 Vec3d pull = o.stiffness * (held / share + borne(s, m.body.translation));
                 if (o.averaging != Averaging::Patch)
-                    pull = carved_pull(in.solids[s], m.body.translation + arm, normal_there, pull, o.stiffness);
+                    pull = carved_pull(in.touched[s], m.body.translation + arm, normal_there, pull, o.stiffness);
                 Vec3d force = pull + damping / share;
-                if (const Material& material = in.solids[s].material; material.friction == Friction::Paper) {
-                    const Vec3d moved = in.dt * velocity_over(m.device_twist, in.solids[s], in.poses[z], {});
+                if (const Material& material = in.touched[s].material; material.friction == Friction::Paper) {
+                    const Vec3d moved = in.dt * velocity_over(m.device_twist, in.touched[s], in.poses[z], {});
                     force +=
                         printed_friction({material.f_c, material.k_f}, load, moved - dot(moved, normal_there) * normal_there);
                 }
@@ -793,8 +794,8 @@ struct Stepper {
     void clear(std::size_t z)
     {
         state.memory_[z] = {};
-        for (std::size_t s = 0; s < state.max_solids_; ++s) touch(z, s) = {};
-        const std::size_t size = state.max_solids_ * state.samples_.size();
+        for (std::size_t s = 0; s < state.max_touched_; ++s) touch(z, s) = {};
+        const std::size_t size = state.max_touched_ * state.samples_.size();
         for (Trail& t : std::span(state.trails_).subspan(z * size, size)) t = {};
     }
 
@@ -802,15 +803,15 @@ struct Stepper {
     {
         StepResult result;
         for (Wrench& w : wrenches) w = {};
-        for (Wrench& w : on_solids) w = {};
+        for (Wrench& w : on_touched) w = {};
         for (State::Asked& a : state.asked_) a = {};  // a probe may have been moved
         const std::size_t zones = state.zones_.size();
-        if (wrenches.size() < zones || (!on_solids.empty() && on_solids.size() < in.solids.size()))
+        if (wrenches.size() < zones || (!on_touched.empty() && on_touched.size() < in.touched.size()))
             result.status |= k_step_short_span;
         bool sound = std::isfinite(in.dt) && in.dt > 0;
-        for (const Solid& solid : in.solids)
+        for (const TouchedBody& solid : in.touched)
             sound = sound && solid.model != nullptr && is_finite(solid.pose) && is_finite(solid.twist);
-        if (in.solids.size() > solids) result.status |= k_step_full;
+        if (in.touched.size() > solids) result.status |= k_step_full;
         if (in.degraded) {
             ++state.degraded_steps_;
             result.status |= k_step_degraded;
@@ -857,7 +858,7 @@ struct Stepper {
             m.known = true;
             if (!in.degraded) choose_points(z);
             for (std::size_t s = 0; s < solids; ++s) {
-                touch(z, s).solid_before = in.solids[s].pose;
+                touch(z, s).solid_before = in.touched[s].pose;
                 touch(z, s).known = true;
             }
             if (in.degraded) report.status |= k_step_degraded;
@@ -875,9 +876,9 @@ struct Stepper {
     }
 };
 
-StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_solids) noexcept
+StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_touched) noexcept
 {
-    return Stepper{state, input, wrenches, on_solids}.run();
+    return Stepper{state, input, wrenches, on_touched}.run();
 }
 
 }  // namespace sqmap::haptic

@@ -60,8 +60,8 @@ struct Cloth::State {
         bool carried = true;        ///< the first sewing
     };
     struct Pin {
-        std::uint32_t node, solid;
-        Vec3d place;  ///< in the solid's frame
+        std::uint32_t node, collider;
+        Vec3d place;  ///< in the collider's frame
         btScalar mass;
     };
     struct Restless {
@@ -228,10 +228,10 @@ struct Cloth::State {
         }
     }
 
-    void place_pins(std::span<const Solid> solids)
+    void place_pins(std::span<const Collider> colliders)
     {
         for (const Pin& pin : pins) {
-            const Vec3d at = pin.solid < solids.size() ? apply(solids[pin.solid].pose, pin.place) : pin.place;
+            const Vec3d at = pin.collider < colliders.size() ? apply(colliders[pin.collider].pose, pin.place) : pin.place;
             node(pin.node).m_x = to_bullet(at);
         }
     }
@@ -282,7 +282,7 @@ struct Cloth::State {
         }
     }
 
-    /// Raises the nodes of triangles in which a solid is, each as it weighs at the place.
+    /// Raises the nodes of triangles in which a collider is, each as it weighs at the place.
     void push_interiors_out()
     {
         for (InteriorSpace& s : interiors.all()) {
@@ -325,9 +325,12 @@ struct Cloth::State {
             slip -= dot(slip, s.normal) * s.normal;
             // Friction's sum so far, less the slip, but no longer than the cone (or what eq. 33 says) allows.
             float most = mu * s.push;
-            if (options.friction == Friction::Paper)
-                most = static_cast<float>(options.paper_friction * (1 + options.paper_stiffness * static_cast<double>(s.depth)) *
-                                          dt * dt) *
+            if (options.friction == Friction::None)
+                most = 0;
+            else if (options.friction == Friction::Paper)
+                most = static_cast<float>(
+                           friction_size({options.paper_friction, options.paper_stiffness}, static_cast<double>(s.depth)) * dt *
+                           dt) *
                        n.inverse_mass;
             Vec3f grip = s.grip - slip;
             const float length = norm(grip);
@@ -353,13 +356,13 @@ struct Cloth::State {
         }
     }
 
-    /// Nodes that go to and fro without end are stilled, where no solid moves and the cloth as a whole hardly does.
-    void still_restless(double dt, bool solids_stand)
+    /// Nodes that go to and fro without end are stilled, where no collider moves and the cloth as a whole hardly does.
+    void still_restless(double dt, bool colliders_stand)
     {
         double moving_mass = 0;
         for (std::size_t i = 0; i < position.size(); ++i)
             if (moving[i].inverse_mass > 0) moving_mass += 1 / static_cast<double>(moving[i].inverse_mass);
-        const bool calm = solids_stand && last_kinetic <= 0.5 * moving_mass * k_calm * k_calm;
+        const bool calm = colliders_stand && last_kinetic <= 0.5 * moving_mass * k_calm * k_calm;
         const auto stirs = static_cast<float>(k_stirs * dt);
         for (std::size_t i = 0; i < position.size(); ++i) {
             Restless& r = restless[i];
@@ -379,7 +382,7 @@ struct Cloth::State {
             if (!(length > r.leash)) continue;
             position[i] = previous[i] + static_cast<double>(r.leash / length) * (position[i] - previous[i]);
         }
-        // Held back within the cloth's thickness at most, not in the solid.
+        // Held back within the cloth's thickness at most, not in the collider.
         for (const HalfSpace& s : contacts.all()) {
             if (!(restless[s.node].leash < static_cast<float>(fabric.thickness))) continue;
             const Vec3d normal = cast<double>(s.normal);
@@ -388,7 +391,7 @@ struct Cloth::State {
         }
     }
 
-    void finish(double dt, bool solids_stand, StepReport& report)
+    void finish(double dt, bool colliders_stand, StepReport& report)
     {
         const std::size_t n = position.size();
         const double keep = std::exp(-fabric.damping * dt);
@@ -398,7 +401,7 @@ struct Cloth::State {
             all_finite = all_finite && is_finite(position[i]);
         }
         if (stretched()) report.status |= k_cloth_stretched;
-        if (all_finite) still_restless(dt, solids_stand);
+        if (all_finite) still_restless(dt, colliders_stand);
         if (all_finite && self) {
             const double mark = cpu_seconds();
             if (self->stop(previous, position, moving) > 0) report.status |= k_cloth_tangled;
@@ -506,20 +509,20 @@ Cloth& Cloth::operator=(Cloth&&) noexcept = default;
 
 void Cloth::expect(const query::SkinLattice& lattice) { state_->contacts.expect(lattice, state_->position); }
 
-StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
+StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
 {
     State& s = *state_;
     StepReport report;
     bool good = std::isfinite(dt) && dt > 0;
-    for (const Solid& solid : solids)
-        good =
-            good && is_finite(solid.pose) && is_finite(solid.previous) && (solid.skin == nullptr || s.contacts.expects_skins());
+    for (const Collider& collider : colliders)
+        good = good && is_finite(collider.pose) && is_finite(collider.previous) &&
+               (collider.skin == nullptr || s.contacts.expects_skins());
     if (!good) {
         report.status = k_cloth_bad_step;
         return report;
     }
-    bool solids_stand = true;
-    for (const Solid& solid : solids) solids_stand = solids_stand && stands(solid);
+    bool colliders_stand = true;
+    for (const Collider& collider : colliders) colliders_stand = colliders_stand && stands(collider);
     const double start = cpu_seconds();
     btSoftBody& body = *s.body;
     // The tailor's hands carry a garment until it is sewn.
@@ -527,13 +530,13 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
         std::any_of(s.seams.begin(), s.seams.end(), [](const State::SeamLinks& l) { return l.carried && l.age < k_sewing_time; });
     s.info.m_gravity = sewing ? btVector3(0, 0, 0) : to_bullet(s.options.gravity);
     body.predictMotion(static_cast<btScalar>(dt));
-    s.place_pins(solids);
+    s.place_pins(colliders);
     s.set_seams(dt);
     s.take_nodes();
     s.take_links();
     s.previous.swap(s.position);  // Bullet predicts from there, in float
-    s.contacts.ride(solids);
-    s.interiors.ride(solids);
+    s.contacts.ride(colliders);
+    s.interiors.ride(colliders);
     double mark = cpu_seconds();
     report.seconds.predict = mark - start;
     if (s.self) {
@@ -542,7 +545,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
         report.seconds.self += now - mark;
         mark = now;
     }
-    // Threads pull against the half-spaces that the last step found; what they pulled into a solid, or through one, is found
+    // Threads pull against the half-spaces that the last step found; what they pulled into a collider, or through one, is found
     // afterwards and has the last word.
     for (State::Held& h : s.held) h.pull = {};
     for (int i = 0; i < s.options.iterations; ++i) {
@@ -562,9 +565,9 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     }
     s.limit(dt, report);
     report.seconds.predict += cpu_seconds() - mark;
-    report.status |= s.contacts.find(s.previous, s.position, solids, report);
+    report.status |= s.contacts.find(s.previous, s.position, colliders, report);
     mark = cpu_seconds();
-    s.interiors.find(s.position, s.contacts.touched(), solids, s.contacts.rests());
+    s.interiors.find(s.position, s.contacts.touched(), colliders, s.contacts.rests());
     report.seconds.query += cpu_seconds() - mark;
     mark = cpu_seconds();
     for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
@@ -578,7 +581,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
     }
     s.tension = {};
     for (const State::Held& h : s.held) s.tension -= h.pull / (dt * dt);
-    s.finish(dt, solids_stand, report);
+    s.finish(dt, colliders_stand, report);
     report.seconds.predict += cpu_seconds() - mark;
     return report;
 }
@@ -586,7 +589,7 @@ StepReport Cloth::step(double dt, std::span<const Solid> solids) noexcept
 std::size_t Cloth::size() const noexcept { return state_->position.size(); }
 std::span<const std::array<std::uint32_t, 3>> Cloth::triangles() const noexcept { return state_->triangles; }
 std::span<const Vec3d> Cloth::positions() const noexcept { return state_->position; }
-std::span<const Vec3d> Cloth::asked() const noexcept { return state_->contacts.asked(); }
+std::span<const Vec3d> Cloth::query_points() const noexcept { return state_->contacts.query_points(); }
 std::span<const Vec3d> Cloth::velocities() const noexcept { return state_->velocity; }
 
 std::vector<double> Cloth::strain() const
@@ -617,13 +620,13 @@ std::vector<double> Cloth::strain() const
 
 std::size_t Cloth::crossings() const { return sim::crossings(state_->position, state_->triangles, state_->names); }
 
-void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t solid, const Pose& pose)
+void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t collider, const Pose& pose)
 {
     State& s = *state_;
     for (const std::uint32_t n : nodes) {
         if (n >= size()) throw std::invalid_argument("a pin names a node that is not there");
-        const Vec3d place = solid == k_world ? s.position[n] : apply(inverse(pose), s.position[n]);
-        s.pins.push_back({n, solid, place, s.body->getMass(static_cast<int>(n))});
+        const Vec3d place = collider == k_world ? s.position[n] : apply(inverse(pose), s.position[n]);
+        s.pins.push_back({n, collider, place, s.body->getMass(static_cast<int>(n))});
         s.body->setMass(static_cast<int>(n), 0);
     }
     s.body->m_bUpdateRtCst = false;

@@ -21,20 +21,20 @@ constexpr double k_settle = 0.01, k_settle_way = 0.25;
 constexpr double k_beside = 1;
 constexpr float k_same_surface = 0.97f;  ///< cosine between normals
 constexpr float k_facing = -0.5f;        ///< so, of surfaces that face each other
-constexpr std::size_t k_turned = 2;      ///< of several solids one step in so many looks for a surface on the cloth's other side
-constexpr std::uint8_t k_max_kept = 2;   ///< steps
-constexpr std::size_t k_sample = 16;     ///< of nodes one in so many tells whether it is worth while to look at each
+constexpr std::size_t k_turned = 2;  ///< of several colliders one step in so many looks for a surface on the cloth's other side
+constexpr std::uint8_t k_max_kept = 2;  ///< steps
+constexpr std::size_t k_sample = 16;    ///< of nodes one in so many tells whether it is worth while to look at each
 constexpr std::size_t k_block = 32;
-constexpr std::size_t k_fetched = 8;     ///< contacts ahead
-constexpr std::size_t k_max_solids = 4;  ///< half-spaces a node has workspace for, on average
+constexpr std::size_t k_fetched = 8;        ///< contacts ahead
+constexpr std::size_t k_max_colliders = 4;  ///< half-spaces a node has workspace for, on average
 
-/// How far a solid's surface moves in the step at most.
-double motion_bound(const Solid& solid)
+/// How far a collider's surface moves in the step at most.
+double motion_bound(const Collider& collider)
 {
-    const Sphere sphere = query::sphere_of({solid.model, nullptr, {}});
-    const Vec3d shift = apply(solid.pose, sphere.centre) - apply(solid.previous, sphere.centre);
+    const Sphere sphere = query::sphere_of({collider.model, nullptr, {}});
+    const Vec3d shift = apply(collider.pose, sphere.centre) - apply(collider.previous, sphere.centre);
     double turn_sq = 0;  // Frobenius norm, no less than the spectral
-    for (int i = 0; i < 3; ++i) turn_sq += norm_sq(solid.pose.rotation.row[i] - solid.previous.rotation.row[i]);
+    for (int i = 0; i < 3; ++i) turn_sq += norm_sq(collider.pose.rotation.row[i] - collider.previous.rotation.row[i]);
     return norm(shift) + std::sqrt(turn_sq) * sphere.radius;
 }
 
@@ -44,7 +44,7 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
     : probe_(points),
       workspace_(probe_),
       found_(points.size()),
-      spaces_(k_max_solids * points.size()),
+      spaces_(k_max_colliders * points.size()),
       head_(points.size(), k_none),
       asked_(points.size()),
       touched_(points.size()),
@@ -89,8 +89,8 @@ bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
 double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool stand) noexcept
 {
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
-    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none. Where solids move, that
-    // is asked where it is: a thigh that comes up behind it, faster, is not ahead, and would be felt 2 mm deep only.
+    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none. Where colliders move,
+    // that is asked where it is: a thigh that comes up behind it, faster, is not ahead, and would be felt 2 mm deep only.
     constexpr auto k_least_sq = static_cast<float>(k_speed_matters * k_speed_matters);
     const auto deeper = static_cast<float>(k_deeper * thickness_), ahead_by = stand ? static_cast<float>(thickness_) : 0.f;
     const std::size_t keep_every = kept_ == Kept::All ? 1 : k_sample;
@@ -170,7 +170,7 @@ void Contacts::keep_pressed(std::uint32_t node, Vec3d now) noexcept
     }
 }
 
-bool Contacts::turned(std::size_t node) const noexcept { return solids_ > 1 && (node + step_) % k_turned == 0; }
+bool Contacts::turned(std::size_t node) const noexcept { return colliders_ > 1 && (node + step_) % k_turned == 0; }
 
 void Contacts::keep_unasked(std::uint32_t node, Vec3d now) noexcept
 {
@@ -182,7 +182,7 @@ void Contacts::keep_unasked(std::uint32_t node, Vec3d now) noexcept
         if (was.kept >= k_max_kept || dot(was.normal, x) - was.offset > static_cast<float>((k_deeper - 1) * thickness_)) continue;
         // A node is asked in one direction: a surface that faces what was found there is not seen.
         const bool faces =
-            found != k_none && was.solid != spaces_[found].solid && dot(was.normal, spaces_[found].normal) < k_facing;
+            found != k_none && was.collider != spaces_[found].collider && dot(was.normal, spaces_[found].normal) < k_facing;
         if (!faces && !(found == k_none && other_side)) continue;
         spaces_[count_] = was;
         ++spaces_[count_].kept;
@@ -210,17 +210,17 @@ void Contacts::squeeze(std::uint32_t node, Vec3d now) noexcept
         }
 }
 
-std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Solid> solids,
+std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Collider> colliders,
                              StepReport& report) noexcept
 {
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
     bool stand = true;
-    for (const Solid& s : solids) stand = stand && stands(s);
-    const bool still = stand && solids.size() == solids_;
-    solids_ = solids.size();
+    for (const Collider& s : colliders) stand = stand && stands(s);
+    const bool still = stand && colliders.size() == colliders_;
+    colliders_ = colliders.size();
     ++step_;
-    // What was asked within a hair of where it is, of solids that stand still, has its answer.
+    // What was asked within a hair of where it is, of colliders that stand still, has its answer.
     const bool some = mark_stale(now, still);
     if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
     double longest = 0;
@@ -236,12 +236,12 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     std::size_t held = 0;
     if (stale_count_ > 0) {
         turn_over(some);
-        for (std::size_t k = 0; k < solids.size(); ++k)
-            status |= ask(static_cast<std::uint32_t>(k), solids[k], previous, now, longest, report);
+        for (std::size_t k = 0; k < colliders.size(); ++k)
+            status |= ask(static_cast<std::uint32_t>(k), colliders[k], previous, now, longest, report);
         if (voided_) drop_void();
         for (std::size_t i = 0; i < touched_.size(); ++i) {
             if (last_head_[i] != k_none && stale_[i] != 0) {
-                if (solids.size() > 1 && (head_[i] == k_none || spaces_[head_[i]].next == k_none))
+                if (colliders.size() > 1 && (head_[i] == k_none || spaces_[head_[i]].next == k_none))
                     keep_unasked(static_cast<std::uint32_t>(i), now[i]);
                 if (head_[i] == k_none) keep_pressed(static_cast<std::uint32_t>(i), now[i]);
             }
@@ -268,31 +268,31 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     return status;
 }
 
-std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous, std::span<const Vec3d> now,
-                            double longest, StepReport& report) noexcept
+std::uint32_t Contacts::ask(std::uint32_t number, const Collider& collider, std::span<const Vec3d> previous,
+                            std::span<const Vec3d> now, double longest, StepReport& report) noexcept
 {
-    if (solid.model == nullptr) return k_cloth_ok;
-    if (solid.skin != nullptr) return ask_skin(number, solid, previous, now, report);
+    if (collider.model == nullptr) return k_cloth_ok;
+    if (collider.skin != nullptr) return ask_skin(number, collider, previous, now, report);
     std::uint32_t status = k_cloth_ok;
-    const double motion = motion_bound(solid);
-    Sphere near = query::sphere_of({solid.model, nullptr, solid.pose});
+    const double motion = motion_bound(collider);
+    Sphere near = query::sphere_of({collider.model, nullptr, collider.pose});
     // Places are asked about as far ahead as a node is thick.
     near.radius += longest + motion + k_deeper * thickness_;
     if (!probe_.reaches(near)) return k_cloth_ok;
-    const Pose to = inverse(solid.pose);
+    const Pose to = inverse(collider.pose);
     query::ProbeResult frame;
     if (longest + motion <= sweep_step_) {
-        frame = query::query_probe(*solid.model, probe_, to, options_, found_);
+        frame = query::query_probe(*collider.model, probe_, to, options_, found_);
     } else {
         const query::SweptOptions swept{options_, sweep_step_, 64};
-        const query::SweptResult result =
-            query::query_swept(*solid.model, probe_, previous, asked_, inverse(solid.previous), to, swept, workspace_, found_);
+        const query::SweptResult result = query::query_swept(*collider.model, probe_, previous, asked_,
+                                                             inverse(collider.previous), to, swept, workspace_, found_);
         frame = result.frame;
         report.caught += result.caught;
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
     if ((frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
-    const auto& header = solid.model->header;
+    const auto& header = collider.model->header;
     const double unit = header.unit;
     const auto contacts = std::span<const query::ProbeContact>(found_).first(std::min(frame.contacts, found_.size()));
     for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -306,19 +306,19 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Solid& solid, std::span<
         }
         if ((contact.status & query::k_no_surface) != 0 || stale_[contact.index] == 0) continue;
         const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
-        const Vec3d at = apply(solid.pose, in_mesh), direction = cast<double>(contact.normal);
-        add({contact.index, number, at, solid.pose.rotation * direction, at - apply(solid.previous, in_mesh),
+        const Vec3d at = apply(collider.pose, in_mesh), direction = cast<double>(contact.normal);
+        add({contact.index, number, at, collider.pose.rotation * direction, at - apply(collider.previous, in_mesh),
              unit * static_cast<double>(contact.depth), in_mesh, direction},
             previous[contact.index], now[contact.index], status);
     }
     return status;
 }
 
-std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::span<const Vec3d> previous,
+std::uint32_t Contacts::ask_skin(std::uint32_t number, const Collider& collider, std::span<const Vec3d> previous,
                                  std::span<const Vec3d> now, StepReport& report) noexcept
 {
     std::uint32_t status = k_cloth_ok;
-    const query::SweptResult result = query::query_swept_skin(*solid.model, *solid.skin, previous, asked_,
+    const query::SweptResult result = query::query_swept_skin(*collider.model, *collider.skin, previous, asked_,
                                                               {options_, sweep_step_, 64}, *skin_workspace_, skin_found_, stale_);
     report.caught += result.caught;
     if ((result.frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
@@ -327,7 +327,8 @@ std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::
     for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.frame.contacts, skin_found_.size()))) {
         if ((c.status & query::k_no_surface) != 0) continue;
         Affine was, is;
-        if (!solid.skin->from().carry_forward(c.bound_point, was) || !solid.skin->to().carry_forward(c.bound_point, is)) continue;
+        if (!collider.skin->from().carry_forward(c.bound_point, was) || !collider.skin->to().carry_forward(c.bound_point, is))
+            continue;
         add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth,
              c.bound_point, c.bound_normal},
             previous[c.index], now[c.index], status);
@@ -335,19 +336,19 @@ std::uint32_t Contacts::ask_skin(std::uint32_t number, const Solid& solid, std::
     return status;
 }
 
-void Contacts::ride(std::span<const Solid> solids) noexcept
+void Contacts::ride(std::span<const Collider> colliders) noexcept
 {
     for (HalfSpace& s : all()) {
         s.push = 0;
         s.grip = {};
-        if (s.solid >= solids.size()) continue;
-        const Solid& solid = solids[s.solid];
+        if (s.collider >= colliders.size()) continue;
+        const Collider& collider = colliders[s.collider];
         const Vec3d place = cast<double>(s.place);
-        Vec3d at = apply(solid.pose, place), normal = solid.pose.rotation * cast<double>(s.direction);
-        s.motion = cast<float>(at - apply(solid.previous, place));
-        if (solid.skin != nullptr) {
+        Vec3d at = apply(collider.pose, place), normal = collider.pose.rotation * cast<double>(s.direction);
+        s.motion = cast<float>(at - apply(collider.previous, place));
+        if (collider.skin != nullptr) {
             Affine was, is;
-            if (!solid.skin->from().carry_forward(place, was) || !solid.skin->to().carry_forward(place, is)) continue;
+            if (!collider.skin->from().carry_forward(place, was) || !collider.skin->to().carry_forward(place, is)) continue;
             at = sqmap::apply(is, place);
             normal = query::carried_normal(is, cast<double>(s.direction));
             s.motion = cast<float>(at - sqmap::apply(was, place));
@@ -363,7 +364,7 @@ double Contacts::steadied(const HalfSpace& space, Vec3d previous, Vec3d now) con
     const std::uint32_t before = last_head_[space.node];
     if (before == k_none || last_[before].next != k_none) return 0;  // held by none, or several
     const HalfSpace& last = last_[before];
-    if (last.solid != space.solid || dot(last.normal, space.normal) < k_same_surface) return 0;
+    if (last.collider != space.collider || dot(last.normal, space.normal) < k_same_surface) return 0;
     const auto height = [&](const auto& s) { return dot(cast<double>(s.normal), now) - static_cast<double>(s.offset); };
     const double fall = height(space) - height(last), most = k_settle * thickness_ + k_settle_way * norm(now - previous);
     return fall - std::clamp(fall, -most, most);
@@ -382,14 +383,14 @@ void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint3
     space.motion = cast<float>(touched.motion);
     space.depth = static_cast<float>(touched.depth);
     space.node = touched.node;
-    space.solid = touched.solid;
+    space.collider = touched.collider;
     space.direction = cast<float>(touched.direction);
     space.at = cast<float>(at);
     const double shift = steadied(space, previous, now);
     space.offset += static_cast<float>(shift);
     space.place = cast<float>(touched.place + shift * touched.direction);
-    // Solids are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point lies
-    // behind the other's tangent plane is left out; the deeper one stays where both do.
+    // Colliders are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point
+    // lies behind the other's tangent plane is left out; the deeper one stays where both do.
     const double slack = 0.25 * thickness_;
     for (std::uint32_t o = head_[space.node]; o != k_none; o = spaces_[o].next) {
         HalfSpace& other = spaces_[o];

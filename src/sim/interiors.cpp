@@ -19,7 +19,7 @@ constexpr Vec3f k_weights[k_places] = {{.5f, .5f, 0},   {0, .5f, .5f},   {.5f, 0
                                        {.75f, .25f, 0}, {0, .75f, .25f}, {.25f, 0, .75f}, {.25f, .5f, .25f},
                                        {.25f, .75f, 0}, {0, .25f, .75f}, {.75f, 0, .25f}, {.25f, .25f, .5f}};
 constexpr float k_parting = 0.5f;  ///< cosine between nodes' normals: below it something sharp may be between them
-// In thicknesses: how far off the surface a place is held, how far below it the solid is asked, how far it is raised in a step
+// In thicknesses: how far off the surface a place is held, how far below it the collider is asked, how far it is raised in a step
 // at most, also where the cloth rests, how far it may creep until it is asked again.
 constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_raise_resting = 0.05, k_creep = 0.1;
 constexpr double k_along = 0.5;  ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
@@ -42,7 +42,7 @@ Interiors::Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, do
 }
 
 bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched,
-                    std::span<const Solid> solids, bool rests) const noexcept
+                    std::span<const Collider> colliders, bool rests) const noexcept
 {
     const Vec3d p = place_of(space, now);
     const auto& n = space.nodes;
@@ -53,25 +53,25 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
     out = (dot(out, cast<double>(felt)) < 0 ? -1 / length : 1 / length) * out;
     const Vec3d asked = p - k_below * thickness_ * out;
     double deepest = 0;
-    for (std::size_t k = 0; k < solids.size(); ++k) {
-        const Solid& solid = solids[k];
-        if (solid.model == nullptr || solid.skin != nullptr) continue;
-        const Sphere sphere = query::sphere_of({solid.model, nullptr, solid.pose});
+    for (std::size_t k = 0; k < colliders.size(); ++k) {
+        const Collider& collider = colliders[k];
+        if (collider.model == nullptr || collider.skin != nullptr) continue;
+        const Sphere sphere = query::sphere_of({collider.model, nullptr, collider.pose});
         if (!(norm_sq(asked - sphere.centre) <= sphere.radius * sphere.radius)) continue;
-        const auto& header = solid.model->header;
-        const Pose to = inverse(solid.pose);
+        const auto& header = collider.model->header;
+        const Pose to = inverse(collider.pose);
         const Vec3d origin{header.origin[0], header.origin[1], header.origin[2]};
         const Vec3d in_model = (to.rotation * asked + to.translation - origin) / header.unit;
-        const query::Contact c = query::query_point(*solid.model, cast<float>(in_model), layer_);
+        const query::Contact c = query::query_point(*collider.model, cast<float>(in_model), layer_);
         const double depth = header.unit * static_cast<double>(c.depth);
         if (!c.contact || (c.status & query::k_no_surface) != 0 || depth <= deepest) continue;
         deepest = depth;
         // Where something thin has gone through the cloth its surface is beside the place; the way out is along the cloth's own
         // normal, back to the tip.
-        const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
+        const Vec3d normal = collider.pose.rotation * cast<double>(c.normal);
         const bool pierced = dot(normal, out) < k_along;
         const Vec3d direction = pierced ? out : normal;
-        const Vec3d surface = apply(solid.pose, origin + header.unit * cast<double>(c.point));
+        const Vec3d surface = apply(collider.pose, origin + header.unit * cast<double>(c.point));
         const double off = k_off * thickness_;
         const double rise = pierced ? depth + off : dot(direction, surface - p) + off;
         const double most = (rests ? k_raise_resting : k_raise) * thickness_;
@@ -81,19 +81,19 @@ bool Interiors::ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<
         space.offset = static_cast<float>(dot(direction, at));
         space.place = cast<float>(place);
         space.direction = cast<float>(to.rotation * direction);
-        space.motion = cast<float>(at - apply(solid.previous, place));
-        space.solid = static_cast<std::uint32_t>(k);
+        space.motion = cast<float>(at - apply(collider.previous, place));
+        space.collider = static_cast<std::uint32_t>(k);
         space.settled = rise <= most;
         space.asked_from = p;
     }
     return deepest > 0;
 }
 
-void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids,
+void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Collider> colliders,
                      bool rests) noexcept
 {
     bool stand = true;
-    for (const Solid& s : solids) stand = stand && stands(s);
+    for (const Collider& s : colliders) stand = stand && stands(s);
     const double creep_sq = k_creep * thickness_ * k_creep * thickness_;
     const std::size_t max_asked = stand ? k_asked : k_asked_of_moving;
     std::size_t asked = 0;
@@ -102,7 +102,7 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
         InteriorSpace& s = spaces_[first_];
         const bool same = stand && s.settled && norm_sq(place_of(s, now) - s.asked_from) <= creep_sq;
         asked += same ? 0 : 1;
-        if (same || ask(s, now, touched, solids, rests)) {
+        if (same || ask(s, now, touched, colliders, rests)) {
             ++first_;
         } else {
             held_[s.number] = 0;
@@ -131,24 +131,24 @@ void Interiors::find(std::span<const Vec3d> now, std::span<const Vec3f> touched,
             s.weights = k_weights[k];
             s.number = static_cast<std::uint32_t>(number);
             ++asked;
-            if (!ask(s, now, touched, solids, rests)) continue;
+            if (!ask(s, now, touched, colliders, rests)) continue;
             held_[number] = 1;
             ++count_;
         }
     }
 }
 
-void Interiors::ride(std::span<const Solid> solids) noexcept
+void Interiors::ride(std::span<const Collider> colliders) noexcept
 {
     for (InteriorSpace& s : all()) {
         s.push = 0;
-        if (s.solid >= solids.size()) continue;
-        const Solid& solid = solids[s.solid];
-        const Vec3d place = cast<double>(s.place), at = apply(solid.pose, place);
-        const Vec3d normal = solid.pose.rotation * cast<double>(s.direction);
+        if (s.collider >= colliders.size()) continue;
+        const Collider& collider = colliders[s.collider];
+        const Vec3d place = cast<double>(s.place), at = apply(collider.pose, place);
+        const Vec3d normal = collider.pose.rotation * cast<double>(s.direction);
         s.normal = cast<float>(normal);
         s.offset = static_cast<float>(dot(normal, at));
-        s.motion = cast<float>(at - apply(solid.previous, place));
+        s.motion = cast<float>(at - apply(collider.previous, place));
     }
 }
 

@@ -1,4 +1,4 @@
-// Interiors of triangles: where a solid's sharp place pokes through cloth between the nodes, which feel nothing of it.
+// Interiors of triangles: where a collider's sharp place pokes through cloth between the nodes, which feel nothing of it.
 #pragma once
 
 #include "sqmap/sim/cloth.h"
@@ -18,31 +18,32 @@ struct InteriorSpace {
     float offset = 0;
     Vec3f motion{};  ///< of the surface in this step
     float push = 0;  ///< sum of what it moved the place, >= 0
-    std::uint32_t number = 0, solid = 0;
+    std::uint32_t number = 0, collider = 0;
     bool settled = true;         ///< it is where it is to be
     Vec3d asked_from{};          ///< the place when it was asked
-    Vec3f place{}, direction{};  ///< in the solid's frame
+    Vec3f place{}, direction{};  ///< in the collider's frame
 };
 
 /// Asks a share of the places within triangles whose nodes feel normals that part, a share in each step, and again and again
-/// those that were found in a solid. Solids with a skin are not asked.
+/// those that were found in a collider. Colliders with a skin are not asked.
 class Interiors {
 public:
     Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, double thickness, query::Layer layer);
 
     /// After the nodes' contacts are known. touched: the normal that each node feels, zero where none. rests: the cloth hardly
     /// moves. No allocation.
-    void find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids, bool rests) noexcept;
+    void find(std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Collider> colliders,
+              bool rests) noexcept;
 
-    /// Moves what the last step found with its solids.
-    void ride(std::span<const Solid> solids) noexcept;
+    /// Moves what the last step found with its colliders.
+    void ride(std::span<const Collider> colliders) noexcept;
 
     [[nodiscard]] std::span<InteriorSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:
-    /// Fills where and how the place is to be held, unless no solid is below it.
-    bool ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched, std::span<const Solid> solids,
-             bool rests) const noexcept;
+    /// Fills where and how the place is to be held, unless no collider is below it.
+    bool ask(InteriorSpace& space, std::span<const Vec3d> now, std::span<const Vec3f> touched,
+             std::span<const Collider> colliders, bool rests) const noexcept;
 
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     std::vector<InteriorSpace> spaces_;

@@ -1,4 +1,4 @@
-// How deep cloth is inside solids: measured, apart from what the simulation believes.
+// How deep cloth is inside colliders: measured, apart from what the simulation believes.
 #include "sqmap/sim/cloth.h"
 
 #include <algorithm>
@@ -8,16 +8,16 @@ namespace sqmap::sim {
 
 namespace {
 
-double depth_of(Vec3d p, std::span<const Solid> solids, query::Layer layer)
+double depth_of(Vec3d p, std::span<const Collider> colliders, query::Layer layer)
 {
     double deepest = 0;
-    for (const Solid& solid : solids) {
-        if (solid.model == nullptr || solid.skin != nullptr) continue;
-        const auto& header = solid.model->header;
-        const Pose to = inverse(solid.pose);
+    for (const Collider& collider : colliders) {
+        if (collider.model == nullptr || collider.skin != nullptr) continue;
+        const auto& header = collider.model->header;
+        const Pose to = inverse(collider.pose);
         const Vec3d in_mesh = to.rotation * p + to.translation;
         const Vec3d in_model = (in_mesh - Vec3d{header.origin[0], header.origin[1], header.origin[2]}) / header.unit;
-        const query::Contact contact = query::query_point(*solid.model, cast<float>(in_model), layer);
+        const query::Contact contact = query::query_point(*collider.model, cast<float>(in_model), layer);
         if (contact.contact) deepest = std::max(deepest, header.unit * static_cast<double>(contact.depth));
     }
     return deepest;
@@ -26,7 +26,7 @@ double depth_of(Vec3d p, std::span<const Solid> solids, query::Layer layer)
 }  // namespace
 
 Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array<std::uint32_t, 3>> triangles,
-                        std::span<const Solid> solids, int steps, query::Layer layer)
+                        std::span<const Collider> colliders, int steps, query::Layer layer)
 {
     std::vector<Vec3d> places(nodes.begin(), nodes.end());
     for (const auto& t : triangles)
@@ -38,12 +38,13 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
                 places.push_back((i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]]);
             }
     std::vector<double> depth(places.size());
-    for (std::size_t p = 0; p < places.size(); ++p) depth[p] = depth_of(places[p], solids, layer);
-    for (const Solid& solid : solids)
-        if (solid.model != nullptr && solid.skin != nullptr) {
-            query::SkinWorkspace workspace(solid.skin->lattice(), places);
+    for (std::size_t p = 0; p < places.size(); ++p) depth[p] = depth_of(places[p], colliders, layer);
+    for (const Collider& collider : colliders)
+        if (collider.model != nullptr && collider.skin != nullptr) {
+            query::SkinWorkspace workspace(collider.skin->lattice(), places);
             std::vector<query::SkinContact> contacts(places.size());
-            const auto found = query::query_skin(*solid.model, solid.skin->to(), places, {.layer = layer}, workspace, contacts);
+            const auto found =
+                query::query_skin(*collider.model, collider.skin->to(), places, {.layer = layer}, workspace, contacts);
             for (const query::SkinContact& c : std::span(contacts).first(std::min(found.contacts, contacts.size())))
                 depth[c.index] = std::max(depth[c.index], c.depth);
         }

@@ -154,7 +154,7 @@ btVector3 to_bullet(Vec3d p) { return {static_cast<btScalar>(p.x), static_cast<b
 
 }  // namespace
 
-struct SelfContacts::Collider : btDbvt::ICollide {
+struct SelfContacts::PairVisitor : btDbvt::ICollide {
     SelfContacts* self = nullptr;
     std::uint32_t number(const Tree* leaf) const
     {
@@ -396,7 +396,7 @@ void SelfContacts::search(std::span<const Vec3d> previous)
     }
     std::size_t number = 0;
     refit(*root_, number);
-    Collider collider;
+    PairVisitor collider;
     collider.self = this;
     btDbvt().selfCollideT(root_.get(), collider);
 }

@@ -60,7 +60,7 @@ private:
     struct Box {
         Vec3f low, high;
     };
-    struct Collider;
+    struct PairVisitor;
     using Tree = btDbvntNode;
 
     [[nodiscard]] static Box around(const Box& a, const Box& b) noexcept;

@@ -44,8 +44,8 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
     // As sqmap touch asks for a point. Layer 3's depths jump by tenths of a millimetre in thin parts, from one step of the
     // encoder to the next, and what follows a jump is late: 2 of these runs swing with it at 0.8 of the bound.
     zone.options.layer = query::Layer::Exact;
-    haptic::State state(std::span(&zone, 1), {.max_contacts = 256, .max_solids = 1});
-    haptic::Solid solid;
+    haptic::State state(std::span(&zone, 1), {.max_contacts = 256, .max_touched = 1});
+    haptic::TouchedBody solid;
     solid.model = &model;
 
     double swing = 0, created = -1, left = -1, gained = -1, most = 0;
@@ -53,12 +53,12 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
     int runs = 0, swinging = 0, at_bound = 0, swinging_at_bound = 0;
     const auto touch = [&](const Place& place, Action action, const Setting& setting, double share, double speed) {
         state.options(0).stiffness = state.options(0).tangential_stiffness = setting.stiffness;
-        solid.material.friction = action == Action::Slide ? haptic::Friction::Coulomb : haptic::Friction::None;
+        solid.material.friction = action == Action::Slide ? Friction::Coulomb : Friction::None;
         state.reset();
         const Visit visit{.place = place.point, .out = place.out, .along = place.along, .speed = speed};
         const Figures f = run(setting, action, visit, [&](const Pose& pose) {
             Wrench w;
-            (void)haptic::step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1), .dt = k_tick},
+            (void)haptic::step(state, {.touched = std::span(&solid, 1), .poses = std::span(&pose, 1), .dt = k_tick},
                                std::span(&w, 1));
             return w;
         });

@@ -193,10 +193,10 @@ TEST(Stability, FaultsInTheMiddleOfAPressAreSilentInTimeForEveryHand)
                     ++in.sequence;
                 }
                 in.connected = !(now && *fault == 'u');
-                const Wrench asked = surface(pose);
+                const Wrench commanded = surface(pose);
                 Wrench safe;
                 in.poses = {&pose, 1};
-                in.asked = {&asked, 1};
+                in.commanded = {&commanded, 1};
                 filter.tick(in, {&safe, 1});
                 over += norm(safe.force) > filter.force_limit();
                 if (i == 1499) before = norm(safe.force);

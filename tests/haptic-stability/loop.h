@@ -86,7 +86,7 @@ struct Course {
     static constexpr Pose k_one_zone{};
 };
 
-/// Runs one action. surface(poses, wrenches): what is asked for at measured poses; called once a tick.
+/// Runs one action. surface(poses, wrenches): what is commanded at measured poses; called once a tick.
 template <class Surface>
 Figures run_zones(const Setting& setting, Action action, const Visit& visit, const Course& course, Surface&& surface)
 {
@@ -101,7 +101,7 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
     std::uint64_t sequence = 0;
     std::vector<double> forces, torques, energies;
     std::vector<Pose> poses(zones);
-    std::vector<Wrench> asked(zones), safe(zones);
+    std::vector<Wrench> commanded(zones), safe(zones);
     bool touching = false;
     double begun = 0;
     const auto target_of = [&](const HandTarget& at, std::size_t z) {
@@ -111,9 +111,9 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
     };
     const auto tick = [&](const HandTarget& target) {
         for (std::size_t z = 0; z < zones; ++z) poses[z] = tools[z].measured();
-        surface(std::span<const Pose>(poses), std::span(asked));
+        surface(std::span<const Pose>(poses), std::span(commanded));
         time += k_tick;
-        filter.tick({.time = time, .sample_time = time, .sequence = ++sequence, .poses = poses, .asked = asked}, safe);
+        filter.tick({.time = time, .sample_time = time, .sequence = ++sequence, .poses = poses, .commanded = commanded}, safe);
         double energy = 0, force = 0, torque = 0;
         bool touches = false;
         for (std::size_t z = 0; z < zones; ++z) {
@@ -125,7 +125,7 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
             energy += tools[z].work() - tools[z].dissipated();
             force += norm(exerted.force);
             torque += norm(exerted.torque);
-            touches = touches || !(asked[z] == Wrench{}) || !(exerted == Wrench{});
+            touches = touches || !(commanded[z] == Wrench{}) || !(exerted == Wrench{});
         }
         energies.push_back(energy);
         if (touches && !touching) {
@@ -143,7 +143,7 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
         at.twist = {};
         for (double t = 0; t < seconds; t += k_tick) tick(at);
     };
-    // A straight move that starts and ends at rest, with the greatest speed asked for in the middle.
+    // A straight move that starts and ends at rest, with the greatest speed commanded in the middle.
     const auto move = [&](const Vec3d& to, double speed) {
         const Vec3d from = at.pose.translation;
         const double length = norm(to - from), seconds = 0.5 * 3.14159265358979 * length / speed;

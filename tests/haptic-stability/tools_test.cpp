@@ -87,7 +87,7 @@ std::vector<Tool> all_tools()
 }
 
 /// From far outside along `out` down the line through a point: where the tool first touches, to 10 um.
-Vec3d first_touch(const Tool& tool, const haptic::Solid& solid, Vec3d point, const Vec3d& out)
+Vec3d first_touch(const Tool& tool, const haptic::TouchedBody& solid, Vec3d point, const Vec3d& out)
 {
     point -= dot(point, out) * out;
     std::vector<Vec3d> points;
@@ -118,7 +118,7 @@ TEST_P(StabilityOfTools, InEveryMode)
     const model::ModelView model =
         haptic::in_metres(parsed.view(), k_size / (parsed.view().header.r_max * parsed.view().header.unit));
     const Vec3d origin{model.header.origin[0], model.header.origin[1], model.header.origin[2]};
-    haptic::Solid solid;
+    haptic::TouchedBody solid;
     solid.model = &model;
     solid.pose.translation = -1. * origin;
     const std::vector<Place> places = open_places(parsed, model, 2);
@@ -140,7 +140,7 @@ TEST_P(StabilityOfTools, InEveryMode)
             all[z].first = skin->first(z);
             all[z].count = skin->first(z + 1) - skin->first(z);
         }
-        haptic::State state(all, {.max_contacts = probe.size(), .max_solids = 1});
+        haptic::State state(all, {.max_contacts = probe.size(), .max_touched = 1});
         double swing = 0, turn = 0, created = -1, gained = -1, most = 0, step = 0, air = 0;
         std::uint64_t passivity = 0;
         int runs = 0, swinging = 0, pressed = 0;
@@ -169,7 +169,7 @@ TEST_P(StabilityOfTools, InEveryMode)
                         const double coupling = state.options(0).coupling_stiffness;
                         setting.stiffness = setting.stiffness * coupling / (setting.stiffness + coupling);
                     }
-                    solid.material.friction = action == Action::Slide ? haptic::Friction::Coulomb : haptic::Friction::None;
+                    solid.material.friction = action == Action::Slide ? Friction::Coulomb : Friction::None;
                     Visit visit{.speed = 0.3};
                     if (tool.large) {
                         visit.out = k == 0 ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0};
@@ -192,7 +192,8 @@ TEST_P(StabilityOfTools, InEveryMode)
                                                  probe.move(skin->points());
                                              }
                                              const haptic::StepResult r = haptic::step(
-                                                 state, {.solids = std::span(&solid, 1), .poses = poses, .dt = k_tick}, wrenches);
+                                                 state, {.touched = std::span(&solid, 1), .poses = poses, .dt = k_tick},
+                                                 wrenches);
                                              touched = touched || (r.status & haptic::k_step_contact) != 0;
                                              if (!touched) air = std::max(air, norm(wrenches[0].force));
                                          });

@@ -275,10 +275,10 @@ public:
     {
         (void)haptic::gaussian_texture({.amplitude = 0.01, .wavelength = 0.1}, relief_);
         texture_ = haptic::gaussian_texture({.amplitude = 0.01, .wavelength = 0.1}, relief_);
-        for (haptic::Solid& s : solids_) s.material.texture = &texture_;
+        for (haptic::TouchedBody& s : solids_) s.material.texture = &texture_;
         solids_[0].model = &ring_.view;
         solids_[1].model = &ball_.view;
-        solids_[0].material.friction = haptic::Friction::Paper;
+        solids_[0].material.friction = Friction::Paper;
         for (const haptic::Mode mode : {haptic::Mode::Direct, haptic::Mode::Proxy, haptic::Mode::Coupled})
             for (const haptic::Averaging averaging :
                  {haptic::Averaging::Patch, haptic::Averaging::Stencil, haptic::Averaging::Ball})
@@ -308,7 +308,7 @@ public:
             for (const bool degraded : {false, true}) {
                 solids_[1].pose = ways_.front().front();
                 const haptic::StepResult r =
-                    haptic::step(*state_, {.solids = solids_, .poses = poses, .degraded = degraded}, wrenches_, on_solids_);
+                    haptic::step(*state_, {.touched = solids_, .poses = poses, .degraded = degraded}, wrenches_, on_touched_);
                 contacts_ += r.contacts;
                 for (const haptic::Wrench& w : wrenches_) finite_ = finite_ && std::isfinite(norm(w.force) + norm(w.torque));
             }
@@ -322,11 +322,11 @@ private:
     query::Probe tip_{haptic::stencil_points({.radius = 0.05})};
     std::vector<float> relief_;
     haptic::Texture texture_;
-    haptic::Solid solids_[2];
+    haptic::TouchedBody solids_[2];
     std::vector<haptic::Zone> zones_;
     std::optional<haptic::State> state_;
     std::vector<haptic::Wrench> wrenches_;
-    haptic::Wrench on_solids_[2];
+    haptic::Wrench on_touched_[2];
     std::vector<std::vector<sqmap::Pose>> ways_;
     std::size_t contacts_ = 0;
     bool finite_ = true;

@@ -64,7 +64,7 @@ void check_outputs(const Arguments& a)
         throw BadOutput("--pictures " + a.pictures + ": the folder cannot be made");
 }
 
-Image picture(const Avatar& avatar, std::span<const sim::Solid> solids, const std::vector<Worn>& worn, double azimuth)
+Image picture(const Avatar& avatar, std::span<const sim::Collider> solids, const std::vector<Worn>& worn, double azimuth)
 {
     std::vector<Layer> layers;
     for (std::size_t p = 0; p < avatar.parts.size(); ++p) {
@@ -106,7 +106,7 @@ void dress(const Arguments& a)
                                         : still_avatar(a.avatar);
     std::vector<sqmap::Pose> poses(avatar.parts.size() + avatar.joints.size());
     avatar.pose(0, poses);
-    std::vector<sim::Solid> solids;
+    std::vector<sim::Collider> solids;
     for (std::size_t p = 0; p < poses.size(); ++p)
         solids.push_back({p < avatar.parts.size() ? &avatar.parts[p].model : nullptr, poses[p], poses[p]});
     if (avatar.skin) solids[0].skin = avatar.skin->moving.get();
@@ -125,7 +125,7 @@ void dress(const Arguments& a)
 
     sim::ClothOptions options;
     options.layer = a.layer == "exact" ? query::Layer::Exact : (a.layer == "2" ? query::Layer::Two : query::Layer::Three);
-    options.friction = a.paper_friction ? sim::Friction::Paper : sim::Friction::Coulomb;
+    options.friction = a.paper_friction ? Friction::Paper : Friction::Coulomb;
     options.iterations = a.iterations;
     options.sweep_step = 0.5 * a.thinnest;
     options.self_collision = a.self_collision;

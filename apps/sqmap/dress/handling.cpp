@@ -31,7 +31,7 @@ std::uint32_t nearest_vertex(const sim::Cloth& cloth, Vec3d place)
     return nearest;
 }
 
-Handling::Handling(const GarmentFile& file, const std::string& name, std::span<const sim::Solid> solids, const FindBone& bone)
+Handling::Handling(const GarmentFile& file, const std::string& name, std::span<const sim::Collider> solids, const FindBone& bone)
     : file_(&file)
 {
     for (const PinEvent& pin : file.pins) {
@@ -49,7 +49,7 @@ Handling::Handling(const GarmentFile& file, const std::string& name, std::span<c
     filter_ = std::make_unique<haptic::SafetyFilter>(device::safety_limits(path.capabilities(), k_tick), haptic::SafetyOptions{});
 }
 
-void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const sim::Solid> solids)
+void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const sim::Collider> solids)
 {
     const double start = time - dt;
     // What is listed for a time happens in the first step that begins there or later.
@@ -82,7 +82,7 @@ void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const
         }
 }
 
-void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, std::span<const sim::Solid> solids)
+void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, std::span<const sim::Collider> solids)
 {
     const double start = time - dt;
     if (holding_ == nullptr && start >= p.at - k_instant) {
@@ -109,8 +109,9 @@ void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, st
         const ToolFelt felt = tool_->tick(scene, device, dt / ticks);
         const haptic::Wrench asked{felt.asked(), {}};
         haptic::Wrench sent;
-        (void)filter_->tick({.time = at, .sample_time = at, .sequence = ++sequence_, .poses = {&device, 1}, .asked = {&asked, 1}},
-                            {&sent, 1});
+        (void)filter_->tick(
+            {.time = at, .sample_time = at, .sequence = ++sequence_, .poses = {&device, 1}, .commanded = {&asked, 1}},
+            {&sent, 1});
         dragged_ = felt.tip;
         if (!holds) continue;
         nlohmann::json& log = pulls_.back();

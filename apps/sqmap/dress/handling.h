@@ -23,10 +23,10 @@ using FindBone = std::function<std::uint32_t(const std::string&)>;
 class Handling {
 public:
     /// solids: as they are at first; their models outlive this. @throw GarmentFileError for a bone that is not there
-    Handling(const GarmentFile& file, const std::string& name, std::span<const sim::Solid> solids, const FindBone& bone);
+    Handling(const GarmentFile& file, const std::string& name, std::span<const sim::Collider> solids, const FindBone& bone);
 
     /// Before the cloth's step that ends at time, dt seconds long.
-    void before(sim::Cloth& cloth, double time, double dt, std::span<const sim::Solid> solids);
+    void before(sim::Cloth& cloth, double time, double dt, std::span<const sim::Collider> solids);
 
     /// Of each pull: what it took, and what the tool felt of cloth and body.
     [[nodiscard]] const nlohmann::json& pulls() const { return pulls_; }
@@ -34,7 +34,7 @@ public:
     [[nodiscard]] std::vector<std::string> never_came(double until) const;
 
 private:
-    void pull(sim::Cloth& cloth, const Pull& p, double time, double dt, std::span<const sim::Solid> solids);
+    void pull(sim::Cloth& cloth, const Pull& p, double time, double dt, std::span<const sim::Collider> solids);
 
     const GarmentFile* file_;
     std::vector<std::uint32_t> bones_;                ///< of the pins

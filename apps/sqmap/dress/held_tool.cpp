@@ -14,7 +14,7 @@ constexpr double k_reach = 0.05;  ///< m, from the tip to what it grasps
 
 }  // namespace
 
-HeldTool::HeldTool(const std::string& spec_text, const std::string& at, std::span<const sim::Solid> solids,
+HeldTool::HeldTool(const std::string& spec_text, const std::string& at, std::span<const sim::Collider> solids,
                    std::vector<Worn>& worn)
     : worn_(&worn)
 {

@@ -13,11 +13,11 @@ class HeldTool {
 public:
     /// spec: of the device. A simulated one's hand follows the one pull that the garments have, which is taken out of its file.
     /// at: X,Y,Z of the device's origin in the world; empty: its own. @throw device::DeviceError
-    HeldTool(const std::string& spec, const std::string& at, std::span<const sim::Solid> solids, std::vector<Worn>& worn);
+    HeldTool(const std::string& spec, const std::string& at, std::span<const sim::Collider> solids, std::vector<Worn>& worn);
 
     /// Before the step that ends at time: waits until its time has come, grasps, drags, lets go.
     void before(double time);
-    void after(std::span<const sim::Solid> solids) { tool_->show(solids, held_, dragged_); }
+    void after(std::span<const sim::Collider> solids) { tool_->show(solids, held_, dragged_); }
     [[nodiscard]] nlohmann::json report(double time) const;
 
 private:

@@ -20,10 +20,10 @@ haptic::Zone zone_of(const query::Probe& probe)
 
 }  // namespace
 
-ClothTool::ClothTool(std::span<const sim::Solid> solids) : probe_(haptic::stencil_points({}))
+ClothTool::ClothTool(std::span<const sim::Collider> solids) : probe_(haptic::stencil_points({}))
 {
     for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_max); ++i) {
-        const sim::Solid& solid = solids[i];
+        const sim::Collider& solid = solids[i];
         if (solid.model == nullptr) continue;
         if (solid.skin != nullptr) {
             skin_ = i;
@@ -37,10 +37,10 @@ ClothTool::ClothTool(std::span<const sim::Solid> solids) : probe_(haptic::stenci
     const haptic::Zone zone = zone_of(probe_);
     state_ = std::make_unique<haptic::State>(
         std::span(&zone, 1),
-        haptic::StateOptions{.max_contacts = probe_.size(), .max_solids = std::max<std::size_t>(1, solids_.size())});
+        haptic::StateOptions{.max_contacts = probe_.size(), .max_touched = std::max<std::size_t>(1, solids_.size())});
 }
 
-ToolScene ClothTool::scene(std::span<const sim::Solid> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device)
+ToolScene ClothTool::scene(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device)
 {
     ToolScene scene;
     for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_max); ++i) scene.poses[i] = solids[i].pose;
@@ -62,7 +62,7 @@ ToolFelt ClothTool::tick(const ToolScene& scene, const sqmap::Pose& device, doub
 {
     for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].pose = scene.poses[which_[i]];
     haptic::Wrench wrench;
-    (void)haptic::step(*state_, {.solids = solids_, .poses = {&device, 1}, .dt = dt, .degraded = degraded}, {&wrench, 1});
+    (void)haptic::step(*state_, {.touched = solids_, .poses = {&device, 1}, .dt = dt, .degraded = degraded}, {&wrench, 1});
     const haptic::ZoneReport& report = state_->report(0);
     const bool touches = (report.status & haptic::k_step_contact) != 0;
     ToolFelt felt{
@@ -92,7 +92,7 @@ std::unique_ptr<device::Device> simulated_hand(const Pull& pull, const std::stri
     return std::make_unique<device::SimulatedDevice>(options);
 }
 
-LiveTool::LiveTool(std::span<const sim::Solid> solids, device::Device& device, Vec3d at) : tool_(solids), at_(at)
+LiveTool::LiveTool(std::span<const sim::Collider> solids, device::Device& device, Vec3d at) : tool_(solids), at_(at)
 {
     show(solids, nullptr, {});
     servo_.emplace(device, device::ServoOptions{}, tick, this);
@@ -113,7 +113,7 @@ std::uint32_t LiveTool::tick(void* context, const device::TickInput& input, std:
     return 0;
 }
 
-void LiveTool::show(std::span<const sim::Solid> solids, const sim::Cloth* held, Vec3d dragged)
+void LiveTool::show(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged)
 {
     scene_.put(tool_.scene(solids, held, dragged, felt().device));
     drain();
@@ -130,7 +130,7 @@ void LiveTool::drain()
     device::ServoTick tick;
     while (servo_ && servo_->next(tick)) {
         ++ticks_;
-        max_asked_ = std::max(max_asked_, norm(tick.asked[0].force));
+        max_asked_ = std::max(max_asked_, norm(tick.commanded[0].force));
         max_sent_ = std::max(max_sent_, norm(tick.sent[0].force));
         gone_ = !tick.connected;
     }

@@ -45,16 +45,16 @@ public:
     static constexpr double k_stiffness = 500;  ///< N/m, of the contact and of the grip
 
     /// @pre solids' models outlive this
-    explicit ClothTool(std::span<const sim::Solid> solids);
+    explicit ClothTool(std::span<const sim::Collider> solids);
 
     /// What the next ticks feel: after each of the cloth's steps.
-    [[nodiscard]] ToolScene scene(std::span<const sim::Solid> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device);
+    [[nodiscard]] ToolScene scene(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device);
     /// dt seconds later, with the device there. No allocation.
     ToolFelt tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded = false) noexcept;
 
 private:
     query::Probe probe_;
-    std::vector<haptic::Solid> solids_;
+    std::vector<haptic::TouchedBody> solids_;
     std::vector<std::size_t> which_;  ///< of the avatar's solids
     std::unique_ptr<haptic::State> state_;
     std::size_t skin_ = ToolScene::k_max;  ///< of the avatar's solids; none
@@ -68,11 +68,11 @@ private:
 class LiveTool {
 public:
     /// at: where the device's origin is in the world.
-    LiveTool(std::span<const sim::Solid> solids, device::Device& device, Vec3d at);
+    LiveTool(std::span<const sim::Collider> solids, device::Device& device, Vec3d at);
     ~LiveTool();
 
     /// After a step of the cloth: what the ticks are to feel from now on.
-    void show(std::span<const sim::Solid> solids, const sim::Cloth* held, Vec3d dragged);
+    void show(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged);
     /// What the newest tick felt; the one before where there is none.
     [[nodiscard]] const ToolFelt& felt();
     /// N: the most of any tick yet, asked for and sent.

@@ -79,7 +79,7 @@ std::string text_of(const sim::DrapeReport& drape)
     return text;
 }
 
-json report_of(Worn& w, double height, std::span<const sim::Solid> solids, double time)
+json report_of(Worn& w, double height, std::span<const sim::Collider> solids, double time)
 {
     const sim::Penetration deep = sim::penetration(w.cloth.positions(), w.cloth.triangles(), solids, 4);
     std::vector<double> strain = w.cloth.strain();

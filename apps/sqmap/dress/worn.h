@@ -35,6 +35,6 @@ struct Worn {
 [[nodiscard]] std::string text_of(const sim::DrapeReport& drape);
 
 /// Penetration, strain, seams, pulls, time by stage, and in words what went wrong; against the solids as they are at the end.
-[[nodiscard]] nlohmann::json report_of(Worn& worn, double height, std::span<const sim::Solid> solids, double time);
+[[nodiscard]] nlohmann::json report_of(Worn& worn, double height, std::span<const sim::Collider> solids, double time);
 
 }  // namespace sqmap::app

@@ -54,7 +54,7 @@ Feeling::Feeling(std::vector<ObjectPtr> objects, const Settings& settings) : obj
     if (held) objects_[settings.tool_object] = nullptr;
     state_ = std::make_unique<haptic::State>(
         std::span(&whole, 1),
-        haptic::StateOptions{.max_contacts = probe_->size(), .max_solids = std::max<std::size_t>(1, solids_.size())});
+        haptic::StateOptions{.max_contacts = probe_->size(), .max_touched = std::max<std::size_t>(1, solids_.size())});
 }
 
 void Feeling::adjust(const Live& live) noexcept
@@ -63,7 +63,7 @@ void Feeling::adjust(const Live& live) noexcept
     zone.layer = layer_of(live.layer, zone.averaging);
     zone.stiffness = zone.tangential_stiffness = live.stiffness;
     zone.damping = live.damping;
-    for (haptic::Solid& solid : solids_) {
+    for (haptic::TouchedBody& solid : solids_) {
         solid.material.mu_dynamic = live.friction;
         solid.material.mu_static = k_static * live.friction;
     }
@@ -71,7 +71,7 @@ void Feeling::adjust(const Live& live) noexcept
 
 haptic::StepResult Feeling::step(const FeltInput& input, haptic::Wrench& wrench) noexcept
 {
-    haptic::StepInput step{.solids = solids_, .poses = {&input.pose, 1}, .twists = {}, .dt = input.dt};
+    haptic::StepInput step{.touched = solids_, .poses = {&input.pose, 1}, .twists = {}, .dt = input.dt};
     if (input.has_twist) step.twists = {&input.twist, 1};
     step.degraded = input.degraded;
     return haptic::step(*state_, step, {&wrench, 1});

@@ -45,7 +45,7 @@ public:
 
 private:
     std::vector<ObjectPtr> objects_;
-    std::vector<haptic::Solid> solids_;
+    std::vector<haptic::TouchedBody> solids_;
     std::vector<float> weights_, texture_values_;
     haptic::Texture texture_{};
     std::unique_ptr<query::Probe> probe_;

@@ -77,7 +77,7 @@ struct Fitting::Work {
     // The thread's own.
     app::Avatar avatar;
     std::vector<sqmap::Pose> poses;
-    std::vector<sim::Solid> solids;
+    std::vector<sim::Collider> solids;
     Costume worn;
     sim::Fabric fabric{};
     std::string garment_name, fabric_name;

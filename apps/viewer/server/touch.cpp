@@ -106,7 +106,7 @@ void Touch::Work::keep(bool known)
     if (begun && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
     heard = tick.tick;
     if (known)
-        take->ticks.push_back({felt_input(tick.sample, tick.dt, tick.degraded), tick.asked[0], last.depth, last.live});
+        take->ticks.push_back({felt_input(tick.sample, tick.dt, tick.degraded), tick.commanded[0], last.depth, last.live});
     else if (begun && tick.connected && tick.sample.sequence != 0)
         ++take->lost;
 }

@@ -67,7 +67,7 @@ public:
     /// One wrench a zone. False when the device is gone.
     virtual bool write(std::span<const Wrench> wrenches) noexcept = 0;
     /// What the safety filter did to the wrenches of the next write, as haptic::bits has it: for devices that can show it.
-    virtual void tell(std::uint32_t /*filter*/) noexcept {}
+    virtual void report(std::uint32_t /*filter*/) noexcept {}
     /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls. It cancels every wrench
     /// written before it; a later write() counts again, so whoever stops for good must also keep the servo from writing.
     virtual void zero() noexcept = 0;

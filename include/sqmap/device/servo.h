@@ -46,7 +46,7 @@ struct ServoTick {
     haptic::SafetyCounters counted{};  ///< by the filter, since the start
     std::size_t zones = 0;
     Sample sample{};
-    std::array<Wrench, k_max_zones> asked{}, sent{};
+    std::array<Wrench, k_max_zones> commanded{}, sent{};
 };
 
 struct ServoCounters {

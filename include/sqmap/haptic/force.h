@@ -1,6 +1,7 @@
 // The elementary forces of section 6: spring, reaction, friction as printed.
 #pragma once
 
+#include "sqmap/math/friction.h"
 #include "sqmap/math/vec.h"
 
 namespace sqmap::haptic {
@@ -23,12 +24,9 @@ struct MapDepth {
 }
 
 /// Eq. 33: against the motion since the last frame, P_t - P_(t - dt). None where the point is still (errata 9).
-struct PrintedFriction {
-    double f_c = 0, k_f = 0;  ///< N, 1/m
-};
 [[nodiscard]] inline Vec3d printed_friction(const PrintedFriction& friction, double depth, Vec3d motion) noexcept
 {
-    return (-friction.f_c * (1 + friction.k_f * depth)) * normalized(motion);
+    return -friction_size(friction, depth) * normalized(motion);
 }
 
 }  // namespace sqmap::haptic

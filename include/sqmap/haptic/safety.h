@@ -19,7 +19,7 @@ inline constexpr double k_stale_zero = 0.020;   ///< s after the last sample: th
 inline constexpr double k_stale_fault = 0.100;  ///< s after the last sample: FAULT
 inline constexpr double k_engage_force = 0.2;   ///< N: an algorithm that asks for less for more than k_engage_ticks may begin
 inline constexpr int k_engage_ticks = 3;
-inline constexpr double k_engage_ramp = 0.5;      ///< s from nothing to all of what is asked
+inline constexpr double k_engage_ramp = 0.5;      ///< s from nothing to all of what is commanded
 inline constexpr double k_teleport = 0.05;        ///< m between samples: not a motion
 inline constexpr double k_teleport_turn = 1.0;    ///< rad between samples
 inline constexpr double k_top_speed = 1.0;        ///< m/s: above it damping only
@@ -75,7 +75,7 @@ enum class StiffnessReason : std::uint8_t {
 [[nodiscard]] const char* describe(StiffnessReason reason) noexcept;
 
 struct StiffnessCheck {
-    bool safe = false;                                   ///< what was asked for is at most largest
+    bool safe = false;                                   ///< the requested stiffness is at most largest
     double largest = 0;                                  ///< N/m, the largest safe K
     StiffnessReason reason = StiffnessReason::Sampling;  ///< of the bound that largest comes from
     bool assumed = false;  ///< the device does not tell a number that this needs: a careful one stands in
@@ -91,14 +91,14 @@ struct StiffnessCheck {
 
 /// One tick's input.
 struct SafetyInput {
-    double time = 0;                  ///< s, monotonic: now
-    double sample_time = 0;           ///< s, the same clock: when the newest sample was measured
-    std::uint64_t sequence = 0;       ///< of the newest sample; the same number again is a stale one
-    std::span<const Pose> poses{};    ///< one a zone
-    std::span<const Twist> twists{};  ///< one a zone; empty where the device measures none
-    std::span<const Wrench> asked{};  ///< one a zone: what the algorithm wants
+    double time = 0;                      ///< s, monotonic: now
+    double sample_time = 0;               ///< s, the same clock: when the newest sample was measured
+    std::uint64_t sequence = 0;           ///< of the newest sample; the same number again is a stale one
+    std::span<const Pose> poses{};        ///< one a zone
+    std::span<const Twist> twists{};      ///< one a zone; empty where the device measures none
+    std::span<const Wrench> commanded{};  ///< one a zone: what the algorithm wants
     /// N, one a zone, where the algorithm knows: what its springs push with before those of opposite walls cancel, or it would be
-    /// forgotten that they hold what the hand has put in; empty: as much as is asked for.
+    /// forgotten that they hold what the hand has put in; empty: as much as is commanded.
     std::span<const double> pushes{};
     bool connected = true;  ///< false: the device is gone
     bool held = true;       ///< the dead-man switch
@@ -134,7 +134,7 @@ enum SafetyFault : std::uint32_t {
 struct SafetyReport {
     std::uint32_t acted = 0;   ///< bits of SafetyStep
     std::uint32_t faults = 0;  ///< bits of SafetyFault
-    bool engaged = false;      ///< every zone gets all of what is asked, within limits
+    bool engaged = false;      ///< every zone gets all of what is commanded, within limits
     double age = 0;            ///< s since the last sample
     /// A bit a zone: it was inside an object when forces were to begin, and has none until it has left (k_engage_force). The
     /// cure is to lift it out once.
@@ -166,7 +166,7 @@ public:
     /// watches.
     [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_max_safe_zones ? zones_[zone].energy : 0; }
 
-    /// safe[i] is what may be sent to zone i. As many zones as the shortest of poses, asked and safe has; the rest of safe is
+    /// safe[i] is what may be sent to zone i. As many zones as the shortest of poses, commanded and safe has; the rest of safe is
     /// zero.
     SafetyReport tick(const SafetyInput& in, std::span<Wrench> safe) noexcept;
 
@@ -178,7 +178,7 @@ private:
         Pose pose{};
         bool known = false;        ///< pose is one that was measured
         Vec3d velocity{}, turn{};  ///< smoothed over a few samples
-        Wrench held{};             ///< asked for at the last fresh sample
+        Wrench held{};             ///< commanded at the last fresh sample
         std::array<Wrench, k_history> sent{};
         Wrench since{};  ///< sum of the wrenches in effect since the last fresh sample, and their number
         int since_count = 0;
@@ -210,7 +210,7 @@ private:
     void disengage() noexcept;
     void latch(std::uint32_t fault) noexcept;
     /// J that the zone's springs hold when they ask for this at a share of their stiffness.
-    [[nodiscard]] double stored(const Wrench& asked, double share) const noexcept;
+    [[nodiscard]] double stored(const Wrench& commanded, double share) const noexcept;
     [[nodiscard]] double heat(const Wrench& wrench) const noexcept;
     [[nodiscard]] Wrench slewed(const Wrench& from, const Wrench& to, double dt) const noexcept;
     [[nodiscard]] const Wrench& sent_before(const Zone& zone, std::size_t ticks) const noexcept;

@@ -5,6 +5,7 @@
 #include "sqmap/haptic/stencil.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/haptic/wrench.h"
+#include "sqmap/math/friction.h"
 #include "sqmap/model/model.h"
 #include "sqmap/query/probe.h"
 
@@ -19,14 +20,7 @@ namespace sqmap::haptic {
 /// The same model measured in metres: where a mesh unit is not a metre. @pre metres_per_unit > 0
 [[nodiscard]] model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept;
 
-/// How a surface rubs.
-enum class Friction : std::uint8_t {
-    None,
-    Coulomb,  ///< sticks until the tangential force passes mu_static times the normal force, then slips at mu_dynamic
-    Paper,    ///< eq. 33 as printed: f_c (1 + k_f depth) against the motion, whatever the load; none while still (errata 9)
-};
-
-/// What a solid is made of.
+/// The surface of a touched body.
 struct Material {
     Friction friction = Friction::Coulomb;
     double mu_static = 0.4, mu_dynamic = 0.3;
@@ -36,7 +30,7 @@ struct Material {
 };
 
 /// What is touched: a baked model in metres, posed in the world. Movable: its twist counts, and it gets its own wrench.
-struct Solid {
+struct TouchedBody {
     const model::ModelView* model = nullptr;  ///< from model::parse, in metres (see in_metres)
     Pose pose{};                              ///< mesh frame -> world, rigid
     Twist twist{};                            ///< of the mesh frame's origin, world
@@ -125,7 +119,7 @@ enum StepStatus : std::uint32_t {
     k_step_blended = 16,    ///< a jump of the force is being blended
     k_step_slipping = 32,
     k_step_no_surface = 64,   ///< some contact had no surface to push to and was left out
-    k_step_short_span = 128,  ///< wrenches or on_solids holds fewer than there are: the rest is lost
+    k_step_short_span = 128,  ///< wrenches or on_touched holds fewer than there are: the rest is lost
     k_step_teleport = 256,    ///< the device jumped by more than k_teleport or k_teleport_turn: its zone's memory was cleared
 };
 
@@ -144,7 +138,7 @@ struct ZoneReport {
 };
 
 struct StepInput {
-    std::span<const Solid> solids{};
+    std::span<const TouchedBody> touched{};
     std::span<const Pose> poses{};    ///< one a zone, world; their translation is what torque is about
     std::span<const Twist> twists{};  ///< one a zone where measured; empty: differences of poses
     double dt = 0.001;                ///< s since the last step, the real one
@@ -163,7 +157,7 @@ struct Trail;
 
 struct StateOptions {
     std::size_t max_contacts = 8192;  ///< of one probe with one solid
-    std::size_t max_solids = 8;       ///< those beyond it are not felt, and k_step_full says so
+    std::size_t max_touched = 8;      ///< those beyond it are not felt, and k_step_full says so
 };
 
 /// What is remembered from tick to tick. Made outside the loop; one thread at a time.
@@ -194,7 +188,7 @@ private:
     std::vector<ZoneReport> reports_;
     std::vector<Memory> memory_;
     std::vector<Touch> touches_;  ///< zone by solid
-    std::size_t max_solids_ = 0;
+    std::size_t max_touched_ = 0;
     std::vector<query::ProbeContact> found_;  ///< solid by contact
     std::vector<Asked> asked_;
     std::vector<Sample> samples_;  ///< of one stencil
@@ -202,11 +196,11 @@ private:
     std::uint64_t degraded_steps_ = 0;
 };
 
-/// One tick. wrenches: one a zone, on the hand, about its pose's translation. on_solids, where wanted: one a solid, what the
+/// One tick. wrenches: one a zone, on the hand, about its pose's translation. on_touched, where wanted: one a solid, what the
 /// zones do to it, about its pose's translation: equal and opposite. Total, noexcept, no allocation; the same state and input
 /// give the same bits.
 /// Cost: a frame query a zone and a solid (once for zones that share probe and pose), then linear in the contacts.
-StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_solids = {}) noexcept;
+StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_touched = {}) noexcept;
 
 /// Damping of a coupling of stiffness K, N/m, to a body of mass m, kg, at period T, s, that leaves a device of damping b,
 /// N s/m, passive: critical, but no more than b - K (T / 2 + delay) (Colgate and Brown 1994; with the delay as check_stiffness

@@ -299,7 +299,7 @@ TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndTheFilterIsTold)
     const Wrench push[] = {{{1, 0, 0}, {}}};
     haptic::SafetyFilter filter({.max_force = 3, .continuous_force = 3}, {});
     std::vector<Wrench> safe(1);
-    haptic::SafetyInput in{.asked = push};
+    haptic::SafetyInput in{.commanded = push};
     Sample sample;
     std::uint64_t sequence = 100;
     const auto filtered = [&] {
@@ -311,9 +311,9 @@ TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndTheFilterIsTold)
         return filter.tick(in, safe);
     };
     const Wrench none[] = {{}};
-    in.asked = none;
+    in.commanded = none;
     for (int i = 0; i < 600; ++i) filtered();
-    in.asked = push;
+    in.commanded = push;
     for (int i = 0; i < 200; ++i) filtered();
     ASSERT_EQ(safe[0].force.x, 1);
     std::uint64_t n = 10;
@@ -364,11 +364,11 @@ TEST(NetworkDevice, TellsItsClientWhatTheSafetyFilterDid)
     };
     EXPECT_EQ(told(2), 0u);
     const std::uint32_t stale = haptic::k_fault_stale << 16 | haptic::k_acted_off;
-    pair.device->tell(stale);
+    pair.device->report(stale);
     EXPECT_EQ(told(3), 0u) << "of the wrench that goes out, not of the one that will";
     EXPECT_TRUE(pair.device->write({}));
     EXPECT_EQ(told(4), stale);
-    pair.device->tell(0);
+    pair.device->report(0);
     EXPECT_TRUE(pair.device->write({}));
     EXPECT_EQ(told(5), 0u);
     pair.device->zero();

@@ -57,7 +57,7 @@ public:
         sample.resumes = resumes;
         return true;
     }
-    void tell(std::uint32_t filter) noexcept override { told = filter; }
+    void report(std::uint32_t filter) noexcept override { told = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept override
     {
         force = norm(wrenches[0].force);

@@ -117,10 +117,10 @@ struct Pressed {
     }
     Vec3d force(double depth)
     {
-        const Solid solid = test::frictionless(test::box());
+        const TouchedBody solid = test::frictionless(test::box());
         const Pose pose = test::shifted({0.0031, 0.0017, 0.03 + 0.02 - depth});
         Wrench w;
-        (void)step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        (void)step(state, {.touched = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w.force;
     }
     [[nodiscard]] const ZoneReport& report() const { return state.report(0); }

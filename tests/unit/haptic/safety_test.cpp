@@ -31,7 +31,7 @@ DeviceLimits strong()
 class Bench {
 public:
     explicit Bench(const DeviceLimits& device = strong(), const SafetyOptions& options = {}, std::size_t zones = 1)
-        : filter(device, options), poses(zones), asked(zones), safe(zones)
+        : filter(device, options), poses(zones), commanded(zones), safe(zones)
     {
     }
 
@@ -44,7 +44,7 @@ public:
             input.sample_time = input.time;
         }
         input.poses = poses;
-        input.asked = asked;
+        input.commanded = commanded;
         report = filter.tick(input, safe);
         input.resume = input.restart = false;
         return report;
@@ -52,12 +52,12 @@ public:
     SafetyReport run(double seconds, Vec3d force)
     {
         for (int i = 0; i < std::lround(seconds / k_tick); ++i) {
-            for (Wrench& w : asked) w.force = force;
+            for (Wrench& w : commanded) w.force = force;
             tick();
         }
         return report;
     }
-    /// Nothing asked for until all is engaged.
+    /// Nothing commanded until all is engaged.
     void engage()
     {
         run(0.6, {});
@@ -79,7 +79,7 @@ public:
     SafetyFilter filter;
     SafetyInput input;
     std::vector<Pose> poses;
-    std::vector<Wrench> asked, safe;
+    std::vector<Wrench> commanded, safe;
     SafetyReport report;
 };
 
@@ -97,8 +97,8 @@ TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
             const double time = bench.input.time;
             if (what == 0) bench.poses[1].translation.y = bad;
             if (what == 1) bench.poses[2].rotation.row[1].x = bad;
-            if (what == 2) bench.asked[0].force.z = bad;
-            if (what == 3) bench.asked[1].torque.x = bad;
+            if (what == 2) bench.commanded[0].force.z = bad;
+            if (what == 3) bench.commanded[1].torque.x = bad;
             if (what == 4) twists[2].linear.x = bad;
             if (what == 5) twists[0].angular.z = bad;
             if (what == 6) bench.input.time = bad;
@@ -118,7 +118,7 @@ TEST(SafetyFinite, AnythingNotFiniteIsZeroInTheSameTickInEveryZone)
             EXPECT_EQ(bench.report.faults, 0u) << "one bad tick is no fault";
             // Back to health: it grows again, no faster than the slew allows.
             bench.poses.assign(3, {});
-            bench.asked.assign(3, {{1, 0, 0}, {}});
+            bench.commanded.assign(3, {{1, 0, 0}, {}});
             twists.assign(3, {});
             bench.input.time = time + k_tick;
             bench.tick();
@@ -189,7 +189,7 @@ TEST(SafetyStale, ForceIsHeldFallsAndIsZeroTwentyMillisecondsAfterTheLastSample)
 {
     Bench bench(strong(), {}, 2);
     bench.engage_and_push({1.6, 0, 0});
-    for (Wrench& w : bench.asked) w.force = {0, 1.6, 0};  // a stale pose is no reason for another force
+    for (Wrench& w : bench.commanded) w.force = {0, 1.6, 0};  // a stale pose is no reason for another force
     double last = 1.6;
     for (int age = 1; age <= 120; ++age) {
         bench.tick(false);
@@ -222,7 +222,7 @@ TEST(SafetyStale, ASlowDeviceIsHeldLongerButGoneAtTheSameTime)
     Bench bench(slow);
     bench.engage();
     for (int i = 0; i < 400; ++i) {
-        bench.asked[0].force = {1, 0, 0};
+        bench.commanded[0].force = {1, 0, 0};
         bench.tick(i % 8 == 0);
         if (i > 10) {
             EXPECT_EQ(bench.force().x, 1) << "samples 8 ms apart are not late";
@@ -360,15 +360,15 @@ TEST(SafetyEngage, TellsWhichZonesAreInsideWhereForcesAreToBegin)
     Bench bench(strong(), {}, 3);
     EXPECT_EQ(bench.tick().waiting, 0u) << "nobody asks for anything";
     for (int i = 0; i < 700; ++i) {
-        bench.asked[1].force = {1, 0, 0};
-        bench.asked[2].torque = {0, 0.1, 0};
+        bench.commanded[1].force = {1, 0, 0};
+        bench.commanded[2].torque = {0, 0.1, 0};
         bench.tick();
         ASSERT_EQ(bench.report.waiting, 0b110u) << i;
         ASSERT_NE(bench.report.acted & k_acted_inside, 0u);
     }
     EXPECT_FALSE(bench.report.engaged);
-    bench.asked[0].force = {1, 0, 0};
-    bench.asked[2] = {};
+    bench.commanded[0].force = {1, 0, 0};
+    bench.commanded[2] = {};
     bench.tick();
     EXPECT_EQ(bench.report.waiting, 0b010u) << "the first has been free, and has its force";
     EXPECT_GT(norm(bench.force(0)), 0.2);
@@ -417,7 +417,7 @@ TEST(SafetyEngage, ATouchWithinTheRampEndsAtFullForceWithoutLifting)
             const double target = i < 20 ? -0.001 : 1 / hand + 1. / 500;
             x += std::clamp(0.05 * (target - bench.force().x / hand - x), -5e-4, 5e-4);
             bench.poses[0].translation.x = -x;
-            bench.asked[0].force.x = std::max(0., 500 * x);
+            bench.commanded[0].force.x = std::max(0., 500 * x);
             bench.tick();
         }
         EXPECT_NEAR(bench.force().x, 1, 0.02) << hand;
@@ -437,7 +437,7 @@ TEST(SafetyEngage, TheRampMayGiveFiftyMillijoulesAndThenThePassivityStepActs)
     for (int i = 0; i < 490; ++i) {
         given += bench.force().x * 4e-4;
         bench.poses[0].translation.x += 4e-4;
-        bench.asked[0].force.x = 1000;
+        bench.commanded[0].force.x = 1000;
         bench.tick();
     }
     EXPECT_LT(given, 0.05 + 0.005);
@@ -460,7 +460,7 @@ TEST(SafetyClamp, TooMuchIsShortenedAlongItsDirectionBeforeTheOtherSteps)
     Bench bench;
     bench.engage();
     for (int i = 0; i < 100; ++i) {
-        bench.asked[0] = {{30, 40, 0}, {0, 5, 0}};
+        bench.commanded[0] = {{30, 40, 0}, {0, 5, 0}};
         bench.tick();
         EXPECT_NE(bench.report.acted & k_acted_clamp, 0u);
     }
@@ -534,12 +534,12 @@ TEST(SafetySlew, ForceGrowsByAQuarterNewtonATickAndFallsAtOnce)
     Bench bench;
     bench.engage();
     for (int i = 1; i <= 8; ++i) {
-        bench.asked[0] = {{0, 2, 0}, {0.1, 0, 0}};
+        bench.commanded[0] = {{0, 2, 0}, {0.1, 0, 0}};
         bench.tick();
         EXPECT_NEAR(bench.force().y, 0.25 * i, 1e-9);
         EXPECT_NEAR(bench.safe[0].torque.x, 0.0125 * i, 1e-9) << "torque by the same share of its limit";
     }
-    bench.asked[0] = {{0, 0.3, 0}, {}};
+    bench.commanded[0] = {{0, 0.3, 0}, {}};
     bench.tick();
     EXPECT_EQ(bench.force().y, 0.3);
     EXPECT_EQ(bench.safe[0].torque.x, 0);
@@ -557,7 +557,7 @@ TEST(SafetySlew, NeitherALateNorAnEarlyTickGrowsMore)
 {
     Bench bench;
     bench.engage();
-    bench.asked[0].force = {2, 0, 0};
+    bench.commanded[0].force = {2, 0, 0};
     bench.tick(true, 0.004);
     EXPECT_LE(bench.force().x, 0.25 + 1e-12);
     const double before = bench.force().x;
@@ -576,9 +576,10 @@ TEST(SafetySlew, NeverMoreThanAskedAndNeverGrowsTooFastWhateverIsAsked)
     };
     for (int i = 0; i < 20000; ++i) {
         const Vec3d before = bench.force();
-        if (random.bits() % 4 == 0) bench.asked[0].force = {random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)};
+        if (random.bits() % 4 == 0)
+            bench.commanded[0].force = {random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)};
         bench.tick();
-        EXPECT_LE(norm(bench.force()), norm(bench.asked[0].force) + 1e-12);
+        EXPECT_LE(norm(bench.force()), norm(bench.commanded[0].force) + 1e-12);
         EXPECT_LE(grown(before, bench.force()), 0.25 + 1e-9);
     }
 }
@@ -640,7 +641,7 @@ TEST(SafetySpeed, OneGlitchIsBrakedByNoMoreThanTheSlew)
 
 TEST(SafetySpeed, AGlitchOfMillimetresNeverBecomesABlow)
 {
-    // For a tick or two, or for good; the force asked for follows the place, as a spring's does.
+    // For a tick or two, or for good; the force commanded follows the place, as a spring's does.
     for (const double damping : {0., 0.5, 1., 2., 5., 10.})
         for (const double glitch : {-0.004, 0.0015, 0.002, 0.004, 0.01, 0.04})
             for (const int ticks : {1, 2, 500}) {
@@ -653,7 +654,7 @@ TEST(SafetySpeed, AGlitchOfMillimetresNeverBecomesABlow)
                 for (int i = 0; i < 500; ++i) {
                     const double off = i < ticks ? glitch : 0;
                     bench.poses[0].translation.x = off;
-                    bench.asked[0].force.x = std::max(0.75 - 500 * off, 0.);
+                    bench.commanded[0].force.x = std::max(0.75 - 500 * off, 0.);
                     bench.tick();
                     const double now = bench.force().x, kept = now * before > 0 ? std::fabs(before) : 0;
                     ASSERT_LE(std::fabs(now) - kept, 0.25 + 1e-12) << damping << ' ' << glitch << ' ' << ticks << ' ' << i;
@@ -667,7 +668,7 @@ TEST(SafetySpeed, NineTenthsOfAMetreASecondIsAMotion)
     Bench bench;
     bench.engage();
     for (int i = 0; i < 50; ++i) {
-        bench.asked[0].force = {-1, 0, 0};
+        bench.commanded[0].force = {-1, 0, 0};
         bench.poses[0].translation.x += 0.9e-3;
         bench.tick();
     }
@@ -690,11 +691,11 @@ double driven_energy(Bench& bench, double strength, bool turning)
             bench.poses[0].rotation = {
                 {{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
             work += before.torque.z * 20 * (place - last);
-            bench.asked[0].torque = {0, 0, 0.05 * strength * speed};
+            bench.commanded[0].torque = {0, 0, 0.05 * strength * speed};
         } else {
             bench.poses[0].translation.x = place;
             work += before.force.x * (place - last);
-            bench.asked[0].force = {strength * speed, 0, 0};
+            bench.commanded[0].force = {strength * speed, 0, 0};
         }
         last = place;
         bench.tick();
@@ -728,7 +729,7 @@ TEST(SafetyPassivity, AMotorThatLetsGoBetweenItsPushesIsHeldNearTheMarginToo)
         bench.poses[0].translation = {place, 0.01 * std::cos(phase), 0};
         work += bench.force().x * (place - last);
         last = place;
-        bench.asked[0].force = {std::max(0., std::cos(phase)), 0, 0};
+        bench.commanded[0].force = {std::max(0., std::cos(phase)), 0, 0};
         bench.tick();
     }
     // Unfiltered it would give 32 x 16 mJ; forgiven between the pushes, with a second for 1/e, 32 x 0.2 mJ.
@@ -742,9 +743,9 @@ TEST(SafetyPassivity, ASpringGivesBackWhatItTookAndNothingIsChanged)
     for (int i = 0; i < 4000; ++i) {
         const double phase = 2 * 3.14159265358979 * i * k_tick, depth = 0.005 * (1 - std::cos(phase));
         bench.poses[0].translation.z = -depth;
-        bench.asked[0].force = {0, 0, 150 * depth};
+        bench.commanded[0].force = {0, 0, 150 * depth};
         bench.tick();
-        EXPECT_EQ(bench.force().z, bench.asked[0].force.z) << i;
+        EXPECT_EQ(bench.force().z, bench.commanded[0].force.z) << i;
     }
     EXPECT_EQ(bench.filter.counters().passivity, 0u);
 }
@@ -761,7 +762,7 @@ TEST(SafetyPassivity, WhatFrictionHasTakenDoesNotPayForAMotor)
         const double step = i < 1000 ? -1e-4 : 1e-4;
         work += i < 1000 ? 0 : bench.force().x * step;
         bench.poses[0].translation.x += step;
-        bench.asked[0].force = {1, 0, 0};
+        bench.commanded[0].force = {1, 0, 0};
         bench.tick();
     }
     EXPECT_LT(work, 1.25e-3 + 2e-3 + 2e-4);
@@ -773,9 +774,9 @@ TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
     bench.engage();
     for (int i = 0; i < 2000; ++i) {
         const double phase = 2 * 3.14159265358979 * i * k_tick,
-                     depth = 0.005 * (1 - std::cos(phase));  // to 1 cm: 5 N are asked for
+                     depth = 0.005 * (1 - std::cos(phase));  // to 1 cm: 5 N are commanded
         bench.poses[0].translation.z = -depth;
-        bench.asked[0].force = {0, 0, 500 * depth};
+        bench.commanded[0].force = {0, 0, 500 * depth};
         bench.tick();
         EXPECT_NEAR(bench.force().z, std::min(500 * depth, 2.), 1e-12) << i;
     }
@@ -784,7 +785,7 @@ TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
 
 TEST(SafetyPassivity, WhatSpringsHoldThatCancelIsNotForgotten)
 {
-    // 2 cm into a wall of 500 N/m and into the middle between it and its back, where next to nothing is asked for; and out again.
+    // 2 cm into a wall of 500 N/m and into the middle between it and its back, where next to nothing is commanded; and out again.
     for (const bool told : {false, true}) {
         Bench bench(strong(), {.softest = 500});
         bench.engage();
@@ -796,10 +797,10 @@ TEST(SafetyPassivity, WhatSpringsHoldThatCancelIsNotForgotten)
                          depth = 0.01 * (1 - std::cos(2 * 3.14159265358979 * phase));
             bench.poses[0].translation.z = -depth;
             push[0] = 500 * depth;
-            const double asked = i > 580 && i < 620 ? 0.1 : push[0];
-            bench.asked[0].force = {0, 0, asked};
+            const double commanded = i > 580 && i < 620 ? 0.1 : push[0];
+            bench.commanded[0].force = {0, 0, commanded};
             bench.tick();
-            if (i > 640) least = std::min(least, asked > 0 ? bench.force().z / std::min(asked, 2.) : 1);
+            if (i > 640) least = std::min(least, commanded > 0 ? bench.force().z / std::min(commanded, 2.) : 1);
         }
         if (told)
             EXPECT_GT(least, 1 - 1e-12);
@@ -834,7 +835,7 @@ TEST(SafetyPassivity, MotionAboveTheTopSpeedIsCountedToo)
         most = std::max(most, work);
         before = place;
         bench.poses[0].translation.z = place;
-        bench.asked[0].force = {0, 0, place < 0 ? 5. : 0.};
+        bench.commanded[0].force = {0, 0, place < 0 ? 5. : 0.};
         bench.tick(true, 0.01);
     }
     // One sample of a held force, and the valve: without it 60 x 22 mJ.
@@ -846,10 +847,10 @@ TEST(SafetyPassivity, AGlitchOwesNothing)
     Bench bench;
     bench.engage_and_push({0, 0, 0.4});
     bench.poses[0].translation.z -= 0.04;
-    bench.asked[0].force.z = 2;
+    bench.commanded[0].force.z = 2;
     bench.tick();
     bench.poses[0].translation.z += 0.04;
-    bench.asked[0].force.z = 0.4;
+    bench.commanded[0].force.z = 0.4;
     bench.tick();
     for (int i = 0; i < 40; ++i) bench.tick();
     EXPECT_EQ(bench.force().z, 0.4);
@@ -870,7 +871,7 @@ TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
             const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, depth = 0.002 * (1 - std::cos(phase));
             places.push_back(-depth);
             bench.poses[0].translation.z = -depth;
-            bench.asked[0].force = {0, 0, 300 * depth};
+            bench.commanded[0].force = {0, 0, 300 * depth};
             bench.tick();
             forces.push_back(bench.force().z);
             const int then = i - 1 - static_cast<int>(std::lround(delay / k_tick));
@@ -898,7 +899,7 @@ TEST(SafetyPassivity, ComesAfterTheSlewSoThatDampingIsAtOnce)
         else
             bench.poses[0].translation.x += 0.9e-3;
         bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
-        bench.asked[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
+        bench.commanded[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
     }
     EXPECT_GE(before, 0);
@@ -916,7 +917,7 @@ TEST(SafetyDuty, TheMeanSquareOverTenSecondsStaysBelowTheContinuousForce)
     std::vector<double> squares;
     double sum = 0, worst = 0, lowest = 2;
     for (int i = 0; i < 40000; ++i) {
-        bench.asked[0].force = {i < 500 || i % 7000 < 6000 ? 2. : 0., 0, 0};
+        bench.commanded[0].force = {i < 500 || i % 7000 < 6000 ? 2. : 0., 0, 0};
         bench.tick();
         squares.push_back(norm_sq(bench.force()));
         sum += squares.back();
@@ -1012,7 +1013,7 @@ TEST(SafetyLast, WhatTheDampersAddNeverExceedsTheLimit)
         else
             bench.poses[0].translation.x -= 0.9e-3;
         bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
-        bench.asked[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
+        bench.commanded[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
         most = std::max(most, norm(bench.force()));
     }
@@ -1112,7 +1113,7 @@ public:
         }
         in_.twists = twists_;
         in_.poses = poses_;
-        in_.asked = asked_;
+        in_.commanded = asked_;
         in_.connected = !rare(3000);
         in_.stop = rare(5000);
         in_.resume = rare(50);

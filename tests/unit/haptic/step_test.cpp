@@ -59,7 +59,7 @@ TEST(Step, FrictionTurnsABallAboutItsCentre)
     o.layer = query::Layer::Exact;
     o.smoothing = {.radius = 0.005, .points = 500, .tolerance = 0};
     Tool ball(stencil_points(o.smoothing), o);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Coulomb;
     const double depth = 0.001;
     Wrench w;
@@ -273,10 +273,10 @@ TEST(Step, WhatATipFeelsTurnsTheTool)
     const query::Probe probe(points);
     const Zone zone{.probe = &probe, .tip = tip, .options = with(Averaging::Stencil)};
     State state(std::span(&zone, 1));
-    const Solid solid = frictionless(box());
+    const TouchedBody solid = frictionless(box());
     const Pose pose = shifted(Vec3d{0, -0.05, 0.029});
     Wrench w;
-    (void)step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+    (void)step(state, {.touched = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
     EXPECT_NEAR(w.force.z, k * 0.001, 0.02);
     EXPECT_NEAR(w.torque.x, 0.05 * w.force.z, 1e-9);
 }
@@ -289,10 +289,10 @@ TEST(Step, ZonesTakeTheirOwnPointsOfOneProbe)
     const Zone zones[2] = {{.probe = &probe, .first = 0, .count = 25, .options = exact},
                            {.probe = &probe, .first = 25, .count = 25, .options = exact}};
     State state(zones);
-    const Solid solid = frictionless(box());
+    const TouchedBody solid = frictionless(box());
     const Pose poses[2] = {shifted({0, 0, 0.029}), shifted({0, 0, 0.029})};
     Wrench w[2];
-    const StepResult r = step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    const StepResult r = step(state, {.touched = std::span(&solid, 1), .poses = poses}, w);
     EXPECT_NEAR(w[0].force.z, k * 0.001, 1e-3);
     EXPECT_NEAR(w[1].force.z, k * 0.002, 1e-3);
     EXPECT_EQ(r.contacts, 50u);
@@ -306,10 +306,10 @@ TEST(Step, AProbeInTheWorldIsFeltWhereItsPointsAre)
     const query::Probe moved(points), fixed(square(5));
     const Zone zones[2] = {{.probe = &moved, .in_world = true, .options = exact}, {.probe = &fixed, .options = exact}};
     State state(zones);
-    const Solid solid = frictionless(box());
+    const TouchedBody solid = frictionless(box());
     const Pose poses[2] = {shifted(at), shifted(at)};
     Wrench w[2];
-    (void)step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    (void)step(state, {.touched = std::span(&solid, 1), .poses = poses}, w);
     EXPECT_LT(norm(w[0].force - w[1].force), 1e-6);
     EXPECT_LT(norm(w[0].torque - w[1].torque), 1e-6);
     EXPECT_GT(norm(w[0].force), 0.4);
@@ -319,13 +319,13 @@ TEST(Step, ContactsOutsideTheImpactSphereDoNotCountAndEnterItSmoothly)
 {
     const query::Probe probe(square(30));
     Zone zone{.probe = &probe, .radius = 0.006, .options = exact};
-    const Solid solid = frictionless(box(), {rotation_about({1, 0, 0}, 0.1), {}});
+    const TouchedBody solid = frictionless(box(), {rotation_about({1, 0, 0}, 0.1), {}});
     const auto force_at = [&](double radius) {
         zone.radius = radius;
         State state(std::span(&zone, 1));
         const Pose pose = shifted({0, 0, 0.029});
         Wrench w;
-        (void)step(state, {.solids = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
+        (void)step(state, {.touched = std::span(&solid, 1), .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w.force;
     };
     EXPECT_EQ(force_at(1e-5), Vec3d{});
@@ -336,19 +336,19 @@ TEST(Step, ContactsOutsideTheImpactSphereDoNotCountAndEnterItSmoothly)
 TEST(Step, SolidsGetTheOppositeWrench)
 {
     Tool tool(hand().mesh.vertices, with(Averaging::Patch));
-    tool.on_solids.resize(2);
+    tool.on_touched.resize(2);
     sqmap::test::Random random(9);
-    Solid solids[2] = {frictionless(box()), frictionless(box())};
-    for (Solid& s : solids) s.material.friction = Friction::Coulomb;
+    TouchedBody solids[2] = {frictionless(box()), frictionless(box())};
+    for (TouchedBody& s : solids) s.material.friction = Friction::Coulomb;
     int touching = 0;
     for (int i = 0; i < 40; ++i) {
         const Pose pose = sqmap::test::random_pose(random, 0.06);
         for (int s = 0; s < 2; ++s) solids[s].pose = sqmap::test::random_pose(random, 0.05);
-        tool.input.solids = solids;
+        tool.input.touched = solids;
         const Wrench w = tool.touch(solids, pose);
         Vec3d force = w.force, torque = w.torque + cross(pose.translation, w.force);
         for (int s = 0; s < 2; ++s) {
-            const Wrench& o = tool.on_solids[static_cast<std::size_t>(s)];
+            const Wrench& o = tool.on_touched[static_cast<std::size_t>(s)];
             force += o.force;
             torque += o.torque + cross(solids[s].pose.translation, o.force);
         }
@@ -375,7 +375,7 @@ TEST(Step, OnlyThePlaceOfOneOverTheOtherCounts)
 TEST(Step, CoulombFrictionSticksThenSlipsWithinItsCone)
 {
     Tool tool = Tool::point(exact);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Coulomb;
     Vec3d at{-0.01, 0, 0.029};
     (void)tool.touch(solid, at);
@@ -410,7 +410,7 @@ TEST(Step, CoulombFrictionSticksThenSlipsWithinItsCone)
 TEST(Step, FrictionNeverAddsEnergyAroundAClosedWay)
 {
     Tool tool = Tool::point(exact);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Coulomb;
     double work = 0;
     Vec3d before{};
@@ -428,7 +428,7 @@ TEST(Step, FrictionNeverAddsEnergyAroundAClosedWay)
 TEST(Step, PrintedFrictionIsEq33AndNothingWhileStill)
 {
     Tool tool = Tool::point(exact);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Paper;
     (void)tool.touch(solid, Vec3d{0, 0, 0.029});
     Vec3d f = tool.touch(solid, Vec3d{0.0001, 0, 0.029}).force;
@@ -503,7 +503,7 @@ TEST(Step, AJumpOfTheFootPointLeavesForceAndTorqueAsTheyWereWithFrictionAndDampi
     o.smoothing = smoothing;
     o.damping = 2;
     Tool tool(stencil_points(smoothing), o);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Coulomb;
     const Vec3d motion{3e-5, 0, -1e-4};
     const double fade = 250 * 0.001, explained = 3 * k * norm(motion);
@@ -634,7 +634,7 @@ TEST(Step, AProxyRubsAsPrintedWhereAsked)
     ZoneOptions o = exact;
     o.mode = Mode::Proxy;
     Tool tool = Tool::point(o);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Paper;
     solid.material.f_c = 0.2;
     solid.material.k_f = 100;
@@ -694,7 +694,7 @@ TEST(Step, FrictionHoldsAProxyWithinItsCone)
     ZoneOptions o = exact;
     o.mode = Mode::Proxy;
     Tool tool = Tool::point(o);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.material.friction = Friction::Coulomb;
     bool slipped = false;
     for (double z = 0.0301; z > 0.028; z -= 1e-4) (void)tool.touch(solid, Vec3d{0, 0, z});
@@ -822,7 +822,7 @@ TEST(Step, ATeleportForgetsWhatWasTouchedBefore)
         ZoneOptions o = with(Averaging::Patch);
         o.mode = mode;
         Tool tool(square(8), o), fresh(square(8), o);
-        Solid solid = frictionless(box());
+        TouchedBody solid = frictionless(box());
         solid.material.friction = Friction::Coulomb;
         for (int i = 0; i < 60; ++i) (void)tool.touch(solid, Vec3d{1e-4 * i, 0, 0.031 - 5e-5 * i});
         EXPECT_GT(std::fabs(tool.touch(solid, Vec3d{0.006, 0, 0.028}).force.x), 0.05) << "it rubs";
@@ -981,29 +981,29 @@ TEST(Step, WhatIsNotFiniteGivesNoForceAndHarmsNoOtherZone)
     const Zone zones[2] = {{.probe = &probe, .options = exact}, {.probe = &probe, .options = exact}};
     State state(zones);
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     Pose poses[2] = {shifted({0, 0, 0.029}), shifted({0, 0, 0.029})};
     Wrench w[2];
-    (void)step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    (void)step(state, {.touched = std::span(&solid, 1), .poses = poses}, w);
     poses[1].translation.y = nan;
-    const StepResult r = step(state, {.solids = std::span(&solid, 1), .poses = poses}, w);
+    const StepResult r = step(state, {.touched = std::span(&solid, 1), .poses = poses}, w);
     EXPECT_NE(r.status & k_step_not_finite, 0u);
     EXPECT_NEAR(w[0].force.z, k * 0.001, 1e-3);
     EXPECT_EQ(w[1], Wrench{});
     for (const double dt : {nan, 0., -1., std::numeric_limits<double>::infinity()}) {
-        (void)step(state, {.solids = std::span(&solid, 1), .poses = poses, .dt = dt}, w);
+        (void)step(state, {.touched = std::span(&solid, 1), .poses = poses, .dt = dt}, w);
         EXPECT_EQ(w[0], Wrench{});
     }
     poses[1].translation.y = 0;
     // A force whose components are finite and whose size is not.
     state.options(0).stiffness = 1e200;
-    EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
+    EXPECT_NE(step(state, {.touched = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
     EXPECT_EQ(w[0], Wrench{});
     state.options(0).stiffness = k;
     solid.pose.rotation.row[1].x = nan;
-    EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
+    EXPECT_NE(step(state, {.touched = std::span(&solid, 1), .poses = poses}, w).status & k_step_not_finite, 0u);
     EXPECT_EQ(w[0], Wrench{});
-    EXPECT_NE(step(state, {.solids = std::span(&solid, 1), .poses = poses}, std::span(w).first(1)).status & k_step_short_span,
+    EXPECT_NE(step(state, {.touched = std::span(&solid, 1), .poses = poses}, std::span(w).first(1)).status & k_step_short_span,
               0u);
 }
 
@@ -1012,7 +1012,7 @@ struct Work {
     double around = 0, passed = 0;
 };
 template <class MakePose>
-Work work_around(Tool& tool, const Solid& solid, MakePose&& pose_at)
+Work work_around(Tool& tool, const TouchedBody& solid, MakePose&& pose_at)
 {
     Work work;
     constexpr int n = 1500;
@@ -1093,7 +1093,7 @@ TEST(Step, ReplaysToTheLastBit)
         o.layer = query::Layer::Three;
         Tool tool(hand().mesh.vertices, o);
         Tool point = Tool::point(exact);
-        Solid solid = frictionless(box());
+        TouchedBody solid = frictionless(box());
         solid.material.friction = Friction::Coulomb;
         std::uint64_t hash = 14695981039346656037ull;
         for (int i = 0; i < 10000; ++i) {
@@ -1148,8 +1148,8 @@ TEST(Step, TwoSolidsAreFeltTogether)
 {
     // In a slot between two boxes, one above the other.
     Tool tool(square(5), exact);
-    const Solid below = frictionless(box()), above = frictionless(box(), shifted({0, 0, 0.0575}));
-    const Solid both[2] = {below, above};
+    const TouchedBody below = frictionless(box()), above = frictionless(box(), shifted({0, 0, 0.0575}));
+    const TouchedBody both[2] = {below, above};
     const Vec3d at{0, 0, 0.029};
     const double up = tool.touch(below, at).force.z;
     tool.state().reset();
@@ -1174,7 +1174,7 @@ TEST(Step, AModelInMetresIsTheSameModelSmaller)
 {
     const sqmap::test::Solid big(mapped(box().mesh, 1000, {300, 0, 0}));  // millimetres, off its origin
     const model::ModelView view = in_metres(big.view, 0.001);
-    Solid solid = frictionless(box());
+    TouchedBody solid = frictionless(box());
     solid.model = &view;
     Tool tool(square(5), exact);
     const Wrench w = tool.touch(solid, Vec3d{0.3, 0, 0.029});
@@ -1208,7 +1208,7 @@ TEST(Step, AProxyDoesNotChatterOnFacetsNorOnTextures)
             }
             const std::vector<Vec3d> patch = mesh::sphere(0.01, 3).vertices;
             Tool tool(averaging == Averaging::Patch ? patch : stencil_points(o.smoothing), o);
-            Solid solid = frictionless(k_ball);
+            TouchedBody solid = frictionless(k_ball);
             if (rough) solid.material.texture = &texture;
             const double far = averaging == Averaging::Patch ? 0.01 : radius;
             std::vector<Vec3d> forces;
@@ -1232,7 +1232,7 @@ TEST(Step, ALateTickFeelsTheTextureToo)
             o.averaging = patch ? Averaging::Patch : Averaging::Stencil;
             Tool late(patch ? square(4) : stencil_points(o.smoothing), o),
                 other(patch ? square(4) : stencil_points(o.smoothing), o);
-            Solid rough = frictionless(box());
+            TouchedBody rough = frictionless(box());
             rough.material.texture = &texture;
             double most = 0, flat = 0;
             for (int i = 0; i < 400; ++i) {
@@ -1252,7 +1252,7 @@ TEST(Step, TextureIsFeltInTheSamePlaceTheSameWayAndNeverOutside)
     std::vector<float> values;
     const Texture texture = gaussian_texture({.amplitude = 0.0001}, values);
     Tool tool(square(3), exact);
-    Solid rough = frictionless(box()), smooth = rough;
+    TouchedBody rough = frictionless(box()), smooth = rough;
     rough.material.texture = &texture;
     double least = 1e9, most = 0;
     for (int i = 0; i < 200; ++i) {

@@ -59,9 +59,9 @@ inline const sqmap::test::Solid& hand()
     return solid;
 }
 
-inline Solid frictionless(const sqmap::test::Solid& solid, const Pose& pose = {})
+inline TouchedBody frictionless(const sqmap::test::Solid& solid, const Pose& pose = {})
 {
-    Solid s;
+    TouchedBody s;
     s.model = &solid.view;
     s.pose = pose;
     s.material.friction = Friction::None;
@@ -87,24 +87,24 @@ public:
         return Tool(stencil_points(options.smoothing), options);
     }
 
-    Wrench touch(std::span<const Solid> solids, const Pose& pose)
+    Wrench touch(std::span<const TouchedBody> solids, const Pose& pose)
     {
         Wrench w;
         StepInput in = input;
-        in.solids = solids;
+        in.touched = solids;
         in.poses = std::span(&pose, 1);
-        result = step(state_, in, std::span(&w, 1), on_solids);
+        result = step(state_, in, std::span(&w, 1), on_touched);
         return w;
     }
-    Wrench touch(const Solid& solid, const Pose& pose) { return touch(std::span(&solid, 1), pose); }
-    Wrench touch(const Solid& solid, Vec3d at) { return touch(solid, shifted(at)); }
+    Wrench touch(const TouchedBody& solid, const Pose& pose) { return touch(std::span(&solid, 1), pose); }
+    Wrench touch(const TouchedBody& solid, Vec3d at) { return touch(solid, shifted(at)); }
 
     [[nodiscard]] const ZoneReport& report() const { return state_.report(0); }
     State& state() { return state_; }
 
     StepInput input{};  ///< dt, degraded, twists
     StepResult result{};
-    std::vector<Wrench> on_solids;
+    std::vector<Wrench> on_touched;
 
 private:
     query::Probe probe_;

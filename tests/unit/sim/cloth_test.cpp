@@ -29,7 +29,7 @@ const test::Parsed& plate()
     }();
     return k_plate;
 }
-Solid still(const test::Parsed& p, Vec3d at = {}) { return {&p.view(), {{}, at}, {{}, at}}; }
+Collider still(const test::Parsed& p, Vec3d at = {}) { return {&p.view(), {{}, at}, {{}, at}}; }
 
 double largest_y(const Cloth& cloth)
 {
@@ -41,7 +41,7 @@ double largest_y(const Cloth& cloth)
 TEST(Cloth, ADrapeOverABallComesToRestOutsideIt)
 {
     Cloth cloth(sheet({{0, 0.33, 0}, 0.7, 0.7, 0, 0, 900}), fabric("wool"));
-    const Solid solid = still(ball());
+    const Collider solid = still(ball());
     StepReport r;
     Drape drape;
     for (int i = 0; i < 6 * 240 && !drape.report().at_rest; ++i) {
@@ -88,7 +88,7 @@ TEST(Cloth, EnergyNeverGrowsAtAnyTimeStep)
 {
     for (const double dt : {k_dt, 10 * k_dt}) {
         Cloth cloth(sheet({{0, 0.5, 0}, 0.8, 0.8, 0, 0, 400}), fabric("cotton"));
-        const Solid solid = still(ball());
+        const Collider solid = still(ball());
         double first = NAN, mass = 0.15 * 0.64;
         for (int i = 0; i < static_cast<int>(1.5 / dt); ++i) {
             const StepReport r = cloth.step(dt, {&solid, 1});
@@ -103,7 +103,7 @@ TEST(Cloth, ThreadsThatLongStepsStretchAreSaid)
 {
     for (const double dt : {k_dt, 10 * k_dt}) {
         Cloth cloth(sheet({{0, 0.33, 0}, 0.7, 0.7, 0, 0, 1600}), fabric("wool"));
-        const Solid solid = still(ball());
+        const Collider solid = still(ball());
         std::uint32_t status = 0;
         for (int i = 0; i < static_cast<int>(2 / dt); ++i) status |= cloth.step(dt, {&solid, 1}).status;
         std::vector<double> strain = cloth.strain();
@@ -122,7 +122,7 @@ TEST(Cloth, NothingTunnelsThroughAThinPlateAtFiveMetresASecond)
     Fabric thin = fabric("cotton");
     thin.damping = 0;
     Cloth cloth(sheet({{0, 0.54, 0}, 0.9, 0.9, 0, 0, 900}), thin, options);
-    const Solid solid = still(plate());
+    const Collider solid = still(plate());
     double fastest = 0;
     for (int i = 0; i < 120; ++i) {
         fastest = std::max(fastest, cloth.step(k_dt, {&solid, 1}).fastest);
@@ -140,7 +140,7 @@ TEST(Cloth, FrictionHoldsWithinItsConeAndLetsGoBeyond)
         f.friction = mu;
         f.damping = 0;
         Cloth cloth(sheet({{0, 0.0225, 0}, 0.3, 0.3, 0, 0, 100}), f, options);
-        const Solid solid = still(plate());
+        const Collider solid = still(plate());
         for (int i = 0; i < 96; ++i) cloth.step(k_dt, {&solid, 1});
         Vec3d mean{};
         for (const Vec3d& p : cloth.positions()) mean += p / static_cast<double>(cloth.size());
@@ -165,7 +165,7 @@ TEST(Cloth, PaperFrictionSlowsByItsForceWhateverTheNormalForce)
     options.paper_friction = 0.5 * 2 * node_mass;  // half of what pulls
     options.paper_stiffness = 0;
     Cloth cloth(garment, f, options);
-    const Solid solid = still(plate());
+    const Collider solid = still(plate());
     for (int i = 0; i < 96; ++i) cloth.step(k_dt, {&solid, 1});
     Vec3d mean{};
     for (const Vec3d& p : cloth.positions()) mean += p / static_cast<double>(cloth.size());
@@ -177,7 +177,7 @@ TEST(Cloth, ClothRidesASolidThatMoves)
     Fabric f = fabric("wool");
     f.damping = 0;
     Cloth cloth(sheet({{0, 0.0245, 0}, 0.3, 0.3, 0, 0, 100}), f);
-    Solid solid = still(plate());
+    Collider solid = still(plate());
     for (int i = 1; i <= 240; ++i) {
         const double t = i * k_dt;
         solid.previous = solid.pose;
@@ -196,7 +196,7 @@ TEST(Cloth, ASolidThatCatchesUpWithClothFromBehindDoesNotEnterIt)
     ClothOptions options;
     options.gravity = {0, 2, 0};
     Cloth cloth(sheet({{0, 0.1, 0}, 0.5, 0.5, 0, 0, 400}), fabric("cotton"), options);
-    Solid solid = still(plate());
+    Collider solid = still(plate());
     std::size_t most = 0;
     for (int i = 0; i < 120; ++i) {
         solid.previous = solid.pose;
@@ -225,7 +225,7 @@ TEST(Cloth, WhatIsNotFiniteIsStoppedAndSaid)
     EXPECT_NE(cloth.step(k_dt, {}).status & k_cloth_not_finite, 0u);
     EXPECT_TRUE(std::equal(before.begin(), before.end(), cloth.positions().begin()));
     EXPECT_EQ(cloth.step(0, {}).status, k_cloth_bad_step);
-    Solid solid = still(ball());
+    Collider solid = still(ball());
     solid.pose.translation.x = INFINITY;
     EXPECT_EQ(cloth.step(k_dt, {&solid, 1}).status, k_cloth_bad_step);
 }
@@ -268,7 +268,7 @@ TEST(Cloth, SleevesCloseRoundTheArmsInThem)
     mesh::CapsuleSolid solid;
     solid.capsules = {{{-0.7, 0, 0}, {0.7, 0, 0}, 0.043, 0.043}};
     const test::Parsed arms(mesh::polygonized(solid, 0.02));
-    const Solid body = still(arms);
+    const Collider body = still(arms);
     Cloth cloth(shirt({.collar = {0, 0.1, 0},
                        .chest = 0.52,
                        .length = 0.62,
@@ -319,7 +319,7 @@ TEST(Cloth, PenetrationIsTheDepthOfPlacesWithinTriangles)
     // A triangle whose corners are outside the ball and whose middle is 0.1 below its top.
     const std::array corners{Vec3d{-1, 0.2, -1}, Vec3d{1, 0.2, -1}, Vec3d{0, 0.2, 2}};
     const std::array<std::array<std::uint32_t, 3>, 1> triangle{{{0, 1, 2}}};
-    const Solid solid = still(ball());
+    const Collider solid = still(ball());
     const Penetration deep = penetration(corners, triangle, {&solid, 1}, 3);
     EXPECT_EQ(deep.nodes, 0);
     EXPECT_NEAR(deep.interiors, 0.1, 0.002);
@@ -348,7 +348,7 @@ TEST(Cloth, LiesOnASkinThatBendsUnderItAndRidesIt)
 {
     const Bar bar;
     query::MovingSkin skin(bar.lattice);
-    const Solid solid{&bar.model.view(), {}, {}, &skin};
+    const Collider solid{&bar.model.view(), {}, {}, &skin};
     Cloth cloth(sheet({{0.1, 0.1, 0}, 0.5, 0.3, 0, 0, 400}), fabric("wool"));
     // No room was made for a skin.
     EXPECT_EQ(cloth.step(k_dt, {&solid, 1}).status, k_cloth_bad_step);
@@ -382,7 +382,7 @@ TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
     mesh::Mesh roof = test::cube();
     for (Vec3d& v : roof.vertices) v = {0.3 * v.x, v.y > 0 ? 0.28 : 0.0, v.y > 0 ? 0.004 * v.z : 0.13 * v.z};
     const test::Parsed model(roof);
-    const Solid solid = still(model);
+    const Collider solid = still(model);
     Cloth cloth(sheet({{0, 0.3, 0}, 0.4, 0.4, 0, 0, 1600}), fabric("wool"));
     Drape drape;
     for (int i = 0; i < 5 * 240; ++i) drape.add(cloth.step(k_dt, {&solid, 1}), (i + 1) * k_dt);
@@ -396,7 +396,7 @@ TEST(Cloth, ASharpTipHardlyStaysInATriangle)
     mesh::Mesh horn = test::cube();
     for (Vec3d& v : horn.vertices) v = {(v.y > 0 ? 0.004 : 0.03) * v.x, v.y > 0 ? 0.15 : 0.0, (v.y > 0 ? 0.004 : 0.03) * v.z};
     const test::Parsed model(horn);
-    const Solid solid = still(model);
+    const Collider solid = still(model);
     double sum = 0;
     int on_it = 0;
     for (const double shift : {0.0, 0.003, 0.006, 0.009, 0.012}) {
@@ -413,7 +413,7 @@ TEST(Cloth, BetweenTwoSolidsItGivesWayToBoth)
 {
     // Two plates close on a sheet until there is half as much room as its thickness takes on one side.
     Cloth cloth(sheet({{0, 0.03, 0}, 0.4, 0.4, 0, 0, 400}), fabric("cotton"));
-    std::vector<Solid> solids{still(plate()), still(plate(), {0, 0.1, 0})};
+    std::vector<Collider> solids{still(plate()), still(plate(), {0, 0.1, 0})};
     for (int i = 0; i < 240; ++i) {
         solids[1].previous = solids[1].pose;
         solids[1].pose.translation.y = std::max(0.041, 0.1 - 0.1 * i * k_dt);
