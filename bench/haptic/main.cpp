@@ -106,7 +106,7 @@ void add_energy(CLI::App& app)
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
     command->add_flag("--paper", c->options.paper,
-                      "A point on the normal projection instead: depth and normal that its layer 3 answers");
+                      "A single point at layer 3 instead, nothing smoothed; also with the friction of eq. 33");
     command->callback([c] {
         c->options.zone.blend_time = 0;
         const bool paper = c->options.paper;

@@ -13,7 +13,7 @@ struct SlideOptions {
     double stiffness = 500;    ///< N/m
     haptic::ZoneOptions zone;  ///< layer, smoothing, shading, blending
     int planes = 3;            ///< sections along each axis
-    /// One point on the normal projection: depth and normal that its layer 3 answers, nothing smoothed or averaged.
+    /// A single point, nothing smoothed or averaged; rubbed with eq. 33 too.
     bool paper = false;
 };
 
