@@ -107,14 +107,14 @@ def chart():
     nodes = [-1 + 2 * i / b for i in range(b + 1)]
     for k in range(4):
         c, s = [(1, 0), (0, 1), (-1, 0), (0, -1)][k]
-        for u in nodes[:-1]:
+        for u in nodes if k == 0 else nodes[1:-1]:
             d = (c - s * u, s + c * u)
             rho = radius_along(d)
             a.path([(0, 0), (1.06 * rho * d[0], 1.06 * rho * d[1])], plot.FAINT if k == 0 else plot.GRID, width=0.8)
     for u in nodes:
         a.dot(face_point(u, radius_along((1, u))), plot.BLUE, 3.2)
     a.dot((0, 0))
-    a.text((-0.1, -0.16), "centre c")
+    a.text((-0.3, -0.04), "centre c")
     a.text((0, -1.42), "rays of one face, samples w = 1 / rho", plot.FAINT)
     lo, hi = nodes[4], nodes[5]
     fine = [lo + (hi - lo) * i / 40 for i in range(41)]
@@ -130,7 +130,7 @@ def chart():
         z.dot(face_point(s, 1 / f), plot.BLUE, 4)
     z.path([face_point(s, 1 / f) for s, f in zip(fine, flat)], plot.BLUE, width=1.5)
     z.path([face_point(s, 1 / x) for s, x in zip(fine, w)], plot.INK, width=2)
-    t = Panel(480, 300, 1)
+    t = Panel(482, 314, 1)
     t.text((0, 0), "one cell: surface (black), interpolant (blue), band of deviation e", plot.FAINT)
     save("chart.svg", 680, 325, a, z, t)
 
