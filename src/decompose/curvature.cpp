@@ -1,5 +1,6 @@
 // Ratio of the area of the Gauss map to the area of the surface: no surface is fitted and no derivative estimated, as in
-// Peng, Li and Medioni (the paper's [18]). The signed area of the spherical image of a patch is the sum of the angle
+// J. Peng, Q. Li, C.-C. J. Kuo, M. Zhou, Estimating Gaussian curvatures from 3D meshes, Proc. SPIE (Human Vision and Electronic
+// Imaging), 2003 (the paper's [18]). The signed area of the spherical image of a patch is the sum of the angle
 // deficits inside it, exactly (Gauss and Bonnet).
 #include "curvature.h"
 
