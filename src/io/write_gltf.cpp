@@ -1,6 +1,7 @@
 #include "sqmap/io/write_gltf.h"
 
 #include "sqmap/io/replace_file.h"
+#include "sqmap/math/box.h"
 
 #include <nlohmann/json.hpp>
 
@@ -138,21 +139,19 @@ private:
     {
         std::vector<float> flat;
         flat.reserve(3 * values.size());
-        float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
-        for (const Vec3d& v : values)
-            for (int k = 0; k < 3; ++k) {
-                const auto f = static_cast<float>(v[k]);
-                flat.push_back(f);
-                lo[k] = std::min(lo[k], f);
-                hi[k] = std::max(hi[k], f);
-            }
+        Boxf box;
+        for (const Vec3d& v : values) {
+            const auto p = cast<float>(v);
+            flat.insert(flat.end(), {p.x, p.y, p.z});
+            extend(box, p);
+        }
         json a{{"bufferView", add_view<float>(flat, target)},
                {"componentType", k_float},
                {"count", values.size()},
                {"type", "VEC3"}};
         if (with_bounds) {
-            a["min"] = {lo[0], lo[1], lo[2]};
-            a["max"] = {hi[0], hi[1], hi[2]};
+            a["min"] = {box.lo.x, box.lo.y, box.lo.z};
+            a["max"] = {box.hi.x, box.hi.y, box.hi.z};
         }
         return add_accessor(std::move(a));
     }

@@ -1,6 +1,7 @@
 // Signed ray crossings: the degree of the surface.
 #include "sqmap/mesh/bvh.h"
 
+#include "sqmap/math/box.h"
 #include "sqmap/math/triangle.h"
 
 #include <algorithm>
@@ -24,14 +25,9 @@ Bvh::Bvh(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size())
 /// Puts the lesser half, along the longest side of their box, first; where the other begins.
 std::uint32_t Bvh::halve(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids)
 {
-    Vec3d lo = centroids[order_[first]], hi = lo;
-    for (std::uint32_t i = first; i < last; ++i)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], centroids[order_[i]][k]);
-            hi[k] = std::max(hi[k], centroids[order_[i]][k]);
-        }
-    const Vec3d extent = hi - lo;
-    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
+    Box box;
+    for (std::uint32_t i = first; i < last; ++i) extend(box, centroids[order_[i]]);
+    const int axis = longest_axis(box);
     const std::uint32_t middle = first + (last - first) / 2;
     std::nth_element(
         order_.begin() + first, order_.begin() + middle, order_.begin() + last,
@@ -51,20 +47,15 @@ std::uint32_t Bvh::build(std::uint32_t first, std::uint32_t last, const std::vec
         ends[3] = last - middle > k_leaf_size ? halve(middle, last, centroids) : last;
     }
     for (int c = 0; c < k_width; ++c) {
-        constexpr double k_infinity = std::numeric_limits<double>::infinity();
-        Vec3d lo{k_infinity, k_infinity, k_infinity}, hi = -lo;
+        Box box;
         for (std::uint32_t i = ends[c]; i < ends[c + 1]; ++i)
-            for (const std::uint32_t v : mesh_.triangles[order_[i]])
-                for (int k = 0; k < 3; ++k) {
-                    lo[k] = std::min(lo[k], mesh_.vertices[v][k]);
-                    hi[k] = std::max(hi[k], mesh_.vertices[v][k]);
-                }
+            for (const std::uint32_t v : mesh_.triangles[order_[i]]) extend(box, mesh_.vertices[v]);
         const std::uint32_t size = ends[c + 1] - ends[c];
         const std::uint32_t child = size > k_leaf_size ? build(ends[c], ends[c + 1], centroids) : (size > 0 ? ends[c] : 0);
         Node& node = nodes_[index];
         for (int k = 0; k < 3; ++k) {
-            node.lo[k][c] = lo[k];
-            node.hi[k][c] = hi[k];
+            node.lo[k][c] = box.lo[k];
+            node.hi[k][c] = box.hi[k];
         }
         node.first[c] = child;
         node.count[c] = size > k_leaf_size ? 0 : size;

@@ -2,6 +2,8 @@
 // polyhedron", 1995.
 #include "holes.h"
 
+#include "sqmap/math/box.h"
+
 #include <cmath>
 #include <set>
 
@@ -106,13 +108,9 @@ std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits)
     std::uint32_t filled = 0;
     for (const auto& loop : boundary_loops(surface, uses)) {
         if (loop.size() < 3 || loop.size() > limits.max_edges) continue;
-        Vec3d lo = surface.points[loop[0]], hi = lo;
-        for (const std::uint32_t v : loop)
-            for (int k = 0; k < 3; ++k) {
-                lo[k] = std::min(lo[k], surface.points[v][k]);
-                hi[k] = std::max(hi[k], surface.points[v][k]);
-            }
-        if (norm(hi - lo) > limits.max_diagonal) continue;
+        Box box;
+        for (const std::uint32_t v : loop) extend(box, surface.points[v]);
+        if (norm(size(box)) > limits.max_diagonal) continue;
         const std::vector<Triangle> patch = least_area(surface, loop, existing);
         const bool covers_a_face = std::any_of(patch.begin(), patch.end(), [&](Triangle t) {
             std::sort(t.begin(), t.end());

@@ -1,5 +1,7 @@
 #include "sqmap/mesh/mesh.h"
 
+#include "sqmap/math/box.h"
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -122,13 +124,8 @@ Vec3d triangle_centroid(const Mesh& mesh, std::uint32_t triangle)
 double largest_vertex_distance(const Mesh& mesh)
 {
     // Sort by distance from the box centre; a pair can only be longer than the best if the sum of both distances is.
-    Vec3d lo = mesh.vertices.front(), hi = lo;
-    for (const Vec3d& v : mesh.vertices)
-        for (int i = 0; i < 3; ++i) {
-            lo[i] = std::min(lo[i], v[i]);
-            hi[i] = std::max(hi[i], v[i]);
-        }
-    const Vec3d centre = lo + (hi - lo) / 2.0;
+    const Box box = box_of(mesh.vertices);
+    const Vec3d centre = box.lo + size(box) / 2.0;
     std::vector<std::pair<double, Vec3d>> far;
     for (const Vec3d& v : mesh.vertices) far.emplace_back(norm(v - centre), v);
     std::sort(far.begin(), far.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

@@ -4,8 +4,10 @@
 #include "sqmap/mesh/self_intersection.h"
 
 #include "predicates.h"
+#include "sqmap/math/box.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace sqmap::mesh {
@@ -74,18 +76,12 @@ public:
             points_.push_back({std::ldexp(p.x, -exponent), std::ldexp(p.y, -exponent), std::ldexp(p.z, -exponent)});
         for (const Triangle& t : mesh.triangles) centres_.push_back((points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3.0);
         out_.crossed.assign(mesh.triangles.size(), 0);
-        // What meets one that is asked for meets the box of them all.
-        Box asked{{2, 2, 2}, {-2, -2, -2}};
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            if (!is_asked(t)) continue;
-            const Box box = box_of(corners(t));
-            for (int k = 0; k < 3; ++k) {
-                asked.lo[k] = std::min(asked.lo[k], box.lo[k]);
-                asked.hi[k] = std::max(asked.hi[k], box.hi[k]);
-            }
-        }
+        // What meets a wanted one meets the box of them all.
+        Box wanted;
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-            if (boxes_meet(box_of(corners(t)), asked)) order_.push_back(t);
+            if (is_wanted(t)) extend(wanted, box_around(corners(t)));
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+            if (overlap(box_around(corners(t)), wanted)) order_.push_back(t);
     }
 
     SelfIntersections run()
@@ -98,23 +94,15 @@ public:
 
 private:
     struct Node {
-        Vec3d lo, hi;
+        Box box;
         std::uint32_t first = 0, count = 0;  ///< leaf: entries of order_
         std::uint32_t right = 0;             ///< inner: the left child is the next node
-        bool asked = false;                  ///< holds one of which pairs are looked for
+        bool wanted = false;                 ///< holds one of which pairs are looked for
     };
 
-    struct Box {
-        Vec3d lo, hi;
-    };
+    static Box box_around(const Corners& c) { return box_of(std::array{c.a, c.b, c.c}); }
 
-    static Box box_of(const Corners& c)
-    {
-        return {{std::min({c.a.x, c.b.x, c.c.x}), std::min({c.a.y, c.b.y, c.c.y}), std::min({c.a.z, c.b.z, c.c.z})},
-                {std::max({c.a.x, c.b.x, c.c.x}), std::max({c.a.y, c.b.y, c.c.y}), std::max({c.a.z, c.b.z, c.c.z})}};
-    }
-
-    [[nodiscard]] bool is_asked(std::uint32_t t) const { return among_.empty() || among_[t] != 0; }
+    [[nodiscard]] bool is_wanted(std::uint32_t t) const { return among_.empty() || among_[t] != 0; }
 
     [[nodiscard]] Corners corners(std::uint32_t t) const
     {
@@ -126,22 +114,16 @@ private:
     {
         constexpr std::uint32_t k_leaf_size = 4;
         const std::size_t index = nodes_.size();
-        Node node{{2, 2, 2}, {-2, -2, -2}, first, last - first, 0, false};
-        Vec3d lo{2, 2, 2}, hi{-2, -2, -2};
-        for (std::uint32_t i = first; i < last; ++i)
-            for (int k = 0; k < 3; ++k) {
-                node.asked = node.asked || is_asked(order_[i]);
-                for (const std::uint32_t v : mesh_.triangles[order_[i]]) {
-                    node.lo[k] = std::min(node.lo[k], points_[v][k]);
-                    node.hi[k] = std::max(node.hi[k], points_[v][k]);
-                }
-                lo[k] = std::min(lo[k], centres_[order_[i]][k]);
-                hi[k] = std::max(hi[k], centres_[order_[i]][k]);
-            }
+        Node node{.box = {}, .first = first, .count = last - first};
+        Box centres;
+        for (std::uint32_t i = first; i < last; ++i) {
+            node.wanted = node.wanted || is_wanted(order_[i]);
+            for (const std::uint32_t v : mesh_.triangles[order_[i]]) extend(node.box, points_[v]);
+            extend(centres, centres_[order_[i]]);
+        }
         nodes_.push_back(node);
         if (last - first <= k_leaf_size) return;
-        const Vec3d size = hi - lo;
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+        const int axis = longest_axis(centres);
         const std::uint32_t middle = first + (last - first) / 2;
         std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
                          [&](std::uint32_t a, std::uint32_t b) {
@@ -153,17 +135,10 @@ private:
         build(middle, last);
     }
 
-    template <class A, class B>
-    static bool boxes_meet(const A& a, const B& b)
-    {
-        return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
-               b.lo.z <= a.hi.z;
-    }
-
     void join(std::uint32_t i, std::uint32_t j)
     {
         const Node &a = nodes_[i], &b = nodes_[j];
-        if (!out_.is_complete || !(a.asked || b.asked) || (i != j && !boxes_meet(a, b))) return;
+        if (!out_.is_complete || !(a.wanted || b.wanted) || (i != j && !overlap(a.box, b.box))) return;
         if (a.count > 0 && b.count > 0) {
             for (std::uint32_t s = a.first; s < a.first + a.count; ++s)
                 for (std::uint32_t t = i == j ? s + 1 : b.first; t < b.first + b.count; ++t) test(order_[s], order_[t]);
@@ -171,7 +146,7 @@ private:
             join(i + 1, i + 1);
             join(a.right, a.right);
             join(i + 1, a.right);
-        } else if (b.count > 0 || (a.count == 0 && norm_sq(a.hi - a.lo) >= norm_sq(b.hi - b.lo))) {
+        } else if (b.count > 0 || (a.count == 0 && norm_sq(size(a.box)) >= norm_sq(size(b.box)))) {
             join(i + 1, j);
             join(a.right, j);
         } else {
@@ -182,7 +157,7 @@ private:
 
     void test(std::uint32_t s, std::uint32_t t)
     {
-        if (!out_.is_complete || !(is_asked(s) || is_asked(t)) || !triangles_meet(s, t)) return;
+        if (!out_.is_complete || !(is_wanted(s) || is_wanted(t)) || !triangles_meet(s, t)) return;
         if (out_.pair_count == max_pairs_) {
             out_.is_complete = false;
             return;
@@ -194,7 +169,7 @@ private:
     [[nodiscard]] bool triangles_meet(std::uint32_t s, std::uint32_t t) const
     {
         const Corners p = corners(s), q = corners(t);
-        if (!boxes_meet(box_of(p), box_of(q))) return false;
+        if (!overlap(box_around(p), box_around(q))) return false;
         // Turn both so that what they share comes first.
         int shared = 0, at_p = 0, at_q = 0, free_p = 0, free_q = 0;
         bool q_is_shared[3] = {false, false, false};

@@ -3,6 +3,8 @@
 // tetrahedra a cell match across cells, so the result is closed and manifold. Subdivision: Loop 1987.
 #include "sqmap/mesh/shapes.h"
 
+#include "sqmap/math/box.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -358,25 +360,24 @@ CapsuleSolid hand_capsules()
 Mesh polygonized(const CapsuleSolid& solid, double spacing)
 {
     require(spacing > 0 && solid.blend > 0 && !solid.capsules.empty(), "polygonized: spacing and blend > 0, a capsule");
-    Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+    Box box;
     for (const Capsule& c : solid.capsules)
-        for (const auto& [p, r] : {std::pair{c.a, c.radius_a}, std::pair{c.b, c.radius_b}})
-            for (int i = 0; i < 3; ++i) {
-                lo[i] = std::min(lo[i], p[i] - r);
-                hi[i] = std::max(hi[i], p[i] + r);
-            }
+        for (const auto& [p, r] : {std::pair{c.a, c.radius_a}, std::pair{c.b, c.radius_b}}) {
+            extend(box, p - Vec3d{r, r, r});
+            extend(box, p + Vec3d{r, r, r});
+        }
     // Melting adds at most blend log(#capsules) outside the capsules.
     const double margin = spacing + solid.blend * std::log(static_cast<double>(solid.capsules.size()));
     std::array<std::size_t, 3> n{};
     for (int i = 0; i < 3; ++i) {
-        lo[i] -= margin;
-        n[i] = static_cast<std::size_t>(std::ceil((hi[i] + margin - lo[i]) / spacing)) + 1;
+        box.lo[i] -= margin;
+        n[i] = static_cast<std::size_t>(std::ceil((box.hi[i] + margin - box.lo[i]) / spacing)) + 1;
     }
     const std::array<std::size_t, 3> stride{1, n[0], n[0] * n[1]};
     std::vector<double> value(n[0] * n[1] * n[2]);
     const auto point = [&](std::size_t id) {
-        return lo + spacing * Vec3d{static_cast<double>(id % n[0]), static_cast<double>(id / stride[1] % n[1]),
-                                    static_cast<double>(id / stride[2])};
+        return box.lo + spacing * Vec3d{static_cast<double>(id % n[0]), static_cast<double>(id / stride[1] % n[1]),
+                                        static_cast<double>(id / stride[2])};
     };
     for (std::size_t id = 0; id < value.size(); ++id) value[id] = field(solid, point(id));
 

@@ -1,6 +1,8 @@
 // Winding numbers by solid angles: A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983.
 #include "shells.h"
 
+#include "sqmap/math/box.h"
+
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -177,7 +179,7 @@ namespace {
 struct Shell {
     std::vector<std::uint32_t> faces;
     double six_volumes = 0;
-    Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+    Box box;
 };
 
 double solid_angle(Vec3d a, Vec3d b, Vec3d c)
@@ -198,11 +200,7 @@ Shells turn_outward(Surface& surface, std::span<const Vec3d> points, const std::
         const double v = six_volumes(points, surface.faces[f].v);
         shell.six_volumes += v;
         total += v;
-        for (const std::uint32_t i : surface.faces[f].v)
-            for (int k = 0; k < 3; ++k) {
-                shell.lo[k] = std::min(shell.lo[k], points[i][k]);
-                shell.hi[k] = std::max(shell.hi[k], points[i][k]);
-            }
+        for (const std::uint32_t i : surface.faces[f].v) extend(shell.box, points[i]);
     }
     Shells out;
     const auto turn = [&](Shell& shell) {
@@ -218,9 +216,7 @@ Shells turn_outward(Surface& surface, std::span<const Vec3d> points, const std::
         const Vec3d p = points[surface.faces[shell.faces.front()].v[0]];
         double angle = 0;
         for (const auto& [other_id, other] : shells) {
-            bool near = other_id != id && other.six_volumes > 0;
-            for (int k = 0; k < 3; ++k) near = near && p[k] >= other.lo[k] && p[k] <= other.hi[k];
-            if (!near) continue;
+            if (other_id == id || !(other.six_volumes > 0) || !contains(other.box, p)) continue;
             for (const std::uint32_t f : other.faces) {
                 const Triangle& t = surface.faces[f].v;
                 angle += solid_angle(points[t[0]] - p, points[t[1]] - p, points[t[2]] - p);

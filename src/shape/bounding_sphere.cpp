@@ -2,6 +2,7 @@
 // inequality (a^q + b^q)^(1/q) with q = 2 / (1 - e). Superellipsoids nest two of these.
 #include "sqmap/shape/bounding_sphere.h"
 
+#include "sqmap/math/box.h"
 #include "sqmap/shape/surface.h"
 
 #include <algorithm>
@@ -45,19 +46,13 @@ Sphere3<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
             .point;
     };
     // Centre of the box of the samples along the local axes: good enough, as only the radius must be proven.
-    Vec3<Real> lo = to_local(sq, sample(0, 0)), hi = lo;
+    Box3<Real> box;
     for (int i = 0; i <= k_rows; ++i)
-        for (int j = 0; j < k_columns; ++j) {
-            const Vec3<Real> q = to_local(sq, sample(i, j));
-            for (int k = 0; k < 3; ++k) {
-                lo[k] = std::min(lo[k], q[k]);
-                hi[k] = std::max(hi[k], q[k]);
-            }
-        }
-    const Vec3<Real> centre = to_model(sq, Real(0.5) * (lo + hi));
+        for (int j = 0; j < k_columns; ++j) extend(box, to_local(sq, sample(i, j)));
+    const Vec3<Real> middle = to_model(sq, centre(box));
     Real farthest = 0;
     for (int i = 0; i <= k_rows; ++i)
-        for (int j = 0; j < k_columns; ++j) farthest = std::max(farthest, norm(sample(i, j) - centre));
+        for (int j = 0; j < k_columns; ++j) farthest = std::max(farthest, norm(sample(i, j) - middle));
 
     // Every surface point is within half a step in each angle of a sample; tangents grow at most by these norms.
     const Real taper = Real(1) + std::max(std::abs(sq.taper_x), std::abs(sq.taper_y)) +
@@ -67,7 +62,7 @@ Sphere3<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
     const Real eta_speed = arc_speed(sq.eps1) * std::max(across, sq.a.z);
     const Real omega_speed = arc_speed(sq.eps2) * std::max(sq.a.x, sq.a.y);
     const Real gap = taper * bend * (eta_speed * k_pi / k_rows / 2 + omega_speed * k_pi / k_columns);
-    return {centre, (farthest + gap) * slack};
+    return {middle, (farthest + gap) * slack};
 }
 
 template Sphere3<float> bounding_sphere(const Superquadric<float>&) noexcept;
