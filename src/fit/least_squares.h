@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace sqmap::fit {
 
@@ -21,6 +22,11 @@ struct LeastSquaresReport {
     int iterations = 0;
     bool settled = false;
 };
+
+[[nodiscard]] inline bool all_finite(std::span<const double> values)
+{
+    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
 
 /// Minimises the sum of squares of
 ///   double problem.cost(t): half that sum,

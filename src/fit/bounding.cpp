@@ -1,0 +1,190 @@
+#include "bounding.h"
+
+#include "chart.h"
+#include "least_squares.h"
+#include "power_free.h"
+#include "problems.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace sqmap::fit {
+
+using shape::Superquadricd;
+
+namespace {
+
+constexpr double k_infinity = std::numeric_limits<double>::infinity();
+
+double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
+{
+    const PowerFreeBound at_most(sq);
+    double f = 0, root = 0;
+    for (const Vec3d& p : points) {
+        const Vec3d u = undeformed(sq, p);
+        if (at_most(u) < root) continue;
+        f = std::max(f, shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u));
+        root = std::sqrt(f);
+    }
+    return root;
+}
+
+/// Adds the point of each run of candidates that lies farthest outside, if any does by more than a little.
+bool admit_violators(const Superquadricd& sq, std::span<const Vec3d> candidates, std::vector<Vec3d>& points)
+{
+    const std::size_t runs = 12, before = points.size();
+    const PowerFreeBound at_most(sq);
+    for (std::size_t r = 0; r < runs; ++r) {
+        const Vec3d* worst = nullptr;
+        double root = 1.02, most = root * root;
+        for (std::size_t i = r * candidates.size() / runs; i < (r + 1) * candidates.size() / runs; ++i) {
+            const Vec3d u = undeformed(sq, candidates[i]);
+            if (at_most(u) < root) continue;
+            const double f = shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u);
+            if (f > most) {
+                most = f;
+                root = std::sqrt(f);
+                worst = &candidates[i];
+            }
+        }
+        if (worst != nullptr && std::find(points.begin(), points.end(), *worst) == points.end()) points.push_back(*worst);
+    }
+    return points.size() > before;
+}
+
+}  // namespace
+
+void scale_by(Superquadricd& sq, double s)
+{
+    sq.a = s * sq.a;
+    sq.bend = sq.bend / s;
+}
+
+// One step is exact for plain shapes, F(s x) = s^2 F(x). For deformed ones f falls faster with the size, log f ~ -degree log s:
+// secant steps, never past a bracket.
+bool shrink_wrap(Superquadricd& sq, std::span<const Vec3d> points)
+{
+    double degree = sq.is_deformed() ? 2 : 1, scale = 1, last_log_f = 0, last_step = 0;
+    double low = 0, high = k_infinity;
+    const Superquadricd start = sq;
+    for (int i = 0; i < 30; ++i) {
+        const double m = largest_f(sq, points);
+        if (!std::isfinite(m) || !(m > 1e-9)) return false;
+        const double log_f = std::log(m);
+        if (std::abs(log_f) < 1e-7) return true;
+        (log_f > 0 ? low : high) = scale;
+        if (i > 0 && sq.is_deformed()) degree = std::clamp((last_log_f - log_f) / last_step, 0.5, 30.0);
+        double next = scale * std::exp(std::clamp(log_f / degree, -1.0, 1.0));
+        if (!(next > low && next < high)) next = high < k_infinity ? 0.5 * (low + high) : 1.1 * low;
+        last_step = std::log(next / scale);
+        last_log_f = log_f;
+        scale = next;
+        sq = start;
+        scale_by(sq, scale);
+        if (!sq.is_deformed()) return true;
+    }
+    return std::abs(largest_f(sq, points) - 1) < 1e-3;
+}
+
+Candidate closed_form(const ScaledPart& part, const Mat3d& frame, const FitOptions& options)
+{
+    const std::vector<Vec3d>& points = part.extreme;
+    const OrientedBox box = box_of(frame, points);
+    Candidate best;
+    const double grid[] = {0.1, 0.4, 0.8, 1.0, 1.4};
+    for (const double eps1 : grid) {
+        for (const double eps2 : grid) {
+            Superquadricd sq;
+            sq.a = box.half;
+            for (int k = 0; k < 3; ++k) sq.a[k] = std::max(sq.a[k], part.least_a);
+            sq.eps1 = std::clamp(eps1, options.min_exponent, options.max_exponent);
+            sq.eps2 = std::clamp(eps2, options.min_exponent, options.max_exponent);
+            sq.rotation = frame;
+            sq.translation = box.middle;
+            const double m = std::max(1e-3, largest_f(sq, points));
+            scale_by(sq, m);
+            const double v = volume(sq);
+            if (m <= options.max_overhang && v < best.volume) best = {sq, v, true, 0};
+        }
+    }
+    if (best.volume < k_infinity) return best;
+    // Only when the caller's exponents are all round: the ellipsoid-like one, whatever it overhangs.
+    Superquadricd sq;
+    sq.a = box.half;
+    for (int k = 0; k < 3; ++k) sq.a[k] = std::max(sq.a[k], part.least_a);
+    sq.eps1 = sq.eps2 = std::clamp(1.0, options.min_exponent, options.max_exponent);
+    sq.rotation = frame;
+    sq.translation = box.middle;
+    scale_by(sq, std::max(1e-3, largest_f(sq, points)));
+    return {sq, volume(sq), true, 0};
+}
+
+template <int N>
+Candidate least_volume(const ScaledPart& part, Superquadricd start, const FitOptions& options, int rounds)
+{
+    if (!shrink_wrap(start, N == k_plain ? part.extreme : part.extreme_inner)) return {};
+    Chart chart = chart_of(part, options);
+    std::array<double, N> t;
+    encode<N>(start, chart, t.data());
+    // Extreme points bound a convex shape; into one that is not, others may reach: those join as they are found.
+    std::vector<Vec3d> points = N == k_plain ? part.extreme : part.extreme_inner;
+    VolumeTerm<N> term(chart, points, options.max_overhang);
+    const LeastSquaresOptions steps{.max_iterations = 8, .cost_change = 1e-7, .trust_region = 3};
+    std::vector<double> g(points.size() + 3);
+    std::array<std::size_t, 3> extreme;
+    Candidate best;
+    int spent = 0;
+    for (int round = 0; round < rounds; ++round) {
+        term.log_volume_0 = log_volume(decode<N>(chart, t.data()));
+        std::copy_n(t.data(), N, term.t0.begin());
+        spent += minimise<N>(term, t.data(), steps).iterations;
+        if (!all_finite(t)) break;
+        const Superquadricd sq = decode<N>(chart, t.data());
+        term.constraints(sq, g.data(), extreme);
+        for (std::size_t i = 0; i < g.size(); ++i) term.lambda[i] = std::max(0.0, term.lambda[i] + term.mu * g[i]);
+        term.mu *= 2;
+
+        // The volume once it holds the points, by the closed form: exact for plain shapes, pessimistic for deformed ones.
+        double most = *std::max_element(g.begin(), g.end() - 3);
+        if (N != k_plain) most = std::max(most, std::log(largest_f(sq, part.check)));
+        const double v = volume(sq) * std::exp(3 * most);
+        const bool settled = std::abs(v - best.volume) <= 2e-3 * v;
+        if (v < best.volume) best = {sq, v, settled, 0};
+        if (settled) {
+            best.converged = true;
+            break;
+        }
+        if constexpr (N != k_plain) {
+            if (admit_violators(sq, part.check, points)) {
+                term.points = points;
+                term.lambda.insert(term.lambda.end() - 3, points.size() + 3 - term.lambda.size(), 0.0);
+                g.resize(points.size() + 3);
+            }
+        }
+    }
+    if (!(best.volume < k_infinity) || !shrink_wrap(best.sq, N == k_plain ? part.points : part.points_inner))
+        best = {};
+    else
+        best.volume = volume(best.sq);
+    best.iterations = spent;
+    return best;
+}
+
+template Candidate least_volume<k_plain>(const ScaledPart&, Superquadricd, const FitOptions&, int);
+template Candidate least_volume<k_tapered>(const ScaledPart&, Superquadricd, const FitOptions&, int);
+template Candidate least_volume<k_bent>(const ScaledPart&, Superquadricd, const FitOptions&, int);
+
+bool overhangs(const Superquadricd& sq, const ScaledPart& part, double max_overhang)
+{
+    Vec3d extent{};
+    for (const Vec3d& p : part.points) {
+        const Vec3d u = undeformed(sq, p);
+        for (int k = 0; k < 3; ++k) extent[k] = std::max(extent[k], std::abs(u[k]));
+    }
+    for (int k = 0; k < 3; ++k)
+        if (sq.a[k] > 1.1 * max_overhang * std::max(extent[k], part.least_a)) return true;
+    return false;
+}
+
+}  // namespace sqmap::fit
