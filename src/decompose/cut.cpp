@@ -121,12 +121,13 @@ private:
 }  // namespace
 
 std::vector<std::uint8_t> best_cut(const CutSurface& s, std::span<const std::uint32_t> triangles, std::span<const double> field,
-                                   double level, double band, double radius)
+                                   const CutBand& at)
 {
     constexpr std::uint32_t k_outside = mesh::k_no_triangle, k_source = 0, k_sink = 1;
     std::vector<std::uint32_t> node(s.mesh.triangles.size(), k_outside);
     std::uint32_t count = 2;
-    for (const auto t : triangles) node[t] = field[t] <= level - band ? k_source : (field[t] >= level + band ? k_sink : count++);
+    for (const auto t : triangles)
+        node[t] = field[t] <= at.level - at.band ? k_source : (field[t] >= at.level + at.band ? k_sink : count++);
     MaximumFlow flow(count);
     double longest = 0;
     for (const auto t : triangles) {
@@ -135,7 +136,7 @@ std::vector<std::uint8_t> best_cut(const CutSurface& s, std::span<const std::uin
             const std::uint32_t o = s.graph.neighbours[t][e];
             if (o == mesh::k_no_triangle || node[o] == k_outside) continue;
             if (node[o] >= 2 && o < t) continue;
-            const double weight = s.edge_length[t][e] / (1 + radius * s.edge_concavity[t][e]);
+            const double weight = s.edge_length[t][e] / (1 + at.radius * s.edge_concavity[t][e]);
             longest = std::max(longest, weight);
             flow.add_edge(node[t], node[o], weight, weight);
         }

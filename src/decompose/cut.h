@@ -21,11 +21,18 @@ struct CutSurface {
     std::vector<std::array<double, 3>> edge_length, edge_concavity;
 };
 
-/// One byte per entry of triangles: 1 on the near side (field below the level), 0 on the far side. Triangles whose field
-/// differs from level by less than band are free to go to either side: the cut is the one of least weight, each edge
-/// weighing its length over 1 + radius * concavity, so that it is short and keeps to concave creases.
+/// Where a cut is looked for, in the units of a field over the triangles.
+struct CutBand {
+    double level;   ///< of the field, where the cut is expected
+    double band;    ///< triangles whose field differs from level by less may go to either side
+    double radius;  ///< of the part there, mesh units: what concavity is measured against
+};
+
+/// One byte per entry of triangles: 1 on the near side (field below the level), 0 on the far side. The cut within the band is
+/// the one of least weight, each edge weighing its length over 1 + radius * concavity, so that it is short and keeps to concave
+/// creases. field: #triangles of the mesh.
 [[nodiscard]] std::vector<std::uint8_t> best_cut(const CutSurface& surface, std::span<const std::uint32_t> triangles,
-                                                 std::span<const double> field, double level, double band, double radius);
+                                                 std::span<const double> field, const CutBand& at);
 
 /// Mean of min(1, radius * concavity) along the cut between near and far triangles, by length: 0 where it runs over a
 /// convex or flat surface, 1 in a crease as sharp as the part is thick. 0 without a cut.

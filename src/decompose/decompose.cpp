@@ -40,10 +40,17 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
             (l.mean_radius(k + reach - 1, k + reach + 1) - here) / distance};
 }
 
+// What a salient cut has to respect.
+struct Limits {
+    double part_area, least_area;  // of the part that is cut, and of a piece
+    double height;                 // geodesic height of what was cut off before
+    double least_level;            // cuts up to here were tried in vain
+};
+
 // The locale where a protruding part meets the rest of the body.
-LocaleCut salient_cut(const Locales& l, double part_area, double height, double least_level, double least_area,
-                      const DecomposeOptions& o)
+LocaleCut salient_cut(const Locales& l, const Limits& limits, const DecomposeOptions& o)
 {
+    const auto [part_area, least_area, height, least_level] = limits;
     std::vector<LocaleCut> rises;
     double inside = 0;
     for (std::size_t k = 1; k + 2 < l.area.size(); ++k) {
@@ -94,8 +101,8 @@ public:
         out.curvature = gaussian_curvature(mesh_, surface_.graph, options_.curvature_window, surface_.total_area / 8000);
         curvature_ = out.curvature;
         partition_ = components(surface_);
-        for (const auto v :
-             salient_vertices(mesh_, geodesics_, protrusion_, options_.salient_window * root_area_, options_.salient_prominence))
+        for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_,
+                                             {options_.salient_window * root_area_, options_.salient_prominence}))
             out.salient_vertices.push_back(v);
         cut_salient(out.salient_vertices);
         cut_bends();
@@ -119,10 +126,12 @@ private:
     {
         const std::uint32_t part = main_part(front.ahead);
         triangles = triangles_of(partition_, part);
-        geodesics_.run(front.sources, field, k_unreached, partition_.part_of_triangle, part);
-        return salient_cut(locales_of(mesh_, triangles, field, curvature_, width_), area_of(triangles), front.height,
-                           front.least_level, least_area_, options_);
+        geodesics_.run(front.sources, field, k_unreached, region(part));
+        return salient_cut(locales_of(mesh_, triangles, {field, curvature_}, width_),
+                           {area_of(triangles), least_area_, front.height, front.least_level}, options_);
     }
+
+    GeodesicSolver::Region region(std::uint32_t part) const { return {partition_.part_of_triangle, part}; }
 
     // The part that has most of the area of some triangles.
     std::uint32_t main_part(std::span<const std::uint32_t> triangles) const
@@ -172,50 +181,70 @@ private:
                 continue;
             }
             const std::uint32_t part = main_part(fronts[f].ahead);
-            auto near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 1.0 * cut.radius, cut.radius);
-            // A locale that meets a slanted crease only in part: once more around the cut itself, kept if it is a better crease.
-            if (auto again = around_cut(triangles, near, 0.7 * cut.radius, cut.radius);
-                mean_concavity(surface_, triangles, again, cut.radius) >
-                mean_concavity(surface_, triangles, near, cut.radius) + 0.15)
-                near = std::move(again);
-            const double concave = mean_concavity(surface_, triangles, near, cut.radius);
-            if (concave < options_.boundary_concavity)  // nothing to hold on to: stay at the locale
-                near = best_cut(surface_, triangles, at_triangles(mesh_, field), cut.level, 0.4 * cut.radius, cut.radius);
+            const Crease crease = crease_at(cut, triangles, at_triangles(mesh_, field));
             // Parts meet in a concavity (the minima rule), unless a feature is slender or set off beyond doubt.
             const bool clear = fronts[f].height == 0 && (cut.level > 2 * options_.protrusion_ratio * cut.radius ||
                                                          cut.strength > 2 * options_.boundary_strength);
-            const bool meets = clear || concave > options_.boundary_concavity;
-            if (!meets || apply_cut(surface_, partition_, part, triangles, near, CutKind::Salient, least_area_) < 2) {
+            const bool meets = clear || crease.concavity > options_.boundary_concavity;
+            if (!meets || apply_cut(surface_, partition_, {part, triangles, crease.near, CutKind::Salient, least_area_}) < 2) {
                 fronts[f].least_level = cut.level + 0.5 * cut.radius;
                 propose(f);
                 continue;
             }
-            std::vector<std::uint32_t> cut_off;
-            for (std::size_t i = 0; i < triangles.size(); ++i)
-                if (near[i]) cut_off.push_back(triangles[i]);
-            const std::uint32_t piece = main_part(cut_off);
-            Front rim{{}, {}, fronts[f].height + cut.level};
-            std::uint32_t body = mesh::k_no_triangle;  // the rim lies on the largest neighbour
-            double longest = 0;
-            for (const Boundary& b : partition_.boundaries)
-                if ((b.part_a == piece || b.part_b == piece) && b.length > longest) {
-                    longest = b.length;
-                    body = b.part_a == piece ? b.part_b : b.part_a;
-                }
-            for (const auto t : triangles)
-                for (int e = 0; e < 3; ++e) {
-                    const std::uint32_t o = surface_.graph.neighbours[t][e];
-                    if (partition_.part_of_triangle[t] != body || o == mesh::k_no_triangle ||
-                        partition_.part_of_triangle[o] != piece)
-                        continue;
-                    rim.sources.push_back(mesh_.triangles[t][e]);
-                    rim.sources.push_back(mesh_.triangles[t][(e + 1) % 3]);
-                    rim.ahead.push_back(t);
-                }
+            Front rim = rim_left_by(crease.near, triangles);
             if (rim.sources.empty()) continue;
+            rim.height = fronts[f].height + cut.level;
             fronts.push_back(std::move(rim));
             propose(fronts.size() - 1);
         }
+    }
+
+    // Where a salient cut runs: one byte a triangle of the part, and how concave the surface is along the best crease.
+    struct Crease {
+        std::vector<std::uint8_t> near;
+        double concavity = 0;
+    };
+
+    Crease crease_at(const LocaleCut& cut, std::span<const std::uint32_t> triangles, std::span<const double> field)
+    {
+        Crease crease{best_cut(surface_, triangles, field, {cut.level, 1.0 * cut.radius, cut.radius})};
+        const auto concavity = [&](const std::vector<std::uint8_t>& near) {
+            return mean_concavity(surface_, triangles, near, cut.radius);
+        };
+        crease.concavity = concavity(crease.near);
+        // A locale that meets a slanted crease only in part: once more around the cut itself, kept if it is a better crease.
+        std::vector<std::uint8_t> again = around_cut(triangles, crease.near, 0.7 * cut.radius, cut.radius);
+        if (const double of_again = concavity(again); of_again > crease.concavity + 0.15) crease = {std::move(again), of_again};
+        if (crease.concavity < options_.boundary_concavity)  // nothing to hold on to: stay at the locale
+            crease.near = best_cut(surface_, triangles, field, {cut.level, 0.4 * cut.radius, cut.radius});
+        return crease;
+    }
+
+    // The rim that a cut has left on the largest neighbour of what was cut off.
+    Front rim_left_by(std::span<const std::uint8_t> near, std::span<const std::uint32_t> triangles) const
+    {
+        std::vector<std::uint32_t> cut_off;
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            if (near[i]) cut_off.push_back(triangles[i]);
+        const std::uint32_t piece = main_part(cut_off);
+        std::uint32_t body = mesh::k_no_triangle;
+        double longest = 0;
+        for (const Boundary& b : partition_.boundaries)
+            if ((b.part_a == piece || b.part_b == piece) && b.length > longest) {
+                longest = b.length;
+                body = b.part_a == piece ? b.part_b : b.part_a;
+            }
+        Front rim;
+        for (const auto t : triangles)
+            for (int e = 0; e < 3; ++e) {
+                const std::uint32_t o = surface_.graph.neighbours[t][e];
+                if (partition_.part_of_triangle[t] != body || o == mesh::k_no_triangle || partition_.part_of_triangle[o] != piece)
+                    continue;
+                rim.sources.push_back(mesh_.triangles[t][e]);
+                rim.sources.push_back(mesh_.triangles[t][(e + 1) % 3]);
+                rim.ahead.push_back(t);
+            }
+        return rim;
     }
 
     // The best cut within a geodesic band around a cut.
@@ -234,12 +263,11 @@ private:
             }
         if (sources.empty()) return near;
         std::vector<double> distance;
-        geodesics_.run(sources, distance, k_unreached, partition_.part_of_triangle,
-                       partition_.part_of_triangle[triangles.front()]);
+        geodesics_.run(sources, distance, k_unreached, region(partition_.part_of_triangle[triangles.front()]));
         auto field = at_triangles(mesh_, distance);
         for (std::size_t i = 0; i < triangles.size(); ++i)
             if (near[i]) field[triangles[i]] *= -1;
-        return best_cut(surface_, triangles, field, 0.0, band, radius);
+        return best_cut(surface_, triangles, field, {0.0, band, radius});
     }
 
     // The rims of a part: the vertices of its border with other parts, by loop, the most protruding loop first.
@@ -292,16 +320,16 @@ private:
         const std::vector<std::uint32_t> sources =
             rims.size() == 2 ? rims[0] : std::vector<std::uint32_t>{max_protruding(triangles)};
         std::vector<double> field;
-        geodesics_.run(sources, field, k_unreached, partition_.part_of_triangle, part);
+        geodesics_.run(sources, field, k_unreached, region(part));
         if (rims.size() == 2) {  // between two rims, locales turn from the one into the other
             std::vector<double> other;
-            geodesics_.run(rims[1], other, k_unreached, partition_.part_of_triangle, part);
+            geodesics_.run(rims[1], other, k_unreached, region(part));
             double length = 0;
             for (const auto v : rims[1]) length += field[v] / static_cast<double>(rims[1].size());
             for (const auto v : geodesics_.reached())
                 field[v] = field[v] + other[v] > 0 ? length * field[v] / (field[v] + other[v]) : 0;
         }
-        const Locales l = locales_of(mesh_, triangles, field, curvature_, width_);
+        const Locales l = locales_of(mesh_, triangles, {field, curvature_}, width_);
         const auto hyperbolic = [&](std::size_t k) { return l.hyperbolic_area[k] > options_.hyperbolic_share * l.area[k]; };
         // In a bend the outer side is as elliptic as the inner is hyperbolic. A waist is hyperbolic all around: no bend.
         const auto bending = [&](std::size_t k) {
@@ -319,8 +347,8 @@ private:
             const double radius = l.mean_radius(static_cast<std::ptrdiff_t>(k) - 1, static_cast<std::ptrdiff_t>(k) + 2);
             const double level = l.width * static_cast<double>(k), rest = l.width * static_cast<double>(l.area.size() - k);
             if (sum < total / pieces || !hyperbolic(k) || inside < least_area_ || std::min(level, rest) < radius) continue;
-            const auto near = best_cut(surface_, triangles, at_centres, level, 0.5 * radius, radius);
-            if (apply_cut(surface_, partition_, part, triangles, near, CutKind::Curvature, least_area_) > 1) return true;
+            const auto near = best_cut(surface_, triangles, at_centres, {level, 0.5 * radius, radius});
+            if (apply_cut(surface_, partition_, {part, triangles, near, CutKind::Curvature, least_area_}) > 1) return true;
         }
         return false;
     }

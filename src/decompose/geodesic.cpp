@@ -12,9 +12,16 @@ namespace sqmap::decompose {
 
 namespace {
 
+struct Known {
+    Vec3d point;
+    double distance;
+};
+
 // Distance at c from distances at a and b over the triangle (a, b, c).
-double update(Vec3d a, Vec3d b, Vec3d c, double da, double db)
+double update(const Known& at_a, const Known& at_b, Vec3d c)
 {
+    const auto [a, da] = at_a;
+    const auto [b, db] = at_b;
     const double lac = norm(c - a), lbc = norm(c - b);
     const double by_edge = std::min(da + lac, db + lbc);
     const double lab = norm(b - a);
@@ -60,12 +67,11 @@ void GeodesicSolver::offer(std::uint32_t v, double d, double limit, std::vector<
     std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
 }
 
-void GeodesicSolver::run(std::span<const std::uint32_t> sources, std::vector<double>& distance, double limit,
-                         std::span<const std::uint32_t> mask, std::uint32_t label)
+void GeodesicSolver::run(std::span<const std::uint32_t> sources, std::vector<double>& distance, double limit, Region region)
 {
     start(distance);
     for (const auto v : sources) offer(v, 0.0, limit, distance);
-    march(distance, limit, mask, label);
+    march(distance, limit, region);
 }
 
 void GeodesicSolver::run_from_triangle(std::uint32_t triangle, std::vector<double>& distance, double limit)
@@ -73,10 +79,10 @@ void GeodesicSolver::run_from_triangle(std::uint32_t triangle, std::vector<doubl
     start(distance);
     for (const auto v : mesh_.triangles[triangle])
         offer(v, norm(mesh_.vertices[v] - mesh::triangle_centroid(mesh_, triangle)), limit, distance);
-    march(distance, limit, {}, 0);
+    march(distance, limit, {});
 }
 
-void GeodesicSolver::march(std::vector<double>& distance, double limit, std::span<const std::uint32_t> mask, std::uint32_t label)
+void GeodesicSolver::march(std::vector<double>& distance, double limit, Region region)
 {
     while (!heap_.empty()) {
         std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
@@ -86,13 +92,13 @@ void GeodesicSolver::march(std::vector<double>& distance, double limit, std::spa
         done_[v] = 1;
         reached_.push_back(v);
         for (const auto t : around(v)) {
-            if (!mask.empty() && mask[t] != label) continue;
+            if (!region.mask.empty() && region.mask[t] != region.label) continue;
             const mesh::Triangle& tri = mesh_.triangles[t];
             const int i = tri[0] == v ? 0 : (tri[1] == v ? 1 : 2);
             const std::uint32_t a = tri[(i + 1) % 3], b = tri[(i + 2) % 3];
             const Vec3d pv = mesh_.vertices[v], pa = mesh_.vertices[a], pb = mesh_.vertices[b];
-            if (!done_[a]) offer(a, done_[b] ? update(pv, pb, pa, d, distance[b]) : d + norm(pa - pv), limit, distance);
-            if (!done_[b]) offer(b, done_[a] ? update(pv, pa, pb, d, distance[a]) : d + norm(pb - pv), limit, distance);
+            if (!done_[a]) offer(a, done_[b] ? update({pv, d}, {pb, distance[b]}, pa) : d + norm(pa - pv), limit, distance);
+            if (!done_[b]) offer(b, done_[a] ? update({pv, d}, {pa, distance[a]}, pb) : d + norm(pb - pv), limit, distance);
         }
     }
 }

@@ -17,11 +17,20 @@ class GeodesicSolver {
 public:
     explicit GeodesicSolver(const mesh::Mesh& mesh);
 
-    /// Distance from the source vertices to every vertex, k_unreached beyond limit or where there is no path. With a
-    /// non-empty mask (#triangles) only triangles whose entry equals label are walked on.
+    /// Triangles that paths may lead over: those whose entry in mask (#triangles) is label; all, where mask is empty.
+    struct Region {
+        std::span<const std::uint32_t> mask{};
+        std::uint32_t label = 0;
+    };
+
+    /// Distance from the source vertices to every vertex, k_unreached beyond limit or where there is no path.
     /// Cost: O(n log n) in the vertices reached.
-    void run(std::span<const std::uint32_t> sources, std::vector<double>& vertex_distance, double limit = k_unreached,
-             std::span<const std::uint32_t> mask = {}, std::uint32_t label = 0);
+    void run(std::span<const std::uint32_t> sources, std::vector<double>& vertex_distance, double limit, Region region);
+    /// The same over the whole mesh.
+    void run(std::span<const std::uint32_t> sources, std::vector<double>& vertex_distance, double limit = k_unreached)
+    {
+        run(sources, vertex_distance, limit, Region{});
+    }
 
     /// The same from the centroid of one triangle: g(u, v_i) of eq. 4.
     void run_from_triangle(std::uint32_t triangle, std::vector<double>& vertex_distance, double limit = k_unreached);
@@ -38,7 +47,7 @@ public:
 private:
     void offer(std::uint32_t vertex, double distance, double limit, std::vector<double>& vertex_distance);
     void start(std::vector<double>& vertex_distance);
-    void march(std::vector<double>& vertex_distance, double limit, std::span<const std::uint32_t> mask, std::uint32_t label);
+    void march(std::vector<double>& vertex_distance, double limit, Region region);
 
     const mesh::Mesh& mesh_;
     std::vector<std::uint32_t> first_, triangles_;  // triangles around each vertex, CSR

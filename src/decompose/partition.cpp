@@ -20,10 +20,17 @@ Kinds kinds_of(const Partition& partition)
     return kinds;
 }
 
-// Boundaries from the labels; former[l] is the label that l had before, and a boundary inside a former label is of the
-// new kind. A boundary that stood for several reasons keeps the strongest.
-void rebuild(const CutSurface& s, Partition& partition, const Kinds& kinds, const std::vector<std::vector<std::uint32_t>>& former,
-             CutKind kind)
+using FormerLabels = std::vector<std::vector<std::uint32_t>>;  // of each label, those that it had before
+
+/// Why boundaries stood before labels changed.
+struct Reasons {
+    const Kinds& kinds;
+    const FormerLabels& former;
+    CutKind inside;  ///< of a new boundary, inside a former label
+};
+
+/// Boundaries from the labels. One that stood for several reasons keeps the strongest.
+std::vector<Boundary> boundaries_of(const CutSurface& s, const Partition& partition, const Reasons& reasons)
 {
     std::map<Pair, double> length;
     for (std::uint32_t t = 0; t < s.area.size(); ++t)
@@ -33,19 +40,20 @@ void rebuild(const CutSurface& s, Partition& partition, const Kinds& kinds, cons
             const std::uint32_t a = partition.part_of_triangle[t], b = partition.part_of_triangle[o];
             if (a != b) length[pair_of(a, b)] += s.edge_length[t][e];
         }
-    partition.boundaries.clear();
+    std::vector<Boundary> boundaries;
     for (const auto& [pair, l] : length) {
         CutKind strongest = CutKind::Error;
         bool found = false;
-        for (const auto fa : former[pair.first])
-            for (const auto fb : former[pair.second]) {
-                const auto it = kinds.find(pair_of(fa, fb));
-                if (it == kinds.end()) continue;
+        for (const auto fa : reasons.former[pair.first])
+            for (const auto fb : reasons.former[pair.second]) {
+                const auto it = reasons.kinds.find(pair_of(fa, fb));
+                if (it == reasons.kinds.end()) continue;
                 strongest = found ? std::min(strongest, it->second) : it->second;
                 found = true;
             }
-        partition.boundaries.push_back({pair.first, pair.second, found ? strongest : kind, l});
+        boundaries.push_back({pair.first, pair.second, found ? strongest : reasons.inside, l});
     }
+    return boundaries;
 }
 
 // Pieces of the triangles that are edge-connected and have the same side.
@@ -100,17 +108,16 @@ Partition components(const CutSurface& s)
     return partition;
 }
 
-std::uint32_t apply_cut(const CutSurface& s, Partition& partition, std::uint32_t part, std::span<const std::uint32_t> triangles,
-                        std::vector<std::uint8_t> near, CutKind kind, double least_area)
+std::uint32_t apply_cut(const CutSurface& s, Partition& partition, const PartCut& cut)
 {
     std::vector<std::uint8_t> side(s.area.size(), 0);
-    for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
+    for (std::size_t i = 0; i < cut.triangles.size(); ++i) side[cut.triangles[i]] = cut.near[i];
     std::vector<std::vector<std::uint32_t>> pieces;
     while (true) {  // the smallest piece below the limit changes side, until none is left
-        pieces = pieces_of(s, triangles, side);
+        pieces = pieces_of(s, cut.triangles, side);
         if (pieces.size() < 2) return 1;
         const std::vector<std::uint32_t>* smallest = nullptr;
-        double least = least_area;
+        double least = cut.least_area;
         for (const auto& piece : pieces)
             if (const double a = area_of(s, piece); a < least) {
                 least = a;
@@ -123,14 +130,14 @@ std::uint32_t apply_cut(const CutSurface& s, Partition& partition, std::uint32_t
     for (std::size_t i = 0; i < pieces.size(); ++i) order.emplace_back(-area_of(s, pieces[i]), i);
     std::sort(order.begin(), order.end());
     const Kinds kinds = kinds_of(partition);
-    std::vector<std::vector<std::uint32_t>> former;
+    FormerLabels former;
     for (std::uint32_t l = 0; l < partition.part_count; ++l) former.push_back({l});
     for (std::size_t i = 1; i < order.size(); ++i) {
         for (const auto t : pieces[order[i].second]) partition.part_of_triangle[t] = partition.part_count;
         ++partition.part_count;
-        former.push_back({part});
+        former.push_back({cut.part});
     }
-    rebuild(s, partition, kinds, former, kind);
+    partition.boundaries = boundaries_of(s, partition, {kinds, former, cut.kind});
     return static_cast<std::uint32_t>(pieces.size());
 }
 
@@ -138,7 +145,7 @@ void apply_merge(const CutSurface& s, Partition& partition, std::uint32_t a, std
 {
     const Kinds kinds = kinds_of(partition);
     const std::uint32_t last = partition.part_count - 1;
-    std::vector<std::vector<std::uint32_t>> former;
+    FormerLabels former;
     for (std::uint32_t l = 0; l < last; ++l) former.push_back({l == b ? last : l});
     const std::uint32_t kept = a == last ? b : a;
     former[kept] = {a, b};
@@ -149,7 +156,7 @@ void apply_merge(const CutSurface& s, Partition& partition, std::uint32_t a, std
             l = b;
     }
     partition.part_count = last;
-    rebuild(s, partition, kinds, former, CutKind::Error);
+    partition.boundaries = boundaries_of(s, partition, {kinds, former, CutKind::Error});
 }
 
 void order_by_area(const CutSurface& s, Partition& partition)

@@ -14,12 +14,18 @@ namespace sqmap::decompose {
 /// Whole mesh, one part per edge-connected component.
 [[nodiscard]] Partition components(const CutSurface& surface);
 
-/// Cuts a part along the sides (one byte per triangle of the part, in triangles_of order). Pieces smaller than
-/// least_area go to the piece around them. The piece with the largest area keeps the label, others get new ones.
-/// Returns the number of pieces (1: nothing was cut, the partition is unchanged).
-std::uint32_t apply_cut(const CutSurface& surface, Partition& partition, std::uint32_t part,
-                        std::span<const std::uint32_t> triangles, std::vector<std::uint8_t> near, CutKind kind,
-                        double least_area);
+/// A cut through one part.
+struct PartCut {
+    std::uint32_t part;
+    std::span<const std::uint32_t> triangles;  ///< of the part, in triangles_of order
+    std::span<const std::uint8_t> near;        ///< #triangles: the side that each is on
+    CutKind kind;
+    double least_area;  ///< smaller pieces go to the piece around them, mesh units squared
+};
+
+/// Cuts the part. The piece with the largest area keeps the label, others get new ones. Returns the number of pieces (1: nothing
+/// was cut, the partition is unchanged).
+std::uint32_t apply_cut(const CutSurface& surface, Partition& partition, const PartCut& cut);
 
 /// Joins b to a; the last label moves into the gap.
 void apply_merge(const CutSurface& surface, Partition& partition, std::uint32_t a, std::uint32_t b);

@@ -40,6 +40,66 @@ Components components_of(const mesh::Mesh& mesh, const GeodesicSolver& geodesics
     return c;
 }
 
+/// A component, and how many sources stand for all of its triangles.
+struct SampledComponent {
+    const std::vector<std::uint32_t>& triangles;
+    const std::vector<double>& area;  ///< #triangles of the mesh
+    std::uint32_t sources;
+};
+
+/// Eq. 4 over area-weighted sources, added to p at the component's vertices, which are returned.
+std::vector<std::uint32_t> add_sampled(const mesh::Mesh& mesh, GeodesicSolver& geodesics, const SampledComponent& component,
+                                       std::vector<double>& p)
+{
+    const auto& [triangles, area, sources] = component;
+    std::vector<std::uint32_t> vertices;
+    std::vector<double> field;
+    // Farthest-point sources, each with the area of its Voronoi region. The first is the point farthest from
+    // the area centroid: a choice that neither the vertex order nor the axes have a say in.
+    Vec3d centre{};
+    double total = 0;
+    for (const auto t : triangles) {
+        centre += area[t] * mesh::triangle_centroid(mesh, t);
+        total += area[t];
+    }
+    centre = centre / total;
+    std::uint32_t source = triangles.front();
+    double farthest = -1;
+    for (const auto t : triangles)
+        if (const double d = norm(mesh::triangle_centroid(mesh, t) - centre); d > farthest) {
+            farthest = d;
+            source = t;
+        }
+    std::vector<std::vector<double>> fields;
+    std::vector<double> nearest(mesh.triangles.size(), k_unreached);
+    std::vector<std::uint32_t> owner(mesh.triangles.size(), 0);
+    for (std::uint32_t k = 0; k < sources; ++k) {
+        geodesics.run_from_triangle(source, field);
+        if (k == 0) vertices = geodesics.reached();
+        fields.emplace_back();
+        fields.back().reserve(vertices.size());
+        for (const auto v : vertices) fields.back().push_back(field[v]);
+        farthest = -1;
+        for (const auto t : triangles) {
+            const mesh::Triangle& tri = mesh.triangles[t];
+            const double d = (field[tri[0]] + field[tri[1]] + field[tri[2]]) / 3.0;
+            if (d < nearest[t]) {
+                nearest[t] = d;
+                owner[t] = k;
+            }
+            if (nearest[t] > farthest) {
+                farthest = nearest[t];
+                source = t;
+            }
+        }
+    }
+    std::vector<double> weight(fields.size(), 0.0);
+    for (const auto t : triangles) weight[owner[t]] += area[t];
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        for (std::size_t i = 0; i < vertices.size(); ++i) p[vertices[i]] += fields[k][i] * weight[k];
+    return vertices;
+}
+
 }  // namespace
 
 std::vector<double> protrusion_at_vertices(const mesh::Mesh& mesh, GeodesicSolver& geodesics, const DecomposeOptions& options)
@@ -62,49 +122,7 @@ std::vector<double> protrusion_at_vertices(const mesh::Mesh& mesh, GeodesicSolve
                 for (const auto v : vertices) p[v] += field[v] * area[s];
             }
         } else {
-            // Farthest-point sources, each with the area of its Voronoi region. The first is the point farthest from
-            // the area centroid: a choice that neither the vertex order nor the axes have a say in.
-            Vec3d centre{};
-            double total = 0;
-            for (const auto t : triangles) {
-                centre += area[t] * mesh::triangle_centroid(mesh, t);
-                total += area[t];
-            }
-            centre = centre / total;
-            std::uint32_t source = triangles.front();
-            double farthest = -1;
-            for (const auto t : triangles)
-                if (const double d = norm(mesh::triangle_centroid(mesh, t) - centre); d > farthest) {
-                    farthest = d;
-                    source = t;
-                }
-            std::vector<std::vector<double>> fields;
-            std::vector<double> nearest(mesh.triangles.size(), k_unreached);
-            std::vector<std::uint32_t> owner(mesh.triangles.size(), 0);
-            for (std::uint32_t k = 0; k < options.protrusion_sources; ++k) {
-                geodesics.run_from_triangle(source, field);
-                if (k == 0) vertices = geodesics.reached();
-                fields.emplace_back();
-                fields.back().reserve(vertices.size());
-                for (const auto v : vertices) fields.back().push_back(field[v]);
-                farthest = -1;
-                for (const auto t : triangles) {
-                    const mesh::Triangle& tri = mesh.triangles[t];
-                    const double d = (field[tri[0]] + field[tri[1]] + field[tri[2]]) / 3.0;
-                    if (d < nearest[t]) {
-                        nearest[t] = d;
-                        owner[t] = k;
-                    }
-                    if (nearest[t] > farthest) {
-                        farthest = nearest[t];
-                        source = t;
-                    }
-                }
-            }
-            std::vector<double> weight(fields.size(), 0.0);
-            for (const auto t : triangles) weight[owner[t]] += area[t];
-            for (std::size_t k = 0; k < fields.size(); ++k)
-                for (std::size_t i = 0; i < vertices.size(); ++i) p[vertices[i]] += fields[k][i] * weight[k];
+            vertices = add_sampled(mesh, geodesics, {triangles, area, options.protrusion_sources}, p);
         }
         double mean = 0, total = 0;
         for (const auto t : triangles) {
@@ -119,7 +137,7 @@ std::vector<double> protrusion_at_vertices(const mesh::Mesh& mesh, GeodesicSolve
 }
 
 std::vector<std::uint32_t> salient_vertices(const mesh::Mesh& mesh, GeodesicSolver& geodesics, const std::vector<double>& p,
-                                            double window, double prominence)
+                                            const SalientLimits& limits)
 {
     // Prominence by flooding from above: where two peaks meet, the lower one ends, and its height above the pass is
     // what it is worth. This discards the wobble of p on a sphere, which a window alone cannot tell from a feature.
@@ -150,8 +168,8 @@ std::vector<std::uint32_t> salient_vertices(const mesh::Mesh& mesh, GeodesicSolv
     std::vector<double> field;
     for (const auto v : order) {
         if (root[v] == v) rise[v] = p[v] - lowest[v];
-        if (rise[v] < prominence) continue;
-        geodesics.run({&v, 1}, field, window);
+        if (rise[v] < limits.prominence) continue;
+        geodesics.run({&v, 1}, field, limits.window);
         bool greatest = true;
         for (const auto u : geodesics.reached()) greatest = greatest && (p[u] < p[v] || (p[u] == p[v] && u >= v));
         if (greatest) salient.push_back(v);
@@ -170,9 +188,9 @@ double Locales::mean_radius(std::ptrdiff_t first, std::ptrdiff_t last) const
     return last > first ? sum / static_cast<double>(last - first) : 0.0;
 }
 
-Locales locales_of(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, const std::vector<double>& distance,
-                   std::span<const double> curvature, double width)
+Locales locales_of(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, const LocaleFields& fields, double width)
 {
+    const auto& [distance, curvature] = fields;
     Locales out;
     out.width = width;
     double greatest = 0;

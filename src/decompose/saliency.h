@@ -14,10 +14,15 @@ namespace sqmap::decompose {
 [[nodiscard]] std::vector<double> protrusion_at_vertices(const mesh::Mesh& mesh, GeodesicSolver& geodesics,
                                                          const DecomposeOptions& options);
 
-/// Vertices that are salient: local maxima of p, greatest within their geodesic window (eq. 5) and prominent enough.
+/// When a local maximum of the protrusion is salient.
+struct SalientLimits {
+    double window;      ///< radius of the geodesic window in which it is greatest (eq. 5), mesh units
+    double prominence;  ///< least rise from the pass to a higher peak
+};
+
+/// Vertices that are salient, the most protruding first.
 [[nodiscard]] std::vector<std::uint32_t> salient_vertices(const mesh::Mesh& mesh, GeodesicSolver& geodesics,
-                                                          const std::vector<double>& protrusion, double window,
-                                                          double prominence);
+                                                          const std::vector<double>& protrusion, const SalientLimits& limits);
 
 /// Locales of a part from a salient feature: bands of equal geodesic width.
 struct Locales {
@@ -33,7 +38,14 @@ struct Locales {
     [[nodiscard]] double mean_radius(std::ptrdiff_t first, std::ptrdiff_t last) const;
 };
 
-[[nodiscard]] Locales locales_of(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles,
-                                 const std::vector<double>& vertex_distance, std::span<const double> curvature, double width);
+/// What locales are made from.
+struct LocaleFields {
+    std::span<const double> vertex_distance;  ///< #vertices of the mesh: geodesic distance from the feature
+    std::span<const double> curvature;        ///< #triangles of the mesh
+};
+
+/// Bands of the given geodesic width over the triangles of a part.
+[[nodiscard]] Locales locales_of(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, const LocaleFields& fields,
+                                 double width);
 
 }  // namespace sqmap::decompose

@@ -31,25 +31,19 @@ double cut_length(const CutSurface& s, std::span<const std::uint32_t> triangles,
     return length;
 }
 
-}  // namespace
-
-Cutter::Cutter(const mesh::Mesh& mesh) : surface_(std::make_unique<const CutSurface>(mesh)) {}
-Cutter::~Cutter() = default;
-
-Split Cutter::split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options) const
+double area_of(const CutSurface& s, std::span<const std::uint32_t> triangles)
 {
-    const CutSurface& s = *surface_;
-    const mesh::Mesh& mesh = s.mesh;
-    Split out;
-    out.partition = partition;
-    const auto triangles = triangles_of(partition, part);
-    if (triangles.size() < 4) return out;
     double area = 0;
     for (const auto t : triangles) area += s.area[t];
-    const double least = options.minimum_part_area * s.total_area;
-    const double whole = ellipsoid_volume(mesh, triangles);
-    if (whole <= 0) return out;
+    return area;
+}
 
+/// Geodesic distances of a part's triangles from its extremes, and the difference of the first two: its level sets bisect them.
+std::vector<std::vector<double>> fields_of(const CutSurface& s, std::span<const std::uint32_t> triangles,
+                                           GeodesicSolver::Region region)
+{
+    const mesh::Mesh& mesh = s.mesh;
+    const double area = area_of(s, triangles);
     // Extremes: the vertex farthest from the part's centroid, then farthest-point sampling.
     GeodesicSolver geodesics(mesh);
     Vec3d centre{};
@@ -67,7 +61,7 @@ Split Cutter::split(const Partition& partition, std::uint32_t part, const Decomp
     std::vector<double> field, nearest(mesh.vertices.size(), k_unreached);
     std::vector<std::vector<double>> fields;
     for (int k = 0; k < k_extremes; ++k) {
-        geodesics.run({&extreme, 1}, field, k_unreached, partition.part_of_triangle, part);
+        geodesics.run({&extreme, 1}, field, k_unreached, region);
         fields.push_back(at_triangles(mesh, field));
         farthest = -1;
         for (const auto v : geodesics.reached()) {
@@ -78,9 +72,52 @@ Split Cutter::split(const Partition& partition, std::uint32_t part, const Decomp
             }
         }
     }
-    fields.push_back(fields[0]);  // the bisector of the two farthest extremes
+    fields.push_back(fields[0]);
     for (const auto t : triangles) fields.back()[t] = fields[0][t] - fields[1][t];
+    return fields;
+}
 
+/// Calls consider(near) with the best cut near each of a field's levels that divide the part's area evenly.
+template <class Consider>
+void cut_at_levels(const CutSurface& s, std::span<const std::uint32_t> triangles, std::span<const double> field,
+                   Consider&& consider)
+{
+    constexpr int k_levels = 12;
+    const double area = area_of(s, triangles);
+    std::vector<std::pair<double, double>> sorted;
+    for (const auto t : triangles)
+        if (field[t] < k_unreached) sorted.emplace_back(field[t], s.area[t]);
+    if (sorted.empty()) return;
+    std::sort(sorted.begin(), sorted.end());
+    double below = 0;
+    int next = 1;
+    for (const auto& [value, a] : sorted) {
+        below += a;
+        if (next >= k_levels || below < area * next / k_levels) continue;
+        const double extent = sorted.back().first - sorted.front().first;
+        const double radius = area / (2 * std::numbers::pi * extent);
+        consider(best_cut(s, triangles, field, {value, 0.5 * extent / k_levels, radius}));
+        ++next;
+    }
+}
+
+}  // namespace
+
+Cutter::Cutter(const mesh::Mesh& mesh) : surface_(std::make_unique<const CutSurface>(mesh)) {}
+Cutter::~Cutter() = default;
+
+Split Cutter::split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options) const
+{
+    const CutSurface& s = *surface_;
+    const mesh::Mesh& mesh = s.mesh;
+    Split out;
+    out.partition = partition;
+    const auto triangles = triangles_of(partition, part);
+    if (triangles.size() < 4) return out;
+    const double area = area_of(s, triangles);
+    const double least = options.minimum_part_area * s.total_area;
+    const double whole = ellipsoid_volume(mesh, triangles);
+    if (whole <= 0) return out;
     Candidate best;
     const auto consider = [&](std::vector<std::uint8_t> near) {
         std::vector<std::uint32_t> a, b;
@@ -97,27 +134,10 @@ Split Cutter::split(const Partition& partition, std::uint32_t part, const Decomp
         const double score = gain + 0.3 * concavity - 0.1 * length / std::sqrt(4 * std::numbers::pi * smaller);
         if (best.near.empty() || score > best.score) best = {score, gain, std::move(near)};
     };
-    for (const auto& f : fields) {
-        std::vector<std::pair<double, double>> sorted;
-        for (const auto t : triangles)
-            if (f[t] < k_unreached) sorted.emplace_back(f[t], s.area[t]);
-        if (sorted.empty()) continue;
-        std::sort(sorted.begin(), sorted.end());
-        constexpr int k_levels = 12;
-        double below = 0;
-        int next = 1;
-        for (const auto& [value, a] : sorted) {
-            below += a;
-            if (next < k_levels && below >= area * next / k_levels) {
-                const double extent = sorted.back().first - sorted.front().first;
-                const double radius = area / (2 * std::numbers::pi * extent);
-                consider(best_cut(s, triangles, f, value, 0.5 * extent / k_levels, radius));
-                ++next;
-            }
-        }
-    }
+    for (const auto& field : fields_of(s, triangles, {partition.part_of_triangle, part}))
+        cut_at_levels(s, triangles, field, consider);
     if (best.near.empty()) return out;
-    out.found = apply_cut(s, out.partition, part, triangles, best.near, CutKind::Error, least) > 1;
+    out.found = apply_cut(s, out.partition, {part, triangles, best.near, CutKind::Error, least}) > 1;
     out.gain = best.gain;
     return out;
 }

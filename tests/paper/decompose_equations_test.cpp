@@ -100,8 +100,8 @@ TEST(Paper, Eq5OfFeaturesWithinOneGeodesicWindowTheGreatestIsSalient)
         const double t = pi * (i + 0.5) / k_steps;
         half += pi / k_steps * std::hypot(std::sin(t), 3 * std::cos(t));
     }
-    EXPECT_EQ(decompose::salient_vertices(m, geodesics, p, 0.8 * half, 0.02).size(), 2u);
-    EXPECT_EQ(decompose::salient_vertices(m, geodesics, p, 1.2 * half, 0.02).size(), 1u);
+    EXPECT_EQ(decompose::salient_vertices(m, geodesics, p, {0.8 * half, 0.02}).size(), 2u);
+    EXPECT_EQ(decompose::salient_vertices(m, geodesics, p, {1.2 * half, 0.02}).size(), 1u);
 }
 
 TEST(Paper, Eq6And7CurvatureIsTheDeterminantOfTheShapeOperator)

@@ -37,7 +37,7 @@ TEST(BestCut, IsTheLeastOfAllCutsOfASmallBand)
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
         field.push_back(mesh::triangle_centroid(m, t).z + 0.3 * mesh::triangle_centroid(m, t).x);
     const double level = 0.1, band = 0.5, radius = 1;
-    const auto near = best_cut(s, all_triangles(m), field, level, band, radius);
+    const auto near = best_cut(s, all_triangles(m), field, {level, band, radius});
     std::vector<std::uint32_t> free;
     std::vector<std::uint8_t> trial(field.size());
     for (std::uint32_t t = 0; t < field.size(); ++t) {
@@ -63,7 +63,7 @@ TEST(BestCut, OfADumbbellIsAroundTheBar)
     const CutSurface s(m);
     std::vector<double> field;
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t) field.push_back(mesh::triangle_centroid(m, t).z);
-    const auto near = best_cut(s, all_triangles(m), field, 1.2, 1.1, 0.35);
+    const auto near = best_cut(s, all_triangles(m), field, {1.2, 1.1, 0.35});
     for (std::uint32_t t = 0; t < near.size(); ++t)
         for (int e = 0; e < 3; ++e)
             if (near[s.graph.neighbours[t][e]] != near[t])

@@ -61,7 +61,7 @@ TEST(Geodesic, StopsAtTheLimitAndOutsideTheMask)
     std::vector<std::uint32_t> open(m.triangles.size(), 1);
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
         if (const Vec3d c = mesh::triangle_centroid(m, t); c.x > 4 && c.x < 5 && c.y < 9) open[t] = 0;
-    solver.run({&corner, 1}, d, k_unreached, open, 1);
+    solver.run({&corner, 1}, d, k_unreached, {open, 1});
     const double around = std::hypot(4, 9) + 1 + std::hypot(5, 9);
     EXPECT_NEAR(d[10 * 11], around, 0.03 * around);  // fast marching bends around corners a little late
 }

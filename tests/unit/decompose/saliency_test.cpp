@@ -46,7 +46,7 @@ TEST(SalientFeatures, AreTheTwoEndsOfAnEllipsoid)
 {
     const mesh::Mesh m = mesh::ellipsoid({1, 1, 3}, 4);
     GeodesicSolver geodesics(m);
-    const auto salient = salient_vertices(m, geodesics, protrusion_at_vertices(m, geodesics, {}), 0.5, 0.02);
+    const auto salient = salient_vertices(m, geodesics, protrusion_at_vertices(m, geodesics, {}), {0.5, 0.02});
     ASSERT_EQ(salient.size(), 2u);
     EXPECT_NEAR(std::abs(m.vertices[salient[0]].z), 3, 0.05);
     EXPECT_LT(m.vertices[salient[0]].z * m.vertices[salient[1]].z, 0);
@@ -56,14 +56,14 @@ TEST(SalientFeatures, AreNoneOnASphere)
 {
     const mesh::Mesh m = mesh::sphere(1, 4);
     GeodesicSolver geodesics(m);
-    EXPECT_TRUE(salient_vertices(m, geodesics, protrusion_at_vertices(m, geodesics, {}), 0.3, 0.02).empty());
+    EXPECT_TRUE(salient_vertices(m, geodesics, protrusion_at_vertices(m, geodesics, {}), {0.3, 0.02}).empty());
 }
 
 TEST(SalientFeatures, InOneWindowAreOnlyTheGreatest)
 {
     const mesh::Mesh m = mesh::ellipsoid({1, 1, 3}, 3);
     GeodesicSolver geodesics(m);
-    const auto salient = salient_vertices(m, geodesics, protrusion_at_vertices(m, geodesics, {}), 100, 0.02);
+    const auto salient = salient_vertices(m, geodesics, protrusion_at_vertices(m, geodesics, {}), {100, 0.02});
     EXPECT_EQ(salient.size(), 1u);
 }
 
@@ -79,7 +79,7 @@ TEST(Locales, HaveTheAreaOfTheBandsOfASphere)
     std::iota(all.begin(), all.end(), 0u);
     std::vector<double> curvature(all.size(), -2.0);
     const double width = 0.1;
-    const Locales l = locales_of(m, all, d, curvature, width);
+    const Locales l = locales_of(m, all, {d, curvature}, width);
     double total = 0;
     for (std::size_t k = 0; k < l.area.size(); ++k) {
         total += l.area[k];
