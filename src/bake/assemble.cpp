@@ -1,24 +1,20 @@
 #include "assemble.h"
 
+#include "append.h"
+#include "sqmap/math/box.h"
 #include "sqmap/shape/euler.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <tuple>
 
 namespace sqmap::bake {
 
-// From the box's centre, moved towards what sticks out (Ritter 1990, repeated).
+namespace {
+
+/// A small sphere about points: centre, radius. From the box's centre, moved towards what sticks out (Ritter 1990, repeated).
 void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
 {
-    Vec3d lo = points.front(), hi = lo;
-    for (const Vec3d& p : points)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], p[k]);
-            hi[k] = std::max(hi[k], p[k]);
-        }
-    Vec3d centre = 0.5 * (lo + hi), best_centre = centre;
+    Vec3d centre = sqmap::centre(box_of(points)), best_centre = centre;
     double best = 0;
     for (const Vec3d& p : points) best = std::max(best, norm(p - centre));
     double pull = 0.1;
@@ -43,9 +39,10 @@ void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
 }
 
-model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::ModelData& data)
+/// The superquadric and its chart as stored.
+model::Part stored_shape(const fit::FitReport& fit, const CentralMapData& map)
 {
-    const shape::Superquadricd& sq = work.fit.superquadric;
+    const shape::Superquadricd& sq = fit.superquadric;
     model::Part p{};
     const shape::EulerAngles<double> euler = shape::euler_angles_of(sq.rotation);
     p.euler[0] = static_cast<float>(euler.phi);
@@ -55,30 +52,36 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
         p.a[i] = static_cast<float>(sq.a[i]);
         p.translation[i] = static_cast<float>(sq.translation[i]);
         for (int j = 0; j < 3; ++j) p.rotation[3 * i + j] = static_cast<float>(sq.rotation.row[i][j]);
-        p.chart_centre[i] = work.map.centre[i];
+        p.chart_centre[i] = map.centre[i];
     }
-    std::copy(std::begin(work.map.domain.lo), std::end(work.map.domain.lo), p.chart_lo);
-    std::copy(std::begin(work.map.domain.hi), std::end(work.map.domain.hi), p.chart_hi);
+    std::copy(std::begin(map.domain.lo), std::end(map.domain.lo), p.chart_lo);
+    std::copy(std::begin(map.domain.hi), std::end(map.domain.hi), p.chart_hi);
     p.eps[0] = static_cast<float>(sq.eps1);
     p.eps[1] = static_cast<float>(sq.eps2);
     p.taper[0] = static_cast<float>(sq.taper_x);
     p.taper[1] = static_cast<float>(sq.taper_y);
     p.bend = static_cast<float>(sq.bend);
     p.bend_angle = static_cast<float>(sq.bend_angle);
-    p.largest_f = static_cast<float>(work.fit.certificate.largest_f);
-    p.tolerance = static_cast<float>(work.fit.certificate.tolerance);
-    std::copy(std::begin(work.map.chart_rows), std::end(work.map.chart_rows), p.chart_rows);
-    p.offset_step = work.map.offset_step;
-    p.smoothing_step = work.map.smoothing_step;
-    p.w_min = work.map.w_min;
-    p.w_step = work.map.w_step;
-    p.base = work.map.base;
-    p.flags = (work.map.centre_winding > 0 ? model::k_centre_inside : 0u) | (work.fit.fallback ? model::k_fit_fallback : 0u);
-    p.centre_winding = work.map.centre_winding;
-    p.triangle_count = static_cast<std::uint32_t>(work.triangles.size());
+    p.largest_f = static_cast<float>(fit.certificate.largest_f);
+    p.tolerance = static_cast<float>(fit.certificate.tolerance);
+    std::copy(std::begin(map.chart_rows), std::end(map.chart_rows), p.chart_rows);
+    p.offset_step = map.offset_step;
+    p.smoothing_step = map.smoothing_step;
+    p.w_min = map.w_min;
+    p.w_step = map.w_step;
+    p.base = map.base;
+    p.flags = (map.centre_winding > 0 ? model::k_centre_inside : 0u) | (fit.fallback ? model::k_fit_fallback : 0u);
+    p.centre_winding = map.centre_winding;
+    return p;
+}
+
+/// What the patch tells of a part.
+void count_surface(const mesh::Mesh& mesh, const Patch& patch, model::Part& p)
+{
+    p.triangle_count = static_cast<std::uint32_t>(patch.triangles.size());
     std::vector<std::uint32_t> vertices;
     double area = 0;
-    for (const std::uint32_t t : work.triangles) {
+    for (const std::uint32_t t : patch.triangles) {
         vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
         area += mesh::triangle_area(mesh, t);
     }
@@ -88,49 +91,71 @@ model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::Model
     p.area = static_cast<float>(area);
     std::vector<Vec3d> points;
     for (const std::uint32_t v : vertices) points.push_back(mesh.vertices[v]);
-    for (const CapTriangle& t : work.caps) points.insert(points.end(), t.begin(), t.end());
+    for (const CapTriangle& t : patch.caps) points.insert(points.end(), t.begin(), t.end());
     bounding_sphere(points, p.sphere);
+}
 
-    const CentralMapData& m = work.map;
+void append_map(const CentralMapData& m, model::ModelData& data, model::Part& p)
+{
     p.sample_count = static_cast<std::uint32_t>(m.samples.size());
     p.cell_count = static_cast<std::uint32_t>(m.cells.size());
     p.block_count = static_cast<std::uint32_t>(m.blocks.size());
     p.split_count = static_cast<std::uint32_t>(m.splits.size() / model::k_split_size);
     p.special_count = static_cast<std::uint32_t>(m.specials.size());
     p.pool_count = static_cast<std::uint32_t>(m.pool.size());
-    p.first_sample = append(data.samples, m.samples);
-    append(data.offsets, m.offsets);
-    append(data.smoothing, m.smoothing);
-    p.first_cell = append(data.cells, m.cells);
-    p.first_block = append(data.blocks, m.blocks);
-    p.first_split = append(data.splits, m.splits) / model::k_split_size;
-    p.first_special = append(data.specials, m.specials);
-    p.first_pool = append(data.pool, m.pool);
+    p.first_sample = append(m.samples, data.samples);
+    append(m.offsets, data.offsets);
+    append(m.smoothing, data.smoothing);
+    p.first_cell = append(m.cells, data.cells);
+    p.first_block = append(m.blocks, data.blocks);
+    p.first_split = append(m.splits, data.splits) / model::k_split_size;
+    p.first_special = append(m.specials, data.specials);
+    p.first_pool = append(m.pool, data.pool);
+}
+
+/// A part as it was, its map's arrays with it.
+model::Part taken_over(const model::Part& was, const model::ModelData& before, model::ModelData& data)
+{
+    const auto slice = [](const auto& from, std::size_t first, std::size_t count, auto& to) {
+        return append(std::span(from).subspan(first, count), to);
+    };
+    model::Part p = was;
+    p.first_sample = slice(before.samples, was.first_sample, was.sample_count, data.samples);
+    slice(before.offsets, was.first_sample, was.sample_count, data.offsets);
+    slice(before.smoothing, was.first_sample, was.sample_count, data.smoothing);
+    p.first_cell = slice(before.cells, was.first_cell, was.cell_count, data.cells);
+    p.first_block = slice(before.blocks, was.first_block, was.block_count, data.blocks);
+    p.first_split = slice(before.splits, std::size_t{was.first_split} * model::k_split_size,
+                          std::size_t{was.split_count} * model::k_split_size, data.splits) /
+                    model::k_split_size;
+    p.first_special = slice(before.specials, was.first_special, was.special_count, data.specials);
+    p.first_pool = slice(before.pool, was.first_pool, was.pool_count, data.pool);
     return p;
 }
 
-mesh::Mesh canonical_view(const mesh::Mesh& mesh, const Mat3d& frame)
+/// The exact layer's vertices, triangles and pieces.
+void append_exact(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, model::ModelData& data)
 {
-    std::vector<std::uint32_t> order(mesh.vertices.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::vector<Vec3d> turned;
-    for (const Vec3d& v : mesh.vertices) turned.push_back(frame * v);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t l, std::uint32_t r) {
-        return std::tuple(turned[l].x, turned[l].y, turned[l].z, l) < std::tuple(turned[r].x, turned[r].y, turned[r].z, r);
-    });
-    mesh::Mesh view;
-    std::vector<std::uint32_t> rank(order.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) {
-        rank[order[i]] = i;
-        view.vertices.push_back(turned[order[i]]);
+    const mesh::Mesh& mesh = solid.mesh();
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            if (mesh.vertices.size() <= 0x10000)
+                data.triangles16.push_back(static_cast<std::uint16_t>(v));
+            else
+                data.triangles32.push_back(v);
+        }
+        data.triangle_part.push_back(static_cast<std::uint16_t>(part_of_triangle[t] | surface_flag(solid.boundary()[t])));
+        for (const auto& piece : solid.visible(t)) {
+            data.piece_triangle.push_back(t);
+            for (const Vec3d& corner : piece)
+                for (int k = 0; k < 3; ++k) data.pieces.push_back(static_cast<float>(corner[k]));
+        }
     }
-    for (const mesh::Triangle& t : mesh.triangles) {
-        mesh::Triangle r{rank[t[0]], rank[t[1]], rank[t[2]]};
-        std::rotate(r.begin(), std::min_element(r.begin(), r.end()), r.end());
-        view.triangles.push_back(r);
-    }
-    return view;
 }
+
+}  // namespace
 
 std::uint16_t surface_flag(mesh::Boundary boundary)
 {
@@ -145,43 +170,35 @@ std::uint16_t surface_flag(mesh::Boundary boundary)
     return 0;
 }
 
-CentralOptions central_options(double target_error)
+std::vector<std::uint16_t> surface_flags(const mesh::Solid& solid)
 {
-    CentralOptions central;
-    central.tolerance = 0.0016 * target_error;
-    central.foreign_tolerance = 0.003 * target_error;
-    central.finest = 0.02 * target_error;
-    central.silhouette = 0.022 * target_error;
-    central.division = 0.003 * target_error;
-    return central;
+    std::vector<std::uint16_t> flags;
+    for (const mesh::Boundary b : solid.boundary()) flags.push_back(surface_flag(b));
+    return flags;
 }
 
-void scale(CentralOptions& central, double factor)
+model::ModelData assemble(const model::Header& header, const Assembly& assembly)
 {
-    for (double* size : {&central.finest, &central.tolerance, &central.foreign_tolerance, &central.silhouette, &central.division})
-        *size *= factor;
-}
-
-void append_exact(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, std::span<const std::uint16_t> flags,
-                  model::ModelData& data)
-{
-    const mesh::Mesh& mesh = solid.mesh();
-    for (const Vec3d& v : mesh.vertices)
-        for (int k = 0; k < 3; ++k) data.vertices.push_back(static_cast<float>(v[k]));
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (const std::uint32_t v : mesh.triangles[t]) {
-            if (mesh.vertices.size() <= 0x10000)
-                data.triangles16.push_back(static_cast<std::uint16_t>(v));
-            else
-                data.triangles32.push_back(v);
+    const mesh::Mesh& mesh = assembly.solid.mesh();
+    model::ModelData data;
+    data.header = header;
+    data.header.r_max = mesh::largest_vertex_distance(mesh);
+    bounding_sphere(mesh.vertices, data.header.sphere);
+    data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
+    data.header.self_intersecting = assembly.solid.self_intersecting() ? 1 : 0;
+    for (const PartSource& source : assembly.parts) {
+        if (source.fitted == nullptr) {
+            data.parts.push_back(taken_over(*source.before, *assembly.before, data));
+            continue;
         }
-        data.triangle_part.push_back(static_cast<std::uint16_t>(part_of_triangle[t] | flags[t]));
-        for (const auto& piece : solid.visible(t)) {
-            data.piece_triangle.push_back(t);
-            for (const Vec3d& corner : piece)
-                for (int k = 0; k < 3; ++k) data.pieces.push_back(static_cast<float>(corner[k]));
-        }
+        model::Part& part = data.parts.emplace_back(stored_shape(source.fitted->fit, *source.map));
+        count_surface(mesh, source.fitted->patch, part);
+        append_map(*source.map, data, part);
+        data.header.quantisation = std::max(data.header.quantisation, source.map->quantisation);
     }
+    if (assembly.exact) append_exact(assembly.solid, assembly.part_of_triangle, data);
+    return data;
 }
 
 }  // namespace sqmap::bake

@@ -1,7 +1,8 @@
-// What bake and rebake pack models with.
+// One assembly for bake and rebake: from parts, maps and the solid to a model's arrays.
 #pragma once
 
-#include "bake/parts/part_work.h"
+#include "bake/parts/part.h"
+#include "central_map.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 
@@ -11,36 +12,27 @@
 
 namespace sqmap::bake {
 
-/// Behind what is there; returns where it begins.
-template <class T>
-std::uint32_t append(std::vector<T>& all, const std::vector<T>& some)
-{
-    const auto first = static_cast<std::uint32_t>(all.size());
-    all.insert(all.end(), some.begin(), some.end());
-    return first;
-}
+/// Where a part of the model comes from: a fit and its map, or another model.
+struct PartSource {
+    const FittedPart* fitted = nullptr;  ///< null: taken over
+    const CentralMapData* map = nullptr;
+    const model::Part* before = nullptr;  ///< of the part that is taken over: a part of Assembly::before
+};
 
-/// A small sphere about points: centre, radius.
-void bounding_sphere(std::span<const Vec3d> points, float sphere[4]);
+struct Assembly {
+    const mesh::Solid& solid;                         ///< of the mesh in model space
+    std::span<const std::uint32_t> part_of_triangle;  ///< #triangles
+    std::vector<PartSource> parts;                    ///< in order of their numbers
+    const model::ModelData* before = nullptr;         ///< whose parts may be taken over
+    bool exact = true;                                ///< store the exact layer's triangles
+};
 
-/// The part as stored; its map's arrays are appended to the model's.
-[[nodiscard]] model::Part make_part(const mesh::Mesh& mesh, const PartWork& work, model::ModelData& data);
+/// Parts, central maps and the triangles of the exact layer, packed; no locator, candidate lists or normal maps.
+/// header: origin, unit, solid, projection and the quantisation of parts that are taken over; the rest is told from the mesh.
+[[nodiscard]] model::ModelData assemble(const model::Header& header, const Assembly& assembly);
 
-/// The mesh in a frame of its own: vertices turned and sorted there, every triangle at its old place but starting at its
-/// least vertex. What is computed from it depends on the mesh's frame through rounding only.
-[[nodiscard]] mesh::Mesh canonical_view(const mesh::Mesh& mesh, const Mat3d& frame);
-
+/// model::SurfaceFlag bits of a triangle.
 [[nodiscard]] std::uint16_t surface_flag(mesh::Boundary boundary);
-
-// Tighter targets start here too: cells that are finer than the surface asks for crowd out those that it does.
-inline constexpr double k_first_target = 0.5;
-/// Cell tolerances that meet a target as a rule; measured and corrected after.
-[[nodiscard]] CentralOptions central_options(double target_error);
-/// The same, where the first guess was multiplied by a factor.
-void scale(CentralOptions& central, double factor);
-
-/// The exact layer's vertices, triangles and pieces. flags: surface_flag of each triangle.
-void append_exact(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, std::span<const std::uint16_t> flags,
-                  model::ModelData& data);
+[[nodiscard]] std::vector<std::uint16_t> surface_flags(const mesh::Solid& solid);
 
 }  // namespace sqmap::bake

@@ -1,6 +1,7 @@
 // Baking the central map of one part. See query/central_map.h for what the stored numbers mean.
 #pragma once
 
+#include "bake/central/central_options.h"
 #include "bake/central/chart_frame.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
@@ -12,19 +13,6 @@
 #include <vector>
 
 namespace sqmap::bake {
-
-struct CentralOptions {
-    double tolerance = 0.001;          ///< a cell is split while its certified deviation exceeds this share of R_max
-    double foreign_tolerance = 0.003;  ///< the same where no surface is the part's own: only verdicts are read there
-    double finest = 0.0055;            ///< cells below this share of R_max are not split for their deviation
-    double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
-    double division = 0.001;           ///< a cell with a silhouette is divided where its rays gain this share of R_max on average
-    int max_depth = model::k_max_split_depth;
-    std::uint32_t least_base = 0;  ///< the base grid is at least this fine
-    std::uint32_t max_base = 32;   ///< and at most this fine
-    double offset_constant = 1.5;  ///< a_N of eq. 12
-    int smoothing_radius = 1;      ///< of the binomial kernel that smooths the map, in base samples
-};
 
 /// One part's arrays, offsets relative to the part.
 struct CentralMapData {

@@ -1,9 +1,12 @@
 #include "sqmap/bake/rebake.h"
 
 #include "assemble.h"
+#include "bake/central/central_options.h"
 #include "bake/locator/change.h"
-#include "bake/parts/refinement.h"
+#include "bake/parts/canonical.h"
+#include "bake/parts/fit.h"
 #include "candidate_lists.h"
+#include "central_map.h"
 #include "locator.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
@@ -16,7 +19,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace sqmap::bake {
 
@@ -30,7 +35,7 @@ void check(const model::ModelData& before, std::span<const Vec3d> vertices)
         before.triangle_part.empty() || before.bricks.empty())
         throw mesh::InvalidInput("rebake needs a solid with central maps, the exact layer and a locator");
     if (3 * vertices.size() != before.vertices.size())
-        throw mesh::InvalidInput("rebake needs a place for each of the model's " + std::to_string(before.vertices.size() / 3) +
+        throw mesh::InvalidInput("rebake needs a position for each of the model's " + std::to_string(before.vertices.size() / 3) +
                                  " vertices");
     for (const Vec3d& v : vertices)
         if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) throw mesh::InvalidInput("a vertex is not finite");
@@ -78,12 +83,13 @@ std::vector<std::uint8_t> crossed_triangles(const model::ModelData& data, const 
 
 /// Those that have moved, and those of which another piece is boundary now.
 std::vector<std::uint32_t> changed_triangles(const model::ModelData& data, const mesh::Solid& solid,
-                                             std::span<const std::uint8_t> moved, std::span<const std::uint16_t> flags)
+                                             std::span<const std::uint8_t> moved)
 {
     std::vector<std::uint32_t> changed;
     for (std::uint32_t t = 0; t < moved.size(); ++t) {
-        bool other = moved[t] != 0 || flags[t] != (data.triangle_part[t] & ~std::uint32_t{model::k_part_mask});
-        if (!other && (flags[t] & model::k_crossed) != 0) {
+        const std::uint16_t flag = surface_flag(solid.boundary()[t]);
+        bool other = moved[t] != 0 || flag != (data.triangle_part[t] & ~std::uint32_t{model::k_part_mask});
+        if (!other && (flag & model::k_crossed) != 0) {
             const auto [first, last] = std::equal_range(data.piece_triangle.begin(), data.piece_triangle.end(), t);
             const auto pieces = solid.visible(t);
             other = static_cast<std::size_t>(last - first) != pieces.size();
@@ -132,34 +138,8 @@ ChartDomain domain_of(const model::Part& part)
     return domain;
 }
 
-template <class T>
-std::uint32_t append_slice(std::vector<T>& to, const std::vector<T>& from, std::size_t first, std::size_t count)
-{
-    const auto at = static_cast<std::uint32_t>(to.size());
-    to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(first),
-              from.begin() + static_cast<std::ptrdiff_t>(first + count));
-    return at;
-}
-
-/// A part as it was, its map's arrays with it.
-model::Part kept_part(const model::ModelData& before, const model::Part& was, model::ModelData& data)
-{
-    model::Part p = was;
-    p.first_sample = append_slice(data.samples, before.samples, was.first_sample, was.sample_count);
-    append_slice(data.offsets, before.offsets, was.first_sample, was.sample_count);
-    append_slice(data.smoothing, before.smoothing, was.first_sample, was.sample_count);
-    p.first_cell = append_slice(data.cells, before.cells, was.first_cell, was.cell_count);
-    p.first_block = append_slice(data.blocks, before.blocks, was.first_block, was.block_count);
-    p.first_split = append_slice(data.splits, before.splits, std::size_t{was.first_split} * model::k_split_size,
-                                 std::size_t{was.split_count} * model::k_split_size) /
-                    model::k_split_size;
-    p.first_special = append_slice(data.specials, before.specials, was.first_special, was.special_count);
-    p.first_pool = append_slice(data.pool, before.pool, was.first_pool, was.pool_count);
-    return p;
-}
-
 /// Larger by as much as its part sticks out, where that is little.
-bool enlarge(const mesh::Mesh& mesh, PartWork& part)
+bool enlarge(const mesh::Mesh& mesh, FittedPart& part)
 {
     for (int attempt = 0; attempt < 3; ++attempt) {
         shape::Superquadricd& sq = part.fit.superquadric;
@@ -170,7 +150,7 @@ bool enlarge(const mesh::Mesh& mesh, PartWork& part)
         if (!(by <= k_max_growth)) return false;
         for (int k = 0; k < 3; ++k) sq.a[k] = static_cast<double>(static_cast<float>(sq.a[k] * by));
         sq.bend = static_cast<double>(static_cast<float>(sq.bend / by));
-        part.fit.certificate = certify_part(mesh, part, sq);
+        part.fit.certificate = certify_patch(mesh, part.patch, sq);
     }
     return part.fit.certificate.largest_f <= 1 - fit::float_margin(part.fit.superquadric);
 }
@@ -184,7 +164,7 @@ struct Motion {
 };
 
 /// How a part's surface has moved, were it rigid: the least squares of its triangles' middles, by Gauss and Newton.
-Motion rigid_motion(const Meshes& meshes, const PartWork& part)
+Motion rigid_motion(const Meshes& meshes, const Patch& patch)
 {
     struct Middle {
         Vec3d before, now;
@@ -193,7 +173,7 @@ Motion rigid_motion(const Meshes& meshes, const PartWork& part)
     std::vector<Middle> middles;
     Motion motion;
     double area = 0;
-    for (const std::uint32_t t : part.triangles) {
+    for (const std::uint32_t t : patch.triangles) {
         const Middle m{mesh::triangle_centroid(meshes.before, t), mesh::triangle_centroid(meshes.now, t),
                        mesh::triangle_area(meshes.now, t)};
         middles.push_back(m);
@@ -237,21 +217,58 @@ shape::Superquadricd moved_by(const Motion& motion, shape::Superquadricd sq)
     return sq;
 }
 
-/// Superquadric and centre of a part as they were, or the superquadric moved with its part, where they still serve. False: it has
-/// to be fitted again.
-bool keep(const SurfaceContext& context, const Meshes& meshes, const model::Part& was, PartWork& part)
+/// The mesh before and after, and what of it has changed.
+struct Situation {
+    const model::ModelData& before;
+    const Meshes& meshes;
+    const mesh::Solid& solid;            ///< after the change
+    std::vector<std::uint32_t> changed;  ///< triangles
+    std::vector<std::uint32_t> part_of_triangle;
+};
+
+/// What a change reaches.
+struct Reach {
+    mesh::Mesh both;                   ///< changed triangles, where they were and where they are
+    std::vector<std::uint8_t> remade;  ///< #parts: charts that see one of these, or whose centre changed sides
+};
+
+Reach reach_of(const Situation& situation)
 {
-    const mesh::Mesh& mesh = context.mesh;
-    const mesh::Bvh& bvh = context.bvh;
+    const std::vector<model::Part>& parts = situation.before.parts;
+    Reach reach;
+    reach.remade.assign(parts.size(), 0);
+    for (const mesh::Mesh* m : {&situation.meshes.before, &situation.meshes.now})
+        for (const std::uint32_t t : situation.changed) {
+            const auto first = static_cast<std::uint32_t>(reach.both.vertices.size());
+            std::array<Vec3d, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) reach.both.vertices.push_back(corners[k] = m->vertices[m->triangles[t][k]]);
+            reach.both.triangles.push_back({first, first + 1, first + 2});
+            reach.remade[situation.part_of_triangle[t]] = 1;
+            for (std::size_t i = 0; i < parts.size(); ++i)
+                if (reach.remade[i] == 0 && reaches_domain(parts[i], corners)) reach.remade[i] = 1;
+        }
+    for (std::size_t i = 0; i < parts.size() && !situation.changed.empty(); ++i)
+        if (reach.remade[i] == 0 &&
+            situation.solid.bvh().winding_number(cast<double>(model::vec3(parts[i].chart_centre))) != parts[i].centre_winding)
+            reach.remade[i] = 1;
+    return reach;
+}
+
+/// Superquadric and centre of a part as they were, or the superquadric moved with its part, where they still serve. Nothing: it
+/// has to be fitted again.
+std::optional<FittedPart> kept_fit(const Situation& situation, const model::Part& was, const Patch& patch)
+{
+    const mesh::Mesh& mesh = situation.solid.mesh();
+    const mesh::Bvh& bvh = situation.solid.bvh();
+    FittedPart part{patch, {}, model::vec3(was.chart_centre)};
     part.fit.superquadric = shape::cast<double>(model::superquadric_of(was));
-    part.fit.certificate = certify_part(mesh, part, part.fit.superquadric);
+    part.fit.certificate = certify_patch(mesh, patch, part.fit.superquadric);
     part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
-    part.centre = model::vec3(was.chart_centre);
     if (!enlarge(mesh, part)) {
-        const Motion motion = rigid_motion(meshes, part);
+        const Motion motion = rigid_motion(situation.meshes, patch);
         part.fit.superquadric = moved_by(motion, shape::cast<double>(model::superquadric_of(was)));
-        part.fit.certificate = certify_part(mesh, part, part.fit.superquadric);
-        if (!enlarge(mesh, part)) return false;
+        part.fit.certificate = certify_patch(mesh, patch, part.fit.superquadric);
+        if (!enlarge(mesh, part)) return std::nullopt;
         part.centre = cast<float>(motion(cast<double>(part.centre)));
     }
     part.fit.certificate.bounding = true;
@@ -260,111 +277,76 @@ bool keep(const SurfaceContext& context, const Meshes& meshes, const model::Part
     const shape::Superquadricd& sq = part.fit.superquadric;
     const double floor = 0.02 * std::min({sq.a.x, sq.a.y, sq.a.z});
     if (bvh.winding_number(centre) != was.centre_winding || bvh.closest_point(centre, floor).distance < floor)
-        part.centre = choose_centre(context, sq, part.triangles);
-    return true;
+        part.centre = choose_centre(situation.solid, sq, patch.triangles);
+    return part;
 }
+
+/// A part whose map is new.
+struct RemadePart {
+    std::uint32_t number = 0;
+    FittedPart fitted;
+    bool refitted = false;
+    CentralMapData map;
+};
 
 /// In the domain that it had, where that still serves.
-void make_map(const SurfaceContext& context, const KnownMap& known, bool kept, const CentralOptions& central, PartWork& part)
+CentralMapData remade_map(const Situation& situation, const SurfaceContext& context, const RemadePart& part,
+                          CentralOptions central)
 {
-    const model::Part& was = known.part;
-    const shape::Superquadricd& sq = part.fit.superquadric;
-    const std::vector<Vec3d> corners = corners_of(context.mesh, part);
+    const model::Part& was = situation.before.parts[part.number];
+    const FittedPart& fitted = part.fitted;
+    const shape::Superquadricd& sq = fitted.fit.superquadric;
+    const std::vector<Vec3d> corners = corners_of(situation.solid.mesh(), fitted.patch);
     const shape::Superquadricd before = shape::cast<double>(model::superquadric_of(was));
-    const bool stays = kept && sq.a == before.a && sq.rotation == before.rotation &&
-                       part.centre == model::vec3(was.chart_centre) && holds(was, corners);
-    CentralOptions same_base = central;
-    same_base.least_base = same_base.max_base = was.base;
-    part.map = bake_central_map(context, sq, part.centre, stays ? domain_of(was) : chart_domain(sq, part.centre, corners),
-                                part.triangles, same_base, stays ? &known : nullptr);
+    const bool stays = !part.refitted && sq.a == before.a && sq.rotation == before.rotation &&
+                       fitted.centre == model::vec3(was.chart_centre) && holds(was, corners);
+    central.least_base = central.max_base = was.base;
+    const KnownMap known{situation.before, was, situation.meshes.before, situation.changed};
+    return bake_central_map(context, sq, fitted.centre, stays ? domain_of(was) : chart_domain(sq, fitted.centre, corners),
+                            fitted.patch.triangles, central, stays ? &known : nullptr);
 }
 
-}  // namespace
-
-RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> vertices, const RebakeOptions& options)
+/// Fits and maps of the parts that a change reaches.
+std::vector<RemadePart> remake(const Situation& situation, const Reach& reach, const RebakeOptions& options)
 {
-    check(before, vertices);
-    RebakeResult result;
-    StageClock clock;
-    const auto lap = [&](const char* stage) { clock.lap(stage, result.report.seconds); };
-
-    const Meshes meshes(before, vertices);
-    const mesh::Mesh& mesh = meshes.now;
-    const std::vector<std::uint8_t> moved = moved_triangles(meshes);
-    const mesh::Solid solid(mesh, crossed_triangles(before, mesh, moved));
-    std::vector<std::uint16_t> flags;
-    for (const mesh::Boundary b : solid.boundary()) flags.push_back(surface_flag(b));
+    std::vector<RemadePart> parts;
+    for (std::uint32_t i = 0; i < reach.remade.size(); ++i)
+        if (reach.remade[i] != 0) parts.emplace_back().number = i;
+    if (parts.empty()) return parts;
+    const mesh::Mesh& mesh = situation.solid.mesh();
     decompose::Partition partition;
-    partition.part_count = static_cast<std::uint32_t>(before.parts.size());
-    for (const std::uint16_t p : before.triangle_part) partition.part_of_triangle.push_back(p & model::k_part_mask);
-    const std::vector<std::uint32_t> changed = changed_triangles(before, solid, moved, flags);
-    result.report.changed_triangles = changed.size();
-    const double r_max = mesh::largest_vertex_distance(mesh);
-    lap("prepare");
-
-    // Charts that see a changed triangle where it was or where it is, or whose centre changed sides.
-    mesh::Mesh both;
-    std::vector<std::uint8_t> remade(before.parts.size(), 0);
-    for (const mesh::Mesh* m : {&meshes.before, &meshes.now})
-        for (const std::uint32_t t : changed) {
-            const auto first = static_cast<std::uint32_t>(both.vertices.size());
-            std::array<Vec3d, 3> corners;
-            for (std::size_t k = 0; k < 3; ++k) both.vertices.push_back(corners[k] = m->vertices[m->triangles[t][k]]);
-            both.triangles.push_back({first, first + 1, first + 2});
-            remade[partition.part_of_triangle[t]] = 1;
-            for (std::size_t i = 0; i < remade.size(); ++i)
-                if (remade[i] == 0 && reaches_domain(before.parts[i], corners)) remade[i] = 1;
-        }
-    for (std::size_t i = 0; i < remade.size() && !changed.empty(); ++i)
-        if (remade[i] == 0 &&
-            solid.bvh().winding_number(cast<double>(model::vec3(before.parts[i].chart_centre))) != before.parts[i].centre_winding)
-            remade[i] = 1;
-
-    BakeOptions bake_options;
-    bake_options.fit = options.fit;
-    mesh::Mesh canonical;  // looked at by fits alone
-    SurfaceContext context{mesh, solid.bvh(), flags, r_max, canonical, {}};
-    CentralOptions central = central_options(std::max(options.target_error, k_first_target));
+    partition.part_count = static_cast<std::uint32_t>(reach.remade.size());
+    partition.part_of_triangle = situation.part_of_triangle;
+    std::vector<Patch> patches = patches_of(mesh, partition);
+    parallel::for_each(parts.size(), options.threads, [&](std::size_t k) {
+        RemadePart& part = parts[k];
+        std::optional<FittedPart> kept = kept_fit(situation, situation.before.parts[part.number], patches[part.number]);
+        part.refitted = !kept;
+        if (kept) part.fitted = std::move(*kept);
+    });
+    CanonicalMesh canonical;  // only fits look at it
+    if (std::any_of(parts.begin(), parts.end(), [](const RemadePart& part) { return part.refitted; }))
+        canonical = canonical_mesh(mesh);
+    CentralOptions central = central_options(options.target_error);
     scale(central, options.fineness);
-    std::vector<PartWork> parts(before.parts.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) parts[partition.part_of_triangle[t]].triangles.push_back(t);
-    std::vector<std::vector<CapTriangle>> caps;
-    if (!changed.empty()) caps = cap_parts(mesh, partition);
-    for (std::uint32_t i = 0; i < parts.size(); ++i)
-        if (remade[i] != 0) result.report.remade.push_back(i);
-    std::vector<std::uint8_t> kept(parts.size(), 1);
-    const auto each_remade = [&](auto&& work) {
-        parallel::for_each(result.report.remade.size(), options.threads, [&](std::size_t k) { work(result.report.remade[k]); });
-    };
-    each_remade([&](std::uint32_t i) {
-        parts[i].caps = std::move(caps[i]);
-        kept[i] = keep(context, meshes, before.parts[i], parts[i]) ? 1 : 0;
+    const std::vector<std::uint16_t> flags = surface_flags(situation.solid);
+    const SurfaceContext context{mesh, situation.solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
+    parallel::for_each(parts.size(), options.threads, [&](std::size_t k) {
+        RemadePart& part = parts[k];
+        if (part.refitted) part.fitted = fit_patch(situation.solid, canonical, std::move(patches[part.number]), options.fit);
+        part.map = remade_map(situation, context, part, central);
     });
-    if (std::find(kept.begin(), kept.end(), 0) != kept.end()) {
-        context.frame = mesh::principal_frame(mesh);
-        canonical = canonical_view(mesh, context.frame);
-    }
-    each_remade([&](std::uint32_t i) {
-        if (kept[i] == 0) fit_and_centre(context, parts[i], bake_options);
-        make_map(context, {before, before.parts[i], meshes.before, changed}, kept[i] != 0, central, parts[i]);
-    });
-    lap("parts");
+    return parts;
+}
 
-    model::ModelData& data = result.model;
-    data.header = before.header;
-    data.header.r_max = r_max;
-    data.header.self_intersecting = solid.self_intersecting() ? 1 : 0;
-    if (!changed.empty()) bounding_sphere(mesh.vertices, data.header.sphere);
-    for (std::uint32_t i = 0; i < parts.size(); ++i) {
-        const model::Part& was = before.parts[i];
-        data.parts.push_back(remade[i] != 0 ? make_part(mesh, parts[i], data) : kept_part(before, was, data));
-        const model::Part& p = data.parts.back();
-        result.report.certificates.push_back(
-            {static_cast<double>(p.largest_f), static_cast<double>(p.tolerance), p.largest_f <= 1});
-        if (remade[i] != 0) data.header.quantisation = std::max(data.header.quantisation, parts[i].map.quantisation);
-        if (kept[i] == 0) result.report.refitted.push_back(i);
-    }
-    append_exact(solid, partition.part_of_triangle, flags, data);
+/// The model but for its locator and candidate lists, which are those of before.
+model::ModelData assemble_again(const Situation& situation, const std::vector<RemadePart>& remade)
+{
+    const model::ModelData& before = situation.before;
+    Assembly assembly{situation.solid, situation.part_of_triangle, {}, &before, true};
+    for (const model::Part& part : before.parts) assembly.parts.push_back({nullptr, nullptr, &part});
+    for (const RemadePart& part : remade) assembly.parts[part.number] = {&part.fitted, &part.map, nullptr};
+    model::ModelData data = assemble(before.header, assembly);
     data.locator = before.locator;
     data.bricks = before.bricks;
     data.places = before.places;
@@ -375,15 +357,46 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     data.made_by = before.made_by;
     data.source = before.source;
     data.options = before.options;
+    return data;
+}
+
+}  // namespace
+
+RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> vertices, const RebakeOptions& options)
+{
+    check(before, vertices);
+    RebakeResult result;
+    RebakeReport& report = result.report;
+    StageClock clock;
+    const auto lap = [&](const char* stage) { clock.lap(stage, report.seconds); };
+
+    const Meshes meshes(before, vertices);
+    const std::vector<std::uint8_t> moved = moved_triangles(meshes);
+    const mesh::Solid solid(meshes.now, crossed_triangles(before, meshes.now, moved));
+    Situation situation{before, meshes, solid, changed_triangles(before, solid, moved), {}};
+    for (const std::uint16_t p : before.triangle_part) situation.part_of_triangle.push_back(p & model::k_part_mask);
+    report.changed_triangles = situation.changed.size();
+    lap("prepare");
+
+    Reach reach = reach_of(situation);
+    const std::vector<RemadePart> remade = remake(situation, reach, options);
+    lap("parts");
+    result.model = assemble_again(situation, remade);
+    for (const RemadePart& part : remade) {
+        report.remade.push_back(part.number);
+        if (part.refitted) report.refitted.push_back(part.number);
+    }
+    for (const model::Part& p : result.model.parts)
+        report.certificates.push_back({static_cast<double>(p.largest_f), static_cast<double>(p.tolerance), p.largest_f <= 1});
     lap("pack");
 
-    const Change change(std::move(both), before.parts, std::move(remade));
+    const Change change(std::move(reach.both), before.parts, std::move(reach.remade));
     const LocatorUpdate update =
-        update_locator(solid, partition.part_of_triangle, options.target_error, change, options.threads, data);
+        update_locator(solid, situation.part_of_triangle, options.target_error, change, options.threads, result.model);
     lap("locate");
-    update_candidate_lists(solid, before.view(), update, options.target_error, options.threads, data);
+    update_candidate_lists(solid, before.view(), update, options.target_error, options.threads, result.model);
     lap("near");
-    data.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, mesh.triangles});
+    result.model.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, meshes.now.triangles});
     return result;
 }
 

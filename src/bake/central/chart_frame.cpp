@@ -1,7 +1,5 @@
 #include "bake/central/chart_frame.h"
 
-#include "sqmap/mesh/error.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -55,13 +53,14 @@ ChartDomain chart_domain(const shape::Superquadricd& sq, Vec3f centre, std::span
     return domain;
 }
 
-Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& sq, std::span<const std::uint32_t> own)
+Vec3f choose_centre(const mesh::Solid& solid, const shape::Superquadricd& sq, std::span<const std::uint32_t> own)
 {
+    const mesh::Mesh& mesh = solid.mesh();
     // Clearance in the chart's metric, from the part's own triangles (their corners and centroids).
     std::vector<Vec3d> surface;
     for (const std::uint32_t t : own) {
-        for (const std::uint32_t v : context.mesh.triangles[t]) surface.push_back(context.mesh.vertices[v]);
-        surface.push_back(mesh::triangle_centroid(context.mesh, t));
+        for (const std::uint32_t v : mesh.triangles[t]) surface.push_back(mesh.vertices[v]);
+        surface.push_back(mesh::triangle_centroid(mesh, t));
     }
     const auto chart = [&](Vec3d p) {
         const Vec3d q = sq.rotation * (p - sq.translation);
@@ -89,13 +88,13 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
     // Points half way through the part's thickness, for parts that the superquadric's middle misses.
     const std::size_t own_stride = std::max<std::size_t>(1, own.size() / 40);
     for (std::size_t i = 0; i < own.size(); i += own_stride) {
-        const mesh::Triangle& tri = context.mesh.triangles[own[i]];
-        const Vec3d a = context.mesh.vertices[tri[0]];
-        const Vec3d n = normalized(cross(context.mesh.vertices[tri[1]] - a, context.mesh.vertices[tri[2]] - a));
-        const Vec3d c = mesh::triangle_centroid(context.mesh, own[i]);
+        const mesh::Triangle& tri = mesh.triangles[own[i]];
+        const Vec3d a = mesh.vertices[tri[0]];
+        const Vec3d n = normalized(cross(mesh.vertices[tri[1]] - a, mesh.vertices[tri[2]] - a));
+        const Vec3d c = mesh::triangle_centroid(mesh, own[i]);
         for (double depth = 0.5 * std::min({sq.a.x, sq.a.y, sq.a.z}); depth > 1e-4; depth *= 0.5) {
             const Vec3d p = c - depth * n;
-            if (context.bvh.closest_point(p, 0.71 * depth).distance > 0.7 * depth) {
+            if (solid.bvh().closest_point(p, 0.71 * depth).distance > 0.7 * depth) {
                 candidates.emplace_back(score(p), p);
                 break;
             }
@@ -108,8 +107,8 @@ Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& s
     double best_clearance = -1;
     for (const auto& [value, p] : candidates) {
         const Vec3d rounded = cast<double>(cast<float>(p));
-        const bool inside = context.bvh.winding_number(rounded) > 0;
-        const double clearance = context.bvh.closest_point(rounded, 2 * floor).distance;
+        const bool inside = solid.bvh().winding_number(rounded) > 0;
+        const double clearance = solid.bvh().closest_point(rounded, 2 * floor).distance;
         if (inside && clearance > floor) return cast<float>(rounded);
         const double rank = inside ? clearance : -1.0;
         if (rank > best_clearance) {

@@ -1,7 +1,7 @@
 // Where a part's chart stands and answers: its centre and its domain, in the superquadric's frame divided by its axes.
 #pragma once
 
-#include "sqmap/mesh/bvh.h"
+#include "sqmap/mesh/solid.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <cstddef>
@@ -16,8 +16,6 @@ struct SurfaceContext {
     const mesh::Bvh& bvh;
     std::span<const std::uint16_t> flags;  ///< #triangles: model::SurfaceFlag bits
     double r_max;
-    const mesh::Mesh& canonical;  ///< mesh in its own principal frame, triangle by triangle: what fits look at
-    Mat3d frame;                  ///< turns model space into the canonical frame
 };
 
 /// Where a chart answers: bounds of x, y, z, x+y, x-y, x+z, x-z, y+z, y-z in the superquadric's frame divided by its
@@ -32,7 +30,7 @@ struct ChartDomain {
 /// Projection centre of a part: inside the solid, with large clearance from the part's own surface in the chart's
 /// metric (a centre close to the surface would spread a few triangles over half the chart). Candidates are points of a
 /// lattice in the superquadric's box and the depth centres below the part's triangles.
-[[nodiscard]] Vec3f choose_centre(const SurfaceContext& context, const shape::Superquadricd& superquadric,
+[[nodiscard]] Vec3f choose_centre(const mesh::Solid& solid, const shape::Superquadricd& superquadric,
                                   std::span<const std::uint32_t> own_triangles);
 
 /// The smallest domain that holds the points and the centre, and a hair more.

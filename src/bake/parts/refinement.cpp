@@ -1,327 +1,241 @@
-#include "bake/parts/refinement.h"
+#include "refinement.h"
 
+#include "bake/parts/fit.h"
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 namespace sqmap::bake {
 
 namespace {
 
-/// Volume that patch and caps enclose, by the divergence theorem.
-double enclosed_volume(const mesh::Mesh& mesh, const PartWork& part)
-{
-    double six = 0;
-    const auto add = [&](Vec3d a, Vec3d b, Vec3d c) { six += dot(a, cross(b, c)); };
-    for (const std::uint32_t t : part.triangles) {
-        const mesh::Triangle& tri = mesh.triangles[t];
-        add(mesh.vertices[tri[0]], mesh.vertices[tri[1]], mesh.vertices[tri[2]]);
-    }
-    for (const CapTriangle& t : part.caps) add(t[0], t[1], t[2]);
-    return six / 6;
-}
-
-/// Share of a part's area that other surface hides from its projection centre (section 5's Q2 for this projection).
-double hidden_share(const SurfaceContext& context, const PartWork& part)
-{
-    const Vec3d centre = cast<double>(part.centre);
-    const int start = context.bvh.winding_number(centre);
-    double hidden = 0, seen = 0;
-    std::vector<mesh::Bvh::Crossing> crossings;
-    const std::size_t stride = std::max<std::size_t>(1, part.ordered.size() / 200);
-    for (std::size_t i = 0; i < part.ordered.size(); i += stride) {
-        const std::uint32_t t = part.ordered[i];
-        const Vec3d to = mesh::triangle_centroid(context.mesh, t) - centre;
-        if (!context.bvh.ray_crossings(centre, to, crossings)) continue;
-        // Visible if the first change of verdict on the ray is at the triangle itself.
-        int winding = start;
-        bool visible = false;
-        for (const mesh::Bvh::Crossing& c : crossings) {
-            const int next = winding - c.sign;
-            if ((next > 0) != (winding > 0)) {
-                visible = c.triangle == t;
-                break;
-            }
-            winding = next;
-        }
-        (visible ? seen : hidden) += mesh::triangle_area(context.mesh, t);
-    }
-    return hidden + seen > 0 ? hidden / (hidden + seen) : 0;
-}
-
-/// Patch and caps of a part as one surface, for certificates.
-struct Held {
-    std::vector<Vec3d> points;
-    std::vector<mesh::Triangle> triangles;
-};
-
-Held held_by(const mesh::Mesh& mesh, std::span<const std::uint32_t> patch, std::span<const CapTriangle> caps)
-{
-    Held held;
-    for (const CapTriangle& t : caps) {
-        const auto first = static_cast<std::uint32_t>(held.points.size());
-        held.triangles.push_back({first, first + 1, first + 2});
-        held.points.insert(held.points.end(), t.begin(), t.end());
-    }
-    std::vector<std::uint32_t> vertices;
-    for (const std::uint32_t t : patch) vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    const auto first = static_cast<std::uint32_t>(held.points.size());
-    for (const std::uint32_t v : vertices) held.points.push_back(mesh.vertices[v]);
-    for (const std::uint32_t t : patch) {
-        mesh::Triangle& triangle = held.triangles.emplace_back();
-        for (std::size_t k = 0; k < 3; ++k)
-            triangle[k] =
-                first + static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), mesh.triangles[t][k]) -
-                                                   vertices.begin());
-    }
-    return held;
-}
-
-/// The fit, made in the canonical frame so that turning the mesh changes it by rounding only, and certified in the
-/// model's: turned back, rounded to float, and enlarged by what that costs.
-fit::FitReport fit_part(const SurfaceContext& context, const PartWork& part, const BakeOptions& options)
-{
-    std::vector<CapTriangle> turned = part.caps;
-    for (CapTriangle& t : turned)
-        for (Vec3d& p : t) p = context.frame * p;
-    const auto key = [](const CapTriangle& t) {
-        const Vec3d c = t[0] + t[1] + t[2];
-        return std::tuple(c.x, c.y, c.z);
-    };
-    std::stable_sort(turned.begin(), turned.end(), [&](const CapTriangle& l, const CapTriangle& r) { return key(l) < key(r); });
-    fit::FitReport report = fit::fit_bounding(context.canonical, part.ordered, turned, options.fit);
-
-    const Held held = held_by(context.mesh, part.triangles, part.caps);
-    const auto narrow = [](double v) { return static_cast<double>(static_cast<float>(v)); };
-    const shape::Superquadricd fitted = report.superquadric;
-    for (double slack = 0; slack<0.1; slack = slack> 0 ? 2 * slack : 1e-6) {
-        shape::Superquadricd sq = fitted;
-        const Mat3d rotation = fitted.rotation * context.frame;
-        const Vec3d translation = transpose_mul(context.frame, fitted.translation);
-        for (int i = 0; i < 3; ++i) {
-            for (int k = 0; k < 3; ++k) sq.rotation.row[i][k] = narrow(rotation.row[i][k]);
-            sq.translation[i] = narrow(translation[i]);
-            sq.a[i] = narrow(fitted.a[i] * (1 + slack));
-        }
-        sq.bend = narrow(fitted.bend / (1 + slack));
-        const fit::Certificate certificate = fit::certify(sq, held.points, held.triangles);
-        if (certificate.largest_f > 1 - fit::float_margin(sq)) continue;
-        report.superquadric = sq;
-        report.certificate = certificate;
-        report.certificate.bounding = true;
-        report.volume = fit::volume(sq);
-        return report;
-    }
-    // Turning cost more than a tenth: fit in the model's own frame instead.
-    return fit::fit_bounding(context.mesh, part.triangles, part.caps, options.fit);
-}
-
-}  // namespace
-
-void fit_and_centre(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
-{
-    part.ordered = part.triangles;
-    std::sort(part.ordered.begin(), part.ordered.end(),
-              [&](std::uint32_t l, std::uint32_t r) { return context.canonical.triangles[l] < context.canonical.triangles[r]; });
-    part.fit = fit_part(context, part, options);
-    part.centre = choose_centre(context, part.fit.superquadric, part.ordered);
-}
-
-void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options)
-{
-    fit_and_centre(context, part, options);
-    part.area = 0;
-    for (const std::uint32_t t : part.triangles) part.area += mesh::triangle_area(context.mesh, t);
-    part.solid_volume = enclosed_volume(context.mesh, part);
-    part.q2_share = hidden_share(context, part);
-}
-
-fit::Certificate certify_part(const mesh::Mesh& mesh, const PartWork& part, const shape::Superquadricd& superquadric)
-{
-    const Held held = held_by(mesh, part.triangles, part.caps);
-    return fit::certify(superquadric, held.points, held.triangles);
-}
-
-namespace {
-
-std::vector<std::vector<std::uint32_t>> triangles_of(const decompose::Partition& partition)
-{
-    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
-    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) triangles[partition.part_of_triangle[t]].push_back(t);
-    return triangles;
-}
-
-/// Parts of a changed partition; what was fitted before is taken from history, what was not is added to it.
-/// hopeless(known parts): the change is not worth having, whatever the parts that are still to be fitted cost; asked
-/// after each fit. Nothing is returned then. Several threads fit ahead, but what is kept does not depend on it.
-template <class Hopeless>
-std::optional<std::vector<PartWork>> update(const SurfaceContext& context, const decompose::Partition& partition,
-                                            std::vector<PartWork>& history, const BakeOptions& options, Hopeless&& hopeless)
-{
-    std::vector<std::vector<std::uint32_t>> triangles = triangles_of(partition);
-    std::vector<std::vector<CapTriangle>> caps = cap_parts(context.mesh, partition);
-    std::vector<PartWork> parts(partition.part_count);
-    std::vector<std::uint8_t> known(parts.size(), 0);
-    parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
-        PartWork& part = parts[i];
-        // The same surface may have been fitted with other caps: the tightest that holds today's caps will do.
-        std::vector<const PartWork*> same;
-        for (const PartWork& o : history)
-            if (o.triangles == triangles[i]) same.push_back(&o);
-        std::stable_sort(same.begin(), same.end(),
-                         [](const PartWork* l, const PartWork* r) { return l->fit.volume < r->fit.volume; });
-        Held held;
-        for (const PartWork* o : same) {
-            if (o->caps == caps[i]) {
-                part = *o;
-                known[i] = 1;
-                return;
-            }
-            if (held.points.empty()) held = held_by(context.mesh, triangles[i], caps[i]);
-            const fit::Certificate certificate = fit::certify(o->fit.superquadric, held.points, held.triangles);
-            if (certificate.largest_f > 1 - fit::float_margin(o->fit.superquadric)) continue;
-            part = *o;
-            part.caps = std::move(caps[i]);
-            part.fit.certificate = certificate;
-            part.solid_volume = enclosed_volume(context.mesh, part);
-            known[i] = 1;
-            return;
-        }
-        part.triangles = std::move(triangles[i]);
-        part.caps = std::move(caps[i]);
-    });
-    std::vector<std::size_t> unknown;
-    for (std::size_t i = 0; i < parts.size(); ++i)
-        if (known[i] == 0) unknown.push_back(i);
-    const std::size_t ahead = std::max<std::size_t>(1, parallel::thread_count(options.threads));
-    const auto give_up = [&] {
-        std::vector<const PartWork*> finished;
-        for (std::size_t i = 0; i < parts.size(); ++i)
-            if (known[i] != 0) finished.push_back(&parts[i]);
-        return hopeless(finished);
-    };
-    if (give_up()) return std::nullopt;
-    for (std::size_t first = 0; first < unknown.size(); first += ahead) {
-        const std::size_t count = std::min(ahead, unknown.size() - first);
-        parallel::for_each(count, options.threads, [&](std::size_t i) { finish(context, parts[unknown[first + i]], options); });
-        for (std::size_t i = 0; i < count; ++i) {
-            history.push_back(parts[unknown[first + i]]);
-            known[unknown[first + i]] = 1;
-            if (give_up()) return std::nullopt;
-        }
-    }
-    return parts;
-}
-
-/// All parts of a partition.
-std::vector<PartWork> update(const SurfaceContext& context, const decompose::Partition& partition, std::vector<PartWork>& history,
-                             const BakeOptions& options)
-{
-    return *update(context, partition, history, options, [](const auto&) { return false; });
-}
-
 constexpr double k_least_cost = 0.005;  ///< no cut is tried for a part that costs less
 
-/// What a part costs: the volume its superquadric adds to the solid's own, and the area its projection cannot see.
-/// Both as shares of the whole object, so that a badly served finger does not outweigh a badly served torso.
-double cost(const PartWork& part, double all_volume, double all_area)
+/// Fits the parts of one mesh's partitions, and keeps every fit: the same patch comes back while cuts are tried.
+class PartFitter {
+public:
+    PartFitter(const mesh::Solid& solid, const CanonicalMesh& canonical, const BakeOptions& options)
+        : solid_(solid), canonical_(canonical), options_(options)
+    {
+    }
+
+    /// The parts of a partition. hopeless(known parts): the partition is not worth having, whatever the parts that are still to
+    /// be fitted cost; called after each fit. Nothing is returned then. Several threads fit ahead, but what is kept does not
+    /// depend on it.
+    template <class Hopeless>
+    std::optional<std::vector<MeasuredPart>> parts_of(const decompose::Partition& partition, Hopeless&& hopeless)
+    {
+        std::vector<Patch> patches = patches_of(solid_.mesh(), partition);
+        std::vector<MeasuredPart> parts(patches.size());
+        std::vector<std::uint8_t> is_known(patches.size(), 0);
+        parallel::for_each(patches.size(), options_.threads, [&](std::size_t i) {
+            if (std::optional<MeasuredPart> part = kept(patches[i])) {
+                parts[i] = std::move(*part);
+                is_known[i] = 1;
+            }
+        });
+        std::vector<std::size_t> unknown;
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            if (is_known[i] == 0) unknown.push_back(i);
+        const auto give_up = [&] {
+            std::vector<const MeasuredPart*> known;
+            for (std::size_t i = 0; i < parts.size(); ++i)
+                if (is_known[i] != 0) known.push_back(&parts[i]);
+            return hopeless(known);
+        };
+        if (give_up()) return std::nullopt;
+        const std::size_t ahead = parallel::thread_count(options_.threads);
+        for (std::size_t first = 0; first < unknown.size(); first += ahead) {
+            const std::size_t end = std::min(first + ahead, unknown.size());
+            parallel::for_each(end - first, options_.threads, [&](std::size_t i) {
+                const std::size_t part = unknown[first + i];
+                parts[part].fitted = fit_patch(solid_, canonical_, std::move(patches[part]), options_.fit);
+                parts[part].quality = quality_of(solid_, canonical_, parts[part].fitted);
+            });
+            for (std::size_t i = first; i < end; ++i) {
+                history_.push_back(parts[unknown[i]]);
+                is_known[unknown[i]] = 1;
+                if (give_up()) return std::nullopt;
+            }
+        }
+        return parts;
+    }
+
+    /// All parts of a partition.
+    std::vector<MeasuredPart> parts_of(const decompose::Partition& partition)
+    {
+        return *parts_of(partition, [](const auto&) { return false; });
+    }
+
+    const BakeOptions& options() const { return options_; }
+
+private:
+    /// The same surface may have been fitted with other caps: the tightest that holds today's caps will do.
+    std::optional<MeasuredPart> kept(const Patch& patch) const
+    {
+        std::vector<const MeasuredPart*> same;
+        for (const MeasuredPart& o : history_)
+            if (o.fitted.patch.triangles == patch.triangles) same.push_back(&o);
+        std::stable_sort(same.begin(), same.end(), [](const MeasuredPart* l, const MeasuredPart* r) {
+            return l->fitted.fit.volume < r->fitted.fit.volume;
+        });
+        HeldSurface held;
+        for (const MeasuredPart* o : same) {
+            if (o->fitted.patch.caps == patch.caps) return *o;
+            if (held.points.empty()) held = held_by(solid_.mesh(), patch);
+            const shape::Superquadricd& sq = o->fitted.fit.superquadric;
+            const fit::Certificate certificate = fit::certify(sq, held.points, held.triangles);
+            if (certificate.largest_f > 1 - fit::float_margin(sq)) continue;
+            MeasuredPart part = *o;
+            part.fitted.patch.caps = patch.caps;
+            part.fitted.fit.certificate = certificate;
+            part.quality.solid_volume = enclosed_volume(solid_.mesh(), patch);
+            return part;
+        }
+        return std::nullopt;
+    }
+
+    const mesh::Solid& solid_;
+    const CanonicalMesh& canonical_;
+    const BakeOptions& options_;
+    std::vector<MeasuredPart> history_;
+};
+
+/// What parts cost, as shares of the whole object, so that a badly served finger does not outweigh a badly served torso.
+class Cost {
+public:
+    explicit Cost(const std::vector<MeasuredPart>& parts)
+    {
+        for (const MeasuredPart& part : parts) {
+            area_ += part.quality.area;
+            volume_ += part.quality.solid_volume;
+        }
+        if (!(volume_ > 0)) volume_ = 1;
+    }
+
+    /// The volume that the superquadric adds to the solid's own, and the area that its projection cannot see.
+    double operator()(const MeasuredPart& part) const
+    {
+        const PartQuality& q = part.quality;
+        const double loose = std::max(0.0, part.fitted.fit.volume - std::max(0.0, q.solid_volume)) / volume_;
+        return loose + 2 * q.q2_share * q.area / area_;
+    }
+    double operator()(const std::vector<const MeasuredPart*>& parts) const
+    {
+        double sum = 0;
+        for (const MeasuredPart* part : parts) sum += (*this)(*part);
+        return sum;
+    }
+    double operator()(const std::vector<MeasuredPart>& parts) const
+    {
+        double sum = 0;
+        for (const MeasuredPart& part : parts) sum += (*this)(part);
+        return sum;
+    }
+
+private:
+    double area_ = 0, volume_ = 0;  ///< of the whole object
+};
+
+/// Volume of a part's superquadric over that of its own solid: a box in a box-like superquadric has about 1.2, a bent or forked
+/// part well above 2.
+double looseness(const MeasuredPart& part)
 {
-    const double loose = std::max(0.0, part.fit.volume - std::max(0.0, part.solid_volume)) / all_volume;
-    return loose + 2 * part.q2_share * part.area / all_area;
+    const double volume = part.fitted.fit.volume;
+    return volume / std::max(part.quality.solid_volume, 1e-3 * volume);
+}
+
+const std::vector<std::uint32_t>& surface_of(const MeasuredPart& part) { return part.fitted.patch.triangles; }
+
+using Surfaces = std::vector<std::vector<std::uint32_t>>;
+
+/// The part that costs most among those that are served badly and not given up; parts.size() where there is none.
+std::size_t worst_part(const std::vector<MeasuredPart>& parts, const Cost& cost, const Surfaces& given_up,
+                       const BakeOptions& options)
+{
+    std::size_t worst = parts.size();
+    double worst_cost = k_least_cost;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const bool needs = looseness(parts[i]) > options.max_looseness || parts[i].quality.q2_share > options.max_q2_share;
+        if (!needs || std::find(given_up.begin(), given_up.end(), surface_of(parts[i])) != given_up.end()) continue;
+        if (const double c = cost(parts[i]); c > worst_cost) {
+            worst_cost = c;
+            worst = i;
+        }
+    }
+    return worst;
+}
+
+/// Splits parts while that pays.
+void split_parts(const decompose::Cutter& cutter, const Cost& cost, PartFitter& fitter, FittedPartition& now)
+{
+    const BakeOptions& options = fitter.options();
+    Surfaces given_up;
+    while (now.parts.size() < options.max_parts) {
+        const std::size_t worst = worst_part(now.parts, cost, given_up, options);
+        if (worst == now.parts.size()) return;
+        decompose::Split split = cutter.split(now.partition, static_cast<std::uint32_t>(worst), options.decompose);
+        std::optional<std::vector<MeasuredPart>> next;
+        if (split.found && split.partition.part_count <= options.max_parts) {
+            // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
+            const double limit = std::max(options.max_looseness, 1.2 * looseness(now.parts[worst]));
+            const auto is_sliver = [&](const MeasuredPart* p) {
+                return looseness(*p) > limit && std::none_of(now.parts.begin(), now.parts.end(), [&](const MeasuredPart& o) {
+                           return surface_of(o) == surface_of(*p);
+                       });
+            };
+            const double least = cost(now.parts) - options.split_gain * cost(now.parts[worst]);
+            next = fitter.parts_of(split.partition, [&](const std::vector<const MeasuredPart*>& known) {
+                return !(cost(known) < least) || std::any_of(known.begin(), known.end(), is_sliver);
+            });
+        }
+        if (next)
+            now = {std::move(split.partition), std::move(*next)};
+        else
+            given_up.push_back(surface_of(now.parts[worst]));
+    }
+}
+
+/// Undoes a cut of split_parts' kind that one superquadric serves as well. False: there is none.
+bool undo_cut(const decompose::Cutter& cutter, const Cost& cost, PartFitter& fitter, FittedPartition& now)
+{
+    for (const decompose::Boundary& b : now.partition.boundaries) {
+        if (b.kind != decompose::CutKind::Error) continue;
+        decompose::Partition merged = cutter.merge(now.partition, b.part_a, b.part_b);
+        const double limit = cost(now.parts);
+        std::optional<std::vector<MeasuredPart>> next =
+            fitter.parts_of(merged, [&](const std::vector<const MeasuredPart*>& known) { return cost(known) > limit; });
+        if (!next) continue;
+        now = {std::move(merged), std::move(*next)};
+        return true;
+    }
+    return false;
 }
 
 }  // namespace
 
-std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition, const BakeOptions& options)
+FittedPartition fit_partition(const mesh::Solid& solid, const CanonicalMesh& canonical, const decompose::Partition& partition,
+                              const BakeOptions& options)
 {
-    std::vector<PartWork> history;
-    return update(context, partition, history, options);
+    return {partition, PartFitter(solid, canonical, options).parts_of(partition)};
 }
 
-void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts,
-                  const BakeOptions& options)
+FittedPartition refine_partition(const mesh::Solid& solid, const CanonicalMesh& canonical, const decompose::Partition& partition,
+                                 const BakeOptions& options)
 {
-    double all_area = 0, all_volume = 0;
-    for (const PartWork& part : parts) {
-        all_area += part.area;
-        all_volume += part.solid_volume;
+    PartFitter fitter(solid, canonical, options);
+    FittedPartition now{partition, fitter.parts_of(partition)};
+    const Cost cost(now.parts);
+    const decompose::Cutter cutter(solid.mesh());
+    split_parts(cutter, cost, fitter, now);
+    while (undo_cut(cutter, cost, fitter, now)) {
     }
-    if (!(all_volume > 0)) all_volume = 1;
-    const auto total = [&](const std::vector<const PartWork*>& p) {
-        double sum = 0;
-        for (const PartWork* part : p) sum += cost(*part, all_volume, all_area);
-        return sum;
-    };
-    const auto total_now = [&] {
-        double sum = 0;
-        for (const PartWork& part : parts) sum += cost(part, all_volume, all_area);
-        return sum;
-    };
-    // Looseness of a part relative to its own solid: a box in a box-like superquadric has about 1.2, a bent or forked
-    // part well above 2.
-    const auto loose = [](const PartWork& p) { return p.fit.volume / std::max(p.solid_volume, 1e-3 * p.fit.volume); };
-    const decompose::Cutter cutter(context.mesh);
-    std::vector<PartWork> history = parts;
-    std::vector<std::vector<std::uint32_t>> given_up;
-    while (parts.size() < options.max_parts) {
-        std::size_t worst = parts.size();
-        double worst_cost = k_least_cost;
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            const bool needs = loose(parts[i]) > options.max_looseness || parts[i].q2_share > options.max_q2_share;
-            if (!needs || std::find(given_up.begin(), given_up.end(), parts[i].triangles) != given_up.end()) continue;
-            if (const double c = cost(parts[i], all_volume, all_area); c > worst_cost) {
-                worst_cost = c;
-                worst = i;
-            }
-        }
-        if (worst == parts.size()) break;
-        decompose::Split split = cutter.split(partition, static_cast<std::uint32_t>(worst), options.decompose);
-        bool kept = false;
-        if (split.found && split.partition.part_count <= options.max_parts) {
-            // Slivers of surface whose superquadrics are mostly air are no parts, even where the sum looks better.
-            const double limit = std::max(options.max_looseness, 1.2 * loose(parts[worst]));
-            const auto is_sliver = [&](const PartWork* p) {
-                return loose(*p) > limit &&
-                       std::none_of(parts.begin(), parts.end(), [&](const PartWork& o) { return o.triangles == p->triangles; });
-            };
-            const double least = total_now() - options.split_gain * worst_cost;
-            std::optional<std::vector<PartWork>> next =
-                update(context, split.partition, history, options, [&](const std::vector<const PartWork*>& finished) {
-                    return !(total(finished) < least) || std::any_of(finished.begin(), finished.end(), is_sliver);
-                });
-            if (next) {
-                partition = std::move(split.partition);
-                parts = std::move(*next);
-                kept = true;
-            }
-        }
-        if (!kept) given_up.push_back(parts[worst].triangles);
-    }
-    // Undo own cuts that one superquadric serves as well.
-    for (bool again = true; again;) {
-        again = false;
-        for (const decompose::Boundary& b : partition.boundaries) {
-            if (b.kind != decompose::CutKind::Error) continue;
-            const decompose::Partition merged = cutter.merge(partition, b.part_a, b.part_b);
-            const double most = total_now();
-            std::optional<std::vector<PartWork>> next =
-                update(context, merged, history, options,
-                       [&](const std::vector<const PartWork*>& finished) { return total(finished) > most; });
-            if (!next) continue;
-            partition = merged;
-            parts = std::move(*next);
-            again = true;
-            break;
-        }
-    }
-    partition = cutter.ordered_by_area(partition);
-    parts = update(context, partition, history, options);
+    now.partition = cutter.ordered_by_area(now.partition);
+    now.parts = fitter.parts_of(now.partition);
+    return now;
 }
 
 }  // namespace sqmap::bake

@@ -1,32 +1,30 @@
-// The error-driven pass: splits parts that one superquadric and one projection serve badly, joins what it need not have
-// split.
+// The error-driven pass: splits parts that one superquadric and one projection serve badly, joins what it need not have split.
 #pragma once
 
-#include "bake/parts/part_work.h"
+#include "bake/parts/canonical.h"
+#include "bake/parts/part.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/decompose/decompose.h"
+#include "sqmap/mesh/solid.h"
 
 #include <vector>
 
 namespace sqmap::bake {
 
-/// Everything of a part that has its triangles and caps, but for its map.
-void finish(const SurfaceContext& context, PartWork& part, const BakeOptions& options);
-
-/// Superquadric and centre of a part that has its triangles and caps.
-void fit_and_centre(const SurfaceContext& context, PartWork& part, const BakeOptions& options);
-
-/// Whether, and how narrowly, a superquadric holds a part's patch and caps.
-[[nodiscard]] fit::Certificate certify_part(const mesh::Mesh& mesh, const PartWork& part,
-                                            const shape::Superquadricd& superquadric);
+/// A partition and what was fitted to its parts, in the order of its labels.
+struct FittedPartition {
+    decompose::Partition partition;
+    std::vector<MeasuredPart> parts;
+};
 
 /// Fits every part of a partition, caps included.
-[[nodiscard]] std::vector<PartWork> fit_parts(const SurfaceContext& context, const decompose::Partition& partition,
-                                              const BakeOptions& options);
+/// Cost: some 25 ms a part, on options.threads threads; the result does not depend on how many.
+[[nodiscard]] FittedPartition fit_partition(const mesh::Solid& solid, const CanonicalMesh& canonical,
+                                            const decompose::Partition& partition, const BakeOptions& options);
 
-/// Splits the part that is served worst while that pays, up to options.max_parts, then undoes cuts of its own kind that
-/// one superquadric serves as well. Cuts that passed a test of section 3 stay. Changes partition and parts together.
-void refine_parts(const SurfaceContext& context, decompose::Partition& partition, std::vector<PartWork>& parts,
-                  const BakeOptions& options);
+/// The same, and then splits the part that is served worst while that pays, up to options.max_parts, and undoes cuts of its own
+/// kind that one superquadric serves as well. Cuts that passed a test of section 3 stay. Parts come in order of area.
+[[nodiscard]] FittedPartition refine_partition(const mesh::Solid& solid, const CanonicalMesh& canonical,
+                                               const decompose::Partition& partition, const BakeOptions& options);
 
 }  // namespace sqmap::bake

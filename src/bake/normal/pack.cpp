@@ -1,0 +1,65 @@
+#include "pack.h"
+
+#include "bake/append.h"
+#include "sqmap/bake/normal_map.h"
+#include "sqmap/parallel/for_each.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace sqmap::bake {
+
+namespace {
+
+void append_map(const NormalMap& m, model::ModelData& data)
+{
+    model::NormalPart p{};
+    p.eta_count = m.eta_count;
+    p.omega_count = m.omega_count;
+    p.subdivisions = m.subdivisions;
+    p.vertex_count = m.vertex_count;
+    p.distance_scale = m.distance_scale;
+    p.offset_scale = m.offset_scale;
+    p.quantization_error = m.quantization_error;
+    p.cut_count = static_cast<std::uint32_t>(m.cuts.size());
+    p.correction_row_count = static_cast<std::uint32_t>(m.correction_rows.size());
+    p.correction_count = static_cast<std::uint32_t>(m.corrections.size());
+    p.gap_row_count = static_cast<std::uint32_t>(m.gap_rows.size());
+    p.gap_count = static_cast<std::uint32_t>(m.gaps.size());
+    p.offset_count = static_cast<std::uint32_t>(m.offset.size());
+    p.seeds_along = m.seed_count;
+    p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
+    p.seed_count = static_cast<std::uint32_t>(m.seeds.size());
+    p.first_sample = append(m.distance, data.normal_distance);
+    append(m.normal, data.normal_normal);
+    p.first_cut = append(m.cuts, data.normal_cuts);
+    p.first_correction_row = append(m.correction_rows, data.correction_rows);
+    p.first_correction = append(m.corrections, data.corrections);
+    p.first_gap_row = append(m.gap_rows, data.gap_rows);
+    p.first_gap = append(m.gaps, data.gaps);
+    p.first_offset = append(m.offset, data.normal_offset);
+    append(m.smoothed, data.normal_smoothed);
+    p.first_seed = append(m.seeds, data.seeds);
+    data.normal_parts.push_back(p);
+}
+
+}  // namespace
+
+void append_normal_maps(const mesh::Mesh& mesh, std::span<const MeasuredPart> parts, const NormalMapsOptions& options,
+                        model::ModelData& data)
+{
+    const MapRays rays(mesh);
+    std::vector<NormalMap> maps(parts.size());
+    parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
+        const shape::Superquadricd& sq = parts[i].fitted.fit.superquadric;
+        NormalMapOptions normal;
+        normal.subdivisions = options.subdivisions;
+        normal.target_error = options.target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
+        maps[i] = bake_normal_map(rays, parts[i].fitted.patch.triangles, sq, normal);
+    });
+    for (const NormalMap& m : maps) append_map(m, data);
+}
+
+}  // namespace sqmap::bake

@@ -1,0 +1,32 @@
+// The superquadric of one part: fitted, turned into model space, rounded to float and proven to hold the part.
+#pragma once
+
+#include "bake/parts/canonical.h"
+#include "bake/parts/part.h"
+#include "sqmap/fit/fit.h"
+#include "sqmap/mesh/solid.h"
+
+#include <vector>
+
+namespace sqmap::bake {
+
+/// Superquadric and projection centre of a patch. solid: of the mesh in model space; canonical: of the same mesh.
+/// Cost: that of fit::fit_bounding, some 25 ms. Thread-safe.
+[[nodiscard]] FittedPart fit_patch(const mesh::Solid& solid, const CanonicalMesh& canonical, Patch patch,
+                                   const fit::FitOptions& options);
+
+/// How well the fit serves. canonical: as for fit_patch, so that no sample depends on the file's frame.
+[[nodiscard]] PartQuality quality_of(const mesh::Solid& solid, const CanonicalMesh& canonical, const FittedPart& part);
+
+/// Patch and caps of a part as one surface, for certificates.
+struct HeldSurface {
+    std::vector<Vec3d> points;
+    std::vector<mesh::Triangle> triangles;
+};
+[[nodiscard]] HeldSurface held_by(const mesh::Mesh& mesh, const Patch& patch);
+
+/// Whether, and how narrowly, a superquadric holds a patch and its caps.
+[[nodiscard]] fit::Certificate certify_patch(const mesh::Mesh& mesh, const Patch& patch,
+                                             const shape::Superquadricd& superquadric);
+
+}  // namespace sqmap::bake

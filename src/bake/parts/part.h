@@ -1,0 +1,50 @@
+// One part on its way to the model: what each step of the bake makes of it.
+#pragma once
+
+#include "bake/parts/caps.h"
+#include "sqmap/fit/fit.h"
+#include "sqmap/mesh/mesh.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sqmap::bake {
+
+/// A part's share of the surface and what closes it.
+struct Patch {
+    std::vector<std::uint32_t> triangles;
+    std::vector<CapTriangle> caps;
+
+    bool operator==(const Patch&) const = default;
+};
+
+/// A patch in its superquadric.
+struct FittedPart {
+    Patch patch;
+    fit::FitReport fit;  ///< its certificate is about patch and caps
+    Vec3f centre;        ///< of the central projection, model space
+};
+
+/// How well one superquadric and one projection serve a part.
+struct PartQuality {
+    double area = 0;          ///< of the patch, model units squared
+    double solid_volume = 0;  ///< enclosed by patch and caps, model units cubed
+    double q2_share = 0;      ///< of the area: hidden from the projection by other surface
+};
+
+/// A fitted part that refinement may weigh against others.
+struct MeasuredPart {
+    FittedPart fitted;
+    PartQuality quality;
+};
+
+/// The patches of a partition, caps included. mesh: closed, or edges without a partner get no cap.
+[[nodiscard]] std::vector<Patch> patches_of(const mesh::Mesh& mesh, const decompose::Partition& partition);
+
+/// Corners of the patch and its caps; a corner of several triangles as often.
+[[nodiscard]] std::vector<Vec3d> corners_of(const mesh::Mesh& mesh, const Patch& patch);
+
+/// Volume that patch and caps enclose, by the divergence theorem.
+[[nodiscard]] double enclosed_volume(const mesh::Mesh& mesh, const Patch& patch);
+
+}  // namespace sqmap::bake
