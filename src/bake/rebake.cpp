@@ -143,10 +143,10 @@ bool enlarge(const mesh::Mesh& mesh, FittedPart& part)
 {
     for (int attempt = 0; attempt < 3; ++attempt) {
         shape::Superquadricd& sq = part.fit.superquadric;
-        const double room = 1 - fit::float_margin(sq);
-        if (part.fit.certificate.largest_f <= room) return true;
+        const double limit = 1 - fit::float_margin(sq);
+        if (part.fit.certificate.largest_f <= limit) return true;
         // F grows with the square of the distance from the centre.
-        const double by = std::sqrt(part.fit.certificate.largest_f / room) * (1 + 1e-5);
+        const double by = std::sqrt(part.fit.certificate.largest_f / limit) * (1 + 1e-5);
         if (!(by <= k_max_growth)) return false;
         for (int k = 0; k < 3; ++k) sq.a[k] = static_cast<double>(static_cast<float>(sq.a[k] * by));
         sq.bend = static_cast<double>(static_cast<float>(sq.bend / by));

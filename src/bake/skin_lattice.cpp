@@ -2,6 +2,7 @@
 // so that the surface is carried to where skinning takes it.
 #include "sqmap/bake/skin_lattice.h"
 
+#include "sqmap/math/box.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/error.h"
 
@@ -21,19 +22,19 @@ constexpr double k_stay = 0.002;         ///< pull of a corner towards its guess
 constexpr int k_steps = 30;              ///< of conjugate gradients
 constexpr double k_negligible = 2e-4;    ///< of a bone's share in a corner
 
-/// What a bone adds to a place: place weighted, and the weight.
+/// What a bone adds to a position: position weighted, and the weight.
 struct Share {
-    Vec3d place{};
+    Vec3d position{};
     double weight = 0;
 };
-Share operator+(const Share& a, const Share& b) { return {a.place + b.place, a.weight + b.weight}; }
-Share operator-(const Share& a, const Share& b) { return {a.place - b.place, a.weight - b.weight}; }
-Share operator*(double s, const Share& a) { return {s * a.place, s * a.weight}; }
-double dot(const Share& a, const Share& b) { return sqmap::dot(a.place, b.place) + a.weight * b.weight; }
+Share operator+(const Share& a, const Share& b) { return {a.position + b.position, a.weight + b.weight}; }
+Share operator-(const Share& a, const Share& b) { return {a.position - b.position, a.weight - b.weight}; }
+Share operator*(double s, const Share& a) { return {s * a.position, s * a.weight}; }
+double dot(const Share& a, const Share& b) { return sqmap::dot(a.position, b.position) + a.weight * b.weight; }
 
 using Weights = std::map<std::uint32_t, double>;  // of bones
 
-/// A place of the surface: the corners of its tetrahedron, and what skinning makes of it.
+/// A position of the surface: the corners of its tetrahedron, and what skinning makes of it.
 struct Sample {
     std::array<std::uint32_t, 4> corner{};
     std::array<double, 4> share{};
@@ -58,12 +59,7 @@ public:
         }
         for (const auto& joints : influences.joints)
             for (const std::uint16_t j : joints) out_.bones = std::max<std::uint32_t>(out_.bones, j + 1u);
-        Vec3d lo = mesh.vertices.front(), hi = lo;
-        for (const Vec3d& p : mesh.vertices)
-            for (int k = 0; k < 3; ++k) {
-                lo[k] = std::min(lo[k], p[k]);
-                hi[k] = std::max(hi[k], p[k]);
-            }
+        const auto [lo, hi] = box_of(mesh.vertices);
         out_.cell = cell;
         out_.origin = lo - cell * Vec3d{1, 1, 1};
         for (int k = 0; k < 3; ++k)
@@ -98,7 +94,7 @@ private:
         const auto [x, y, z] = at(cell);
         return ((z + (k >> 2 & 1)) * (out_.size[1] + 1) + y + (k >> 1 & 1)) * (out_.size[0] + 1) + x + (k & 1);
     }
-    Vec3d place_of(std::uint32_t corner) const
+    Vec3d position_of(std::uint32_t corner) const
     {
         const std::uint32_t nx = out_.size[0] + 1, ny = out_.size[1] + 1;
         return out_.origin + out_.cell * Vec3d{double(corner % nx), double(corner / nx % ny), double(corner / (nx * ny))};
@@ -146,7 +142,7 @@ private:
             for (std::uint32_t k = 0; k < 8; ++k) {
                 const std::uint32_t corner = corner_of(c, k);
                 const auto [it, fresh] = weights_.try_emplace(corner);
-                if (fresh) it->second = weights_at(bvh_.closest_point(place_of(corner)));
+                if (fresh) it->second = weights_at(bvh_.closest_point(position_of(corner)));
                 const std::uint32_t bone = bone_of(it->second);
                 bone_[c] = k == 0 || bone_[c] == bone ? bone : k_none;
                 if (bone_[c] == k_none) break;
@@ -154,7 +150,7 @@ private:
             for (std::uint32_t k = 0; k < 8; ++k) weights_.try_emplace(corner_of(c, k));
         }
         for (auto& [corner, weights] : weights_)
-            if (weights.empty()) weights = weights_at(bvh_.closest_point(place_of(corner)));
+            if (weights.empty()) weights = weights_at(bvh_.closest_point(position_of(corner)));
         // Also by the surface within.
         for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
             each_sample(t, [&](Vec3d p, const std::array<double, 3>& share) {
@@ -175,7 +171,7 @@ private:
         return index;
     }
 
-    /// visit(place, barycentric) for a grid of places of a triangle, a third of a cell apart or less.
+    /// visit(position, barycentric) for a grid of positions of a triangle, a third of a cell apart or less.
     template <class Visit>
     void each_sample(std::uint32_t triangle, Visit&& visit) const
     {
@@ -248,7 +244,7 @@ private:
         std::vector<std::uint8_t> fixed(grid_of_.size(), 0);
         for (std::size_t i = 0; i < grid_of_.size(); ++i)
             for (const auto& [bone, weight] : weights_.at(grid_of_[i]))
-                shares_[i][bone] = {weight * place_of(grid_of_[i]), weight};
+                shares_[i][bone] = {weight * position_of(grid_of_[i]), weight};
         // Corners of cells that one bone moves stay with it.
         for (std::size_t c = 0; c < used_.size(); ++c) {
             if (used_[c] == 0 || bone_[c] == k_none) continue;
@@ -345,18 +341,18 @@ private:
         const Vec3d size = out_.cell * Vec3d{double(out_.size[0]), double(out_.size[1]), double(out_.size[2])};
         out_.first_pull.push_back(0);
         for (std::size_t c = 0; c < shares_.size(); ++c) {
-            const Vec3d place = place_of(grid_of_[c]);
-            Share left{place, 1};
+            const Vec3d position = position_of(grid_of_[c]);
+            Share left{position, 1};
             const std::size_t first = out_.pulls.size();
             for (const auto& [bone, share] : shares_[c]) {
-                const double off = norm(share.place - share.weight * place);
+                const double off = norm(share.position - share.weight * position);
                 if (std::abs(share.weight) <= k_negligible && off <= k_negligible * norm(size)) continue;
-                out_.pulls.push_back({share.place, share.weight, bone});
+                out_.pulls.push_back({share.position, share.weight, bone});
                 left = left - share;
             }
             const auto heaviest = std::max_element(out_.pulls.begin() + static_cast<std::ptrdiff_t>(first), out_.pulls.end(),
                                                    [](const auto& a, const auto& b) { return a.weight < b.weight; });
-            heaviest->place += left.place;
+            heaviest->place += left.position;
             heaviest->weight += left.weight;
             out_.first_pull.push_back(static_cast<std::uint32_t>(out_.pulls.size()));
         }
@@ -390,17 +386,17 @@ double skin_deviation(const query::SkinLattice& lattice, const mesh::Mesh& mesh,
 {
     query::PosedSkin posed(lattice);
     if (!posed.pose(maps)) throw mesh::InvalidInput("maps are not of this lattice");
-    const std::vector<Vec3d> places = mesh::skinned(mesh.vertices, influences, maps);
-    double most = 0;
+    const std::vector<Vec3d> positions = mesh::skinned(mesh.vertices, influences, maps);
+    double largest = 0;
     for (const mesh::Triangle& t : mesh.triangles)
         for (const auto& [a, b, c] :
              {std::array{1., 0., 0.}, {0.5, 0.5, 0.}, {0., 0.5, 0.5}, {0.5, 0., 0.5}, {1. / 3, 1. / 3, 1. / 3}}) {
             const auto mean = [&](const std::vector<Vec3d>& p) { return a * p[t[0]] + b * p[t[1]] + c * p[t[2]]; };
             Affine local;
             if (posed.carry_forward(mean(mesh.vertices), local))
-                most = std::max(most, norm(apply(local, mean(mesh.vertices)) - mean(places)));
+                largest = std::max(largest, norm(apply(local, mean(mesh.vertices)) - mean(positions)));
         }
-    return most;
+    return largest;
 }
 
 }  // namespace sqmap::bake

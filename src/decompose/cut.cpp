@@ -65,7 +65,7 @@ public:
             std::vector<std::uint32_t> queue{source};
             for (std::size_t i = 0; i < queue.size(); ++i)
                 for (const auto a : first_[queue[i]])
-                    if (arcs_[a].room > tolerance && level[arcs_[a].to] < 0) {
+                    if (arcs_[a].capacity > tolerance && level[arcs_[a].to] < 0) {
                         level[arcs_[a].to] = level[queue[i]] + 1;
                         queue.push_back(arcs_[a].to);
                     }
@@ -76,12 +76,12 @@ public:
             while (true) {
                 if (at == sink) {
                     double push = std::numeric_limits<double>::infinity();
-                    for (const auto a : path) push = std::min(push, arcs_[a].room);
+                    for (const auto a : path) push = std::min(push, arcs_[a].capacity);
                     std::size_t keep = path.size();
                     for (std::size_t i = path.size(); i-- > 0;) {
-                        arcs_[path[i]].room -= push;
-                        arcs_[path[i] ^ 1].room += push;
-                        if (arcs_[path[i]].room <= tolerance) keep = i;
+                        arcs_[path[i]].capacity -= push;
+                        arcs_[path[i] ^ 1].capacity += push;
+                        if (arcs_[path[i]].capacity <= tolerance) keep = i;
                     }
                     path.resize(keep);
                     at = path.empty() ? source : arcs_[path.back()].to;
@@ -90,7 +90,7 @@ public:
                 bool moved = false;
                 for (; next[at] < first_[at].size(); ++next[at]) {
                     const auto a = first_[at][next[at]];
-                    if (arcs_[a].room > tolerance && level[arcs_[a].to] == level[at] + 1) {
+                    if (arcs_[a].capacity > tolerance && level[arcs_[a].to] == level[at] + 1) {
                         path.push_back(a);
                         at = arcs_[a].to;
                         moved = true;
@@ -112,7 +112,7 @@ public:
 private:
     struct Arc {
         std::uint32_t to;
-        double room;
+        double capacity;
     };
     std::vector<std::vector<std::uint32_t>> first_;
     std::vector<Arc> arcs_;

@@ -19,11 +19,11 @@ constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
 {
-    const PowerFreeBound at_most(sq);
+    const PowerFreeBound upper_bound(sq);
     double f = 0, root = 0;
     for (const Vec3d& p : points) {
         const Vec3d u = undeformed(sq, p);
-        if (at_most(u) < root) continue;
+        if (upper_bound(u) < root) continue;
         f = std::max(f, shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u));
         root = std::sqrt(f);
     }
@@ -34,16 +34,16 @@ double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
 bool admit_violators(const Superquadricd& sq, std::span<const Vec3d> candidates, std::vector<Vec3d>& points)
 {
     const std::size_t runs = 12, before = points.size();
-    const PowerFreeBound at_most(sq);
+    const PowerFreeBound upper_bound(sq);
     for (std::size_t r = 0; r < runs; ++r) {
         const Vec3d* worst = nullptr;
-        double root = 1.02, most = root * root;
+        double root = 1.02, largest = root * root;
         for (std::size_t i = r * candidates.size() / runs; i < (r + 1) * candidates.size() / runs; ++i) {
             const Vec3d u = undeformed(sq, candidates[i]);
-            if (at_most(u) < root) continue;
+            if (upper_bound(u) < root) continue;
             const double f = shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u);
-            if (f > most) {
-                most = f;
+            if (f > largest) {
+                largest = f;
                 root = std::sqrt(f);
                 worst = &candidates[i];
             }
@@ -146,9 +146,9 @@ Candidate least_volume(const ScaledPart& part, Superquadricd start, const FitOpt
         term.mu *= 2;
 
         // The volume once it holds the points, by the closed form: exact for plain shapes, pessimistic for deformed ones.
-        double most = *std::max_element(g.begin(), g.end() - 3);
-        if (N != k_plain) most = std::max(most, std::log(largest_f(sq, part.check)));
-        const double v = volume(sq) * std::exp(3 * most);
+        double largest = *std::max_element(g.begin(), g.end() - 3);
+        if (N != k_plain) largest = std::max(largest, std::log(largest_f(sq, part.check)));
+        const double v = volume(sq) * std::exp(3 * largest);
         const bool settled = std::abs(v - best.volume) <= 2e-3 * v;
         if (v < best.volume) best = {sq, v, settled, 0};
         if (settled) {

@@ -102,13 +102,14 @@ struct Range {
     double lower = 0, upper = 0;
 };
 
-void bound(const shape::Superquadricd& sq, const PowerFreeBound& at_most, const std::array<Vec3d, 3>& q, int depth, Range& range)
+void bound(const shape::Superquadricd& sq, const PowerFreeBound& upper_bound, const std::array<Vec3d, 3>& q, int depth,
+           Range& range)
 {
     Vec3d u[3];
     double corner = 0;
     for (int i = 0; i < 3; ++i) {
         u[i] = undeform(sq, q[i]);
-        double f = at_most(u[i]);
+        double f = upper_bound(u[i]);
         if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, u[i]));
         corner = f >= corner ? f : (f < corner ? corner : k_infinity);  // a NaN counts as outside
     }
@@ -118,7 +119,7 @@ void bound(const shape::Superquadricd& sq, const PowerFreeBound& at_most, const 
     }
     const Vec3d e = interpolation_error(sq, q);
     const bool finite = e.x < k_infinity && e.y < k_infinity && e.z < k_infinity;
-    if (finite && corner + at_most(e) < range.upper) return;
+    if (finite && corner + upper_bound(e) < range.upper) return;
     corner = std::max({norm_of(sq, u[0]), norm_of(sq, u[1]), norm_of(sq, u[2])});
     const double upper = finite ? corner + norm_of(sq, e) : k_infinity;
     if (upper <= range.upper) return;
@@ -127,10 +128,10 @@ void bound(const shape::Superquadricd& sq, const PowerFreeBound& at_most, const 
         return;
     }
     const Vec3d m01 = 0.5 * (q[0] + q[1]), m12 = 0.5 * (q[1] + q[2]), m20 = 0.5 * (q[2] + q[0]);
-    bound(sq, at_most, {m01, m12, m20}, depth + 1, range);
-    bound(sq, at_most, {q[0], m01, m20}, depth + 1, range);
-    bound(sq, at_most, {m01, q[1], m12}, depth + 1, range);
-    bound(sq, at_most, {m20, m12, q[2]}, depth + 1, range);
+    bound(sq, upper_bound, {m01, m12, m20}, depth + 1, range);
+    bound(sq, upper_bound, {q[0], m01, m20}, depth + 1, range);
+    bound(sq, upper_bound, {m01, q[1], m12}, depth + 1, range);
+    bound(sq, upper_bound, {m20, m12, q[2]}, depth + 1, range);
 }
 
 }  // namespace
@@ -138,17 +139,17 @@ void bound(const shape::Superquadricd& sq, const PowerFreeBound& at_most, const 
 Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> points, std::span<const mesh::Triangle> triangles)
 {
     Range range;
-    const PowerFreeBound at_most(sq);
+    const PowerFreeBound upper_bound(sq);
     struct Corner {
         Vec3d local;
-        double at_most;  ///< bounds f
+        double upper_bound;  ///< bounds f
     };
     std::vector<Corner> corners;
     corners.reserve(points.size());
     for (const Vec3d& p : points) {
         const Vec3d q = to_local(sq, p), u = undeform(sq, q);
-        corners.push_back({q, at_most(u)});
-        if (corners.back().at_most < range.lower) continue;
+        corners.push_back({q, upper_bound(u)});
+        if (corners.back().upper_bound < range.lower) continue;
         const double f = norm_of(sq, u);
         range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : k_infinity);
     }
@@ -157,9 +158,9 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> point
     if (sq.is_deformed()) {
         for (const mesh::Triangle& t : triangles) {
             const std::array<Vec3d, 3> q{corners[t[0]].local, corners[t[1]].local, corners[t[2]].local};
-            const double corner = std::max({corners[t[0]].at_most, corners[t[1]].at_most, corners[t[2]].at_most});
-            if (corner < range.upper && corner + at_most(interpolation_error(sq, q)) < range.upper) continue;
-            bound(sq, at_most, q, 0, range);
+            const double corner = std::max({corners[t[0]].upper_bound, corners[t[1]].upper_bound, corners[t[2]].upper_bound});
+            if (corner < range.upper && corner + upper_bound(interpolation_error(sq, q)) < range.upper) continue;
+            bound(sq, upper_bound, q, 0, range);
         }
     }
 

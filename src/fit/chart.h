@@ -99,10 +99,10 @@ public:
         if constexpr (N >= k_bent) {
             const double wx = 1 + std::abs(sq.taper_x), wy = 1 + std::abs(sq.taper_y);
             const double rx = wx * sq.a.x, ry = wy * sq.a.y, reach = 0.8 * std::sqrt(rx * rx + ry * ry);
-            const double by_room = -sq.bend * bend_limit(sq);  // bend = share / room
-            bend_by_a_ = by_room * Vec3d{rx * wx / reach, ry * wy / reach, 0.5};
-            bend_by_taper_[0] = by_room * std::copysign(rx * sq.a.x / reach, sq.taper_x);
-            bend_by_taper_[1] = by_room * std::copysign(ry * sq.a.y / reach, sq.taper_y);
+            const double by_limit = -sq.bend * bend_limit(sq);  // bend = share / limit
+            bend_by_a_ = by_limit * Vec3d{rx * wx / reach, ry * wy / reach, 0.5};
+            bend_by_taper_[0] = by_limit * std::copysign(rx * sq.a.x / reach, sq.taper_x);
+            bend_by_taper_[1] = by_limit * std::copysign(ry * sq.a.y / reach, sq.taper_y);
             slope_[13] = bend_limit(sq) * slope(t[13]);
         }
     }

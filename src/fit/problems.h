@@ -115,11 +115,11 @@ struct VolumeTerm {
     {
         Vec3d extent{1e-9, 1e-9, 1e-9};
         extreme = {0, 0, 0};
-        const PowerFreeBound at_most(sq);
+        const PowerFreeBound upper_bound(sq);
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d u = undeformed(sq, points[i]);
-            const double most = at_most(u);
-            g[i] = most < 1 && !(lambda[i] > 0) ? std::log(most + 1e-15) : log_f(sq, u);
+            const double bound = upper_bound(u);
+            g[i] = bound < 1 && !(lambda[i] > 0) ? std::log(bound + 1e-15) : log_f(sq, u);
             for (int k = 0; k < 3; ++k) {
                 if (std::abs(u[k]) > extent[k]) {
                     extent[k] = std::abs(u[k]);

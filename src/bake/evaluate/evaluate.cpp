@@ -1,5 +1,6 @@
 #include "sqmap/bake/evaluate.h"
 
+#include "sqmap/math/box.h"
 #include "sqmap/math/random.h"
 #include "sqmap/query/normal_projection.h"
 #include "sqmap/query/probe.h"
@@ -160,12 +161,7 @@ std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const Eva
     std::vector<double> cumulative;
     double area = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) cumulative.push_back(area += mesh::triangle_area(mesh, t));
-    Vec3d lo = mesh.vertices.front(), hi = lo;
-    for (const Vec3d& v : mesh.vertices)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], v[k]);
-            hi[k] = std::max(hi[k], v[k]);
-        }
+    const auto [lo, hi] = box_of(mesh.vertices);
     std::vector<Vec3d> points;
     for (std::uint32_t i = 0; i < options.points; ++i) {
         if (i % 4 == 3) {
@@ -194,18 +190,7 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     std::vector<shape::Superquadricd> shapes;
     for (const model::Part& p : model.parts) {
         if (p.largest_f <= 1.f) ++result.certified;
-        const shape::Superquadricf f = model::superquadric_of(p);
-        shape::Superquadricd d;
-        d.a = cast<double>(f.a);
-        d.eps1 = f.eps1;
-        d.eps2 = f.eps2;
-        for (int i = 0; i < 3; ++i) d.rotation.row[i] = cast<double>(f.rotation.row[i]);
-        d.translation = cast<double>(f.translation);
-        d.taper_x = f.taper_x;
-        d.taper_y = f.taper_y;
-        d.bend = f.bend;
-        d.bend_angle = f.bend_angle;
-        shapes.push_back(d);
+        shapes.push_back(shape::cast<double>(model::superquadric_of(p)));
     }
     for (const mesh::Triangle& t : mesh.triangles) {
         const Vec3d a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
@@ -258,9 +243,9 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             const double error = 100 * std::abs(static_cast<double>(c.depth) - nearest.distance) / r_max;
             depth.push_back(error);
             worst.emplace_back(error, q);
-            const Vec3d way = nearest.point - q;
-            if (norm(way) > 1e-4 * r_max) {
-                const double cosine = dot(normalized(way), cast<double>(c.normal));
+            const Vec3d to_surface = nearest.point - q;
+            if (norm(to_surface) > 1e-4 * r_max) {
+                const double cosine = dot(normalized(to_surface), cast<double>(c.normal));
                 normal.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
             }
         }

@@ -1,4 +1,4 @@
-// A triangle's piece in a place of the locator.
+// A triangle's piece in a locator cell.
 #pragma once
 
 #include "sqmap/math/vec.h"
@@ -23,14 +23,14 @@ inline ClippedTriangle clip_to_cube(const std::array<Vec3d, 3>& triangle, double
     }
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0}) {
-            const auto room = [&](Vec3d p) { return half - sign * p[axis]; };
+            const auto inside_by = [&](Vec3d p) { return half - sign * p[axis]; };
             bool whole = true;
-            for (int i = 0; i < piece.count; ++i) whole = whole && room(piece.corners[i]) >= 0;
+            for (int i = 0; i < piece.count; ++i) whole = whole && inside_by(piece.corners[i]) >= 0;
             if (whole) continue;
             ClippedTriangle next;
             for (int i = 0; i < piece.count; ++i) {
                 const Vec3d a = piece.corners[i], b = piece.corners[(i + 1) % piece.count];
-                const double at_a = room(a), at_b = room(b);
+                const double at_a = inside_by(a), at_b = inside_by(b);
                 if (at_a >= 0) next.corners[next.count++] = a;
                 if ((at_a < 0) != (at_b < 0)) next.corners[next.count++] = a + (at_a / (at_a - at_b)) * (b - a);
             }

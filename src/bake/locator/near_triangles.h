@@ -15,7 +15,7 @@
 
 namespace sqmap::bake {
 
-/// By how much larger a place is taken for its list: what is asked there may lie beside it by rounding.
+/// By how much larger a cell is taken for its list: a point that is queried there may lie beside it by rounding.
 constexpr double k_near_slack = 1.0005;
 
 /// A box is judged at the points of a lattice and in the boxes between them, so many along a side.
@@ -111,7 +111,7 @@ private:
     }
 
     /// Whatever is no farther from the centre than the nearest by more than the box's diagonal, and not ruled out by that one.
-    /// from, to: places in within_.
+    /// from, to: indices in within_.
     void collect(const std::vector<std::uint32_t>& from, std::size_t number, Vec3d centre, double h,
                  std::vector<std::uint32_t>& to) const
     {
@@ -175,12 +175,12 @@ private:
         put_corners(triangles_, centre);
         for (std::size_t i = 0; i < L::k_capacity; ++i) {
             const std::size_t p = std::min(i, L::k_points - 1);
-            const auto place = [&](std::size_t k) {
+            const auto coordinate = [&](std::size_t k) {
                 return static_cast<float>(h * (2.0 / L::k_side * static_cast<double>(k % L::k_along) - 1));
             };
-            point_[0][i] = place(p);
-            point_[1][i] = place(p / L::k_along);
-            point_[2][i] = place(p / (L::k_along * L::k_along));
+            point_[0][i] = coordinate(p);
+            point_[1][i] = coordinate(p / L::k_along);
+            point_[2][i] = coordinate(p / (L::k_along * L::k_along));
         }
         for (auto* values : {&offset_[0], &offset_[1], &offset_[2], &distance_}) grow(*values, triangles_.size() * L::k_capacity);
         triangle_offsets(corners_, {point_[0].data(), point_[1].data(), point_[2].data(), L::k_capacity}, offset_[0].data(),
@@ -220,7 +220,7 @@ private:
         std::size_t out = first;
         for (std::size_t i = first; i < first + count; ++i) {
             const std::uint32_t t = losers[i];
-            // Distances change no faster than places.
+            // Distances change no faster than positions.
             if (distance_[t * L::k_capacity + low] - least_[low] > 2 * 1.7321f * side + slack ||
                 is_above<L>(t, corners, rulers, boxes == 1, side, slack))
                 std::swap(losers[out++], losers[i]);
@@ -246,17 +246,17 @@ private:
     {
         // The plane that touches where it matters most is the best as a rule; in the end all are tried.
         float mine[8];
-        std::size_t most = 0;
+        std::size_t nearest = 0;
         float least_margin = INFINITY;
         for (std::size_t k = 0; k < 8; ++k) {
             mine[k] = distance_[t * L::k_capacity + corners[k]];
             const float margin = mine[k] - least_[corners[k]];
-            most = margin < least_margin ? k : most;
+            nearest = margin < least_margin ? k : nearest;
             least_margin = std::min(margin, least_margin);
         }
         if (!(least_margin > slack)) return false;
         for (std::size_t tried = 0; tried < (all ? 8u : 1u); ++tried) {
-            const std::size_t j = most ^ tried;
+            const std::size_t j = nearest ^ tried;
             const std::size_t value = t * L::k_capacity + corners[j];
             // Away from the triangle distance grows.
             const float scale = -side / mine[j];
