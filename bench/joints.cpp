@@ -1,7 +1,8 @@
 // Where the error of joints lies on a skinned hand: the verdicts of rigid solids, one a joint, and of the lattice, along the
 // normals of the exact skinned mesh; a picture of both and a table of the joints.
 // usage: sqmap_joints HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]
-#include "render/raycast.h"
+#include "common/layer_name.h"
+#include "common/render/raycast.h"
 #include "skin_hand.h"
 
 #include "sqmap/bake/bake.h"
@@ -133,7 +134,7 @@ int main(int argc, char** argv)
     app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
-        if (name == "--layer") layer = bench::layer_named(value);
+        if (name == "--layer") layer = app::layer_named(value).value_or(query::Layer::Three);
         if (name == "--solids") least_weight = std::atof(argv[i + 1]);
         if (name == "--azimuth") view.azimuth = std::atof(argv[i + 1]);
         if (name == "--elevation") view.elevation = std::atof(argv[i + 1]);

@@ -1,6 +1,7 @@
 // Contacts of a skinned model against the exact skinned mesh: carried back through the blend, and for comparison made of rigid
 // solids, one a joint. Joints named as the WebXR hand's; the hand is closed and opened over the object.
 // usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]
+#include "common/layer_name.h"
 #include "skin_hand.h"
 
 #include "sqmap/bake/bake.h"
@@ -65,7 +66,7 @@ int main(int argc, char** argv)
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string name = argv[i], value = argv[i + 1];
         if (name == "--cell") cell = std::atof(argv[i + 1]);
-        if (name == "--layer") layer = bench::layer_named(value);
+        if (name == "--layer") layer = app::layer_named(value).value_or(query::Layer::Three);
         if (name == "--solids") least_weight = std::atof(argv[i + 1]);
         if (name == "--worst") worst_file = argv[i + 1];
     }

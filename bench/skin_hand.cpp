@@ -60,11 +60,6 @@ std::optional<io::SkinnedSoup> read_skin(const char* file)
     return std::nullopt;
 }
 
-query::Layer layer_named(std::string_view name)
-{
-    return name == "exact" ? query::Layer::Exact : name == "2" ? query::Layer::Two : query::Layer::Three;
-}
-
 std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing)
 {
     const std::vector<int> parents = parents_of(skin);

@@ -17,9 +17,6 @@ namespace sqmap::bench {
 /// A file's skin; where it does not read, none, and why on standard error.
 [[nodiscard]] std::optional<io::SkinnedSoup> read_skin(const char* file);
 
-/// 2, exact, or 3 for all else.
-[[nodiscard]] query::Layer layer_named(std::string_view name);
-
 /// World of each joint times its inverse bind. curl: 0 open, 1 a fist; pointing: the index finger stays straight.
 [[nodiscard]] std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool pointing);
 

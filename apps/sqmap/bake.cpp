@@ -1,8 +1,8 @@
 #include "sqmap/bake/bake.h"
 
 #include "commands.h"
-#include "load_mesh.h"
-#include "reports.h"
+#include "common/reports.h"
+#include "load_options.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 

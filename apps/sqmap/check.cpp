@@ -1,5 +1,5 @@
 #include "commands.h"
-#include "load_mesh.h"
+#include "load_options.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,7 @@
 #include "commands.h"
-#include "load_mesh.h"
-#include "reports.h"
+#include "common/layer_name.h"
+#include "common/reports.h"
+#include "load_options.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/model_file.h"
@@ -97,9 +98,8 @@ void add_eval(CLI::App& app, int& exit_code)
             const mesh::Mesh mesh = bake::model_space(loaded.mesh);
             const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
             nlohmann::ordered_json out;
-            const std::pair<const char*, query::Layer> layers[] = {
-                {"2", query::Layer::Two}, {"3", query::Layer::Three}, {"exact", query::Layer::Exact}};
-            for (const auto& [name, layer] : layers) {
+            for (const query::Layer layer : {query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
+                const std::string name(layer_name(layer));
                 if (options->layer != "all" && options->layer != name) continue;
                 if (layer == query::Layer::Exact && !model::has_exact(m)) continue;
                 bake::EvaluateOptions evaluate = options->evaluate;
@@ -109,7 +109,7 @@ void add_eval(CLI::App& app, int& exit_code)
                 if (options->json)
                     out["layer"][name] = evaluation_json(e);
                 else
-                    print(name, e);
+                    print(name.c_str(), e);
             }
             const bake::Containment containment = bake::check_containment(m, mesh);
             if (options->json) {

@@ -1,5 +1,5 @@
 #include "commands.h"
-#include "reports.h"
+#include "common/reports.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
 

@@ -1,6 +1,7 @@
 #include "sqmap/query/query.h"
 
 #include "commands.h"
+#include "common/layer_name.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 
@@ -119,11 +120,7 @@ void add_query(CLI::App& app, int& exit_code)
             const io::MappedModel file(options->model);
             const model::ModelView& m = file.view();
             const std::vector<Vec3d> points = read_points(options->points);
-            const query::Layer layer = options->layer == "1"       ? query::Layer::One
-                                       : options->layer == "2"     ? query::Layer::Two
-                                       : options->layer == "3"     ? query::Layer::Three
-                                       : options->layer == "exact" ? query::Layer::Exact
-                                                                   : query::Layer::Auto;
+            const query::Layer layer = layer_named(options->layer).value();
             if (layer == query::Layer::Exact && !model::has_exact(m))
                 throw BadPoints(options->model + " was baked without the exact layer: bake it without --no-exact");
             const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};

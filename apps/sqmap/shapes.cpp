@@ -2,7 +2,7 @@
 #include "shapes.h"
 
 #include "commands.h"
-#include "load_mesh.h"
+#include "common/load_mesh.h"
 #include "sqmap/io/write_mesh.h"
 #include "sqmap/mesh/shapes.h"
 

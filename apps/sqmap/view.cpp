@@ -1,15 +1,15 @@
 // sqmap view: models and meshes in the browser, to be looked at and touched.
 #include "commands.h"
-#include "load_mesh.h"
+#include "common/load_mesh.h"
 
 #ifdef SQMAP_HAVE_VIEWER
-#include "object.h"
-#include "page.h"
-#include "server.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
-#include "viewer.h"
+#include "viewer/server/http/page.h"
+#include "viewer/server/http/server.h"
+#include "viewer/server/scene/object.h"
+#include "viewer/server/viewer.h"
 #endif
 
 #include <csignal>

@@ -1,5 +1,6 @@
 // sqmap_haptic: the figures of docs/notes/haptics.md.
 #include "../error.h"
+#include "common/layer_name.h"
 #include "hand.h"
 #include "slide.h"
 #include "sqmap/io/replace_file.h"
@@ -86,8 +87,7 @@ void add_slide(CLI::App& app)
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, haptic::Kernel>{{"shell", haptic::Kernel::Shell}, {"ball", haptic::Kernel::Ball}}));
     command->add_option("--layer", zone.layer, "3 or exact")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
+        ->transform(CLI::CheckedTransformer(app::layers_by_name({query::Layer::Three, query::Layer::Exact})));
     command->add_flag_callback(
         "--consistent", [c] { c->options.zone.shading = haptic::Shading::Consistent; }, "The gradient of one potential");
     command->add_option("--csv", c->csv, "Every tick of the last mesh");
@@ -103,8 +103,7 @@ void add_energy(CLI::App& app)
     command->add_option("--places", c->places, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
     c->options.zone.layer = query::Layer::Exact;
     command->add_option("--layer", c->options.zone.layer, "3 or exact")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, query::Layer>{{"3", query::Layer::Three}, {"exact", query::Layer::Exact}}));
+        ->transform(CLI::CheckedTransformer(app::layers_by_name({query::Layer::Three, query::Layer::Exact})));
     command->add_flag("--paper", c->options.paper,
                       "A single point at layer 3 instead, nothing smoothed; also with the friction of eq. 33");
     command->callback([c] {

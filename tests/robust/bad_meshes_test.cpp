@@ -1,6 +1,6 @@
 // The expected verdict of every damaged mesh of the shared folder, written down from the policy table before the gate
 // was. What each file holds is described in the folder's README; a file this table does not know fails the test.
-#include "sqmap/load_mesh.h"
+#include "common/load_mesh.h"
 #include "support/shared_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The live figure. Waits for what happens, bounded; asserts no time.
-#include "fitting.h"
+#include "viewer/server/cloth/fitting.h"
 
 #include <gtest/gtest.h>
 

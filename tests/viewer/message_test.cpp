@@ -1,4 +1,4 @@
-#include "messages.h"
+#include "viewer/server/protocol/messages.h"
 
 #include <gtest/gtest.h>
 

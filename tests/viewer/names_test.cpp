@@ -1,7 +1,7 @@
-#include "names.h"
+#include "viewer/server/scene/names.h"
 
-#include "object.h"
 #include "sqmap/mesh/shapes.h"
+#include "viewer/server/scene/object.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "object.h"
+#include "viewer/server/scene/object.h"
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"

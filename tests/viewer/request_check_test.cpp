@@ -1,4 +1,4 @@
-#include "request_check.h"
+#include "viewer/server/http/request_check.h"
 
 #include <gtest/gtest.h>
 

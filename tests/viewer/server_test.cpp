@@ -1,5 +1,5 @@
 // The server as a hostile browser meets it: bytes on a socket, nothing of Beast in between.
-#include "server.h"
+#include "viewer/server/http/server.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Cuts along a line: what hangs together is counted by brute force, areas are the pattern's.
-#include "slit.h"
+#include "viewer/server/cloth/slit.h"
 
 #include "sqmap/math/triangle.h"
 

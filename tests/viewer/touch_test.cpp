@@ -1,5 +1,5 @@
 // Touch through the servo. Waits for what happens, bounded; asserts no time.
-#include "touch.h"
+#include "viewer/server/touch/touch.h"
 
 #include "sqmap/mesh/shapes.h"
 

@@ -1,10 +1,10 @@
 // What the workbench draws and does, against closed forms of shapes that are known.
-#include "displacement.h"
-#include "object.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/shape/surface.h"
-#include "tool.h"
+#include "viewer/server/scene/displacement.h"
+#include "viewer/server/scene/object.h"
+#include "viewer/server/touch/tool.h"
 
 #include <gtest/gtest.h>
 

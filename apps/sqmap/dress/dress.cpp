@@ -1,10 +1,11 @@
 // sqmap dress: a fitting without a window.
 #include "commands.h"
-#include "dress/avatar.h"
-#include "dress/garment_file.h"
+#include "common/dress/avatar.h"
+#include "common/dress/garment_file.h"
+#include "common/layer_name.h"
+#include "common/render/raycast.h"
 #include "dress/held_tool.h"
 #include "dress/worn.h"
-#include "render/raycast.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/io/write_gltf.h"
@@ -124,7 +125,7 @@ void dress(const Arguments& a)
     };
 
     sim::ClothOptions options;
-    options.layer = a.layer == "exact" ? query::Layer::Exact : (a.layer == "2" ? query::Layer::Two : query::Layer::Three);
+    options.layer = layer_named(a.layer).value();
     options.friction = a.paper_friction ? Friction::Paper : Friction::Coulomb;
     options.iterations = a.iterations;
     options.sweep_step = 0.5 * a.thinnest;

@@ -1,7 +1,7 @@
 // A garment on its avatar, and what is said of it in the end.
 #pragma once
 
-#include "dress/handling.h"
+#include "common/dress/handling.h"
 
 #include <nlohmann/json.hpp>
 

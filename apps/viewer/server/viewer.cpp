@@ -1,10 +1,11 @@
-#include "viewer.h"
+#include "viewer/server/viewer.h"
 
-#include "page.h"
+#include "common/layer_name.h"
 #include "sqmap/device/open.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
-#include "tool.h"
+#include "viewer/server/http/page.h"
+#include "viewer/server/touch/tool.h"
 
 #include <algorithm>
 #include <charconv>
@@ -800,12 +801,7 @@ std::string Viewer::status_text() const
 {
     ordered_json out{{"say", "status"}, {"touching", touch_ != nullptr}, {"stopped", stopped_}, {"device", device_}};
     out["devices"] = ordered_json::parse(devices_);
-    const query::Layer asked = settings_.layer;
-    const char* const layer = asked == query::Layer::Auto    ? "auto"
-                              : asked == query::Layer::Two   ? "2"
-                              : asked == query::Layer::Three ? "3"
-                                                             : "exact";
-    out["settings"] = {{"layer", layer},
+    out["settings"] = {{"layer", app::layer_name(settings_.layer)},
                        {"stiffness", settings_.stiffness},
                        {"damping", settings_.damping},
                        {"friction", settings_.friction},

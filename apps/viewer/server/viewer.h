@@ -1,11 +1,11 @@
 // What the server serves: the page, the scene, touch, uploads and edits.
 #pragma once
 
-#include "fitting.h"
-#include "messages.h"
-#include "object.h"
-#include "server.h"
-#include "touch.h"
+#include "viewer/server/cloth/fitting.h"
+#include "viewer/server/http/server.h"
+#include "viewer/server/protocol/messages.h"
+#include "viewer/server/scene/object.h"
+#include "viewer/server/touch/touch.h"
 
 #include <atomic>
 #include <condition_variable>

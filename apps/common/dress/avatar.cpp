@@ -1,0 +1,205 @@
+#include "common/dress/avatar.h"
+
+#include "sqmap/bake/bake.h"
+#include "sqmap/bake/skin_lattice.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+
+namespace sqmap::app {
+namespace {
+
+void take_model(AvatarPart& part)
+{
+    if (const auto status = model::parse(part.bytes, part.model); status != model::ParseStatus::Ok)
+        throw io::ModelFileError(part.name + ": " + model::to_string(status));
+}
+
+double height_of(const Avatar& avatar)
+{
+    double lo = INFINITY, hi = -INFINITY;
+    for (const AvatarPart& part : avatar.parts)
+        for (const Vec3d& v : part.mesh.vertices) {
+            lo = std::min(lo, v.y);
+            hi = std::max(hi, v.y);
+        }
+    return hi - lo;
+}
+
+/// The rigid motion nearest to a joint's map, about its bound place: rows made orthonormal in turn.
+sqmap::Pose rigid(const Affine& map, Vec3d joint)
+{
+    Mat3d r = map.linear;
+    r.row[0] = normalized(r.row[0]);
+    r.row[1] = normalized(r.row[1] - dot(r.row[1], r.row[0]) * r.row[0]);
+    r.row[2] = cross(r.row[0], r.row[1]);
+    return {r, apply(map, joint) - r * joint};
+}
+
+/// Closed, with one vertex a place: files double them along seams of textures.
+void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
+{
+    const io::SkinnedSoup& skin = body.file;
+    const mesh::GateResult gate = mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices});
+    if (gate.verdict == mesh::Verdict::Refused || !gate.solid)
+        throw AvatarError(path.string() + ": its skinned mesh is no closed solid: see sqmap check " + path.string());
+    std::map<std::array<double, 3>, std::size_t> places;
+    for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
+        const Vec3d p = skin.soup.positions[v];
+        places.try_emplace({p.x, p.y, p.z}, v);
+    }
+    body.bound = gate.mesh;
+    for (const Vec3d& p : gate.mesh.vertices) {
+        const auto found = places.find({p.x, p.y, p.z});
+        if (found == places.end())
+            throw AvatarError(path.string() + ": its skinned mesh has to be repaired first: see sqmap check " + path.string());
+        body.influences.joints.push_back(skin.joints[found->second]);
+        body.influences.weights.push_back(skin.weights[found->second]);
+    }
+}
+
+/// Of what each joint moves: where its rigid motion agrees with its map.
+std::vector<Vec3d> bound_centres(const SkinnedBody& body)
+{
+    std::vector<Vec3d> sum(body.file.skeleton.size());
+    std::vector<double> weight(sum.size());
+    for (std::size_t v = 0; v < body.bound.vertices.size(); ++v)
+        for (std::size_t k = 0; k < 4; ++k) {
+            sum[body.influences.joints[v][k]] += body.influences.weights[v][k] * body.bound.vertices[v];
+            weight[body.influences.joints[v][k]] += body.influences.weights[v][k];
+        }
+    for (std::size_t j = 0; j < sum.size(); ++j) sum[j] = weight[j] > 0 ? sum[j] / weight[j] : Vec3d{};
+    return sum;
+}
+
+const io::SkinAnimation& animation_of(const std::filesystem::path& path, const io::SkinnedSoup& skin, const std::string& name)
+{
+    std::string all;
+    for (const io::SkinAnimation& a : skin.animations) {
+        if (name.empty() || a.name == name) return a;
+        all += (all.empty() ? "" : ", ") + ("'" + a.name + "'");
+    }
+    throw AvatarError(path.string() + (all.empty() ? ": it has no animation" : ": no animation '" + name + "'; it has " + all));
+}
+
+/// Whether an animation ends as it begins, to be played again.
+bool is_cycle(const io::SkinnedSoup& skin, const io::SkinAnimation& animation)
+{
+    const auto first = io::joint_maps(skin, io::places_at(skin, animation, 0)),
+               last = io::joint_maps(skin, io::places_at(skin, animation, animation.duration));
+    double turn = 0, shift = 0, size = 0;
+    for (std::size_t j = 0; j < first.size(); ++j) {
+        for (int k = 0; k < 3; ++k) turn = std::max(turn, norm(first[j].linear.row[k] - last[j].linear.row[k]));
+        shift = std::max(shift, norm(first[j].shift - last[j].shift));
+    }
+    for (const Vec3d& p : skin.soup.positions) size = std::max(size, norm(p));
+    return turn < 0.02 && shift < 0.02 * size;
+}
+
+}  // namespace
+
+Avatar still_avatar(const std::filesystem::path& path)
+{
+    const io::MappedModel mapped(path);
+    Avatar avatar;
+    AvatarPart& part = avatar.parts.emplace_back();
+    part.name = path.stem().string();
+    part.bytes.assign(mapped.bytes().begin(), mapped.bytes().end());
+    take_model(part);
+    const model::ModelView& view = part.model;
+    const Vec3d origin{view.header.origin[0], view.header.origin[1], view.header.origin[2]};
+    for (std::size_t v = 0; v + 2 < view.vertices.size(); v += 3)
+        part.mesh.vertices.push_back(origin + view.header.unit * cast<double>(model::vec3(&view.vertices[v])));
+    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
+        part.mesh.triangles.push_back(
+            {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
+    if (part.mesh.triangles.empty())
+        throw io::ModelFileError(path.string() + " was baked without its exact layer: bake it with it");
+    avatar.pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
+    avatar.height = height_of(avatar);
+    return avatar;
+}
+
+Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
+                      const std::function<void(std::size_t done, std::size_t of)>& progress)
+{
+    const auto bones = std::make_shared<std::vector<sim::Bone>>(sim::capsule_human(height));
+    Avatar avatar;
+    avatar.parts.reserve(bones->size());
+    for (const sim::Bone& bone : *bones) {
+        if (progress) progress(avatar.parts.size(), bones->size());
+        mesh::CapsuleSolid solid;
+        solid.blend = 0.15 * spacing;
+        for (const sim::BoneCapsule& c : bone.flesh) solid.capsules.push_back({c.a, c.b, c.radius_a, c.radius_b});
+        AvatarPart& part = avatar.parts.emplace_back();
+        part.name = bone.name;
+        part.mesh = mesh::polygonized(solid, spacing);
+        bake::BakeOptions options;
+        options.target_error = target_error;
+        part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
+        take_model(part);
+    }
+    avatar.pose = [bones, gait](double time, std::span<sqmap::Pose> poses) { sim::walk(*bones, gait, time, poses); };
+    avatar.height = height_of(avatar);
+    return avatar;
+}
+
+Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::string& animation, double target_error)
+{
+    io::SkinResult read = io::read_skinned_file(file);
+    if (read.error) throw AvatarError(file.string() + ": " + read.error->code + ": " + read.error->message);
+    Avatar avatar;
+    avatar.skin = std::make_unique<SkinnedBody>();
+    SkinnedBody& body = *avatar.skin;
+    body.file = std::move(read.skin);
+    take_mesh(file, body);
+    const io::SkinnedSoup& skin = body.file;
+    std::vector<io::JointPlace> rest = io::rest_places(skin);
+    body.maps = io::joint_maps(skin, rest);
+
+    AvatarPart& part = avatar.parts.emplace_back();
+    part.name = file.stem().string();
+    part.mesh = body.bound;
+    bake::BakeOptions options;
+    options.target_error = target_error;
+    part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
+    take_model(part);
+    try {
+        body.lattice = bake::skin_lattice(body.bound, body.influences);
+    } catch (const mesh::InvalidInput& e) {
+        throw AvatarError(file.string() + ": " + e.what());
+    }
+    // Joints that move nothing are there all the same.
+    body.lattice.bones = static_cast<std::uint32_t>(skin.skeleton.size());
+    body.moving = std::make_unique<query::MovingSkin>(body.lattice);
+    const std::vector<Vec3d> centres = bound_centres(body);
+    for (const io::SkinJoint& joint : skin.skeleton) avatar.joints.push_back(joint.name);
+    const io::SkinAnimation* plays = walk ? &animation_of(file, skin, animation) : nullptr;
+    const bool again = plays != nullptr && plays->duration > 0 && is_cycle(skin, *plays);
+    avatar.pose = [&body, rest = std::move(rest), centres, plays, again](double time, std::span<sqmap::Pose> poses) {
+        if (plays != nullptr) {
+            const double at = std::max(0.0, time - 2), s = std::clamp(time - 1, 0.0, 1.0);
+            const auto target = io::places_at(body.file, *plays, again ? std::fmod(at, plays->duration) : at);
+            body.maps = io::joint_maps(body.file, io::blended(rest, target, s * s * (3 - 2 * s)));
+        }
+        (void)body.moving->step(body.maps);
+        poses[0] = {};
+        for (std::size_t j = 0; j < body.maps.size(); ++j) poses[1 + j] = rigid(body.maps[j], centres[j]);
+    };
+    // Both ends of the first step are where it stands.
+    (void)body.moving->step(body.maps);
+    Vec3d lo{INFINITY, INFINITY, INFINITY}, hi = -lo;
+    for (const Vec3d& v : body.posed()) {
+        lo.y = std::min(lo.y, v.y);
+        hi.y = std::max(hi.y, v.y);
+    }
+    avatar.height = hi.y - lo.y;
+    return avatar;
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,46 @@
+// From a mesh file to a validated mesh: reading and judging in one step, for every subcommand that takes a mesh.
+#pragma once
+
+#include "sqmap/io/read.h"
+#include "sqmap/mesh/gate.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sqmap::app {
+
+struct LoadOptions {
+    mesh::Repair repair = mesh::Repair::Safe;
+    bool accept_surface = false;
+    double thickness = 0;
+    std::optional<double> unit{};  ///< metres per unit of the file
+    io::ReadLimits limits{};
+    std::uint64_t max_components = mesh::GateOptions{}.max_components;
+};
+
+struct LoadedMesh {
+    mesh::Verdict verdict = mesh::Verdict::Refused;
+    mesh::Diagnosis diagnosis;  ///< of a refusal, by the reader or by the gate
+    std::vector<mesh::RepairNote> repairs;
+    std::vector<mesh::Warning> warnings;
+    mesh::MeshFacts facts;
+    mesh::Mesh mesh;                    ///< canonical, in the file's units (metres where a unit is given); empty after a refusal
+    bool solid = false;                 ///< false: an open surface, taken because accept_surface asked for it
+    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it: for mesh::Solid; empty if none is cut
+    std::string format;                 ///< "OBJ"; empty where it was not recognised
+
+    [[nodiscard]] bool refused() const { return verdict == mesh::Verdict::Refused; }
+};
+
+/// Reads and judges a mesh file. Does not throw on any content of the file: look at verdict.
+[[nodiscard]] LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& options = {});
+
+/// "ACCEPT", "REPAIRED" or "REFUSED".
+[[nodiscard]] const char* verdict_name(mesh::Verdict verdict);
+
+/// One line each for verdict, repairs and warnings, as `sqmap check` prints them.
+[[nodiscard]] std::string report(const LoadedMesh& loaded);
+
+}  // namespace sqmap::app

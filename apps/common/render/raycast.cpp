@@ -1,0 +1,383 @@
+// Ray casting with Embree: a key light, a hemisphere of sky light dimmed by ambient occlusion (cast once a vertex, so
+// that it has no noise), lines at outlines and between groups, translucent layers composited front to back.
+#include "common/render/raycast.h"
+
+#include "sqmap/parallel/for_each.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+namespace sqmap::app {
+namespace {
+
+using std::numbers::pi;
+
+/// What a sample saw first: where it changes between neighbours, a line is drawn.
+struct Seen {
+    std::uint32_t layer = RTC_INVALID_GEOMETRY_ID;
+    std::uint32_t group = 0;
+    float depth = std::numeric_limits<float>::infinity();
+};
+
+/// Cells of a triangle run in rows along its second edge: row i has 2 (detail - i) - 1 of them, upright and inverted by
+/// turns.
+std::uint32_t cell_at(std::uint32_t detail, double u, double v)
+{
+    const double n = detail;
+    const auto i = std::min(static_cast<std::uint32_t>(std::max(u * n, 0.0)), detail - 1);
+    const auto j = std::min(static_cast<std::uint32_t>(std::max(v * n, 0.0)), detail - 1 - i);
+    const bool inverted = i + j + 1 < detail && u * n - i + v * n - j > 1;
+    return i * (2 * detail - i) + 2 * j + (inverted ? 1 : 0);
+}
+
+class Scene {
+public:
+    /// Masks of rays: sky light and shadows ignore what is translucent.
+    static constexpr unsigned k_opaque = 1, k_translucent = 2;
+
+    explicit Scene(const std::vector<Layer>& layers)
+        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)), layers_(layers)
+    {
+        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+        for (const Layer& layer : layers) {
+            RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+            auto* v = static_cast<float*>(
+                rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, layer.mesh.vertices.size()));
+            for (const Vec3d& p : layer.mesh.vertices)
+                for (int i = 0; i < 3; ++i) *v++ = static_cast<float>(p[i]);
+            auto* t = static_cast<std::uint32_t*>(
+                rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, layer.mesh.triangles.size()));
+            for (const mesh::Triangle& f : layer.mesh.triangles) t = std::copy(f.begin(), f.end(), t);
+            rtcSetGeometryMask(g, layer.translucent ? k_translucent : k_opaque);
+            rtcCommitGeometry(g);
+            rtcAttachGeometry(scene_, g);
+            rtcReleaseGeometry(g);
+        }
+        rtcCommitScene(scene_);
+        for (const Layer& layer : layers) {
+            normals_.push_back(corner_normals(layer.mesh));
+            sky_.push_back(layer.translucent ? std::vector<float>(layer.mesh.vertices.size(), 1.0f) : sky_light(layer.mesh));
+        }
+    }
+    ~Scene()
+    {
+        rtcReleaseScene(scene_);
+        rtcReleaseDevice(device_);
+    }
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+
+    struct Hit {
+        std::uint32_t layer, triangle, colour;
+        float depth;
+        Vec3d normal;  // interpolated, unit
+        float sky;
+    };
+
+    /// First surface of an opaque or of a translucent layer between `from` and `to`.
+    bool cast(Vec3d origin, Vec3d direction, unsigned mask, float from, float to, Hit& hit) const
+    {
+        RTCRayHit rh = ray(origin, direction, from, to);
+        rh.ray.mask = mask;
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        rtcIntersect1(scene_, &context, &rh);
+        if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+        const double u = rh.hit.u, v = rh.hit.v, w = 1 - u - v;
+        const auto& n = normals_[rh.hit.geomID][rh.hit.primID];
+        const mesh::Triangle& t = layers_[rh.hit.geomID].mesh.triangles[rh.hit.primID];
+        const std::vector<float>& sky = sky_[rh.hit.geomID];
+        const std::uint32_t detail = layers_[rh.hit.geomID].detail;
+        hit = {rh.hit.geomID,
+               rh.hit.primID,
+               rh.hit.primID * detail * detail + cell_at(detail, u, v),
+               rh.ray.tfar,
+               normalized(w * n[0] + u * n[1] + v * n[2]),
+               static_cast<float>(w * sky[t[0]] + u * sky[t[1]] + v * sky[t[2]])};
+        return true;
+    }
+
+    bool lit(Vec3d point, Vec3d towards) const
+    {
+        RTCRay r = ray(point, towards, 0, std::numeric_limits<float>::infinity()).ray;
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        r.mask = k_opaque;
+        rtcOccluded1(scene_, &context, &r);
+        return r.tfar >= 0;
+    }
+
+private:
+    static RTCRayHit ray(Vec3d origin, Vec3d direction, float from, float to)
+    {
+        RTCRayHit rh{};
+        rh.ray = {static_cast<float>(origin.x),
+                  static_cast<float>(origin.y),
+                  static_cast<float>(origin.z),
+                  from,
+                  static_cast<float>(direction.x),
+                  static_cast<float>(direction.y),
+                  static_cast<float>(direction.z),
+                  0,
+                  to,
+                  0xffffffffu,
+                  0,
+                  0};
+        rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        return rh;
+    }
+
+    /// Area-weighted vertex normals, but only over triangles within 40 degrees: creases stay sharp.
+    static std::vector<std::array<Vec3d, 3>> corner_normals(const mesh::Mesh& mesh)
+    {
+        std::vector<std::vector<std::uint32_t>> around(mesh.vertices.size());
+        std::vector<Vec3d> face(mesh.triangles.size());
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            face[t] = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+            for (const std::uint32_t v : mesh.triangles[t]) around[v].push_back(t);
+        }
+        std::vector<std::array<Vec3d, 3>> out(mesh.triangles.size());
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+            for (std::size_t i = 0; i < 3; ++i) {
+                Vec3d sum{};
+                for (const std::uint32_t other : around[mesh.triangles[t][i]])
+                    if (dot(face[t], face[other]) > 0.766 * norm(face[t]) * norm(face[other])) sum += face[other];
+                out[t][i] = normalized(norm_sq(sum) > 0 ? sum : face[t]);
+            }
+        return out;
+    }
+
+    /// Share of the sky that each vertex sees, cosine-weighted, within a quarter of the scene's size.
+    std::vector<float> sky_light(const mesh::Mesh& mesh) const
+    {
+        constexpr int k_rays = 96;
+        RTCBounds box;
+        rtcGetSceneBounds(scene_, &box);
+        const float size = std::hypot(box.upper_x - box.lower_x, box.upper_y - box.lower_y, box.upper_z - box.lower_z);
+        std::vector<Vec3d> normal(mesh.vertices.size());
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const Vec3d n = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+            for (const std::uint32_t v : {a, b, c}) normal[v] += n;
+        }
+        std::vector<float> out(mesh.vertices.size());
+        for (std::size_t v = 0; v < out.size(); ++v) {
+            const Vec3d n = normalized(normal[v]);
+            const Vec3d s = normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})), t = cross(n, s);
+            int open = 0;
+            for (int i = 0; i < k_rays; ++i) {
+                // Fibonacci points on the disc, lifted to the hemisphere: cosine-weighted.
+                const double r = std::sqrt((i + 0.5) / k_rays), angle = 2 * pi * i * (std::numbers::phi - 1);
+                const Vec3d d = r * std::cos(angle) * s + r * std::sin(angle) * t + std::sqrt(1 - r * r) * n;
+                RTCRay shadow = ray(mesh.vertices[v] + 2e-4 * size * n, d, 0, 0.25f * size).ray;
+                shadow.mask = k_opaque;
+                RTCIntersectContext context;
+                rtcInitIntersectContext(&context);
+                rtcOccluded1(scene_, &context, &shadow);
+                open += shadow.tfar >= 0;
+            }
+            out[v] = static_cast<float>(open) / k_rays;
+        }
+        return out;
+    }
+
+    RTCDevice device_;
+    RTCScene scene_;
+    const std::vector<Layer>& layers_;
+    std::vector<std::vector<std::array<Vec3d, 3>>> normals_;
+    std::vector<std::vector<float>> sky_;
+};
+
+/// The direction that azimuth 0 looks from: +z where y is up, +x where z is, +y where x is; the same for -y, -z, -x.
+Vec3d front_of(Vec3d up)
+{
+    for (int i = 0; i < 3; ++i)
+        if (up[i] != 0) {
+            Vec3d front{};
+            front[(i + 1) % 3] = 1;
+            return front;
+        }
+    throw std::invalid_argument("render: no upward axis");
+}
+
+struct Camera {
+    Vec3d eye, forward, right, up;
+    double tan_half_x, tan_half_y;
+};
+
+Camera camera_for(const std::vector<Layer>& layers, const View& view)
+{
+    const Vec3d up = view.up, front = front_of(up);
+    const Vec3d side = cross(up, front);
+    const double az = view.azimuth * pi / 180, el = view.elevation * pi / 180;
+    const Vec3d towards_eye = std::cos(el) * (std::cos(az) * front + std::sin(az) * side) + std::sin(el) * up;
+
+    Camera camera;
+    camera.forward = -towards_eye;
+    camera.right = normalized(cross(camera.forward, std::abs(dot(up, towards_eye)) > 0.999 ? front : up));
+    camera.up = cross(camera.right, camera.forward);
+    camera.tan_half_y = std::tan(14 * pi / 180);
+    camera.tan_half_x = camera.tan_half_y * (view.width - view.margin) / view.height;
+    // The nearest eye that sees every vertex with a margin: planes of the frustum pushed back until they hold all.
+    double right_most = -1e300, left_most = -1e300, top_most = -1e300, bottom_most = -1e300;
+    const double fx = 0.94 * camera.tan_half_x, fy = 0.94 * camera.tan_half_y;
+    for (const Layer& layer : layers)
+        for (const Vec3d& p : layer.mesh.vertices) {
+            const double x = dot(p, camera.right), y = dot(p, camera.up), z = dot(p, camera.forward);
+            right_most = std::max(right_most, x - fx * z);
+            left_most = std::max(left_most, -x - fx * z);
+            top_most = std::max(top_most, y - fy * z);
+            bottom_most = std::max(bottom_most, -y - fy * z);
+        }
+    const double z = std::min(-(right_most + left_most) / (2 * fx), -(top_most + bottom_most) / (2 * fy));
+    camera.eye = (right_most - left_most) / 2 * camera.right + (top_most - bottom_most) / 2 * camera.up + z * camera.forward;
+    return camera;
+}
+
+/// From behind the viewer's left shoulder.
+Vec3d key_light(const Camera& camera) { return normalized(-1.0 * camera.forward + 0.75 * camera.up - 0.55 * camera.right); }
+
+/// Sample i of count over a round lamp: shadows get soft edges.
+Vec3d lamp_offset(int i, int count, const Camera& camera)
+{
+    constexpr double k_radius = 0.16;
+    const double r = k_radius * std::sqrt((i + 0.5) / count), angle = 2 * pi * i * (std::numbers::phi - 1);
+    return r * std::cos(angle) * camera.right + r * std::sin(angle) * camera.up;
+}
+
+Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera, Vec3d key, bool in_light)
+{
+    const double diffuse = std::max(0.0, dot(normal, key)) * (in_light ? 1.0 : 0.4);
+    const double skyward = 0.5 + 0.5 * dot(normal, camera.up);
+    const double head = std::max(0.0, -dot(normal, camera.forward));
+    const auto light = static_cast<float>(0.62 * diffuse + (0.30 + 0.22 * skyward) * hit.sky * hit.sky + 0.12 * head);
+    const Vec3d half = normalized(key - camera.forward);
+    const auto gloss = static_cast<float>(in_light ? 0.10 * std::pow(std::max(0.0, dot(normal, half)), 40.0) : 0.0);
+    return light * colour + gloss * Rgb{1, 1, 1};
+}
+
+const Rgb k_background{1, 1, 1};
+
+}  // namespace
+
+std::array<double, 3> cell_centre(std::uint32_t detail, std::uint32_t cell)
+{
+    std::uint32_t i = 0;
+    while (i + 1 < detail && cell >= (i + 1) * (2 * detail - i - 1)) ++i;
+    const std::uint32_t k = cell - i * (2 * detail - i);
+    const double within = k % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
+    const double u = (i + within) / detail, v = (k / 2 + within) / detail;
+    return {1 - u - v, u, v};
+}
+
+double broad_azimuth(const mesh::Mesh& mesh, Vec3d up)
+{
+    constexpr int k_step = 5;
+    const Vec3d front = front_of(up), side = cross(up, front);
+    double best = 0, broadest = -1;
+    for (int degrees = 0; degrees < 180; degrees += k_step) {
+        const double az = degrees * pi / 180;
+        const Vec3d towards = std::cos(az) * front + std::sin(az) * side;
+        double area = 0;
+        for (const auto& [a, b, c] : mesh.triangles)
+            area += std::abs(dot(towards, cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a])));
+        // A round mesh has no broadest side: rounding must not choose one.
+        if (area > broadest * 1.001) {
+            broadest = area;
+            best = degrees;
+        }
+    }
+    return best + 25;
+}
+
+Image render(const std::vector<Layer>& layers, const View& view)
+{
+    std::size_t triangles = 0;
+    for (const Layer& layer : layers) triangles += layer.mesh.triangles.size();
+    if (triangles == 0 || view.width - view.margin < 1 || view.height < 1 || view.samples < 1)
+        throw std::invalid_argument("render: nothing to draw");
+    const Scene scene(layers);
+    const Camera camera = camera_for(layers, view);
+    const Vec3d key = key_light(camera);
+    const int width = view.width * view.samples, height = view.height * view.samples;
+    Image image(width, height, {});
+    std::vector<Seen> seen(image.pixels.size());
+
+    const auto draw_row = [&](int y) {
+        for (int x = 0; x < width; ++x) {
+            const double sx = (2 * (x + 0.5) / (width - view.margin * view.samples) - 1) * camera.tan_half_x,
+                         sy = (1 - 2 * (y + 0.5) / height) * camera.tan_half_y;
+            const Vec3d direction = camera.forward + sx * camera.right + sy * camera.up;
+            // What is opaque first: a translucent surface may lie right on it, and must not hide it from a later ray.
+            constexpr float k_infinity = std::numeric_limits<float>::infinity();
+            Scene::Hit ground;
+            Rgb behind = k_background;
+            float end = k_infinity;
+            if (scene.cast(camera.eye, direction, Scene::k_opaque, 0, k_infinity, ground)) {
+                const Layer& layer = layers[ground.layer];
+                const double facing = -dot(ground.normal, direction) / norm(direction);
+                const Vec3d normal = facing < 0 ? -ground.normal : ground.normal;
+                const Vec3d point = camera.eye + static_cast<double>(ground.depth) * direction;
+                const Vec3d lamp =
+                    key + lamp_offset(x % view.samples + y % view.samples * view.samples, view.samples * view.samples, camera);
+                const bool in_light = !view.shadows || scene.lit(point + 1e-3 * ground.depth * normal, lamp);
+                behind = shade(layer.colours[ground.colour], ground, normal, camera, key, in_light);
+                seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = {
+                    ground.layer, layer.groups.empty() ? 0 : layer.groups[ground.triangle], ground.depth};
+                end = ground.depth;
+            }
+            Rgb colour{};
+            float through = 1, from = 0;
+            Scene::Hit hit;
+            constexpr int k_max_layers = 48;
+            for (int depth = 0; depth < k_max_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit);
+                 ++depth) {
+                from = hit.depth * (1 + 1e-5f);
+                const double facing = -dot(hit.normal, direction) / norm(direction);
+                if (facing <= 0) continue;  // back of a translucent surface: nothing to add
+                // More opaque towards its rim, as thin glass is: the shape reads without hiding what is inside.
+                const auto alpha = static_cast<float>(0.34 + 0.6 * std::pow(1 - facing, 2.0));
+                colour =
+                    colour + (through * alpha) * shade(layers[hit.layer].colours[hit.colour], hit, hit.normal, camera, key, true);
+                through *= 1 - alpha;
+            }
+            colour = colour + through * behind;
+            image.at(x, y) = colour;
+        }
+    };
+    parallel::for_each(static_cast<std::size_t>(height), 0, [&](std::size_t y) { draw_row(static_cast<int>(y)); });
+
+    // Lines: a sample is inked when a neighbour within half a pixel shows another layer or group or lies far behind.
+    Image inked = image;
+    const int reach = std::max(1, view.samples / 2);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const auto at = [&](int u, int v) -> const Seen& {
+                return seen[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
+            };
+            const Seen& here = at(x, y);
+            float ink = 0;
+            for (int dy = -reach; dy <= reach; ++dy)
+                for (int dx = -reach; dx <= reach; ++dx) {
+                    const int u = x + dx, v = y + dy;
+                    if (u < 0 || v < 0 || u >= width || v >= height) continue;
+                    const Seen& there = at(u, v);
+                    if (there.layer != here.layer)
+                        ink = std::max(ink, 0.75f);
+                    else if (here.layer != RTC_INVALID_GEOMETRY_ID) {
+                        if (there.group != here.group) ink = std::max(ink, 0.65f);
+                        if (there.depth - here.depth > 0.02f * here.depth) ink = std::max(ink, 0.55f);
+                    }
+                }
+            if (ink > 0) inked.at(x, y) = (1 - ink) * image.at(x, y) + ink * srgb(0x20242a);
+        }
+    return shrunk(inked, view.samples);
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,113 @@
+#include "common/render/subject.h"
+
+#include "sqmap/decompose/decompose.h"
+#include "sqmap/fit/fit.h"
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/query/query.h"
+
+#include <limits>
+#include <utility>
+
+namespace sqmap::app {
+namespace {
+
+shape::Superquadricd widened(const shape::Superquadricf& f)
+{
+    shape::Superquadricd out{.a = cast<double>(f.a), .eps1 = f.eps1, .eps2 = f.eps2, .translation = cast<double>(f.translation)};
+    for (int i = 0; i < 3; ++i) out.rotation.row[i] = cast<double>(f.rotation.row[i]);
+    out.taper_x = f.taper_x;
+    out.taper_y = f.taper_y;
+    out.bend = f.bend;
+    out.bend_angle = f.bend_angle;
+    return out;
+}
+
+/// The superquadric that holds the point deepest.
+std::uint32_t innermost(const std::vector<shape::Superquadricd>& superquadrics, Vec3d p)
+{
+    std::uint32_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 0; i < superquadrics.size(); ++i)
+        if (const double f = shape::implicit(superquadrics[i], p); f < least) {
+            least = f;
+            best = i;
+        }
+    return best;
+}
+
+/// Parts of a mesh that stands in for the model's own triangles.
+std::vector<std::uint32_t> nearest_parts(const Subject& subject, const Subject& own)
+{
+    const model::ModelView& view = subject.model->view();
+    std::optional<mesh::Bvh> bvh;
+    if (!own.mesh.triangles.empty()) bvh.emplace(own.mesh);
+    std::vector<std::uint32_t> parts;
+    for (std::uint32_t t = 0; t < subject.mesh.triangles.size(); ++t) {
+        const Vec3d centroid = mesh::triangle_centroid(subject.mesh, t);
+        if (bvh) {
+            parts.push_back(own.part_of_triangle[bvh->closest_point(centroid).triangle]);
+            continue;
+        }
+        // Just below the surface the map knows whose surface is nearest.
+        const auto& [a, b, c] = subject.mesh.triangles[t];
+        const auto& v = subject.mesh.vertices;
+        const Vec3d below = centroid - 0.002 * subject.r_max * normalized(cross(v[b] - v[a], v[c] - v[a]));
+        const query::Contact contact = query::query_point(view, cast<float>(below), query::Layer::Three);
+        parts.push_back(contact.contact && contact.part >= 0 ? static_cast<std::uint32_t>(contact.part)
+                                                             : innermost(subject.superquadrics, centroid));
+    }
+    return parts;
+}
+
+}  // namespace
+
+Subject bare_subject(const mesh::Mesh& mesh)
+{
+    Subject subject;
+    subject.mesh = mesh::normalized(mesh, mesh::normalization_of(mesh));
+    subject.r_max = mesh::largest_vertex_distance(subject.mesh);
+    return subject;
+}
+
+Subject subject_of_mesh(const mesh::Mesh& mesh)
+{
+    Subject subject = bare_subject(mesh);
+    const decompose::Partition partition = decompose::decompose(subject.mesh);
+    subject.part_of_triangle = partition.part_of_triangle;
+    std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
+    for (std::uint32_t t = 0; t < subject.part_of_triangle.size(); ++t) triangles[subject.part_of_triangle[t]].push_back(t);
+    for (const auto& part : triangles) subject.superquadrics.push_back(fit::fit_bounding(subject.mesh, part, {}).superquadric);
+    return subject;
+}
+
+Subject subject_of_model(io::MappedModel mapped, const mesh::Mesh* mesh)
+{
+    Subject subject;
+    subject.model.emplace(std::move(mapped));
+    const model::ModelView& view = subject.model->view();
+    for (const model::Part& part : view.parts) subject.superquadrics.push_back(widened(model::superquadric_of(part)));
+
+    Subject own;
+    for (std::size_t v = 0; v + 2 < view.vertices.size(); v += 3)
+        own.mesh.vertices.push_back(cast<double>(model::vec3(&view.vertices[v])));
+    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t) {
+        own.mesh.triangles.push_back(
+            {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
+        own.part_of_triangle.push_back(view.triangle_part[t] & model::k_part_mask);
+    }
+    if (mesh == nullptr) {
+        if (own.mesh.triangles.empty())
+            throw SubjectError("the model was baked without its exact layer: give the mesh as a second argument");
+        subject.mesh = std::move(own.mesh);
+        subject.part_of_triangle = std::move(own.part_of_triangle);
+        subject.r_max = view.header.r_max;
+        return subject;
+    }
+    const model::Header& h = view.header;
+    subject.mesh = mesh::normalized(*mesh, {{h.origin[0], h.origin[1], h.origin[2]}, h.unit});
+    subject.r_max = view.header.r_max;
+    subject.part_of_triangle = nearest_parts(subject, own);
+    return subject;
+}
+
+}  // namespace sqmap::app

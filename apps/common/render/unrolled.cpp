@@ -1,0 +1,95 @@
+#include "common/render/unrolled.h"
+
+#include "sqmap/query/query.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::app {
+namespace {
+
+/// A face of the cube as the cross shows it, seen from outside: direction = out + u right + v up, u and v in [-1, 1].
+struct Face {
+    Vec3f out, right, up;
+    int column, row;  // place in the cross
+};
+
+// Four faces around z, and the two that z leaves through above and below the second.
+constexpr std::array<Face, 6> k_cross{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0, 1},
+                                       {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}, 1, 1},
+                                       {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, 2, 1},
+                                       {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}, 3, 1},
+                                       {{0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, 1, 0},
+                                       {{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}, 1, 2}}};
+constexpr int k_columns = k_cross_columns, k_rows = k_cross_rows;
+
+/// How far along q (largest coordinate 1) the part's chart answers: where its convex domain ends.
+float domain_end(const model::Part& part, Vec3f q)
+{
+    const float v[9] = {q.x, q.y, q.z, q.x + q.y, q.x - q.y, q.x + q.z, q.x - q.z, q.y + q.z, q.y - q.z};
+    float end = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < 9; ++i)
+        if (v[i] != 0) end = std::min(end, (v[i] > 0 ? part.chart_hi[i] : part.chart_lo[i]) / v[i]);
+    return end;
+}
+
+/// Distance from the superquadric down to the outermost surface on the ray from the chart's centre, model units, and that
+/// surface.
+struct Below {
+    float distance = k_no_hit;
+    Vec3f surface{};
+};
+Below distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q)
+{
+    const model::Part& part = model.parts[index];
+    const shape::Superquadricf sq = model::superquadric_of(part);
+    const Vec3f centre = model::vec3(part.chart_centre);
+    const Vec3f step = part.a[0] * q.x * model::vec3(part.rotation) + part.a[1] * q.y * model::vec3(part.rotation + 3) +
+                       part.a[2] * q.z * model::vec3(part.rotation + 6);
+    const float end = domain_end(part, q);
+    if (!(end > 0) || !std::isfinite(end)) return {};
+    // The crossing nearest to the domain's end is the outermost one; a little less, for rounding.
+    const float from = 0.9999f * end;
+    float to_surface = 0;
+    if (!query::distance_along_projection(model, index, centre + from * step, query::Layer::Three, to_surface)) return {};
+    // Where the superquadric ends on the ray: bent ones may be left and met again, the last exit counts.
+    float inside = 0, outside = 3;
+    for (float r = outside; r > 0; r -= 0.125f)
+        if (shape::implicit(sq, centre + r * step) <= 1) {
+            inside = r;
+            break;
+        } else {
+            outside = r;
+        }
+    for (int i = 0; i < 16; ++i) {
+        const float middle = 0.5f * (inside + outside);
+        (shape::implicit(sq, centre + middle * step) <= 1 ? inside : outside) = middle;
+    }
+    const float length = norm(step);
+    return {std::max(0.0f, (inside - from) * length - to_surface), centre + (from + to_surface / length) * step};
+}
+
+}  // namespace
+
+Unrolled unrolled_central(const model::ModelView& model, std::uint32_t part, int side)
+{
+    Unrolled out{.width = k_columns * side, .height = k_rows * side, .distance = {}};
+    const auto pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
+    out.distance.assign(pixels, k_paper);
+    out.surface.resize(pixels);
+    for (const Face& face : k_cross)
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const float u = (2 * static_cast<float>(x) + 1) / static_cast<float>(side) - 1;
+                const float v = 1 - (2 * static_cast<float>(y) + 1) / static_cast<float>(side);
+                const Below below = distance_below(model, part, face.out + u * face.right + v * face.up);
+                const auto at = static_cast<std::size_t>((face.row * side + y) * out.width + face.column * side + x);
+                out.distance[at] = below.distance;
+                out.surface[at] = below.surface;
+            }
+    return out;
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,144 @@
+// sqmap render: pictures of meshes and models.
+#include "commands.h"
+#include "common/render/pictures.h"
+#include "load_options.h"
+#include "sqmap/io/replace_file.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace sqmap::app {
+namespace {
+
+struct Arguments {
+    std::string input, mesh, output, up = "y", size;
+    std::vector<std::string> what;
+    std::optional<double> azimuth;
+    View view;
+    LoadOptions load;
+};
+
+void set_size(View& view, const std::string& text)
+{
+    char end = 0;
+    if (std::sscanf(text.c_str(), "%dx%d%c", &view.width, &view.height, &end) != 2 || view.width < 64 || view.height < 64 ||
+        view.width > 8192 || view.height > 8192)
+        throw CLI::ValidationError("--size", "expected WIDTHxHEIGHT, 64 to 8192 each");
+}
+
+void set_up(View& view, const std::string& text)
+{
+    view.up = {};
+    view.up[text.back() - 'x'] = text.front() == '-' ? -1 : 1;
+}
+
+/// A mesh file that the gate refused; its report is printed already.
+struct Refused {};
+
+mesh::Mesh loaded(const std::string& path, const LoadOptions& options)
+{
+    LoadedMesh loaded = load_mesh(path, options);
+    if (loaded.refused()) {
+        std::fprintf(stderr, "%s: %s", path.c_str(), report(loaded).c_str());
+        throw Refused{};
+    }
+    return std::move(loaded.mesh);
+}
+
+Image picture(const Subject& subject, const std::string& what, const View& view)
+{
+    if (what == "parts") return parts_picture(subject, view);
+    if (what == "superquadrics") return superquadrics_picture(subject, view);
+    if (what == "protrusion") return protrusion_picture(subject, view);
+    if (what == "curvature") return curvature_picture(subject, view);
+    if (what == "error") return error_picture(subject, view);
+    if (what == "map") return map_picture(subject, view.width, view.height);
+    return plain_picture(subject, view);
+}
+
+/// All pictures that were asked for, side by side.
+Image pictures(const Arguments& a)
+{
+    const bool is_model = std::filesystem::path(a.input).extension() == ".sqmap";
+    std::vector<std::string> kinds = a.what;
+    if (kinds.empty()) kinds.push_back(is_model ? "parts" : "mesh");
+    for (const std::string& what : kinds)
+        if (!is_model && (what == "error" || what == "map"))
+            throw CLI::ValidationError("--what", what + " needs a model (.sqmap)");
+    if (!is_model && !a.mesh.empty()) throw CLI::ValidationError("mesh", "a second mesh goes with a model (.sqmap) only");
+    std::optional<mesh::Mesh> mesh;
+    if (!is_model)
+        mesh = loaded(a.input, a.load);
+    else if (!a.mesh.empty())
+        mesh = loaded(a.mesh, a.load);
+    const bool needs_parts =
+        std::any_of(kinds.begin(), kinds.end(), [](const auto& kind) { return kind == "parts" || kind == "superquadrics"; });
+    const Subject subject = is_model      ? subject_of_model(io::MappedModel(a.input), mesh ? &*mesh : nullptr)
+                            : needs_parts ? subject_of_mesh(*mesh)
+                                          : bare_subject(*mesh);
+
+    View view = a.view;
+    if (a.size.empty() && kinds == std::vector<std::string>{"map"}) set_size(view, "1600x1200");
+    view.azimuth = a.azimuth ? *a.azimuth : broad_azimuth(subject.mesh, view.up);
+    Image row;
+    for (const std::string& what : kinds) row = beside(row, picture(subject, what, view));
+    return row;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand("render", "Draw a mesh or a model as a PNG picture");
+    command->add_option("input", arguments->input, "Model (.sqmap) or mesh")->required()->check(CLI::ExistingFile);
+    command->add_option("mesh", arguments->mesh, "Mesh to draw in place of the model's own triangles")->check(CLI::ExistingFile);
+    command
+        ->add_option(
+            "--what", arguments->what,
+            "mesh, parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); several "
+            "stand side by side; default: parts of a model, the plain mesh otherwise")
+        ->delimiter(',')
+        ->check(CLI::IsMember({"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"}))
+        ->type_name("KIND");
+    command->add_option("-o,--output", arguments->output, "PNG file to write")->required();
+    command->add_option("--azimuth", arguments->azimuth,
+                        "Degrees about the up axis, 0 the front; default: off the broadest side");
+    command->add_option("--elevation", arguments->view.elevation, "Degrees above the horizon")
+        ->check(in_range(-90, 90))
+        ->capture_default_str();
+    command->add_option("--up", arguments->up, "The mesh's upward axis: x, y, z, -x, -y or -z")
+        ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}))
+        ->type_name("AXIS")
+        ->capture_default_str();
+    command->add_option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")
+        ->type_name("WIDTHxHEIGHT");
+    add_load_options(*command, arguments->load);
+    command->footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
+    command->callback([arguments, &exit_code] {
+        if (!arguments->size.empty()) set_size(arguments->view, arguments->size);
+        set_up(arguments->view, arguments->up);
+        exit_code = 2;
+        try {
+            io::refuse_to_replace(arguments->output, {arguments->input, arguments->mesh});
+            write_png(arguments->output, pictures(*arguments));
+            exit_code = 0;
+        } catch (const Refused&) {
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const ImageError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const SubjectError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+            exit_code = 64;
+        }
+    });
+}
+
+}  // namespace sqmap::app

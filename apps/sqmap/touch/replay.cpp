@@ -1,0 +1,200 @@
+// sqmap replay: computes the forces of a recording anew and compares them with what was recorded, to the bit.
+#include "commands.h"
+#include "sqmap/device/trace.h"
+#include "sqmap/parallel/for_each.h"
+#include "touch/setup.h"
+#include "touch/strip_chart.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sqmap::app {
+namespace {
+
+struct Arguments {
+    std::string trace, against, plot;
+    bool diff = false;
+    unsigned threads = 1;
+};
+
+struct Outcome {
+    std::uint64_t ticks = 0, different = 0, dropped = 0;
+    std::size_t first_line = 0;
+    double first_time = 0;
+    std::string first_columns;
+    double largest_force = 0, largest_torque = 0, largest_depth = 0;  ///< differences
+    double sum_force_sq = 0;                                          ///< of differences
+    std::uint64_t hash = 0xcbf29ce484222325u;                         ///< of all forces that were computed
+    bool complete = false;
+    std::string error;
+};
+
+void mix(std::uint64_t& hash, double value)
+{
+    // All NaN are one.
+    const std::uint64_t bits = std::isnan(value) ? ~0ull : std::bit_cast<std::uint64_t>(value);
+    hash = (hash ^ bits) * 0x100000001b3u;
+}
+
+/// rows: prints what differs. felt: gets what was computed; null: nobody wants it. Everything is this thread's own: setup,
+/// reader, state.
+Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows, Comparison* felt)
+{
+    device::TraceReader reader(arguments.trace);
+    const std::size_t zones = reader.header().zones;
+    TouchSetup setup(options, zones, std::filesystem::absolute(arguments.trace).parent_path());
+    Outcome o;
+    device::TraceRow recorded;
+    double time = -INFINITY;
+    if (rows) std::printf("line,time,columns,recorded_depth,depth,recorded_force,force,force_difference,torque_difference\n");
+    while (reader.next(recorded)) {
+        // A pose or a force may be NaN, as in a recording of a fault; a clock never is, nor does it run back.
+        if (!std::isfinite(recorded.time) || recorded.time < time || !std::isfinite(recorded.dt) || recorded.dt < 0)
+            throw BadTouch(
+                arguments.trace + ":" + std::to_string(reader.line()) +
+                ": time must be finite and not run back, dt finite and not below 0\n  cure: record again, or remove the row "
+                "and count the last line's rows anew");
+        constexpr std::uint32_t k_inputs = device::k_trace_measured_twist | device::k_trace_degraded | device::k_trace_idle;
+        if ((recorded.input & ~k_inputs) != 0)
+            throw BadTouch(arguments.trace + ":" + std::to_string(reader.line()) + ": input is " +
+                           std::to_string(recorded.input) + ": it must be 0 to " + std::to_string(k_inputs) +
+                           "\n  cure: record again, or replay with the version that recorded it");
+        time = recorded.time;
+        device::TraceRow row = recorded;
+        if ((row.input & device::k_trace_idle) == 0) setup.step(row);
+        ++o.ticks;
+        if (felt != nullptr) {
+            double force = 0, torque = 0;
+            for (std::size_t z = 0; z < zones; ++z) {
+                force = std::max(force, norm(row.computed[z].force));
+                torque = std::max(torque, norm(row.computed[z].torque));
+            }
+            felt->depth.push_back(row.depth);
+            felt->force.push_back(force);
+            felt->torque.push_back(torque);
+        }
+        for (std::size_t z = 0; z < zones; ++z)
+            for (int i = 0; i < 3; ++i) {
+                mix(o.hash, row.computed[z].force[i]);
+                mix(o.hash, row.computed[z].torque[i]);
+            }
+        if (device::same_bits(recorded, row, zones)) continue;
+        const std::string columns = device::differences(recorded, row, zones);
+        if (o.different++ == 0) {
+            o.first_line = reader.line();
+            o.first_time = recorded.time;
+            o.first_columns = columns;
+        }
+        double force = 0, torque = 0, was = 0, is = 0;
+        for (std::size_t z = 0; z < zones; ++z) {
+            force = std::max(force, norm(row.computed[z].force - recorded.computed[z].force));
+            torque = std::max(torque, norm(row.computed[z].torque - recorded.computed[z].torque));
+            was = std::max(was, norm(recorded.computed[z].force));
+            is = std::max(is, norm(row.computed[z].force));
+        }
+        o.largest_force = std::max(o.largest_force, force);
+        o.largest_torque = std::max(o.largest_torque, torque);
+        o.largest_depth = std::max(o.largest_depth, std::abs(row.depth - recorded.depth));
+        o.sum_force_sq += force * force;
+        if (rows)
+            std::printf("%zu,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", reader.line(), recorded.time, columns.c_str(),
+                        recorded.depth, row.depth, was, is, force, torque);
+    }
+    o.complete = reader.complete();
+    o.dropped = reader.dropped();
+    return o;
+}
+
+int run(const Arguments& arguments)
+{
+    check_plot_name(arguments.plot);
+    TouchOptions options;
+    {
+        const device::TraceReader reader(arguments.trace);
+        const auto setup = reader.header().find("setup");
+        if (!setup) throw BadTouch(arguments.trace + " has no setup: it was not recorded by sqmap touch");
+        options = setup_from(*setup);
+    }
+    if (!arguments.against.empty()) {
+        options.objects.front().file = arguments.against;
+        options.objects.front().hash = 0;
+    }
+    const bool compare = !arguments.against.empty() && !arguments.plot.empty();
+    Comparison felt{.name = std::filesystem::path(arguments.against).filename().string()};
+    std::vector<Outcome> outcomes(arguments.threads);
+    parallel::for_each(arguments.threads, arguments.threads, [&](std::size_t i) {
+        if (i == 0) {
+            outcomes[0] = replay(arguments, options, arguments.diff, compare ? &felt : nullptr);
+            return;
+        }
+        try {
+            outcomes[i] = replay(arguments, options, false, nullptr);
+        } catch (const std::exception& e) {
+            outcomes[i].error = e.what();
+        }
+    });
+    const Outcome& o = outcomes.front();
+    std::FILE* const out = arguments.diff ? stderr : stdout;  // the rows have the other one
+    if (!o.complete) std::fprintf(out, "%s was cut short: its last whole row is the last tick\n", arguments.trace.c_str());
+    if (o.dropped > 0)
+        std::fprintf(out, "%llu rows were dropped while recording: what has a memory may differ after each\n",
+                     static_cast<unsigned long long>(o.dropped));
+    bool alike = true;
+    for (const Outcome& other : outcomes) alike &= other.error.empty() && other.hash == o.hash && other.ticks == o.ticks;
+    const auto ticks = static_cast<unsigned long long>(o.ticks);
+    if (o.different == 0) {
+        std::fprintf(out, "%llu ticks, all bit-identical; forces %016llx\n", ticks, static_cast<unsigned long long>(o.hash));
+    } else {
+        std::fprintf(out, "%llu of %llu ticks differ; forces %016llx\n", static_cast<unsigned long long>(o.different), ticks,
+                     static_cast<unsigned long long>(o.hash));
+        std::fprintf(out, "  first on line %zu, at %.6g s: %s\n", o.first_line, o.first_time, o.first_columns.c_str());
+        std::fprintf(
+            out,
+            "  largest difference: force %.6g N, torque %.6g N m, depth %.6g m; force, root mean square over all ticks %.6g N\n",
+            o.largest_force, o.largest_torque, o.largest_depth, std::sqrt(o.sum_force_sq / static_cast<double>(o.ticks)));
+    }
+    if (arguments.threads > 1)
+        std::fprintf(out, "%u threads: %s\n", arguments.threads, alike ? "all the same forces" : "NOT the same forces");
+    if (!arguments.plot.empty()) plot_trace(arguments.trace, arguments.plot, compare ? &felt : nullptr);
+    const bool failed = !alike || (o.different > 0 && arguments.against.empty());
+    return failed ? 1 : 0;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand("replay", "Compute the forces of a recording anew and compare them, to the bit");
+    command->add_option("trace", arguments->trace, "What sqmap touch --record wrote")->required();
+    command->add_option("--against", arguments->against, "Another model in place of the first: how do its forces differ?");
+    command->add_flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
+    command->add_option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
+        ->check(in_range(1, 64))
+        ->capture_default_str();
+    command->add_option("--plot", arguments->plot,
+                        "Draw the recording: depth, force, torque, CPU time (SVG); with --against both");
+    command->footer(
+        "Exit code: 0 bit-identical, or compared --against another model; 1 different; 2 bad trace or model, 64 wrong usage, 70 "
+        "internal error.");
+    command->callback([arguments, &exit_code] {
+        exit_code = 2;
+        try {
+            exit_code = run(*arguments);
+        } catch (const BadTouch& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const device::TraceError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        } catch (const io::ModelFileError& e) {
+            std::fprintf(stderr, "%s\n", e.what());
+        }
+    });
+}
+
+}  // namespace sqmap::app

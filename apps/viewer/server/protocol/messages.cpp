@@ -1,0 +1,223 @@
+#include "viewer/server/protocol/messages.h"
+
+#include "common/layer_name.h"
+#include "viewer/server/scene/names.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace sqmap::viewer {
+namespace {
+
+using nlohmann::json;
+
+// What there is to wear; "none" would be no fitting.
+constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
+constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
+
+/// A number in its range.
+bool number(const json& in, const char* key, double least, double most, double& out)
+{
+    const auto at = in.find(key);
+    if (at == in.end() || !at->is_number()) return false;
+    const double value = at->get<double>();
+    if (!std::isfinite(value) || value < least || value > most) return false;
+    out = value;
+    return true;
+}
+
+bool index(const json& in, const char* key, std::uint32_t& out)
+{
+    const auto at = in.find(key);
+    if (at == in.end() || !at->is_number_unsigned()) return false;
+    const auto value = at->get<std::uint64_t>();
+    if (value > 0xffff) return false;
+    out = static_cast<std::uint32_t>(value);
+    return true;
+}
+
+bool flag(const json& in, const char* key, bool& out)
+{
+    const auto at = in.find(key);
+    if (at == in.end() || !at->is_boolean()) return false;
+    out = at->get<bool>();
+    return true;
+}
+
+/// One of a list of words; its place in the list.
+template <std::size_t N>
+bool one_of(const json& in, const char* key, const std::array<const char*, N>& words, std::size_t& out)
+{
+    const auto at = in.find(key);
+    if (at == in.end() || !at->is_string()) return false;
+    const auto& word = at->get_ref<const std::string&>();
+    out = static_cast<std::size_t>(std::find(words.begin(), words.end(), word) - words.begin());
+    return out < N;
+}
+
+/// Within 100 m of the origin.
+bool point(const json& p, Vec3d& out)
+{
+    if (!p.is_array() || p.size() != 3) return false;
+    for (int i = 0; i < 3; ++i) {
+        const json& c = p[static_cast<std::size_t>(i)];
+        if (!c.is_number()) return false;
+        out[i] = c.get<double>();
+        if (!(std::abs(out[i]) <= 100)) return false;
+    }
+    return true;
+}
+
+bool place(const json& in, Vec3d& out)
+{
+    const auto p = in.find("p");
+    return p != in.end() && point(*p, out);
+}
+
+/// [triangle, u, v]
+bool cloth_point(const json& p, ClothPoint& out)
+{
+    if (!p.is_array() || p.size() != 3 || !p[0].is_number_unsigned() || !p[1].is_number() || !p[2].is_number()) return false;
+    if (p[0].get<std::uint64_t>() > 10'000'000) return false;
+    out = {p[0].get<std::uint32_t>(), p[1].get<double>(), p[2].get<double>()};
+    return out.u >= 0 && out.v >= 0 && out.u <= 1 && out.v <= 1;
+}
+
+bool line(const json& in, std::vector<ClothPoint>& out)
+{
+    const auto all = in.find("line");
+    if (all == in.end() || !all->is_array() || all->size() < 2 || all->size() > k_max_line) return false;
+    for (const json& p : *all)
+        if (!cloth_point(p, out.emplace_back())) return false;
+    return true;
+}
+
+bool read_touch(const json& in, Message& m) { return flag(in, "held", m.held) && place(in, m.target) && in.size() == 3; }
+
+bool read_name(const json& in, Message& m)
+{
+    const auto name = in.find("name");
+    if (name == in.end() || !name->is_string() || !index(in, "object", m.object) || !index(in, "part", m.part) || in.size() != 4)
+        return false;
+    m.name = name->get<std::string>();
+    return m.name.empty() || is_name(m.name);
+}
+
+bool read_fit(const json& in, Message& m)
+{
+    std::size_t garment = 0, fabric = 0;
+    if (!one_of(in, "garment", k_garments, garment) || !one_of(in, "fabric", k_fabrics, fabric) || !flag(in, "walks", m.walks) ||
+        in.size() != 4)
+        return false;
+    m.garment = k_garments[garment];
+    m.fabric = k_fabrics[fabric];
+    return true;
+}
+
+bool read_cloth(const json& in, Message& m)
+{
+    static constexpr std::array<const char*, 9> k_handlings{"grasp", "drag", "release", "pin",    "unpin",
+                                                            "cut",   "sew",  "slit",    "restart"};
+    std::size_t which = 0;
+    if (!one_of(in, "do", k_handlings, which)) return false;
+    m.handling = static_cast<Handling>(which);
+    switch (m.handling) {
+        case Handling::Grasp:
+        case Handling::Drag:
+        case Handling::Pin:
+            return place(in, m.target) && in.size() == 3;
+        case Handling::Cut:
+        case Handling::Sew:
+            return index(in, "seam", m.part) && in.size() == 3;
+        case Handling::Slit:
+            return line(in, m.line) && in.size() == 3;
+        default:
+            return in.size() == 2;
+    }
+}
+
+/// "ball", "hand", or an object of the scene by its place there.
+bool read_tool(const json& in, Settings& s)
+{
+    const auto tool = in.find("tool");
+    if (tool == in.end()) return false;
+    if (tool->is_string()) {
+        const auto& name = tool->get_ref<const std::string&>();
+        if (name != "ball" && name != "hand") return false;
+        s.tool = name == "ball" ? ToolKind::Ball : ToolKind::Hand;
+    } else {
+        if (!index(in, "tool", s.tool_object)) return false;
+        s.tool = ToolKind::Mesh;
+    }
+    return number(in, "toolSize", 0.01, 0.3, s.tool_size) && number(in, "toolTurn", -180, 180, s.tool_turn) &&
+           number(in, "toolTilt", -180, 180, s.tool_tilt);
+}
+
+bool read_settings(const json& in, Settings& s)
+{
+    const auto layer = in.find("layer");
+    if (layer == in.end() || !layer->is_string()) return false;
+    const std::optional<query::Layer> named = app::layer_named(layer->get_ref<const std::string&>());
+    if (!named || *named == query::Layer::One) return false;
+    s.layer = *named;
+    return number(in, "stiffness", 0, 2000, s.stiffness) && number(in, "damping", 0, 5, s.damping) &&
+           number(in, "friction", 0, 1.5, s.friction) && number(in, "texture", 0, 0.001, s.texture) &&
+           number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
+           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s) &&
+           in.size() == 14;
+}
+
+}  // namespace
+
+std::optional<Message> read_message(std::string_view text)
+{
+    if (text.find('\0') != std::string_view::npos) return std::nullopt;  // the parser would end there
+    // A parser that descends into a thousand brackets would still build them all.
+    bool deep = false;
+    const json in = json::parse(
+        text,
+        [&](int depth, json::parse_event_t event, json&) {
+            const bool opens = event == json::parse_event_t::object_start || event == json::parse_event_t::array_start;
+            if (opens && depth >= 4) deep = true;
+            return !deep;
+        },
+        false);
+    if (deep || in.is_discarded() || !in.is_object()) return std::nullopt;
+    const auto say = in.find("say");
+    if (say == in.end() || !say->is_string()) return std::nullopt;
+    const auto& name = say->get_ref<const std::string&>();
+    Message m;
+    const auto done = [&](Say kind, bool good) -> std::optional<Message> {
+        m.say = kind;
+        if (!good) return std::nullopt;
+        return m;
+    };
+    if (name == "touch") return done(Say::Touch, read_touch(in, m));
+    if (name == "settings") return done(Say::Settings, read_settings(in, m.settings));
+    if (name == "stop") return done(Say::Stop, in.size() == 1);
+    if (name == "resume") return done(Say::Resume, in.size() == 1);
+    if (name == "record") return done(Say::Record, flag(in, "on", m.held) && in.size() == 2);
+    if (name == "device") return done(Say::Device, index(in, "device", m.device) && in.size() == 2);
+    if (name == "split") return done(Say::Split, index(in, "object", m.object) && index(in, "part", m.part) && in.size() == 3);
+    if (name == "merge")
+        return done(Say::Merge, index(in, "object", m.object) && index(in, "part", m.part) && index(in, "other", m.other) &&
+                                    m.part != m.other && in.size() == 4);
+    if (name == "movecut")
+        return done(Say::MoveCut, index(in, "object", m.object) && index(in, "part", m.part) && index(in, "other", m.other) &&
+                                      m.part != m.other && number(in, "distance", 0, 0.1, m.distance) && in.size() == 5);
+    if (name == "refit") return done(Say::Refit, index(in, "object", m.object) && index(in, "part", m.part) && in.size() == 3);
+    if (name == "name") return done(Say::Name, read_name(in, m));
+    if (name == "fit") return done(Say::Fit, read_fit(in, m));
+    if (name == "cloth") return done(Say::Cloth, read_cloth(in, m));
+    if (name == "undress") return done(Say::Undress, in.size() == 1);
+    const std::array<std::pair<const char*, Say>, 4> of_object{
+        {{"undo", Say::Undo}, {"redo", Say::Redo}, {"bake", Say::Bake}, {"remove", Say::Remove}}};
+    const auto at = std::find_if(of_object.begin(), of_object.end(), [&](const auto& known) { return name == known.first; });
+    if (at == of_object.end()) return std::nullopt;
+    return done(at->second, index(in, "object", m.object) && in.size() == 2);
+}
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,131 @@
+#include "viewer/server/scene/displacement.h"
+
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/shape/surface.h"
+
+#include <png.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace sqmap::viewer {
+namespace {
+
+constexpr double k_pi = std::numbers::pi;
+
+/// The triangles of one part.
+mesh::Mesh own_mesh(const Object& object, const Parts& parts, std::uint32_t part)
+{
+    mesh::Mesh out;
+    std::vector<std::uint32_t> place(object.mesh.vertices.size(), std::numeric_limits<std::uint32_t>::max());
+    for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
+        if (parts.partition.part_of_triangle[t] != part) continue;
+        mesh::Triangle corner{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            std::uint32_t& at = place[object.mesh.triangles[t][k]];
+            if (at == std::numeric_limits<std::uint32_t>::max()) {
+                at = static_cast<std::uint32_t>(out.vertices.size());
+                out.vertices.push_back(object.mesh.vertices[object.mesh.triangles[t][k]]);
+            }
+            corner[k] = at;
+        }
+        out.triangles.push_back(corner);
+    }
+    return out;
+}
+
+void append(png_structp png, png_bytep bytes, std::size_t count)
+{
+    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(bytes), count);
+}
+
+}  // namespace
+
+Displacement displacement_of(const Object& object, const Parts& parts, std::uint32_t part, int width, int height)
+{
+    Displacement out{.width = width, .height = height, .below = {}};
+    out.below.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1.f);
+    const mesh::Mesh own = own_mesh(object, parts, part);
+    if (own.triangles.empty()) return out;
+    const mesh::Bvh bvh(own);
+    const double metres = object.view.header.unit * object.metres_per_unit;
+    std::vector<mesh::Bvh::Crossing> crossings;
+    for (int row = 0; row < height; ++row)
+        for (int column = 0; column < width; ++column) {
+            // A ray within rounding of an edge is asked again beside it, within its texel.
+            for (const double nudge : {0.5, 0.43, 0.59}) {
+                const auto at = shape::surface_point(parts.superquadrics[part],
+                                                     shape::SurfaceAngles<double>{k_pi / 2 - k_pi * (row + nudge) / height,
+                                                                                  -k_pi + 2 * k_pi * (column + nudge) / width});
+                if (!bvh.ray_crossings(at.point, -1.0 * at.normal, crossings)) continue;
+                if (!crossings.empty()) {
+                    const auto below = static_cast<float>(metres * crossings.front().t);
+                    out.below[static_cast<std::size_t>(row * width + column)] = below;
+                    out.most = std::max(out.most, below);
+                }
+                break;
+            }
+        }
+    return out;
+}
+
+std::string displacement_png(const Displacement& map)
+{
+    std::vector<png_byte> rows(4 * map.below.size());
+    for (std::size_t i = 0; i < map.below.size(); ++i) {
+        const bool there = map.below[i] >= 0;
+        const auto grey = static_cast<unsigned>(
+            there && map.most > 0 ? std::lround(65535.0 * static_cast<double>(map.below[i]) / static_cast<double>(map.most)) : 0);
+        rows[4 * i] = static_cast<png_byte>(grey >> 8);
+        rows[4 * i + 1] = static_cast<png_byte>(grey & 255);
+        rows[4 * i + 2] = rows[4 * i + 3] = there ? 255 : 0;
+    }
+    std::string out;
+    // Errors end in an exception of ours instead of a jump over what is to be destroyed.
+    png_structp png = png_create_write_struct(
+        PNG_LIBPNG_VER_STRING, nullptr, [](png_structp, png_const_charp why) { throw std::runtime_error(why); }, nullptr);
+    png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
+    if (info == nullptr) throw std::runtime_error("libpng has no memory");
+    try {
+        png_set_write_fn(png, &out, append, [](png_structp) {});
+        png_set_IHDR(png, info, static_cast<png_uint_32>(map.width), static_cast<png_uint_32>(map.height), 16,
+                     PNG_COLOR_TYPE_GRAY_ALPHA, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+        png_write_info(png, info);
+        for (int row = 0; row < map.height; ++row) png_write_row(png, &rows[static_cast<std::size_t>(4 * row * map.width)]);
+        png_write_end(png, info);
+    } catch (...) {
+        png_destroy_write_struct(&png, &info);
+        throw;
+    }
+    png_destroy_write_struct(&png, &info);
+    return out;
+}
+
+Sheet superquadric_sheet(const Object& object, const shape::Superquadricd& superquadric, int along, int around)
+{
+    Sheet out;
+    for (int row = 0; row <= along; ++row)
+        for (int column = 0; column <= around; ++column) {
+            const auto at = shape::surface_point(
+                superquadric, shape::SurfaceAngles<double>{k_pi / 2 - k_pi * row / along, -k_pi + 2 * k_pi * column / around});
+            out.positions.push_back(object.world(at.point));
+            out.normals.push_back(cast<float>(at.normal));
+            out.uv.insert(out.uv.end(), {static_cast<float>(column) / static_cast<float>(around),
+                                         static_cast<float>(row) / static_cast<float>(along)});
+        }
+    const auto index = [&](int row, int column) { return static_cast<std::uint32_t>(row * (around + 1) + column); };
+    for (int row = 0; row < along; ++row)
+        for (int column = 0; column < around; ++column) {
+            // Counter-clockwise from outside: rows go down, columns eastwards. Poles have no width.
+            if (row > 0)
+                out.corners.insert(out.corners.end(), {index(row, column), index(row + 1, column), index(row, column + 1)});
+            if (row + 1 < along)
+                out.corners.insert(out.corners.end(),
+                                   {index(row, column + 1), index(row + 1, column), index(row + 1, column + 1)});
+        }
+    return out;
+}
+
+}  // namespace sqmap::viewer

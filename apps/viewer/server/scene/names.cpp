@@ -1,0 +1,255 @@
+#include "viewer/server/scene/names.h"
+
+#include "sqmap/mesh/bvh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <queue>
+
+namespace sqmap::viewer {
+namespace {
+
+constexpr std::uint32_t k_none = std::numeric_limits<std::uint32_t>::max();
+
+struct Middles {
+    std::vector<Vec3d> centre;
+    std::vector<double> area;
+    Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+};
+
+Middles middles_of(const mesh::Mesh& mesh, const decompose::Partition& partition)
+{
+    Middles out;
+    out.centre.resize(partition.part_count);
+    out.area.resize(partition.part_count);
+    for (const Vec3d& v : mesh.vertices)
+        for (int k = 0; k < 3; ++k) {
+            out.lo[k] = std::min(out.lo[k], v[k]);
+            out.hi[k] = std::max(out.hi[k], v[k]);
+        }
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const double a = mesh::triangle_area(mesh, t);
+        const std::uint32_t p = partition.part_of_triangle[t];
+        out.centre[p] += a * mesh::triangle_centroid(mesh, t);
+        out.area[p] += a;
+    }
+    for (std::uint32_t p = 0; p < partition.part_count; ++p)
+        if (out.area[p] > 0) out.centre[p] = out.centre[p] / out.area[p];
+    return out;
+}
+
+std::string shape_and_place(const shape::Superquadricd& s, Vec3d centre, const Middles& m)
+{
+    std::array<double, 3> a{s.a.x, s.a.y, s.a.z};
+    std::sort(a.begin(), a.end());
+    const char* const name = a[2] > 1.7 * a[1] ? "long part" : a[0] < 0.45 * a[1] ? "flat part" : "round part";
+    std::string place;
+    const char* const words[3][2] = {{"left", "right"}, {"lower", "upper"}, {"back", "front"}};
+    for (const int k : {1, 0, 2}) {
+        const double extent = m.hi[k] - m.lo[k];
+        const double at = extent > 0 ? (centre[k] - 0.5 * (m.lo[k] + m.hi[k])) / extent : 0;
+        if (std::abs(at) > 0.15) place += std::string(place.empty() ? "" : " ") + words[k][at > 0 ? 1 : 0];
+    }
+    return std::string(name) + ", " + (place.empty() ? "middle" : place);
+}
+
+/// The landmark that is nearest along the surface, of each triangle; k_none where none is reached.
+std::vector<std::uint32_t> territories(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
+                                       const std::vector<std::uint32_t>& seeds)
+{
+    struct Reach {
+        double distance;
+        std::uint32_t triangle, landmark;
+        bool operator<(const Reach& o) const { return distance > o.distance; }
+    };
+    std::vector<std::uint32_t> owner(mesh.triangles.size(), k_none);
+    std::priority_queue<Reach> queue;
+    for (std::uint32_t i = 0; i < seeds.size(); ++i) queue.push({0, seeds[i], i});
+    while (!queue.empty()) {
+        const Reach at = queue.top();
+        queue.pop();
+        if (owner[at.triangle] != k_none) continue;
+        owner[at.triangle] = at.landmark;
+        for (const std::uint32_t next : dual.neighbours[at.triangle])
+            if (next != mesh::k_no_triangle && owner[next] == k_none)
+                queue.push({at.distance + norm(mesh::triangle_centroid(mesh, next) - mesh::triangle_centroid(mesh, at.triangle)),
+                            next, at.landmark});
+    }
+    return owner;
+}
+
+/// Tells parts of one name apart: along the axis on which they are spread most.
+void tell_apart(std::vector<std::string>& names, const Middles& m, const Words& words)
+{
+    std::map<std::string, std::vector<std::uint32_t>> groups;
+    for (std::uint32_t p = 0; p < names.size(); ++p) groups[names[p]].push_back(p);
+    const Vec3d up = normalized(words.up), forward = normalized(words.forward), left = cross(up, forward);
+    const struct {
+        Vec3d axis;
+        const char *low, *high;
+    } axes[] = {{up, "lower", "upper"}, {forward, "back", "front"}, {left, "right", "left"}};
+    for (auto& [name, parts] : groups) {
+        if (parts.size() < 2) continue;
+        double spread[3] = {}, most = 0;
+        for (int k = 0; k < 3; ++k) {
+            double lo = 1e300, hi = -1e300;
+            for (const std::uint32_t p : parts) {
+                lo = std::min(lo, dot(axes[k].axis, m.centre[p]));
+                hi = std::max(hi, dot(axes[k].axis, m.centre[p]));
+            }
+            spread[k] = hi - lo;
+            most = std::max(most, spread[k]);
+        }
+        // The first of the axes that will do: "upper" says more than "left" of a left leg.
+        const int best = spread[0] >= 0.5 * most ? 0 : spread[1] >= 0.5 * most ? 1 : 2;
+        const Vec3d middle = 0.5 * (m.lo + m.hi);
+        const auto across = [&](std::uint32_t p) { return dot(axes[best].axis, m.centre[p] - middle); };
+        std::sort(parts.begin(), parts.end(), [&](std::uint32_t a, std::uint32_t b) { return across(a) < across(b); });
+        const char *low = axes[best].low, *high = axes[best].high;
+        if (best == 2 && (across(parts.front()) > 0) == (across(parts.back()) > 0)) {
+            // All on one side.
+            low = across(parts.front()) > 0 ? "inner" : "outer";
+            high = across(parts.front()) > 0 ? "outer" : "inner";
+        }
+        const std::size_t n = parts.size();
+        for (std::size_t i = 0; i < n; ++i) {
+            if (n > 3)
+                names[parts[i]] += ", " + std::to_string(i + 1) + " from " + (best == 0 ? "below" : low);
+            else
+                names[parts[i]] += std::string(", ") + (i == 0 ? low : i + 1 == n ? high : "middle");
+        }
+    }
+    // Whatever is still alike, by someone's choice of words.
+    std::map<std::string, int> used;
+    for (std::string& name : names)
+        if (const int n = ++used[name]; n > 1) name += " (" + std::to_string(n) + ")";
+}
+
+bool read_vector(const nlohmann::json& in, Vec3d& out)
+{
+    if (!in.is_array() || in.size() != 3) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (!in[k].is_number()) return false;
+        out[static_cast<int>(k)] = in[k].get<double>();
+        if (!(std::abs(out[static_cast<int>(k)]) < 1e30)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+bool is_name(const std::string& text)
+{
+    return !text.empty() && text.size() <= k_max_name &&
+           std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+}
+
+std::optional<Words> read_names(const std::string& text)
+{
+    using nlohmann::json;
+    if (text.size() > 256 * 1024) return std::nullopt;
+    bool deep = false;
+    const json in = json::parse(
+        text,
+        [&](int depth, json::parse_event_t event, json&) {
+            if ((event == json::parse_event_t::object_start || event == json::parse_event_t::array_start) && depth >= 5)
+                deep = true;
+            return !deep;
+        },
+        false);
+    if (deep || in.is_discarded() || !in.is_object()) return std::nullopt;
+    Words out;
+    const auto names = in.find("names");
+    if (names == in.end() || !names->is_array() || names->size() > k_max_landmarks) return std::nullopt;
+    for (const json& entry : *names) {
+        if (!entry.is_object()) return std::nullopt;
+        const auto name = entry.find("name"), at = entry.find("at");
+        Landmark landmark;
+        if (name == entry.end() || !name->is_string() || at == entry.end() || !read_vector(*at, landmark.at)) return std::nullopt;
+        landmark.name = name->get<std::string>();
+        if (!is_name(landmark.name)) return std::nullopt;
+        out.landmarks.push_back(std::move(landmark));
+    }
+    if (const auto whole = in.find("whole"); whole != in.end()) {
+        if (!whole->is_boolean()) return std::nullopt;
+        out.whole = whole->get<bool>();
+    }
+    for (const auto& [key, axis] : {std::pair{"forward", &out.forward}, {"up", &out.up}})
+        if (const auto v = in.find(key); v != in.end() && (!read_vector(*v, *axis) || !(norm(*axis) > 0))) return std::nullopt;
+    if (!(norm(cross(out.up, out.forward)) > 0)) return std::nullopt;
+    return out;
+}
+
+nlohmann::ordered_json names_json(const Words& words)
+{
+    nlohmann::ordered_json out;
+    out["about"] = "places of the mesh, in its own units, and what they are called: sqmap view reads them beside MODEL.sqmap";
+    out["forward"] = {words.forward.x, words.forward.y, words.forward.z};
+    out["up"] = {words.up.x, words.up.y, words.up.z};
+    out["whole"] = words.whole;
+    out["names"] = nlohmann::ordered_json::array();
+    for (const Landmark& l : words.landmarks) out["names"].push_back({{"name", l.name}, {"at", {l.at.x, l.at.y, l.at.z}}});
+    return out;
+}
+
+std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGraph& dual, const decompose::Partition& partition,
+                                    const std::vector<shape::Superquadricd>& superquadrics, const Words& words,
+                                    const Frame& frame)
+{
+    const Middles m = middles_of(mesh, partition);
+    std::vector<std::string> names;
+    for (std::uint32_t p = 0; p < partition.part_count; ++p) names.push_back(shape_and_place(superquadrics[p], m.centre[p], m));
+    if (!words.landmarks.empty() && !mesh.triangles.empty()) {
+        const mesh::Bvh bvh(mesh);
+        std::vector<std::uint32_t> seeds;
+        for (const Landmark& l : words.landmarks) seeds.push_back(bvh.closest_point((l.at - frame.origin) / frame.unit).triangle);
+        const std::vector<std::uint32_t> owner = territories(mesh, dual, seeds);
+        std::vector<std::map<std::uint32_t, double>> share(partition.part_count);
+        for (std::uint32_t t = 0; t < owner.size(); ++t)
+            if (owner[t] != k_none) share[partition.part_of_triangle[t]][owner[t]] += mesh::triangle_area(mesh, t);
+        for (std::uint32_t p = 0; p < partition.part_count; ++p) {
+            std::vector<std::pair<double, std::uint32_t>> by_area;
+            for (const auto& [landmark, area] : share[p]) by_area.emplace_back(-area, landmark);
+            std::sort(by_area.begin(), by_area.end());
+            std::vector<std::string> held;
+            for (const auto& [area, landmark] : by_area)
+                if (partition.part_of_triangle[seeds[landmark]] == p &&
+                    std::find(held.begin(), held.end(), words.landmarks[landmark].name) == held.end())
+                    held.push_back(words.landmarks[landmark].name);
+            if (held.size() == 1)
+                names[p] = held[0];
+            else if (held.size() > 1)
+                names[p] = held[0] + " and " + held[1];
+            else if (words.whole && !by_area.empty())
+                names[p] = words.landmarks[by_area[0].second].name;
+        }
+    }
+    tell_apart(names, m, words);
+    return names;
+}
+
+Words renamed(const Words& words, const mesh::Mesh& mesh, const decompose::Partition& partition, std::uint32_t part,
+              const std::string& name, const Frame& frame)
+{
+    Words out = words;
+    const mesh::Bvh bvh(mesh);
+    std::erase_if(out.landmarks, [&](const Landmark& l) {
+        return partition.part_of_triangle[bvh.closest_point((l.at - frame.origin) / frame.unit).triangle] == part;
+    });
+    if (name.empty() || out.landmarks.size() >= k_max_landmarks) return out;
+    const Vec3d middle = middles_of(mesh, partition).centre[part];
+    Vec3d at{};
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (partition.part_of_triangle[t] != part) continue;
+        const Vec3d c = mesh::triangle_centroid(mesh, t);
+        if (norm(c - middle) < least) least = norm(c - middle), at = c;
+    }
+    out.landmarks.push_back({name, frame.origin + frame.unit * at});
+    return out;
+}
+
+}  // namespace sqmap::viewer

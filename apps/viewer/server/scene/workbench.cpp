@@ -1,0 +1,182 @@
+// What the workbench shows and does beside pictures of the parts: hidden surface, samples, the offset, moved cuts.
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/query/query.h"
+#include "viewer/server/protocol/bytes.h"
+#include "viewer/server/scene/object.h"
+
+#include <algorithm>
+#include <limits>
+#include <queue>
+
+namespace sqmap::viewer {
+
+std::string hidden_bytes(const Object& object)
+{
+    Bytes out("SQF1");
+    out.count(object.mesh.triangles.size());
+    if (object.mesh.triangles.empty()) return out.take();
+    const mesh::Bvh bvh(object.mesh);
+    std::vector<int> start;
+    for (const model::Part& part : object.view.parts)
+        start.push_back(object.view.header.solid != 0 ? bvh.winding_number(cast<double>(model::vec3(part.chart_centre))) : 0);
+    std::vector<mesh::Bvh::Crossing> crossings;
+    for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
+        const std::uint32_t p = object.parts.partition.part_of_triangle[t];
+        const Vec3d centre = cast<double>(model::vec3(object.view.parts[p].chart_centre));
+        if (!bvh.ray_crossings(centre, mesh::triangle_centroid(object.mesh, t) - centre, crossings)) {
+            out.put(-2.f);
+            continue;
+        }
+        // Seen where the first change of verdict on the ray is at the triangle itself: as bake counts it (max_q2_share). A
+        // surface without inside changes it at every crossing.
+        int winding = start[p];
+        bool seen = false;
+        for (const mesh::Bvh::Crossing& c : crossings) {
+            const int next = winding - c.sign;
+            if (object.view.header.solid == 0 || (next > 0) != (winding > 0)) {
+                seen = c.triangle == t;
+                break;
+            }
+            winding = next;
+        }
+        out.put(seen ? 0.f : 1.f);
+    }
+    return out.take();
+}
+
+std::string sample_bytes(const Object& object)
+{
+    Bytes out("SQP1");
+    std::vector<Vec3f> points;
+    std::vector<std::uint32_t> part_of;
+    for (std::uint32_t index = 0; index < object.view.parts.size(); ++index) {
+        const model::Part& part = object.view.parts[index];
+        const auto n = static_cast<int>(part.base);
+        std::size_t at = part.first_sample;
+        for (int face = 0; face < model::k_faces && n > 0; ++face)
+            for (int row = 0; row <= n; ++row)
+                for (int column = 0; column <= n; ++column, ++at) {
+                    const std::uint16_t stored = object.view.samples[at];
+                    if (stored == model::k_no_surface) continue;
+                    const int m = face >> 1;
+                    Vec3f q{};
+                    q[m] = (face & 1) != 0 ? -1.f : 1.f;
+                    q[(m + 1) % 3] = -1 + 2 * static_cast<float>(column) / static_cast<float>(n);
+                    q[(m + 2) % 3] = -1 + 2 * static_cast<float>(row) / static_cast<float>(n);
+                    const Vec3f way = part.a[0] * q.x * model::vec3(part.rotation) +
+                                      part.a[1] * q.y * model::vec3(part.rotation + 3) +
+                                      part.a[2] * q.z * model::vec3(part.rotation + 6);
+                    const float w = part.w_min + part.w_step * static_cast<float>(stored);
+                    if (!(w > 0)) continue;
+                    points.push_back(object.world(cast<double>(model::vec3(part.chart_centre) + 1 / w * way)));
+                    part_of.push_back(index);
+                }
+    }
+    out.count(points.size());
+    for (const Vec3f& p : points) out.point(p);
+    for (const std::uint32_t p : part_of) out.put(p);
+    return out.take();
+}
+
+std::string offset_bytes(const Object& object)
+{
+    Bytes out("SQF1");
+    out.count(object.mesh.vertices.size());
+    std::vector<Vec3d> normal(object.mesh.vertices.size());
+    for (const auto& [i, j, k] : object.mesh.triangles) {
+        const auto& v = object.mesh.vertices;
+        const Vec3d n = cross(v[j] - v[i], v[k] - v[i]);
+        for (const std::uint32_t c : {i, j, k}) normal[c] += n;
+    }
+    const double r_max = object.view.header.r_max, metres = object.view.header.unit * object.metres_per_unit;
+    for (std::size_t v = 0; v < normal.size(); ++v) {
+        const double length = norm(normal[v]);
+        // A hair below the surface, so that both questions are about the same contact.
+        const Vec3f p = cast<float>(object.mesh.vertices[v] - (length > 0 ? 2e-3 * r_max / length : 0) * normal[v]);
+        const query::Contact as_is = query::query_point(object.view, p, query::QueryOptions{.layer = query::Layer::Three});
+        const query::Contact moved =
+            query::query_point(object.view, p, query::QueryOptions{.layer = query::Layer::Three, .offset = true});
+        out.put(as_is.contact && moved.contact ? static_cast<float>(metres * std::max(0.0, static_cast<double>(moved.depth) -
+                                                                                               static_cast<double>(as_is.depth)))
+                                               : 0.f);
+    }
+    return out.take();
+}
+
+std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, const decompose::Partition& partition)
+{
+    std::vector<std::vector<std::uint32_t>> out(partition.part_count);
+    for (std::uint32_t t = 0; t < object.dual.neighbours.size(); ++t)
+        for (const std::uint32_t n : object.dual.neighbours[t]) {
+            if (n == mesh::k_no_triangle) continue;
+            const std::uint32_t a = partition.part_of_triangle[t], b = partition.part_of_triangle[n];
+            if (a != b && std::find(out[a].begin(), out[a].end(), b) == out[a].end()) out[a].push_back(b);
+        }
+    for (auto& list : out) std::sort(list.begin(), list.end());
+    return out;
+}
+
+std::optional<decompose::Partition> moved_cut(const Object& object, const decompose::Partition& partition, std::uint32_t part,
+                                              std::uint32_t other, double distance)
+{
+    const std::vector<std::uint32_t>& label = partition.part_of_triangle;
+    const double reach = distance / (object.view.header.unit * object.metres_per_unit);  // model units
+    const std::size_t n = label.size();
+    struct Reach {
+        double distance;
+        std::uint32_t triangle;
+        bool operator<(const Reach& o) const { return distance > o.distance; }
+    };
+    // Along the surface, from the border into the other part.
+    std::vector<std::uint8_t> taken(n, 0);
+    std::priority_queue<Reach> queue;
+    for (std::uint32_t t = 0; t < n; ++t)
+        for (const std::uint32_t next : object.dual.neighbours[t])
+            if (label[t] == other && next != mesh::k_no_triangle && label[next] == part) queue.push({0, t});
+    if (queue.empty()) return std::nullopt;  // no cut between them
+    std::size_t count = 0;
+    while (!queue.empty()) {
+        const Reach at = queue.top();
+        queue.pop();
+        if (taken[at.triangle] != 0) continue;
+        taken[at.triangle] = 1;
+        ++count;
+        for (const std::uint32_t next : object.dual.neighbours[at.triangle]) {
+            if (next == mesh::k_no_triangle || label[next] != other || taken[next] != 0) continue;
+            const double way = at.distance + norm(mesh::triangle_centroid(object.mesh, next) -
+                                                  mesh::triangle_centroid(object.mesh, at.triangle));
+            if (way <= reach) queue.push({way, next});
+        }
+    }
+    // The largest piece that is left stays the other part; smaller ones that the cut leaves behind go with it.
+    std::vector<std::uint32_t> piece(n, 0);
+    std::uint32_t pieces = 0, largest = 0;
+    std::size_t most = 0;
+    std::vector<std::uint32_t> stack;
+    for (std::uint32_t t = 0; t < n; ++t) {
+        if (label[t] != other || taken[t] != 0 || piece[t] != 0) continue;
+        piece[t] = ++pieces;
+        stack = {t};
+        std::size_t size = 0;
+        while (!stack.empty()) {
+            const std::uint32_t at = stack.back();
+            stack.pop_back();
+            ++size;
+            for (const std::uint32_t next : object.dual.neighbours[at])
+                if (next != mesh::k_no_triangle && label[next] == other && taken[next] == 0 && piece[next] == 0) {
+                    piece[next] = pieces;
+                    stack.push_back(next);
+                }
+        }
+        if (size > most) most = size, largest = pieces;
+    }
+    constexpr std::size_t k_least = 16;  // triangles: fewer are no part
+    if (most < k_least) return std::nullopt;
+    decompose::Partition out = partition;
+    out.boundaries.clear();
+    for (std::uint32_t t = 0; t < n; ++t)
+        if (label[t] == other && piece[t] != largest) out.part_of_triangle[t] = part;
+    return out;
+}
+
+}  // namespace sqmap::viewer

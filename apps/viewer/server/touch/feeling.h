@@ -1,0 +1,55 @@
+// A tool over objects: what turns poses into forces, in the servo and when a recording is computed again.
+#pragma once
+
+#include "sqmap/haptic/step.h"
+#include "sqmap/haptic/texture.h"
+#include "viewer/server/protocol/messages.h"
+#include "viewer/server/scene/object.h"
+
+#include <memory>
+#include <vector>
+
+namespace sqmap::viewer {
+
+/// Settings that the next tick can take.
+struct Live {
+    query::Layer layer = query::Layer::Auto;
+    double stiffness = 400, damping = 0.3, friction = 0.3;
+    std::uint32_t number = 0;  ///< how many such settings came before these
+};
+
+/// What of the settings a tick can take.
+[[nodiscard]] Live live_of(const Settings& settings, std::uint32_t number);
+
+/// A tick of the tool's one zone, as far as forces depend on it.
+struct FeltInput {
+    sqmap::Pose pose{};
+    haptic::Twist twist{};
+    double dt = 0;
+    bool has_twist = false, degraded = false;
+};
+
+class Feeling {
+public:
+    /// An object that is held as the tool (settings) is not there to be touched.
+    Feeling(std::vector<ObjectPtr> objects, const Settings& settings);
+    Feeling(const Feeling&) = delete;
+    Feeling& operator=(const Feeling&) = delete;
+
+    // Real-time safe.
+    void adjust(const Live& live) noexcept;
+    haptic::StepResult step(const FeltInput& input, haptic::Wrench& wrench) noexcept;
+    [[nodiscard]] const haptic::ZoneReport& report() const noexcept { return state_->report(0); }
+
+    [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool
+
+private:
+    std::vector<ObjectPtr> objects_;
+    std::vector<haptic::TouchedBody> solids_;
+    std::vector<float> weights_, texture_values_;
+    haptic::Texture texture_{};
+    std::unique_ptr<query::Probe> probe_;
+    std::unique_ptr<haptic::State> state_;
+};
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,56 @@
+// What was felt, with all that its forces depend on, so that they can be computed again: as they were, or over other objects.
+#pragma once
+
+#include "viewer/server/touch/feeling.h"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sqmap::viewer {
+
+/// What one Touch did while it was recorded, from its first tick on: what has a memory began empty.
+struct Take {
+    struct Tick {
+        FeltInput input{};
+        haptic::Wrench asked{};  ///< computed, before the safety filter
+        double depth = 0;
+        std::uint32_t live = 0;  ///< which of the live settings
+    };
+    std::vector<ObjectPtr> objects;
+    Settings settings;       ///< of the beginning
+    std::vector<Live> live;  ///< one after the other
+    std::vector<Tick> ticks;
+    std::uint64_t lost = 0;  ///< ticks that the servo did and this did not hear of
+};
+using Recording = std::vector<std::shared_ptr<const Take>>;
+
+inline constexpr std::size_t k_max_recorded = 120'000;  ///< ticks: two minutes
+
+/// Objects and settings in place of those of then.
+struct Other {
+    std::vector<ObjectPtr> objects;
+    Settings settings;
+};
+
+/// The same poses felt again. Forces and torques before the safety filter.
+struct Again {
+    struct Tick {
+        float force = 0, torque = 0, depth = 0;  ///< N, N m, m
+    };
+    std::vector<Tick> ticks;
+    std::uint64_t different = 0;  ///< ticks whose force, torque or depth is not the same to the bit
+    std::uint64_t lost = 0;
+    double largest_force = 0, rms_force = 0, largest_depth = 0;  ///< of the differences
+};
+/// stop: asked now and then; true ends it early.
+[[nodiscard]] Again compute_again(const Recording& recording, const std::optional<Other>& other,
+                                  const std::function<bool()>& stop = {});
+
+/// "SQR1", #ticks, #different, #lost; then 32-bit floats: largest and root mean square difference of force (N), largest of depth
+/// (m); of each tick force, torque, depth.
+[[nodiscard]] std::string again_bytes(const Again& again);
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,229 @@
+#include "viewer/server/touch/touch.h"
+
+#include "sqmap/device/handover.h"
+#include "sqmap/device/simulated.h"
+#include "sqmap/query/query.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+namespace sqmap::viewer {
+namespace {
+
+constexpr int k_priority = 40;
+
+bool same_tool(const Settings& a, const Settings& b)
+{
+    return a.texture == b.texture && a.smoothing == b.smoothing && a.tool_radius == b.tool_radius && a.zone == b.zone &&
+           a.force_limit == b.force_limit && a.tool == b.tool && a.tool_object == b.tool_object && a.tool_size == b.tool_size &&
+           a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt;
+}
+
+/// What a tick felt, beside the servo's own record of it.
+struct Felt {
+    std::uint64_t tick = 0;
+    double depth = 0;
+    std::uint32_t contacts = 0, live = 0;
+    Vec3d point{}, normal{};
+};
+
+FeltInput felt_input(const device::Sample& sample, double dt, bool degraded)
+{
+    return {sample.poses[0], sample.twists[0], dt, sample.has_twist, degraded};
+}
+
+/// The hand: goes to where it is told, at a hand's speed.
+struct Hand {
+    mutable device::Newest<Vec3d> told;
+    Vec3d start{};
+    mutable Vec3d place{}, velocity{};
+    mutable double time = 0;
+
+    static device::HandTarget at(const void* context, double time, std::size_t) noexcept
+    {
+        const Hand& hand = *static_cast<const Hand*>(context);
+        if (time <= 0) hand.place = hand.start;
+        if (time > hand.time) {
+            const double dt = std::min(time - hand.time, 0.02);
+            hand.time = time;
+            (void)hand.told.take();
+            // A critically damped approach, so that neither place nor speed jumps.
+            constexpr double k_quickness = 60;  // 1/s
+            Vec3d wish = k_quickness * (hand.told.value() - hand.place);
+            if (const double speed = norm(wish); speed > Touch::k_hand_speed) wish = Touch::k_hand_speed / speed * wish;
+            hand.velocity += std::min(1.0, 2 * k_quickness * dt) * (wish - hand.velocity);
+            hand.place += dt * hand.velocity;
+        }
+        return {{{}, hand.place}, {hand.velocity, {}}};
+    }
+};
+
+}  // namespace
+
+struct Touch::Work {
+    Settings settings;
+    std::unique_ptr<Feeling> feeling;
+    Hand hand;
+    device::Newest<Live> live;
+    device::Ring<Felt, 1024> felt;
+    Felt now{};  ///< the servo's thread
+    std::unique_ptr<device::Device> device;
+    std::unique_ptr<device::Servo> servo;  // last but for what frame() reads: it ends first
+    device::ServoTick tick{};
+    Felt last{};
+    double depth = 0;
+    std::uint32_t lives = 0;  ///< that were told
+    std::shared_ptr<Take> take;
+    std::uint64_t heard = 0;  ///< the newest tick of the take
+
+    static std::uint32_t feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept;
+    void keep(bool known);
+};
+
+std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
+{
+    Work& w = *static_cast<Work*>(context);
+    if (w.live.take()) {
+        w.feeling->adjust(w.live.value());
+        w.now.live = w.live.value().number;
+    }
+    const haptic::StepResult result = w.feeling->step(felt_input(input.sample, input.dt, input.degraded), wrenches[0]);
+    const haptic::ZoneReport& report = w.feeling->report();
+    if (!input.pushes.empty()) input.pushes[0] = report.push;
+    // Old planes answer for a force, not for what is touched: that stays.
+    if (!input.degraded) w.now = {0, result.deepest, result.contacts, w.now.live, report.point, report.normal};
+    w.now.tick = input.tick;
+    (void)w.felt.push(w.now);
+    return result.status;
+}
+
+/// known: the servo felt in this tick, and told.
+void Touch::Work::keep(bool known)
+{
+    if (take == nullptr || take->ticks.size() >= k_max_recorded) return;
+    const bool begun = !take->ticks.empty();
+    if (begun && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
+    heard = tick.tick;
+    if (known)
+        take->ticks.push_back({felt_input(tick.sample, tick.dt, tick.degraded), tick.commanded[0], last.depth, last.live});
+    else if (begun && tick.connected && tick.sample.sequence != 0)
+        ++take->lost;
+}
+
+Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start,
+             std::shared_ptr<Take> take)
+    : work_(std::make_unique<Work>())
+{
+    Work& w = *work_;
+    w.settings = settings;
+    if (take != nullptr)
+        *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
+    w.take = std::move(take);
+    w.feeling = std::make_unique<Feeling>(std::move(objects), settings);
+    w.hand.start = start;
+    w.hand.told.put(start);
+    w.device =
+        device != nullptr
+            ? std::move(device)
+            : std::make_unique<device::SimulatedDevice>(device::SimulatedOptions{.script = Hand::at, .script_context = &w.hand});
+    device::ServoOptions options;
+    const double most = w.device->capabilities().max_force;
+    options.safety.force_limit = most > 0 ? std::min(settings.force_limit, most) : std::min(settings.force_limit, 1.0);
+    options.signals = false;  // the program ends by itself, and the servo with it
+    // Before the page and everything else where the machine lets us.
+    options.priority = k_priority;
+    try {
+        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+    } catch (const std::system_error&) {
+        options.priority = 0;
+        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+    }
+}
+
+Touch::~Touch() = default;
+
+void Touch::aim(Vec3d target) { work_->hand.told.put(target); }
+
+bool Touch::adjust(const Settings& settings)
+{
+    if (!same_tool(work_->settings, settings)) return false;
+    work_->settings = settings;
+    const Live live = live_of(settings, ++work_->lives);
+    work_->live.put(live);
+    if (work_->take != nullptr) work_->take->live.push_back(live);
+    return true;
+}
+
+void Touch::stop() { work_->servo->stop(); }
+void Touch::resume() { work_->servo->resume(); }
+const device::Capabilities& Touch::capabilities() const { return work_->device->capabilities(); }
+device::ServoCounters Touch::counters() const { return work_->servo->counters(); }
+
+double Touch::force_limit() const
+{
+    const double most = capabilities().max_force;
+    return most > 0 ? std::min(work_->settings.force_limit, most) : std::min(work_->settings.force_limit, 1.0);
+}
+
+double Touch::safe_stiffness() const
+{
+    return haptic::check_stiffness(device::safety_limits(capabilities(), 1e-3), work_->settings.stiffness,
+                                   work_->settings.damping)
+        .largest;
+}
+
+void Touch::end_take() { work_->take = nullptr; }
+
+bool Touch::frame(TouchFrame& out)
+{
+    Work& w = *work_;
+    out = {};
+    bool any = false;
+    while (w.servo->next(w.tick)) {
+        any = true;
+        // Both come in order; one that only one of them holds was dropped by the other.
+        while (w.last.tick < w.tick.tick && w.felt.pop(w.last)) {
+        }
+        const bool known = w.last.tick == w.tick.tick;
+        w.keep(known);
+        out.late = std::max(out.late, w.tick.late);
+        out.degraded = out.degraded || w.tick.degraded;
+        if (known) w.depth = w.last.depth;
+        out.cut = out.ticks.size() == 256;
+        if (!out.cut)
+            out.ticks.push_back({static_cast<float>(norm(w.tick.sent[0].force)), static_cast<float>(norm(w.tick.sent[0].torque)),
+                                 static_cast<float>(w.depth), static_cast<float>(1e6 * w.tick.cpu)});
+    }
+    if (!any) return false;
+    const device::ServoTick& t = w.tick;
+    out.tick = t.tick;
+    out.tool = t.sample.poses[0].translation;
+    out.turn = t.sample.poses[0].rotation;
+    out.force = t.sent[0].force;
+    out.torque = t.sent[0].torque;
+    out.acted = t.safety.acted;
+    out.faults = t.safety.faults;
+    out.engaged = t.safety.engaged;
+    out.connected = t.connected;
+    if (w.last.contacts == 0) return true;
+    out.contacts = w.last.contacts;
+    out.depth = w.last.depth;
+    out.point = w.last.point;
+    out.normal = w.last.normal;
+    // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
+    for (const double below : {2e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3})
+        for (std::size_t i = 0; i < w.feeling->objects().size() && out.object < 0; ++i) {
+            if (w.feeling->objects()[i] == nullptr) continue;
+            const Object& object = *w.feeling->objects()[i];
+            const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
+            const query::Contact contact =
+                query::query_point(object.metres, model::to_model_space(object.metres.header, in_metres), query::Layer::Three);
+            if (!contact.contact) continue;
+            out.object = static_cast<int>(i);
+            out.part = contact.part;
+        }
+    return true;
+}
+
+}  // namespace sqmap::viewer

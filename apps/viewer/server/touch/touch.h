@@ -1,0 +1,71 @@
+// Touch: the servo with a simulated device in a simulated hand that goes where the pointer in the page says, or with a real
+// device.
+#pragma once
+
+#include "sqmap/device/device.h"
+#include "sqmap/device/servo.h"
+#include "viewer/server/protocol/messages.h"
+#include "viewer/server/scene/object.h"
+#include "viewer/server/touch/recording.h"
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace sqmap::viewer {
+
+/// One tick, as charts draw it.
+struct TickPoint {
+    float force = 0, torque = 0;  ///< N, N m, as sent
+    float depth = 0;              ///< m
+    float cpu = 0;                ///< us
+};
+
+/// What is streamed: the newest tick, and what lay between it and the one before.
+struct TouchFrame {
+    std::uint64_t tick = 0;
+    Vec3d tool{}, force{}, torque{};  ///< m, N, N m; the force as it is sent to the hand
+    Mat3d turn{};                     ///< of the tool: world = turn x + tool
+    Vec3d point{}, normal{};          ///< of the contact; zero where free
+    double depth = 0;                 ///< m
+    double late = 0;                  ///< s, the most
+    std::uint32_t contacts = 0, acted = 0, faults = 0;
+    int object = -1, part = -1;  ///< that is touched
+    bool engaged = false, degraded = false, connected = true;
+    std::vector<TickPoint> ticks;  ///< at most 256
+    bool cut = false;              ///< there were more: those that came last are left out
+};
+
+/// Runs from construction to destruction.
+class Touch {
+public:
+    /// device: null for the simulated one, which starts at `start`.
+    /// An object that is held as the tool (settings) is not there to be touched. take: where frame() records what it hears.
+    /// @throw std::invalid_argument, std::system_error as Servo does
+    Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start,
+          std::shared_ptr<Take> take = nullptr);
+    ~Touch();
+    Touch(const Touch&) = delete;
+    Touch& operator=(const Touch&) = delete;
+
+    // One thread.
+    void aim(Vec3d target);  ///< where the hand wants the tool; it goes there no faster than k_hand_speed
+    /// False where the new settings need another tool: make another Touch.
+    bool adjust(const Settings& settings);
+    void stop();
+    void resume();
+    void end_take();              ///< records no more
+    bool frame(TouchFrame& out);  ///< false where no tick has been since the last one
+    [[nodiscard]] const device::Capabilities& capabilities() const;
+    [[nodiscard]] device::ServoCounters counters() const;
+    [[nodiscard]] double force_limit() const;
+    [[nodiscard]] double safe_stiffness() const;  ///< N/m, the largest that the device shows without ever giving energy
+
+    static constexpr double k_hand_speed = 0.4;  ///< m/s; the filter takes more than 1 m/s for a fault
+
+private:
+    struct Work;
+    std::unique_ptr<Work> work_;
+};
+
+}  // namespace sqmap::viewer
