@@ -12,7 +12,8 @@ std::optional<query::Layer> layer_named(std::string_view name)
 
 std::string_view layer_name(query::Layer layer)
 {
-    const auto at = std::find_if(k_layer_names.begin(), k_layer_names.end(), [&](const LayerName& n) { return n.layer == layer; });
+    const auto at =
+        std::find_if(k_layer_names.begin(), k_layer_names.end(), [&](const LayerName& n) { return n.layer == layer; });
     return at == k_layer_names.end() ? std::string_view() : at->name;
 }
 

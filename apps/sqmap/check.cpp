@@ -66,7 +66,7 @@ void print(const std::string& file, const LoadedMesh& loaded)
 
 }  // namespace
 
-void add_check(CLI::App& app, int& exit_code)
+void add_check(CommandLine& line)
 {
     struct Options {
         std::string file;
@@ -74,18 +74,18 @@ void add_check(CLI::App& app, int& exit_code)
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("check", "Say whether a mesh can be used, what would be repaired, or why not");
-    command->add_option("mesh", options->file, "OFF, OBJ, STL, PLY, glTF or GLB")->required()->check(CLI::ExistingFile);
-    command->add_flag("--json", options->json, "Answer as JSON");
-    add_load_options(*command, options->load);
-    command->footer("Exit code: 0 accepted or repaired, 2 refused, 64 wrong usage, 70 internal error.");
-    command->callback([options, &exit_code] {
+    Command command = line.add("check", "Say whether a mesh can be used, what would be repaired, or why not");
+    command.option("mesh", options->file, "OFF, OBJ, STL, PLY, glTF or GLB").required().existing_file();
+    command.flag("--json", options->json, "Answer as JSON");
+    add_load_options(command, options->load);
+    command.footer("Exit code: 0 accepted or repaired, 2 refused, 64 wrong usage, 70 internal error.");
+    command.run([options] {
         const LoadedMesh loaded = load_mesh(options->file, options->load);
         if (options->json)
             std::printf("%s\n", dumped(as_json(options->file, loaded)).c_str());
         else
             print(options->file, loaded);
-        exit_code = loaded.refused() ? 2 : 0;
+        return loaded.refused() ? 2 : 0;
     });
 }
 

@@ -55,13 +55,13 @@ std::string output(const device::Capabilities& c)
 
 }  // namespace
 
-void add_devices(CLI::App& app, int& exit_code)
+void add_devices(CommandLine& line)
 {
     const auto json = std::make_shared<bool>(false);
-    CLI::App* command = app.add_subcommand("devices", "List the devices to touch with: what is here, its rate and its limits");
-    command->add_flag("--json", *json, "Answer as JSON");
-    command->footer("Pass the first column to sqmap touch --device. Exit code: 0 listed, 64 wrong usage, 70 internal error.");
-    command->callback([json, &exit_code] {
+    Command command = line.add("devices", "List the devices to touch with: what is here, its rate and its limits");
+    command.flag("--json", *json, "Answer as JSON");
+    command.footer("Pass the first column to sqmap touch --device. Exit code: 0 listed, 64 wrong usage, 70 internal error.");
+    command.run([json] {
         std::vector<device::DeviceListing> list = paths_over_models();
         for (device::DeviceListing& entry : device::list_devices()) list.push_back(std::move(entry));
         if (*json) {
@@ -87,7 +87,7 @@ void add_devices(CLI::App& app, int& exit_code)
                                 d.capabilities.rate, output(d.capabilities).c_str());
             }
         }
-        exit_code = 0;
+        return 0;
     });
 }
 

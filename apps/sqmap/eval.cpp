@@ -49,85 +49,92 @@ void print(const char* layer, const bake::Evaluation& e)
     print_distribution("depth", e.frame.depth, "% of R_max");
 }
 
+struct Options {
+    std::string model, mesh, layer = "all";
+    bake::EvaluateOptions evaluate;
+    LoadOptions load;
+    bool json = false;
+};
+
+/// One line says that the mesh is not the model's, and what to do.
+void print_other_mesh(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o)
+{
+    std::fprintf(stderr,
+                 "%s was not baked from %s: it was made of %s, %u vertices and %u triangles%s; this mesh has %zu and %zu%s\n"
+                 "  give the mesh it was baked from, with the same --repair, --surface, --thickness and --unit\n",
+                 o.model.c_str(), o.mesh.c_str(), std::string(m.source).c_str(), m.header.vertex_count, m.header.triangle_count,
+                 hash_text(m.mesh_hash).c_str(), mesh.vertices.size(), mesh.triangles.size(),
+                 hash_text(mesh::content_hash(mesh)).c_str());
+}
+
+/// mesh: model space.
+void measure(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o)
+{
+    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
+    nlohmann::ordered_json out;
+    for (const query::Layer layer : {query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
+        const std::string name(layer_name(layer));
+        if (o.layer != "all" && o.layer != name) continue;
+        if (layer == query::Layer::Exact && !model::has_exact(m)) continue;
+        bake::EvaluateOptions evaluate = o.evaluate;
+        evaluate.layer = layer;
+        if (layer == query::Layer::Exact) evaluate.verdict_band = 1e-5;
+        const bake::Evaluation e = bake::evaluate(m, solid, evaluate);
+        if (o.json)
+            out["layer"][name] = evaluation_json(e);
+        else
+            print(name.c_str(), e);
+    }
+    const bake::Containment containment = bake::check_containment(m, mesh);
+    if (o.json) {
+        out["containment"] = {
+            {"certified_parts", containment.certified}, {"parts", m.parts.size()}, {"triangles_outside", containment.outside}};
+        std::printf("%s\n", out.dump(2).c_str());
+    } else {
+        std::printf(
+            "containment: %u of %zu parts certified (every triangle and cap within its superquadric), %u triangles outside\n",
+            containment.certified, m.parts.size(), containment.outside);
+    }
+}
+
+int run(const Options& o)
+{
+    const LoadedMesh loaded = load_mesh(o.mesh, o.load);
+    if (loaded.refused()) {
+        std::fprintf(stderr, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
+        return 2;
+    }
+    try {
+        const io::MappedModel file(o.model);
+        if (!is_mesh_of(file.view(), loaded.mesh)) {
+            print_other_mesh(file.view(), loaded.mesh, o);
+            return 2;
+        }
+        measure(file.view(), bake::model_space(loaded.mesh), o);
+        return 0;
+    } catch (const io::ModelFileError& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return 2;
+    }
+}
+
 }  // namespace
 
-void add_eval(CLI::App& app, int& exit_code)
+void add_eval(CommandLine& line)
 {
-    struct Options {
-        std::string model, mesh, layer = "all";
-        bake::EvaluateOptions evaluate;
-        LoadOptions load;
-        bool json = false;
-    };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("eval", "Measure a model against its mesh with an exact oracle");
-    command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
-    command->add_option("mesh", options->mesh, "The mesh it was baked from")->required()->check(CLI::ExistingFile);
-    command->add_option("--layer", options->layer, "2, 3, exact, or all")
-        ->check(CLI::IsMember({"2", "3", "exact", "all"}))
-        ->capture_default_str();
-    command
-        ->add_option("--points", options->evaluate.points,
-                     "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
-        ->check(in_range(1, 100000000))
-        ->capture_default_str();
-    command->add_option("--seed", options->evaluate.seed, "Seed of the sample")->capture_default_str();
-    command->add_flag("--json", options->json, "Answer as JSON");
-    add_load_options(*command, options->load);
-    command->footer("Exit code: 0 measured, 2 bad model or mesh, 64 wrong usage, 70 internal error.");
-    command->callback([options, &exit_code] {
-        exit_code = 2;
-        const LoadedMesh loaded = load_mesh(options->mesh, options->load);
-        if (loaded.refused()) {
-            std::fprintf(stderr, "%s: %s", options->mesh.c_str(), report(loaded).c_str());
-            return;
-        }
-        try {
-            const io::MappedModel file(options->model);
-            const model::ModelView& m = file.view();
-            if (!is_mesh_of(m, loaded.mesh)) {
-                std::fprintf(
-                    stderr,
-                    "%s was not baked from %s: it was made of %s, %u vertices and %u triangles%s; this mesh has %zu and %zu%s\n"
-                    "  give the mesh it was baked from, with the same --repair, --surface, --thickness and --unit\n",
-                    options->model.c_str(), options->mesh.c_str(), std::string(m.source).c_str(), m.header.vertex_count,
-                    m.header.triangle_count, hash_text(m.mesh_hash).c_str(), loaded.mesh.vertices.size(),
-                    loaded.mesh.triangles.size(), hash_text(mesh::content_hash(loaded.mesh)).c_str());
-                return;
-            }
-            const mesh::Mesh mesh = bake::model_space(loaded.mesh);
-            const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
-            nlohmann::ordered_json out;
-            for (const query::Layer layer : {query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
-                const std::string name(layer_name(layer));
-                if (options->layer != "all" && options->layer != name) continue;
-                if (layer == query::Layer::Exact && !model::has_exact(m)) continue;
-                bake::EvaluateOptions evaluate = options->evaluate;
-                evaluate.layer = layer;
-                if (layer == query::Layer::Exact) evaluate.verdict_band = 1e-5;
-                const bake::Evaluation e = bake::evaluate(m, solid, evaluate);
-                if (options->json)
-                    out["layer"][name] = evaluation_json(e);
-                else
-                    print(name.c_str(), e);
-            }
-            const bake::Containment containment = bake::check_containment(m, mesh);
-            if (options->json) {
-                out["containment"] = {{"certified_parts", containment.certified},
-                                      {"parts", m.parts.size()},
-                                      {"triangles_outside", containment.outside}};
-                std::printf("%s\n", out.dump(2).c_str());
-            } else {
-                std::printf(
-                    "containment: %u of %zu parts certified (every triangle and cap within its superquadric), %u triangles "
-                    "outside\n",
-                    containment.certified, m.parts.size(), containment.outside);
-            }
-            exit_code = 0;
-        } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        }
-    });
+    Command command = line.add("eval", "Measure a model against its mesh with an exact oracle");
+    command.option("model", options->model, "Model (.sqmap)").required().existing_file();
+    command.option("mesh", options->mesh, "The mesh it was baked from").required().existing_file();
+    command.option("--layer", options->layer, "2, 3, exact, or all").one_of({"2", "3", "exact", "all"}).shows_default();
+    command.option("--points", options->evaluate.points, "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
+        .in_range(1, 100000000)
+        .shows_default();
+    command.option("--seed", options->evaluate.seed, "Seed of the sample").shows_default();
+    command.flag("--json", options->json, "Answer as JSON");
+    add_load_options(command, options->load);
+    command.footer("Exit code: 0 measured, 2 bad model or mesh, 64 wrong usage, 70 internal error.");
+    command.run([options] { return run(*options); });
 }
 
 }  // namespace sqmap::app

@@ -61,84 +61,99 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     return out;
 }
 
+struct Options {
+    std::string model;
+    bool json = false;
+};
+
+bool is_central(const model::ModelView& m)
+{
+    return m.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
+}
+
+ordered_json model_json(const model::ModelView& m, const io::SectionBytes& bytes)
+{
+    const bool central = is_central(m);
+    ordered_json out;
+    out["format_version"] = model::k_format_version;
+    char hash[20];
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
+    out["content_hash"] = hash;
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.mesh_hash));
+    out["mesh_hash"] = m.mesh_hash == 0 ? ordered_json(nullptr) : ordered_json(hash);
+    out["made_by"] = m.made_by;
+    out["source"] = m.source;
+    out["projection"] = central ? "central" : "normal";
+    out["solid"] = m.header.solid != 0;
+    // Every part's certificate covers the caps that close it, and closed parts tile the solid.
+    const bool contained = std::all_of(m.parts.begin(), m.parts.end(), [](const model::Part& p) { return p.largest_f <= 1.f; });
+    out["certified"] = {{"triangles_contained", contained}, {"solid_covered", contained && m.header.solid != 0}};
+    out["self_intersecting"] = m.header.self_intersecting != 0;
+    out["origin"] = {m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+    out["unit"] = m.header.unit;
+    out["r_max"] = m.header.r_max * m.header.unit;
+    out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
+    out["triangles"] = m.header.triangle_count;
+    out["vertices"] = m.header.vertex_count;
+    out["bytes"] = {
+        {"total", bytes.total},     {"superquadrics", bytes.superquadrics},
+        {"map", bytes.map},         {"normal_map", bytes.normal_map},
+        {"locator", bytes.locator}, {"exact_lists", bytes.exact},
+        {"exact_mesh", bytes.mesh}, {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
+    out["measured"] = measured_json(m.measured);
+    out["parts"] = ordered_json::array();
+    for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
+    return out;
+}
+
+void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
+{
+    const bool central = is_central(m);
+    std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", name.c_str(), m.parts.size(),
+                central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
+                std::string(m.source).c_str());
+    std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu\n", bytes.total,
+                bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
+                bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
+    std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
+                100 * m.header.quantisation / m.header.r_max);
+    print_measured(m.measured);
+    std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
+    for (std::size_t i = 0; i < m.parts.size(); ++i) {
+        const model::Part& p = m.parts[i];
+        std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0], p.eps[1],
+                    p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "",
+                    p.bend != 0 ? " bent" : "", (p.flags & model::k_fit_fallback) != 0 ? " fallback" : "");
+    }
+}
+
+int run(const Options& o)
+{
+    try {
+        const io::MappedModel file(o.model);
+        const model::ModelView& m = file.view();
+        const io::SectionBytes bytes = io::section_bytes(m, file.size());
+        if (o.json)
+            std::printf("%s\n", model_json(m, bytes).dump(2).c_str());
+        else
+            print(o.model, m, bytes);
+        return 0;
+    } catch (const io::ModelFileError& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return 2;
+    }
+}
+
 }  // namespace
 
-void add_info(CLI::App& app, int& exit_code)
+void add_info(CommandLine& line)
 {
-    struct Options {
-        std::string model;
-        bool json = false;
-    };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("info", "Say what is in a model: parts, certificates, bytes, measured error");
-    command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
-    command->add_flag("--json", options->json, "Answer as JSON");
-    command->footer("Exit code: 0 printed, 2 not a valid model, 64 wrong usage, 70 internal error.");
-    command->callback([options, &exit_code] {
-        try {
-            const io::MappedModel file(options->model);
-            const model::ModelView& m = file.view();
-            const io::SectionBytes bytes = io::section_bytes(m, file.size());
-            const bool central = m.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
-            if (options->json) {
-                ordered_json out;
-                out["format_version"] = model::k_format_version;
-                char hash[20];
-                std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
-                out["content_hash"] = hash;
-                std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.mesh_hash));
-                out["mesh_hash"] = m.mesh_hash == 0 ? ordered_json(nullptr) : ordered_json(hash);
-                out["made_by"] = m.made_by;
-                out["source"] = m.source;
-                out["projection"] = central ? "central" : "normal";
-                out["solid"] = m.header.solid != 0;
-                // Every part's certificate covers the caps that close it, and closed parts tile the solid.
-                const bool contained =
-                    std::all_of(m.parts.begin(), m.parts.end(), [](const model::Part& p) { return p.largest_f <= 1.f; });
-                out["certified"] = {{"triangles_contained", contained}, {"solid_covered", contained && m.header.solid != 0}};
-                out["self_intersecting"] = m.header.self_intersecting != 0;
-                out["origin"] = {m.header.origin[0], m.header.origin[1], m.header.origin[2]};
-                out["unit"] = m.header.unit;
-                out["r_max"] = m.header.r_max * m.header.unit;
-                out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
-                out["triangles"] = m.header.triangle_count;
-                out["vertices"] = m.header.vertex_count;
-                out["bytes"] = {{"total", bytes.total},
-                                {"superquadrics", bytes.superquadrics},
-                                {"map", bytes.map},
-                                {"normal_map", bytes.normal_map},
-                                {"locator", bytes.locator},
-                                {"exact_lists", bytes.exact},
-                                {"exact_mesh", bytes.mesh},
-                                {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
-                out["measured"] = measured_json(m.measured);
-                out["parts"] = ordered_json::array();
-                for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
-                std::printf("%s\n", out.dump(2).c_str());
-            } else {
-                std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", options->model.c_str(),
-                            m.parts.size(), central ? "central" : "normal", m.header.triangle_count,
-                            std::string(m.made_by).c_str(), std::string(m.source).c_str());
-                std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu\n", bytes.total,
-                            bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
-                            bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
-                std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n",
-                            m.header.r_max * m.header.unit, 100 * m.header.quantisation / m.header.r_max);
-                print_measured(m.measured);
-                std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
-                for (std::size_t i = 0; i < m.parts.size(); ++i) {
-                    const model::Part& p = m.parts[i];
-                    std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0],
-                                p.eps[1], p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "",
-                                p.bend != 0 ? " bent" : "", (p.flags & model::k_fit_fallback) != 0 ? " fallback" : "");
-                }
-            }
-            exit_code = 0;
-        } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-            exit_code = 2;
-        }
-    });
+    Command command = line.add("info", "Say what is in a model: parts, certificates, bytes, measured error");
+    command.option("model", options->model, "Model (.sqmap)").required().existing_file();
+    command.flag("--json", options->json, "Answer as JSON");
+    command.footer("Exit code: 0 printed, 2 not a valid model, 64 wrong usage, 70 internal error.");
+    command.run([options] { return run(*options); });
 }
 
 }  // namespace sqmap::app

@@ -82,79 +82,86 @@ int digits_of(double coordinate, double size)
     return 9 + static_cast<int>(std::clamp(beyond, 0.0, 8.0));  // 17 tell any two doubles apart; of 0 beyond is -inf
 }
 
+struct Options {
+    std::string model, points, output, layer = "3";
+    std::uint32_t gate = query::k_layer3_gate;
+    bool certain = false, offset = false, smoothing = false;
+};
+
+/// A row for each point, in their order.
+std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
+{
+    const query::QueryOptions options{
+        .layer = layer_named(o.layer).value(), .layer3_gate = o.gate, .offset = o.offset, .smoothing = o.smoothing};
+    if (options.layer == query::Layer::Exact && !model::has_exact(m))
+        throw BadPoints(o.model + " was baked without the exact layer: bake it without --no-exact");
+    const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+    const double size = m.header.r_max * m.header.unit;
+    std::string text;
+    char row[256];
+    const auto print = [&](const char* format, auto... values) {
+        text.append(row, static_cast<std::size_t>(std::snprintf(row, sizeof row, format, values...)));
+    };
+    print("contact,part,depth,nx,ny,nz,px,py,pz%s\n", o.certain ? ",certain" : "");
+    for (const Vec3d& p : points) {
+        // To model space in double: coordinates may be far from zero.
+        const query::Contact c = query::query_point(m, cast<float>((p - origin) / m.header.unit), options);
+        if (c.contact) {
+            const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
+            print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, static_cast<double>(c.depth) * m.header.unit,
+                  static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z),
+                  digits_of(s.x, size), s.x, digits_of(s.y, size), s.y, digits_of(s.z, size), s.z);
+        } else {
+            text += "0,-1,,,,,,,";
+        }
+        if (o.certain) print(",%d", c.certain ? 1 : 0);
+        text += '\n';
+    }
+    return text;
+}
+
+int run(const Options& o)
+{
+    try {
+        io::refuse_to_replace(o.output, {o.model, o.points});
+        const io::MappedModel file(o.model);
+        const std::string text = answers(file.view(), read_points(o.points), o);
+        io::replace_file(o.output, std::as_bytes(std::span(text)));
+        return 0;
+    } catch (const BadPoints& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+    } catch (const io::ModelFileError& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+    }
+    return 2;
+}
+
 }  // namespace
 
-void add_query(CLI::App& app, int& exit_code)
+void add_query(CommandLine& line)
 {
-    struct Options {
-        std::string model, points, output, layer = "3";
-        std::uint32_t gate = query::k_layer3_gate;
-        bool certain = false, offset = false, smoothing = false;
-    };
     const auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("query", "Ask a model about points: inside, how deep, which way is out");
-    command->add_option("model", options->model, "Model (.sqmap)")->required()->check(CLI::ExistingFile);
-    command->add_option("points", options->points, "CSV with the header x,y,z; mesh units")->required()->check(CLI::ExistingFile);
-    command->add_option("-o,--output", options->output, "CSV to write, a row for each row of points")->required();
+    Command command = line.add("query", "Ask a model about points: inside, how deep, which way is out");
+    command.option("model", options->model, "Model (.sqmap)").required().existing_file();
+    command.option("points", options->points, "CSV with the header x,y,z; mesh units").required().existing_file();
+    command.option("-o,--output", options->output, "CSV to write, a row for each row of points").required();
     command
-        ->add_option("--layer", options->layer,
-                     "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
-        ->check(CLI::IsMember({"1", "2", "3", "exact", "auto"}))
-        ->capture_default_str();
+        .option("--layer", options->layer,
+                "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
+        .one_of({"1", "2", "3", "exact", "auto"})
+        .shows_default();
     command
-        ->add_option("--gate", options->gate,
-                     "k_L: auto reads layer 3 for a part with fewer base samples than this times its vertices")
-        ->capture_default_str();
-    command->add_flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
-    command->add_flag("--offset", options->offset,
-                      "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
-    command->add_flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
-    command->footer(
+        .option("--gate", options->gate,
+                "k_L: auto reads layer 3 for a part with fewer base samples than this times its vertices")
+        .shows_default();
+    command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
+    command.flag("--offset", options->offset, "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
+    command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
+    command.footer(
         "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward; 9 digits, more of a "
         "point far from the origin.\n"
         "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
-    command->callback([options, &exit_code] {
-        exit_code = 2;
-        try {
-            io::refuse_to_replace(options->output, {options->model, options->points});
-            const io::MappedModel file(options->model);
-            const model::ModelView& m = file.view();
-            const std::vector<Vec3d> points = read_points(options->points);
-            const query::Layer layer = layer_named(options->layer).value();
-            if (layer == query::Layer::Exact && !model::has_exact(m))
-                throw BadPoints(options->model + " was baked without the exact layer: bake it without --no-exact");
-            const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
-            const double size = m.header.r_max * m.header.unit;
-            std::string text;
-            char row[256];
-            const auto print = [&](const char* format, auto... values) {
-                text.append(row, static_cast<std::size_t>(std::snprintf(row, sizeof row, format, values...)));
-            };
-            print("contact,part,depth,nx,ny,nz,px,py,pz%s\n", options->certain ? ",certain" : "");
-            for (const Vec3d& p : points) {
-                // To model space in double: coordinates may be far from zero.
-                const query::Contact c = query::query_point(
-                    m, cast<float>((p - origin) / m.header.unit),
-                    {.layer = layer, .layer3_gate = options->gate, .offset = options->offset, .smoothing = options->smoothing});
-                if (c.contact) {
-                    const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-                    print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, static_cast<double>(c.depth) * m.header.unit,
-                          static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z),
-                          digits_of(s.x, size), s.x, digits_of(s.y, size), s.y, digits_of(s.z, size), s.z);
-                } else {
-                    text += "0,-1,,,,,,,";
-                }
-                if (options->certain) print(",%d", c.certain ? 1 : 0);
-                text += '\n';
-            }
-            io::replace_file(options->output, std::as_bytes(std::span(text)));
-            exit_code = 0;
-        } catch (const BadPoints& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        }
-    });
+    command.run([options] { return run(*options); });
 }
 
 }  // namespace sqmap::app

@@ -29,7 +29,7 @@ void set_size(View& view, const std::string& text)
     char end = 0;
     if (std::sscanf(text.c_str(), "%dx%d%c", &view.width, &view.height, &end) != 2 || view.width < 64 || view.height < 64 ||
         view.width > 8192 || view.height > 8192)
-        throw CLI::ValidationError("--size", "expected WIDTHxHEIGHT, 64 to 8192 each");
+        throw WrongUsage("--size", "expected WIDTHxHEIGHT, 64 to 8192 each");
 }
 
 void set_up(View& view, const std::string& text)
@@ -69,9 +69,8 @@ Image pictures(const Arguments& a)
     std::vector<std::string> kinds = a.what;
     if (kinds.empty()) kinds.push_back(is_model ? "parts" : "mesh");
     for (const std::string& what : kinds)
-        if (!is_model && (what == "error" || what == "map"))
-            throw CLI::ValidationError("--what", what + " needs a model (.sqmap)");
-    if (!is_model && !a.mesh.empty()) throw CLI::ValidationError("mesh", "a second mesh goes with a model (.sqmap) only");
+        if (!is_model && (what == "error" || what == "map")) throw WrongUsage("--what", what + " needs a model (.sqmap)");
+    if (!is_model && !a.mesh.empty()) throw WrongUsage("mesh", "a second mesh goes with a model (.sqmap) only");
     std::optional<mesh::Mesh> mesh;
     if (!is_model)
         mesh = loaded(a.input, a.load);
@@ -93,42 +92,38 @@ Image pictures(const Arguments& a)
 
 }  // namespace
 
-void add_render(CLI::App& app, int& exit_code)
+void add_render(CommandLine& line)
 {
     const auto arguments = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand("render", "Draw a mesh or a model as a PNG picture");
-    command->add_option("input", arguments->input, "Model (.sqmap) or mesh")->required()->check(CLI::ExistingFile);
-    command->add_option("mesh", arguments->mesh, "Mesh to draw in place of the model's own triangles")->check(CLI::ExistingFile);
+    Command command = line.add("render", "Draw a mesh or a model as a PNG picture");
+    command.option("input", arguments->input, "Model (.sqmap) or mesh").required().existing_file();
+    command.option("mesh", arguments->mesh, "Mesh to draw in place of the model's own triangles").existing_file();
     command
-        ->add_option(
+        .option(
             "--what", arguments->what,
             "mesh, parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); several "
             "stand side by side; default: parts of a model, the plain mesh otherwise")
-        ->delimiter(',')
-        ->check(CLI::IsMember({"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"}))
-        ->type_name("KIND");
-    command->add_option("-o,--output", arguments->output, "PNG file to write")->required();
-    command->add_option("--azimuth", arguments->azimuth,
-                        "Degrees about the up axis, 0 the front; default: off the broadest side");
-    command->add_option("--elevation", arguments->view.elevation, "Degrees above the horizon")
-        ->check(in_range(-90, 90))
-        ->capture_default_str();
-    command->add_option("--up", arguments->up, "The mesh's upward axis: x, y, z, -x, -y or -z")
-        ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}))
-        ->type_name("AXIS")
-        ->capture_default_str();
-    command->add_option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")
-        ->type_name("WIDTHxHEIGHT");
-    add_load_options(*command, arguments->load);
-    command->footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
-    command->callback([arguments, &exit_code] {
+        .delimiter(',')
+        .one_of({"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"})
+        .type_name("KIND");
+    command.option("-o,--output", arguments->output, "PNG file to write").required();
+    command.option("--azimuth", arguments->azimuth, "Degrees about the up axis, 0 the front; default: off the broadest side");
+    command.option("--elevation", arguments->view.elevation, "Degrees above the horizon").in_range(-90, 90).shows_default();
+    command.option("--up", arguments->up, "The mesh's upward axis: x, y, z, -x, -y or -z")
+        .one_of({"x", "y", "z", "-x", "-y", "-z"})
+        .type_name("AXIS")
+        .shows_default();
+    command.option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")
+        .type_name("WIDTHxHEIGHT");
+    add_load_options(command, arguments->load);
+    command.footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
+    command.run([arguments] {
         if (!arguments->size.empty()) set_size(arguments->view, arguments->size);
         set_up(arguments->view, arguments->up);
-        exit_code = 2;
         try {
             io::refuse_to_replace(arguments->output, {arguments->input, arguments->mesh});
             write_png(arguments->output, pictures(*arguments));
-            exit_code = 0;
+            return 0;
         } catch (const Refused&) {
         } catch (const io::ModelFileError& e) {
             std::fprintf(stderr, "%s\n", e.what());
@@ -136,8 +131,9 @@ void add_render(CLI::App& app, int& exit_code)
             std::fprintf(stderr, "%s\n", e.what());
         } catch (const SubjectError& e) {
             std::fprintf(stderr, "%s\n", e.what());
-            exit_code = 64;
+            return 64;
         }
+        return 2;
     });
 }
 

@@ -58,21 +58,20 @@ void report(const device::Machine& m, const Jitter& plain, const std::optional<J
 
 }  // namespace
 
-void add_rtcheck(CLI::App& app, int& exit_code)
+void add_rtcheck(CommandLine& line)
 {
     struct Options {
         double seconds = 10;
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("rtcheck", "Measure what this machine can hold of a 1 kHz loop, with and without SCHED_FIFO");
-    command->add_option("--seconds", options->seconds, "How long to measure, for each of the two")
-        ->check(in_range(0.1, 3600.))
-        ->capture_default_str();
-    command->add_flag("--json", options->json, "Answer as JSON");
-    command->footer("Exit code: 0 measured, whatever was found, 64 wrong usage, 70 internal error.");
-    command->callback([options, &exit_code] {
+    Command command = line.add("rtcheck", "Measure what this machine can hold of a 1 kHz loop, with and without SCHED_FIFO");
+    command.option("--seconds", options->seconds, "How long to measure, for each of the two")
+        .in_range(0.1, 3600.)
+        .shows_default();
+    command.flag("--json", options->json, "Answer as JSON");
+    command.footer("Exit code: 0 measured, whatever was found, 64 wrong usage, 70 internal error.");
+    command.run([options] {
         const device::Machine m = device::machine();
         const Jitter plain = *device::measure_jitter({.seconds = options->seconds});
         const std::optional<Jitter> fifo = device::measure_jitter({.seconds = options->seconds, .priority = k_priority});
@@ -97,7 +96,7 @@ void add_rtcheck(CLI::App& app, int& exit_code)
         } else {
             report(m, plain, fifo, holds);
         }
-        exit_code = 0;
+        return 0;
     });
 }
 

@@ -63,20 +63,19 @@ std::vector<std::string> shape_names()
 
 mesh::Mesh made_shape(const std::string& name) { return makers().at(name)(); }
 
-void add_shapes(CLI::App& app, int& exit_code)
+void add_shapes(CommandLine& line)
 {
     auto arguments = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand("shapes", "Write a mesh that the project makes itself, or a finer one of a file");
+    Command command = line.add("shapes", "Write a mesh that the project makes itself, or a finer one of a file");
     std::string names;
     for (const std::string& name : shape_names()) names += name + ", ";
-    command->add_option("name", arguments->name, "Which shape: " + names + "or a mesh file")->required();
-    command->add_option("-o,--output", arguments->output, "File to write: .obj or .off")->required();
-    command->add_option("--subdivide", arguments->subdivide, "Loop subdivisions: each makes four triangles of one")
-        ->check(in_range(0, 4))
-        ->capture_default_str();
-    command->footer("Exit code: 0 written, 2 no such shape, mesh refused or not closed, 64 wrong usage, 70 internal error.");
-    command->callback([arguments, &exit_code] {
-        exit_code = 2;
+    command.option("name", arguments->name, "Which shape: " + names + "or a mesh file").required();
+    command.option("-o,--output", arguments->output, "File to write: .obj or .off").required();
+    command.option("--subdivide", arguments->subdivide, "Loop subdivisions: each makes four triangles of one")
+        .in_range(0, 4)
+        .shows_default();
+    command.footer("Exit code: 0 written, 2 no such shape, mesh refused or not closed, 64 wrong usage, 70 internal error.");
+    command.run([arguments] {
         mesh::Mesh made;
         if (makers().contains(arguments->name)) {
             made = made_shape(arguments->name);
@@ -84,7 +83,7 @@ void add_shapes(CLI::App& app, int& exit_code)
             LoadedMesh loaded = load_mesh(arguments->name);
             if (loaded.refused()) {
                 std::fprintf(stderr, "%s: %s", arguments->name.c_str(), report(loaded).c_str());
-                return;
+                return 2;
             }
             made = std::move(loaded.mesh);
         }
@@ -93,14 +92,14 @@ void add_shapes(CLI::App& app, int& exit_code)
             io::write_mesh(arguments->output, made.vertices, made.triangles);
         } catch (const std::runtime_error& e) {
             std::fprintf(stderr, "%s\n", e.what());
-            return;
+            return 2;
         } catch (const std::invalid_argument& e) {
             std::fprintf(stderr, "%s\n", e.what());
-            return;
+            return 2;
         }
         std::printf("%s: %zu vertices, %zu triangles -> %s\n", arguments->name.c_str(), made.vertices.size(),
                     made.triangles.size(), arguments->output.c_str());
-        exit_code = 0;
+        return 0;
     });
 }
 

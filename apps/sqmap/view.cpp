@@ -128,30 +128,28 @@ int view(const Arguments& arguments)
 }  // namespace
 #endif
 
-void add_view(CLI::App& app, int& exit_code)
+void add_view(CommandLine& line)
 {
-    CLI::App* command = app.add_subcommand("view", "Look at models and meshes in the browser, and touch them");
+    Command command = line.add("view", "Look at models and meshes in the browser, and touch them");
 #ifdef SQMAP_HAVE_VIEWER
     const auto arguments = std::make_shared<Arguments>();
-    command
-        ->add_option("files", arguments->files,
-                     "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
-        ->check(CLI::ExistingFile);
-    command->add_option("--port", arguments->port, "Port on this machine; 0: any that is free")->capture_default_str();
-    command->add_option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
-        ->check(in_range(0.01, 10.0))
-        ->capture_default_str();
-    command->footer(
+    command.option("files", arguments->files, "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
+        .existing_file();
+    command.option("--port", arguments->port, "Port on this machine; 0: any that is free").shows_default();
+    command.option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
+        .in_range(0.01, 10.0)
+        .shows_default();
+    command.footer(
         "Serves this machine alone, and only the address that it prints. Exit code: 0 ended, 2 a file was refused or the port is "
         "taken, 64 "
         "wrong usage, 70 internal error.");
-    command->callback([arguments, &exit_code] { exit_code = view(*arguments); });
+    command.run([arguments] { return view(*arguments); });
 #else
     const auto files = std::make_shared<std::vector<std::string>>();
-    command->add_option("files", *files, "Models and meshes");
-    command->callback([files, &exit_code] {
+    command.option("files", *files, "Models and meshes");
+    command.run([files] {
         std::fprintf(stderr, "this program was built without Boost.Beast, which serves the page\n  cure: ./dev view\n");
-        exit_code = 2;
+        return 2;
     });
 #endif
 }

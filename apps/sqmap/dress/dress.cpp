@@ -271,63 +271,56 @@ void dress(const Arguments& a)
 
 }  // namespace
 
-void add_dress(CLI::App& app, int& exit_code)
+void add_dress(CommandLine& line)
 {
     const auto a = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand(
-        "dress", "Dress an avatar: cloth on a model, on a skinned mesh, or on a figure that walks; animation as glTF");
-    auto* avatar =
+    Command command =
+        line.add("dress", "Dress an avatar: cloth on a model, on a skinned mesh, or on a figure that walks; animation as glTF");
+    Option avatar =
         command
-            ->add_option(
-                "--avatar", a->avatar,
-                "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
-            ->check(CLI::ExistingFile);
-    auto* walker = command->add_option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres")
-                       ->check(in_range(0.2, 5.0));
-    avatar->excludes(walker);
-    command->add_flag(
-        "--walk", a->walk,
-        "The figure lowers its arms after 1 s and walks from 2 s on; a skinned mesh goes over to its animation from "
-        "1 s to 2 s and plays it; otherwise either stands");
-    command->add_option("--animation", a->animation, "Which of a skinned mesh's animations --walk plays; default: the first");
-    command->add_option("--garment", a->garments, "Garment (.json); several are worn, but do not feel each other")
-        ->required()
-        ->check(CLI::ExistingFile);
-    command->add_option("-o,--output", a->output, "Animation to write (.glb)")->required();
-    command->add_option("--report", a->report, "Write penetration, strain and time by stage, as JSON");
-    command->add_option("--pictures", a->pictures, "Folder for a picture of each frame; made where it is not there");
-    auto* const device = command->add_option(
+            .option("--avatar", a->avatar,
+                    "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
+            .existing_file();
+    Option walker =
+        command.option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres").in_range(0.2, 5.0);
+    avatar.excludes(walker);
+    command.flag("--walk", a->walk,
+                 "The figure lowers its arms after 1 s and walks from 2 s on; a skinned mesh goes over to its animation from "
+                 "1 s to 2 s and plays it; otherwise either stands");
+    command.option("--animation", a->animation, "Which of a skinned mesh's animations --walk plays; default: the first");
+    command.option("--garment", a->garments, "Garment (.json); several are worn, but do not feel each other")
+        .required()
+        .existing_file();
+    command.option("-o,--output", a->output, "Animation to write (.glb)").required();
+    command.option("--report", a->report, "Write penetration, strain and time by stage, as JSON");
+    command.option("--pictures", a->pictures, "Folder for a picture of each frame; made where it is not there");
+    const Option device = command.option(
         "--device", a->device,
         "A tool that grasps: simulated[:hand=], whose hand follows the garment's pull, or a kind that sqmap devices lists "
         "(its first button grasps). The cloth then keeps to the clock");
-    command->add_option("--tool-at", a->tool_at, "X,Y,Z, m: where the device's origin is; default 0,0,0")->needs(device);
-    command->add_option("--azimuth", a->azimuth, "Of the pictures, degrees; 0: from the front")->capture_default_str();
-    command->add_option("--seconds", a->seconds, "Time to simulate")->check(in_range(0.01, 600.0))->capture_default_str();
-    command->add_option("--rate", a->rate, "Steps a second")->check(in_range(10.0, 10000.0))->capture_default_str();
-    command->add_option("--fps", a->fps, "Frames a second that are written")->check(in_range(0.1, 240.0))->capture_default_str();
-    command
-        ->add_option("--thinnest", a->thinnest, "Parts of the avatar at least this thick, in metres, are not tunnelled through")
-        ->check(in_range(0.001, 1.0))
-        ->capture_default_str();
-    command->add_option("--iterations", a->iterations, "Of the threads' solver")->check(in_range(1, 200))->capture_default_str();
-    command->add_option("--layer", a->layer, "Of the contacts: 2, 3 or exact")
-        ->check(CLI::IsMember({"2", "3", "exact"}))
-        ->capture_default_str();
-    command->add_flag("--paper-friction", a->paper_friction, "Friction of eq. 33 instead of Coulomb's");
-    command->add_flag("--self-collision", a->self_collision, "Cloth feels itself (slow)");
-    command->footer("Exit code: 0 done, 2 bad model or garment, or a file not written, 64 wrong usage, 70 internal error.");
-    command->callback([a, &exit_code] {
-        if (a->avatar.empty() && a->walker <= 0) throw CLI::ValidationError("dress", "give --avatar or --figure");
+    command.option("--tool-at", a->tool_at, "X,Y,Z, m: where the device's origin is; default 0,0,0").needs(device);
+    command.option("--azimuth", a->azimuth, "Of the pictures, degrees; 0: from the front").shows_default();
+    command.option("--seconds", a->seconds, "Time to simulate").in_range(0.01, 600.0).shows_default();
+    command.option("--rate", a->rate, "Steps a second").in_range(10.0, 10000.0).shows_default();
+    command.option("--fps", a->fps, "Frames a second that are written").in_range(0.1, 240.0).shows_default();
+    command.option("--thinnest", a->thinnest, "Parts of the avatar at least this thick, in metres, are not tunnelled through")
+        .in_range(0.001, 1.0)
+        .shows_default();
+    command.option("--iterations", a->iterations, "Of the threads' solver").in_range(1, 200).shows_default();
+    command.option("--layer", a->layer, "Of the contacts: 2, 3 or exact").one_of({"2", "3", "exact"}).shows_default();
+    command.flag("--paper-friction", a->paper_friction, "Friction of eq. 33 instead of Coulomb's");
+    command.flag("--self-collision", a->self_collision, "Cloth feels itself (slow)");
+    command.footer("Exit code: 0 done, 2 bad model or garment, or a file not written, 64 wrong usage, 70 internal error.");
+    command.run([a] {
+        if (a->avatar.empty() && a->walker <= 0) throw WrongUsage("dress", "give --avatar or --figure");
         const bool skinned = is_gltf(a->avatar);
         if (a->walk && a->walker <= 0 && !skinned)
-            throw CLI::ValidationError("--walk",
-                                       "a baked model has no joints: give --figure, or --avatar a skinned .glb or .gltf");
+            throw WrongUsage("--walk", "a baked model has no joints: give --figure, or --avatar a skinned .glb or .gltf");
         if (!a->animation.empty() && !(a->walk && skinned))
-            throw CLI::ValidationError("--animation", "goes with --walk and a skinned --avatar");
-        exit_code = 2;
+            throw WrongUsage("--animation", "goes with --walk and a skinned --avatar");
         try {
             dress(*a);
-            exit_code = 0;
+            return 0;
         } catch (const GarmentFileError& e) {
             std::fprintf(stderr, "%s\n", e.what());
         } catch (const BadOutput& e) {
@@ -341,6 +334,7 @@ void add_dress(CLI::App& app, int& exit_code)
         } catch (const ImageError& e) {
             std::fprintf(stderr, "%s\n", e.what());
         }
+        return 2;
     });
 }
 

@@ -168,25 +168,23 @@ int run(const Arguments& arguments)
 
 }  // namespace
 
-void add_replay(CLI::App& app, int& exit_code)
+void add_replay(CommandLine& line)
 {
     const auto arguments = std::make_shared<Arguments>();
-    CLI::App* command = app.add_subcommand("replay", "Compute the forces of a recording anew and compare them, to the bit");
-    command->add_option("trace", arguments->trace, "What sqmap touch --record wrote")->required();
-    command->add_option("--against", arguments->against, "Another model in place of the first: how do its forces differ?");
-    command->add_flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
-    command->add_option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
-        ->check(in_range(1, 64))
-        ->capture_default_str();
-    command->add_option("--plot", arguments->plot,
-                        "Draw the recording: depth, force, torque, CPU time (SVG); with --against both");
-    command->footer(
+    Command command = line.add("replay", "Compute the forces of a recording anew and compare them, to the bit");
+    command.option("trace", arguments->trace, "What sqmap touch --record wrote").required();
+    command.option("--against", arguments->against, "Another model in place of the first: how do its forces differ?");
+    command.flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
+    command.option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
+        .in_range(1, 64)
+        .shows_default();
+    command.option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG); with --against both");
+    command.footer(
         "Exit code: 0 bit-identical, or compared --against another model; 1 different; 2 bad trace or model, 64 wrong usage, 70 "
         "internal error.");
-    command->callback([arguments, &exit_code] {
-        exit_code = 2;
+    command.run([arguments] {
         try {
-            exit_code = run(*arguments);
+            return run(*arguments);
         } catch (const BadTouch& e) {
             std::fprintf(stderr, "%s\n", e.what());
         } catch (const device::TraceError& e) {
@@ -194,6 +192,7 @@ void add_replay(CLI::App& app, int& exit_code)
         } catch (const io::ModelFileError& e) {
             std::fprintf(stderr, "%s\n", e.what());
         }
+        return 2;
     });
 }
 

@@ -1,0 +1,213 @@
+#include "command_line.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <regex>
+#include <sstream>
+
+namespace sqmap::app {
+namespace {
+
+/// Help without the parser's own terms: what can be given, not how it is checked.
+class PlainFormatter : public CLI::Formatter {
+public:
+    std::string make_option_opts(const CLI::Option* option) const override
+    {
+        std::string out;
+        if (option->get_type_size() != 0) {
+            out += ' ' + plain(option->get_type_name());
+            if (!option->get_default_str().empty()) out += ", default " + option->get_default_str();
+            if (option->get_expected_max() == CLI::detail::expected_max_vector_size) out += " ...";
+            if (option->get_required()) out += " REQUIRED";
+        }
+        for (const CLI::Option* other : option->get_needs()) out += ", needs " + other->get_name();
+        for (const CLI::Option* other : option->get_excludes()) out += ", not with " + other->get_name();
+        return out;
+    }
+
+private:
+    static std::string plain(std::string type)
+    {
+        static const std::pair<std::regex, const char*> k_rules[] = {{std::regex("TEXT:\\{(.*)\\}"), "$1"},  // one of a list
+                                                                     {std::regex("TEXT:FILE"), "FILE"},
+                                                                     {std::regex(":SIZE.*"), ""},
+                                                                     {std::regex("(UINT|INT|FLOAT):RANGE:(.*)"), "$2"},
+                                                                     {std::regex("(UINT|INT|FLOAT):POSITIVE"), "NUMBER > 0"},
+                                                                     {std::regex("(UINT|INT|FLOAT):NONNEGATIVE"), "NUMBER >= 0"},
+                                                                     {std::regex("^(UINT|INT|FLOAT)$"), "NUMBER"},
+                                                                     {std::regex("^([A-Z]+):\\{(.*)\\}$"), "$2"}};
+        for (const auto& [pattern, with] : k_rules) type = std::regex_replace(type, pattern, with);
+        std::replace(type.begin(), type.end(), ',', '|');
+        return type;
+    }
+};
+
+struct Bound {
+    const char *wanted, *name;
+    bool (*allowed)(double);
+    double most;
+};
+
+/// Finite numbers that `allowed` lets pass, up to a greatest. CLI11's own checks name the largest double, in full.
+CLI::Validator bounded(const Bound& bound)
+{
+    return {[bound](std::string& text) {
+                double value = 0;
+                if (!CLI::detail::lexical_cast(text, value) || !std::isfinite(value) || !bound.allowed(value))
+                    return std::string("must be a number ") + bound.wanted + " zero, not '" + text + "'";
+                if (value <= bound.most) return std::string();
+                std::ostringstream limit;
+                limit << bound.most;
+                return "is at most " + limit.str() + ", not " + text;
+            },
+            bound.name};
+}
+
+}  // namespace
+
+// ---- Option
+
+Option Option::required() { return Option(option_->required()); }
+Option Option::existing_file() { return Option(option_->check(CLI::ExistingFile)); }
+Option Option::one_of(std::vector<std::string> words) { return Option(option_->check(CLI::IsMember(std::move(words)))); }
+
+/// CLI::Range lets NaN pass.
+Option Option::in_range(double least, double most)
+{
+    std::ostringstream range;
+    range << least << " to " << most;
+    return Option(option_->check(CLI::Validator(
+        [=, words = range.str()](std::string& text) {
+            double value = 0;
+            const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+            return good ? std::string() : "must be a number from " + words + ", not '" + text + "'";
+        },
+        "RANGE:" + range.str())));
+}
+
+Option Option::above_zero(double most)
+{
+    return Option(option_->check(bounded({"above", "POSITIVE", [](double v) { return v > 0; }, most})));
+}
+
+Option Option::not_below_zero(double most)
+{
+    return Option(option_->check(bounded({"not below", "NONNEGATIVE", [](double v) { return v >= 0; }, most})));
+}
+
+Option Option::size_in_bytes() { return Option(option_->transform(CLI::AsSizeValue(false))); }
+Option Option::delimiter(char separator) { return Option(option_->delimiter(separator)); }
+Option Option::excludes(Option other) { return option_->excludes(other.option_), *this; }
+Option Option::needs(Option other) { return option_->needs(other.option_), *this; }
+Option Option::group(const std::string& title) { return Option(option_->group(title)); }
+Option Option::type_name(const std::string& name) { return Option(option_->type_name(name)); }
+Option Option::shows_default() { return Option(option_->capture_default_str()); }
+Option Option::shows_default(const std::string& text) { return Option(option_->default_str(text)); }
+
+// ---- Command
+
+template <class Value>
+Option Command::option(const std::string& name, Value& value, const std::string& words)
+{
+    return Option(command_->add_option(name, value, words));
+}
+template Option Command::option(const std::string&, std::string&, const std::string&);
+template Option Command::option(const std::string&, std::vector<std::string>&, const std::string&);
+template Option Command::option(const std::string&, double&, const std::string&);
+template Option Command::option(const std::string&, std::optional<double>&, const std::string&);
+template Option Command::option(const std::string&, int&, const std::string&);
+template Option Command::option(const std::string&, std::uint16_t&, const std::string&);
+template Option Command::option(const std::string&, std::uint32_t&, const std::string&);
+template Option Command::option(const std::string&, std::uint64_t&, const std::string&);
+
+Option Command::flag(const std::string& name, bool& value, const std::string& words)
+{
+    return Option(command_->add_flag(name, value, words));
+}
+
+Option Command::text(const std::string& name, std::function<void(const std::string&)> take, const std::string& words)
+{
+    const auto checked = [take = std::move(take)](const std::string& text) {
+        try {
+            take(text);
+        } catch (const WrongUsage& e) {
+            throw CLI::ValidationError(e.option(), e.what());
+        }
+    };
+    return Option(command_->add_option_function<std::string>(name, checked, words));
+}
+
+Option Command::vector(const std::string& name, Vec3d& value, const std::string& words)
+{
+    const auto take = [&value](const std::vector<double>& v) { value = {v[0], v[1], v[2]}; };
+    return Option(
+        command_->add_option_function<std::vector<double>>(name, take, words)->delimiter('/')->expected(3)->type_name("X/Y/Z"));
+}
+
+Option Command::unit(const std::string& name, std::function<void(double)> take, const std::string& words)
+{
+    const auto read = [take = std::move(take), name](const std::string& text) {
+        static const std::map<std::string, double> k_units{{"um", 1e-6}, {"mm", 1e-3},   {"cm", 1e-2},   {"dm", 0.1},
+                                                           {"m", 1.0},   {"km", 1000.0}, {"in", 0.0254}, {"ft", 0.3048}};
+        double value = 0;
+        if (const auto known = k_units.find(text); known != k_units.end())
+            value = known->second;
+        else if (!CLI::detail::lexical_cast(text, value) || !(value >= 1e-12 && value <= 1e12))
+            throw WrongUsage(name, "um, mm, cm, dm, m, km, in, ft or metres per unit");
+        take(value);
+    };
+    return Command::text(name, read, words).type_name("UNIT");
+}
+
+void Command::footer(const std::string& text) { command_->footer(text); }
+
+void Command::run(std::function<int()> work)
+{
+    command_->callback([work = std::move(work)] {
+        int code = 0;
+        try {
+            code = work();
+        } catch (const WrongUsage& e) {
+            throw CLI::ValidationError(e.option(), e.what());
+        }
+        if (code != 0) throw CLI::RuntimeError(code);
+    });
+}
+
+bool Command::given(const std::string& option) const { return command_->count(option) > 0; }
+std::string Command::lower(std::string text) { return CLI::detail::to_lower(std::move(text)); }
+
+// ---- CommandLine
+
+CommandLine::CommandLine(const std::string& description, const std::string& name)
+    : app_(std::make_unique<CLI::App>(description, name))
+{
+    app_->formatter(std::make_shared<PlainFormatter>());
+    app_->require_subcommand(1);
+}
+
+CommandLine::~CommandLine() = default;
+
+void CommandLine::footer(const std::string& text) { app_->footer(text); }
+void CommandLine::version(const std::string& text) { app_->set_version_flag("--version", text, "Print the version and exit"); }
+
+Command CommandLine::add(const std::string& name, const std::string& description)
+{
+    return Command(app_->add_subcommand(name, description));
+}
+
+int CommandLine::run(int argc, char** argv)
+{
+    try {
+        app_->parse(argc, argv);
+    } catch (const CLI::RuntimeError& e) {
+        return e.get_exit_code();  // of the subcommand
+    } catch (const CLI::ParseError& e) {
+        return app_->exit(e) == 0 ? 0 : 64;
+    }
+    return 0;
+}
+
+}  // namespace sqmap::app

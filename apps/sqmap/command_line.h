@@ -1,0 +1,127 @@
+// The command line: subcommands, their options and the checks of them. CLI11 is behind it and compiled in one file, because its
+// headers cost each source that includes them some ten seconds.
+#pragma once
+
+#include "sqmap/math/vec.h"
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace sqmap::app {
+
+/// A subcommand was called wrongly: "OPTION: MESSAGE" is printed and the program ends with 64.
+class WrongUsage : public std::runtime_error {
+public:
+    WrongUsage(std::string option, const std::string& message) : std::runtime_error(message), option_(std::move(option)) {}
+    [[nodiscard]] const std::string& option() const { return option_; }
+
+private:
+    std::string option_;
+};
+
+/// A handle; each function changes the option and returns the handle.
+class Option {
+public:
+    explicit Option(CLI::Option* option) : option_(option) {}
+
+    Option required();
+    Option existing_file();
+    /// Nothing but these words.
+    Option one_of(std::vector<std::string> words);
+    /// Numbers from least to most; NaN is refused.
+    Option in_range(double least, double most);
+    Option above_zero(double most = INFINITY);
+    Option not_below_zero(double most = INFINITY);
+    /// Bytes; also with kB, MB, GB, of 1024 each.
+    Option size_in_bytes();
+    /// Between the values of one argument.
+    Option delimiter(char separator);
+    Option excludes(Option other);
+    Option needs(Option other);
+    /// Under this title in the help.
+    Option group(const std::string& title);
+    /// What the help has for the kind of value.
+    Option type_name(const std::string& name);
+    /// The help tells the value that the variable has now.
+    Option shows_default();
+    Option shows_default(const std::string& text);
+
+private:
+    CLI::Option* option_;
+};
+
+/// A subcommand; a handle. Variables and functions that it is given must outlive the parser.
+class Command {
+public:
+    explicit Command(CLI::App* command) : command_(command) {}
+
+    /// Sets a variable: a number, a text, std::optional<double>, or a vector of texts. name: "--layer", "-o,--output", or without
+    /// dashes for a positional argument. Instantiated in command_line.cpp for the types in use.
+    template <class Value>
+    Option option(const std::string& name, Value& value, const std::string& words);
+    Option flag(const std::string& name, bool& value, const std::string& words);
+    /// Hands the text over. take: throws WrongUsage for a text that it does not take.
+    Option text(const std::string& name, std::function<void(const std::string&)> take, const std::string& words);
+    /// X/Y/Z
+    Option vector(const std::string& name, Vec3d& value, const std::string& words);
+    /// A length unit by its name, or metres per unit, 1e-12 to 1e12.
+    Option unit(const std::string& name, std::function<void(double)> take, const std::string& words);
+    /// One of the names, whatever their case. order: the names as the help lists them, "a|b|c".
+    template <class Value>
+    Option choice(const std::string& name, Value& value, const std::map<std::string, Value>& names, const char* words,
+                  const std::string& order)
+    {
+        std::string now;
+        for (const auto& [text, named] : names)
+            if (named == value) now = text;
+        const auto take = [&value, names, order, name](const std::string& text) {
+            const auto found = names.find(lower(text));
+            if (found == names.end()) throw WrongUsage(name, "'" + text + "' is none of " + order);
+            value = found->second;
+        };
+        return text(name, take, words).type_name(order).shows_default(now);
+    }
+
+    /// Below the options in the help.
+    void footer(const std::string& text);
+    /// What the subcommand does; the result is the program's exit code.
+    void run(std::function<int()> work);
+    /// The user gave this option.
+    [[nodiscard]] bool given(const std::string& option) const;
+
+private:
+    static std::string lower(std::string text);
+
+    CLI::App* command_;
+};
+
+class CommandLine {
+public:
+    CommandLine(const std::string& description, const std::string& name);
+    ~CommandLine();
+    CommandLine(const CommandLine&) = delete;
+    CommandLine& operator=(const CommandLine&) = delete;
+
+    void footer(const std::string& text);
+    void version(const std::string& text);
+    [[nodiscard]] Command add(const std::string& name, const std::string& description);
+    /// Runs the subcommand that the arguments name; its exit code, or 64 for wrong usage, which is told on standard error.
+    [[nodiscard]] int run(int argc, char** argv);
+
+private:
+    std::unique_ptr<CLI::App> app_;
+};
+
+}  // namespace sqmap::app

@@ -1,0 +1,119 @@
+#include "touch/force_options.h"
+
+#include "touch/names.h"
+
+#include <cstdio>
+#include <string>
+#include <tuple>
+
+namespace sqmap::app {
+namespace {
+
+/// What the surface and the objects do.
+void add_object_options(Command& command, TouchOptions& o)
+{
+    const char* const surface = "Surface";
+    command.option("--texture", o.texture.kind, "none, gaussian, image:FILE.png (square, black is deep), ridges, weave or bumps")
+        .group(surface)
+        .shows_default();
+    command.option("--texture-depth", o.texture.depth, "m, of the deepest; of noise two standard deviations")
+        .above_zero(0.1)
+        .group(surface)
+        .shows_default();
+    command.option("--texture-wavelength", o.texture.wavelength, "m: shortest of the noise, a period, of an image a pixel")
+        .above_zero(1)
+        .group(surface)
+        .shows_default();
+    command.option("--texture-seed", o.texture.seed, "Of the noise").group(surface).shows_default();
+    const char* const moving = "Objects that move";
+    command.option("--object-mass", o.body.mass, "kg; the tool pushes them; 0: they are fixed")
+        .not_below_zero(1e6)
+        .group(moving)
+        .shows_default();
+    command.option("--object-spring", o.body.spring, "N/m that holds each at its place, critically damped; 0: free")
+        .not_below_zero(1e6)
+        .group(moving)
+        .shows_default();
+    command.vector("--sway", o.body.sway, "m along x, y, z, to and fro").group(moving);
+    command.option("--sway-period", o.body.sway_period, "s").above_zero(1e6).group(moving).shows_default();
+}
+
+}  // namespace
+
+void add_force_options(Command& command, TouchOptions& o)
+{
+    const std::string group = "Forces";
+    const auto number = [&](const char* name, double& value, const char* words) {
+        command.option(name, value, words).not_below_zero(1e6).group(group).shows_default();
+    };
+    number("--stiffness", o.zone.stiffness, "k, N/m (eqs. 21 and 32)");
+    number("--damping", o.zone.damping, "N s/m along the normal while pressing in");
+    command.choice("--mode", o.zone.mode, k_modes, "How the tool follows the device", "direct|proxy|coupled").group(group);
+    command
+        .choice("--shading", o.zone.shading, k_shadings, "Full force across edges, or the gradient of one potential",
+                "levelled|consistent")
+        .group(group);
+    command
+        .choice("--layer", o.zone.layer, k_touch_layers, "Map to ask; auto: exact for a sphere or a point, 3 for a mesh",
+                "auto|2|3|exact")
+        .group(group);
+    command
+        .choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",
+                "none|coulomb|paper")
+        .group(group);
+    number("--mu-static", o.material.mu_static, "Coulomb friction before slipping");
+    number("--mu-dynamic", o.material.mu_dynamic, "Coulomb friction while slipping");
+    number("--f-c", o.material.f_c, "f_c of eq. 33, N");
+    number("--k-f", o.material.k_f, "k_f of eq. 33, 1/m");
+    number("--brake", o.zone.brake, "N s/m against the approach before contact; 0: none");
+    command.option("--proxy-depth", o.zone.proxy_depth, "m that the proxy of a mesh or a sphere lies in the surface")
+        .in_range(0., 0.05)
+        .group(group)
+        .shows_default();
+    number("--blend", o.zone.blend_time, "s in which a jump of the foot point fades to 1/e; 0: jumps pass");
+    const auto wish = [&](const char* name, std::optional<double>& value, const char* words, const char* of) {
+        command.option(name, value, words).not_below_zero(1e6).group(of);
+    };
+    const char* const coupling = "Coupling (--mode coupled); default: taken from the device";
+    wish("--coupling-stiffness", o.coupling.stiffness, "N/m between device and body", coupling);
+    wish("--coupling-damping", o.coupling.damping, "N s/m", coupling);
+    wish("--coupling-turn-stiffness", o.coupling.rotational, "N m/rad", coupling);
+    wish("--coupling-turn-damping", o.coupling.rotational_damping, "N m s/rad", coupling);
+    command.option("--mass", o.zone.mass, "kg of the body").above_zero(1e6).group(coupling).shows_default();
+    command.option("--inertia", o.coupling.inertia, "kg m^2; default: from mass and tool").above_zero(1e6).group(coupling);
+    command
+        .choice("--smoothing-kernel", o.kernel, k_kernels,
+                "Direction from depths alone, or from the map's normals (sphere, point)", "ball|shell")
+        .group(group);
+    command.option("--smoothing-tolerance", o.tolerance, "m, by which smoothed depth may differ from true (sphere, point)")
+        .not_below_zero(0.1)
+        .shows_default("0.0003 of a sphere, 0.0002 of a point")
+        .group(group);
+    number("--zone", o.zone_radius, "Impact zone of a mesh: m about its centre that count; 0: the whole tool");
+    add_object_options(command, o);
+}
+
+void warn_of_idle(const Command& command, const TouchOptions& o)
+{
+    const bool coulomb = o.material.friction == Friction::Coulomb, paper = o.material.friction == Friction::Paper;
+    const bool texture = o.texture.kind != "none", sways = norm_sq(o.body.sway) > 0;
+    const std::tuple<const char*, bool, const char*> k_needs[] = {
+        {"--mu-static", coulomb, "--friction coulomb"},
+        {"--mu-dynamic", coulomb, "--friction coulomb"},
+        {"--f-c", paper, "--friction paper"},
+        {"--k-f", paper, "--friction paper"},
+        {"--proxy-depth", o.zone.mode == haptic::Mode::Proxy && !o.tool.starts_with("point"),
+         "--mode proxy and a mesh or a sphere"},
+        {"--brake", o.zone.mode != haptic::Mode::Proxy, "--mode direct or coupled"},
+        {"--tool-touching", !o.tool.starts_with("point") && !o.tool.starts_with("sphere"), "a mesh as tool"},
+        {"--mass", o.zone.mode == haptic::Mode::Coupled, "--mode coupled"},
+        {"--texture-depth", texture, "--texture"},
+        {"--texture-wavelength", texture, "--texture"},
+        {"--texture-seed", o.texture.kind == "gaussian", "--texture gaussian"},
+        {"--object-spring", o.body.mass > 0, "--object-mass"},
+        {"--sway-period", sways, "--sway"}};
+    for (const auto& [option, counts, needs] : k_needs)
+        if (!counts && command.given(option)) std::fprintf(stderr, "warning: %s counts with %s only\n", option, needs);
+}
+
+}  // namespace sqmap::app

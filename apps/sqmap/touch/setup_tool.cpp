@@ -1,0 +1,137 @@
+// The tool of a touch: a sphere, a point, a mesh, or a hand on a glove.
+#include "common/hash_text.h"
+#include "common/load_mesh.h"
+#include "sqmap/haptic/patch.h"
+#include "touch/hand_file.h"
+#include "touch/setup.h"
+
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <span>
+
+namespace sqmap::app {
+namespace {
+
+constexpr double k_default_radius = 0.005, k_least_radius = 1e-6;
+
+/// FNV-1a over the bits of points: tells one tool from another.
+std::uint64_t hash_of(std::span<const Vec3d> points)
+{
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const Vec3d& p : points)
+        for (int i = 0; i < 3; ++i) hash = (hash ^ std::bit_cast<std::uint64_t>(p[i])) * 0x100000001b3u;
+    return hash | 1u;  // never the 0 that stands for any
+}
+
+/// NAME or NAME:RADIUS, m; false for any other tool.
+bool is_shape(const std::string& tool, const std::string& name, double most, double& radius)
+{
+    if (tool == name) return true;
+    if (!tool.starts_with(name + ":")) return false;
+    const char* const last = tool.data() + tool.size();
+    const auto [end, error] = std::from_chars(tool.data() + name.size() + 1, last, radius);
+    if (error != std::errc() || end != last || !(radius >= k_least_radius && radius <= most)) {
+        char limits[80];
+        std::snprintf(limits, sizeof limits, "%g to %.4g m, the first object's R_max", k_least_radius, most);
+        throw BadTouch("--tool " + tool + ": the radius must be a number from " + limits + "\n  cure: metres, as in " + name +
+                       ":0.005");
+    }
+    return true;
+}
+
+}  // namespace
+
+/// A glove's six zones and a hand with joints: one probe, moved as the hand is posed.
+void TouchSetup::load_hand(device::HandMesh mesh)
+{
+    hand_ = std::make_unique<device::HandSkin>(mesh, options_.hand_length);
+    weights_.assign(hand_->weights().begin(), hand_->weights().end());
+    reach_ = hand_->reach(zones_ - 1);  // the palm: fingertips carry force alone
+    std::vector<Vec3d> middle(hand_->points().begin(), hand_->points().end());
+    for (Vec3d& p : middle) p.y -= 0.45 * options_.hand_length;
+    probe_ = std::make_unique<query::Probe>(middle);
+    points_ = std::move(middle);
+}
+
+void TouchSetup::load_tool(const std::filesystem::path& beside)
+{
+    mesh::Mesh tool;
+    options_.zone.averaging = haptic::Averaging::Patch;
+    haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
+    if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
+    ball.kernel = point.kernel = options_.kernel;
+    const double most = views_.front().header.r_max * views_.front().header.unit;
+    if (is_shape(options_.tool, "sphere", most, ball.radius)) {
+        options_.zone.averaging = haptic::Averaging::Ball;
+        options_.zone.smoothing = ball;
+        tool.vertices = haptic::stencil_points(ball);
+    } else if (is_shape(options_.tool, "point", most, point.radius)) {
+        options_.zone.averaging = haptic::Averaging::Stencil;
+        options_.zone.smoothing = point;
+        tool.vertices = haptic::stencil_points(point);
+        point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
+    } else if (std::optional<device::HandMesh> hand;
+               zones_ == device::k_glove_zones && (hand = read_hand(found(options_.tool, beside)))) {
+        tool.vertices = hand->points;
+        load_hand(std::move(*hand));
+    } else {
+        if (zones_ > 1)
+            notes_.push_back("warning: each of the " + std::to_string(zones_) + " zones carries the whole of " + options_.tool +
+                             (zones_ == device::k_glove_zones ? "; a glove poses a glTF hand with WebXR's 25 joints" : ""));
+        load_mesh_tool(beside, tool);
+    }
+    const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
+    if (options_.zone.layer == query::Layer::Auto) options_.zone.layer = patch ? query::Layer::Three : query::Layer::Exact;
+    const std::uint64_t hash = hash_of(tool.vertices);
+    if (options_.tool_hash != 0 && options_.tool_hash != hash)
+        throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hash_text(hash) + ", the trace has " +
+                       hash_text(options_.tool_hash));
+    options_.tool_hash = hash;
+    if (!hand_) {
+        probe_ = std::make_unique<query::Probe>(tool.vertices);
+        points_ = tool.vertices;
+    }
+    if (!(options_.zone_radius > 0)) return;
+    if (!patch) {
+        notes_.push_back("warning: --zone counts for a mesh only: " + options_.tool + " is felt as a whole");
+    } else if (!hand_) {
+        double nearest = INFINITY;
+        std::size_t count = 0;
+        for (const Vec3d& p : tool.vertices) {
+            nearest = std::min(nearest, norm(p));
+            count += norm(p) < options_.zone_radius;
+        }
+        char text[300];
+        if (count == 0) {
+            std::snprintf(
+                text, sizeof text,
+                "--zone %g: no point of %s is so near to its centre (the nearest: %.3g m), nothing would be felt\n  cure: a "
+                "larger zone, or 0 for the whole tool",
+                options_.zone_radius, options_.tool.c_str(), nearest);
+            throw BadTouch(text);
+        }
+        std::snprintf(text, sizeof text, "--zone %g: %zu of the tool's %zu points count, the nearest %.3g m from its centre",
+                      options_.zone_radius, count, tool.vertices.size(), nearest);
+        notes_.push_back(text);
+    }
+}
+
+void TouchSetup::load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh& tool)
+{
+    LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
+    if (loaded.refused()) throw BadTouch(options_.tool + ": " + report(loaded));
+    tool = std::move(loaded.mesh);
+    // Turned about the centre of its surface, and as large as asked.
+    const Vec3d centre = mesh::normalization_of(tool).origin;
+    const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
+    for (Vec3d& v : tool.vertices) v = scale * (v - centre);
+    if (options_.tool_touching > 0 && !(options_.tool_spacing > 0)) denser_ = haptic::DenserSets(tool.vertices, tool.triangles);
+    haptic::PatchPoints patch = haptic::patch_points(tool.vertices, tool.triangles, options_.tool_spacing);
+    tool.vertices = std::move(patch.points);
+    weights_ = std::move(patch.weights);
+    for (const Vec3d& v : tool.vertices) reach_ = std::max(reach_, norm(v));
+}
+
+}  // namespace sqmap::app
