@@ -93,7 +93,7 @@ test('the page loads and shows what the program says of its models', async () =>
   assert.deepEqual(facts.map((f) => f.name), ['dumbbell', 'torus']);
   const text = await page.textContent('#facts');
   for (const f of facts) assert.ok(text.includes(`${f.parts.length} parts`) && text.includes('all certified'), text);
-  assert.ok(await page.evaluate(() => window.sqmap.world.ready()));
+  assert.ok(await page.evaluate(() => window.sqmap.world.objects.ready()));
 });
 
 test('a click tells the numbers of the place and the part, and its map marks the place', async () => {
@@ -125,13 +125,13 @@ test('a click tells the numbers of the place and the part, and its map marks the
 
 test('spheres, samples, offset and hidden surface are drawn and taken away', async () => {
   for (const id of ['spheres', 'samples', 'offset', 'hidden']) await page.check(`#${id}`);
-  await until(page, () => { const o = window.sqmap.world.overlay(1); return o.spheres && o.samples > 100; });
+  await until(page, () => { const o = window.sqmap.world.objects.overlay(1); return o.spheres && o.samples > 100; });
   await page.waitForSelector('#q2');
   assert.match(await page.textContent('#q2'), /torus \d+\.\d %/);
   await page.screenshot({ path: path.join(folder, 'overlays.png') });
   for (const id of ['spheres', 'samples', 'offset', 'hidden']) await page.uncheck(`#${id}`);
   await until(page, () => document.querySelector('.legend').hidden);
-  const off = await page.evaluate(() => window.sqmap.world.overlay(1));
+  const off = await page.evaluate(() => window.sqmap.world.objects.overlay(1));
   assert.ok(!off.spheres && off.samples === 0 && off.moved === 0 && off.hidden === 0);
 });
 
@@ -177,7 +177,7 @@ test('parts are drawn together, and nothing is drawn or coloured for nothing', a
   // Counts of work, not of time: they are the same on every machine.
   const meter = () => page.evaluate(() => window.sqmap.meter.cost());
   const parts = await page.evaluate(() => window.sqmap.facts().reduce((n, f) => n + f.parts.length, 0));
-  await page.evaluate(() => { window.sqmap.world.select(-1, -1); window.sqmap.world.frame(); window.sqmap.world.mark(null); });
+  await page.evaluate(() => { window.sqmap.world.objects.select(-1, -1); window.sqmap.world.frame(); window.sqmap.world.tool.mark(null); });
   /// Once as many frames have passed in which nothing was drawn.
   const still = async () => { for (let i = 0, last = -1; i < 200; ++i) { const m = await meter(); if (m.draws === last) return m; last = m.draws; await until(page, (n) => window.sqmap.meter.frames > n, m.frames + 5); } assert.fail('it draws on and on'); };
   const plain = await still();
@@ -286,7 +286,7 @@ test('what is felt is recorded, replayed as it was, saved and read back', async 
     const done = page.evaluate(() => new Promise((resolve) => {
       let most = 0, again = 0;
       const r = window.sqmap.recorder, shown = r.onFrame;
-      r.onFrame = (f, at, of) => { shown(f, at, of); const a = window.sqmap.world.arrowNow(); if (window.sqmap.charts.latestAgain(0) > 0) ++again; if (a.visible) most = Math.max(most, a.length / 0.03); };
+      r.onFrame = (f, at, of) => { shown(f, at, of); const a = window.sqmap.world.tool.arrowNow(); if (window.sqmap.charts.latestAgain(0) > 0) ++again; if (a.visible) most = Math.max(most, a.length / 0.03); };
       document.querySelector('#replay').click();
       const wait = setInterval(() => { if (!r.replaying) { clearInterval(wait); r.onFrame = shown; resolve({ most, again, count: r.count }); } }, 30);
     }));
@@ -327,20 +327,20 @@ test('a hand and a mesh of the scene touch as tools', async () => {
     assert.ok(f.force.reduce((sum, c, i) => sum + c * f.normal[i], 0) > 0, 'it pushes out');
   };
   await page.selectOption('#tool', 'hand');
-  await until(page, () => window.sqmap.status().settings.tool === 'hand' && window.sqmap.world.toolSpan() > 0.03);
+  await until(page, () => window.sqmap.status().settings.tool === 'hand' && window.sqmap.world.tool.span() > 0.03);
   await feel(0, 0.1);
   await pushes();
   await page.screenshot({ path: path.join(folder, 'hand.png') });
   await page.mouse.up();
   await page.selectOption('#tool', '1');
-  await until(page, () => window.sqmap.status().settings.tool === 1 && window.sqmap.world.inHand === 1);
+  await until(page, () => window.sqmap.status().settings.tool === 1 && window.sqmap.world.objects.inHand === 1);
   const found = await page.evaluate(() => { const s = window.sqmap; for (let x = -1; x < 1; x += 0.05) for (let y = -1; y < 1; y += 0.05) if (s.world.cast(x, y)?.object === 1) return true; return false; });
   assert.equal(found, false, 'what is held is not there to be touched');
   await feel(0, 0.1);
   await pushes();
   await page.mouse.up();
   await page.selectOption('#tool', 'ball');
-  await until(page, () => window.sqmap.status().settings.tool === 'ball' && window.sqmap.world.inHand === -1);
+  await until(page, () => window.sqmap.status().settings.tool === 'ball' && window.sqmap.world.objects.inHand === -1);
 });
 
 test('the devices are listed with state, rate and limit', async () => {
@@ -494,7 +494,7 @@ test('a good mesh is baked, with progress, and stands beside the others', async 
   execFileSync(sqmap, ['shapes', 'rounded_box', '-o', file]);
   await drop('box.obj', fs.readFileSync(file, 'utf8'));
   await page.waitForSelector('#verdict.good');
-  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.ready());
+  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.objects.ready());
   const f = await page.evaluate(() => window.sqmap.facts()[2]);
   assert.equal(f.name, 'box');
   assert.ok(f.parts.length > 0 && f.parts.every((p) => p.certified));
@@ -511,7 +511,7 @@ test('a small hole is filled when asked', async () => {
   const last = await page.$$('#facts .object');
   await last[3].click();
   await page.click('#remove');
-  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.ready());
+  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.objects.ready());
 });
 
 test('an open mesh is taken as a surface when asked, and its fields are coloured', async () => {
@@ -520,17 +520,17 @@ test('an open mesh is taken as a surface when asked, and its fields are coloured
   await page.waitForSelector('#verdict.bad #as-surface');
   await page.click('#as-surface');
   await page.waitForSelector('#verdict.good');
-  await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.ready());
+  await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.objects.ready());
   assert.equal(await page.evaluate(() => window.sqmap.facts()[3].solid), false);
   for (const [kind, title] of [['protrusion', /Protrusion/], ['curvature', /curvature/], ['error', /Depth error/]]) {
     await page.selectOption('#colour', kind);
-    await until(page, (k) => window.sqmap.world.fieldAt(3, k, 0) !== undefined, kind);
+    await until(page, (k) => window.sqmap.world.objects.fieldAt(3, k, 0) !== undefined, kind);
     await until(page, (t) => document.querySelector('.legend').textContent.includes(t), title.source);
   }
   await page.selectOption('#colour', 'parts');
   await (await page.$$('#facts .object'))[3].click();
   await page.click('#remove');
-  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.ready());
+  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.objects.ready());
 });
 
 test('models are saved as GLB, JSON and .sqmap', async () => {

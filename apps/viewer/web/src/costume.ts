@@ -83,7 +83,7 @@ export class Costume {
     this.active = false;
     this.release();
     this.endCut(false);
-    this.world.showArrow(null);
+    this.world.tool.showArrow(null);
     this.world.extra.visible = false;
     this.world.groundUnder();
     this.say({ say: 'undress' });
@@ -137,7 +137,7 @@ export class Costume {
     if (this.pinMarks.visible) { this.pinMarks.geometry.dispose(); this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p))); }
     const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
     const body = new THREE.Vector3(...(f.body as [number, number, number])), pushed = body.length();
-    this.world.showArrow(f.held ? this.at : null, pull.add(body), 3);
+    this.world.tool.showArrow(f.held ? this.at : null, pull.add(body), 3);
     this.world.redraw();
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;
@@ -263,8 +263,8 @@ export class Costume {
       e.stopPropagation();
       this.cursor.set(Math.min(Math.max(this.cursor.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.cursor.y + move[1], -1), 1));
       if (this.held) this.drag();
-      else if (this.line) { this.extend(); this.world.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1])); }
-      else this.world.mark(this.under() ?? this.world.beside(this.cursor.x, this.cursor.y, this.world.controls.target));
+      else if (this.line) { this.extend(); this.world.tool.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1])); }
+      else this.world.tool.mark(this.under() ?? this.world.beside(this.cursor.x, this.cursor.y, this.world.controls.target));
     } else if (e.key === 'c' || e.key === 'C') {
       e.preventDefault();
       if (this.line) { this.endCut(true); return; }

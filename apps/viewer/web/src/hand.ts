@@ -1,6 +1,7 @@
 // Pointer and keys to where the hand wants the tool. The page only says where; the program moves the tool there and feels.
 import * as THREE from 'three';
-import type { Hit, World } from './world';
+import type { Hit } from './objects';
+import type { World } from './world';
 
 const LIFT = 0.018;  // m above the surface when let go
 const NUMB = 700;    // ms without a force, until it is lifted
@@ -51,7 +52,7 @@ export class Hand {
     if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
     this.place(e);
     // Beside the objects the same drag turns the view, as it does when looking.
-    if (!this.world.cast(this.at.x, this.at.y, this.only) && !this.world.hidden) return;
+    if (!this.world.cast(this.at.x, this.at.y, this.only) && !this.world.objects.hidden) return;
     e.stopImmediatePropagation();
     this.canvas.focus();
     this.canvas.setPointerCapture(e.pointerId);
@@ -67,7 +68,7 @@ export class Hand {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
       // A mesh is taken up towards the eye, where nothing is in the way.
-      const span = this.world.toolSpan(), way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
+      const span = this.world.tool.span(), way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
       this.over(hit.point, hit.normal, 0).addScaledVector(way, LIFT + span);
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     this.onAim(this.target, true, hit);
@@ -77,7 +78,7 @@ export class Hand {
 
   /// The tool's first place to touch stands that high above a point.
   private over(point: THREE.Vector3, normal: THREE.Vector3, height: number): THREE.Vector3 {
-    return this.target.copy(point).sub(this.world.toolTip(normal)).addScaledVector(normal, height);
+    return this.target.copy(point).sub(this.world.tool.tip(normal)).addScaledVector(normal, height);
   }
 
   private aim(): void {

@@ -73,9 +73,15 @@ export function readCloth(data: Float32Array): ClothFrame {
 export class Link {
   private socket: WebSocket | null = null;
   private wait = 250;
-  constructor(private handlers: Handlers) { this.open(); }
+  private handlers!: Handlers;
 
-  private open(): void {
+  /// Tries again and again where there is no answer.
+  open(handlers: Handlers): void {
+    this.handlers = handlers;
+    this.connect();
+  }
+
+  private connect(): void {
     const socket = new WebSocket(`ws://${location.host}${address('/ws')}`);
     this.socket = socket;
     socket.binaryType = 'arraybuffer';
@@ -96,7 +102,7 @@ export class Link {
     socket.onclose = () => {
       if (this.socket !== socket) return;
       this.handlers.connected(false);
-      setTimeout(() => this.open(), this.wait);
+      setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(2 * this.wait, 4000);
     };
   }
@@ -110,6 +116,8 @@ export class Link {
   /// For tests: as though the cable were pulled.
   drop(): void { this.socket?.close(); }
 }
+
+export const link = new Link();
 
 export async function fetchBytes(path: string): Promise<ArrayBuffer> {
   const reply = await fetch(address(path));

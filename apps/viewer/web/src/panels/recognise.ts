@@ -1,6 +1,12 @@
 // Recognising objects by touch alone: rounds with a hidden object, a guess, a score, and a file of results.
-import { announce, fill, h, save } from './dom';
-import type { Frame, ObjectFacts } from './net';
+import { announce, fill, h, save } from '../dom';
+import { hideTool, onFelt } from '../felt';
+import type { Frame, ObjectFacts } from '../net';
+import { canvas, hand, hint, showHint, world } from '../stage';
+import { changed, on, state } from '../state';
+import { card } from './controls';
+import { select } from './parts';
+import { sound, startSenses } from './senses';
 
 interface Round { round: number; object: string; guess: string; right: boolean; hash: string; seconds: number; touched_seconds: number; path_m: number; contacts: number; }
 
@@ -19,8 +25,9 @@ export class Recognise {
   private lastTime = 0;
   private participant = h('input', { id: 'participant', type: 'text', maxLength: 40, autocomplete: 'off', placeholder: 'e.g. P01' });
   private guessed = false;  ///< in this round
-  running = false;
   target = -1;
+  get running(): boolean { return state.playing; }
+  private set running(on: boolean) { state.playing = on; }
   onRound: (object: number) => void = () => {};  ///< -1: over
   onSound: (good: boolean) => void = () => {};
 
@@ -132,3 +139,23 @@ export class Recognise {
 
   private saveResults(): void { save('recognition.csv', this.results(), 'text/csv'); }
 }
+
+export const game = new Recognise();
+export const HIDDEN_HINT = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.';
+export const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game.'), h('div', { class: 'senses' })));
+
+game.onRound = (object) => {
+  const playing = object >= 0;
+  hand.letGo();
+  hand.only = object;
+  world.objects.hidden = playing;
+  hideTool();
+  world.frame(playing ? object : -1);
+  if (playing) { select(-1, -1); world.tool.mark(null); startSenses(); showHint(HIDDEN_HINT); canvas.focus(); }
+  else { sound.quiet(); hint.hidden = true; }
+  changed('playing');
+  void world.objects.paint();
+};
+game.onSound = (good) => { sound.tap(good ? 880 : 180); if (good) setTimeout(() => sound.tap(1320), 130); };
+onFelt((frame) => game.feel(frame));
+on(['scene'], () => game.scene(state.facts));

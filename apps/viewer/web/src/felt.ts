@@ -1,0 +1,74 @@
+// A frame of what is felt: now, or of a recording. It is heard at once and drawn with the next picture.
+import * as THREE from 'three';
+import { Charts } from './charts';
+import { announce } from './dom';
+import { meter } from './meter';
+import type { Frame } from './net';
+import { rumble, sound, voice } from './panels/senses';
+import { forceRead, hand, world } from './stage';
+import { state } from './state';
+import { onStop, showResume } from './stop';
+import { onTheme } from './theme';
+
+export const charts = new Charts();
+onTheme(() => charts.theme());
+onStop(() => sound.quiet());
+
+const REASONS: [number, string][] = [
+  [1, 'not a number'], [2, 'no fresh position'], [4, 'easing in'], [8, 'at the force limit'], [16, 'rising gently'],
+  [32, 'too fast'], [64, 'damped to stay stable'], [128, 'resting the motors'], [256, 'at the last limit'], [512, 'off'],
+];
+
+let toDraw: Frame | null = null;
+/// Those that take part in what is felt.
+const witnesses: ((frame: Frame) => void)[] = [];
+export function onFelt(witness: (frame: Frame) => void): void { witnesses.push(witness); }
+
+/// replayed: of a recording, with what its ticks felt as computed again where they were.
+export function show(frame: Frame, replayed = false, again: Float32Array | null = null): void {
+  charts.add(frame, again);
+  if (state.mode === 'look' || state.mode === 'dress') return;
+  toDraw = frame;
+  const force = Math.hypot(...frame.force);
+  sound.play(frame, world.project(toolPlace.set(...(frame.tool as [number, number, number]))).x);
+  rumble.play(force, state.settings.forceLimit);
+  for (const witness of witnesses) witness(frame);
+  const name = frame.contacts > 0 ? touchedName(frame) : '';
+  voice.touch(state.mode === 'recognise' && !state.playing ? '' : name);
+  if (frame.faults & 16 && !replayed) showResume();
+}
+const toolPlace = new THREE.Vector3();
+const touchedName = (frame: Frame): string => (frame.object >= 0 ? state.facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
+
+export function hideTool(): void { toDraw = null; world.tool.show(null); forceRead.textContent = ''; }
+
+export function draw(frame: Frame): void {
+  world.tool.show(frame);
+  const force = Math.hypot(...frame.force);
+  const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
+  const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
+    frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${state.playing ? 'touching' : touchedName(frame)}` : 'free';
+  const text = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
+  if (forceRead.textContent !== text) forceRead.textContent = text;
+}
+
+export const pageCost = document.createElement('p');
+pageCost.className = 'note';
+pageCost.id = 'page-cost';
+let costDue = 0;
+world.onFrame = (now) => {
+  if (toDraw) meter.spend('message', () => draw(toDraw as Frame));
+  toDraw = null;
+  meter.spend('charts', () => charts.frame(now));
+  if (now < costDue) return;
+  costDue = now + 1000;
+  pageCost.textContent = meter.words();
+};
+voice.onSay = (text) => { if (text && state.mode !== 'look') announce(text); };
+
+/// Asked for, also where nothing has changed.
+hand.onAsk = () => {
+  const f = state.frame, name = f && f.contacts > 0 ? touchedName(f) : '';
+  voice.answer(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);
+};

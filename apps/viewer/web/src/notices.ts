@@ -1,0 +1,28 @@
+// What the page says for a moment, and the progress of a bake.
+import { announce, h } from './dom';
+import type { Progress } from './net';
+
+export const notice = h('div', { class: 'notice', id: 'notice', hidden: true });
+const progressBar = h('progress', { max: 1, value: 0, 'aria-label': 'Baking' });
+const progressText = h('span', {});
+export const progressBox = h('div', { class: 'progress', id: 'progress', hidden: true }, progressText, progressBar);
+
+let noticeDue = 0;
+/// For five seconds, or until the scene changes.
+export function wait(text: string): void {
+  notice.hidden = false;
+  notice.className = 'notice';
+  notice.textContent = text;
+  clearTimeout(noticeDue);
+  noticeDue = window.setTimeout(() => { notice.hidden = true; }, 5000);
+}
+export function trouble(text: string): void { wait(text); notice.className = 'notice bad'; announce(text, true); }
+
+export function showProgress(p: Progress): void {
+  progressBox.hidden = p.stage === 'done' || p.stage === 'failed';
+  const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85], bones: ['its bones', p.done] };
+  const [text, at] = stages[p.stage] ?? [p.stage, 1];
+  progressText.textContent = `Baking ${p.name}: ${text}`;
+  progressBar.value = p.done >= 1 ? 1 : at;
+  if (p.stage === 'done' && p.name !== 'the figure') announce(`${p.name} is baked.`);
+}

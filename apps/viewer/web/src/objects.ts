@@ -1,0 +1,338 @@
+// The objects as three.js draws them: surfaces, superquadrics, spheres and overlays, coloured by part or by field.
+import * as THREE from 'three';
+import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
+import { colourField, partColour, type Rgb, type Scale } from './colours';
+import { meter } from './meter';
+import { fetchBytes, type ObjectFacts } from './net';
+
+THREE.Mesh.prototype.raycast = acceleratedRaycast;
+THREE.BufferGeometry.prototype.computeBoundsTree = computeBoundsTree;
+THREE.BufferGeometry.prototype.disposeBoundsTree = disposeBoundsTree;
+
+export interface Hit { object: number; part: number; triangle: number; point: THREE.Vector3; normal: THREE.Vector3; }
+
+interface Shown {
+  id: number; revision: number;
+  surface: THREE.Mesh | null; superquadrics: Pieces<THREE.Mesh>; spheres: Pieces<THREE.LineSegments>; partOf: Uint32Array; fields: Map<string, Float32Array>;
+  indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
+}
+
+/// One thing a part, all drawn in one call: colours are of vertices, piece p has those from first[p] to first[p + 1].
+interface Pieces<T extends THREE.Mesh | THREE.LineSegments> { all: T; first: number[]; }
+
+/// How much of each piece is seen, 0 to 1.
+function setOpacity(pieces: Pieces<THREE.Mesh | THREE.LineSegments>, of: (piece: number) => number): void {
+  const colour = pieces.all.geometry.getAttribute('color') as THREE.BufferAttribute, array = colour.array as Float32Array;
+  let changed = false;
+  for (let p = 0; p + 1 < pieces.first.length; ++p) {
+    const opacity = Math.fround(of(p)), from = pieces.first[p];
+    if (from === pieces.first[p + 1] || array[4 * from + 3] === opacity) continue;
+    for (let v = from; v < pieces.first[p + 1]; ++v) array[4 * v + 3] = opacity;
+    changed = true;
+  }
+  if (changed) colour.needsUpdate = true;
+}
+
+const linearPart = (part: number, scale = 1): THREE.Color => new THREE.Color().setRGB(...(partColour(part).map((x) => scale * x) as Rgb), THREE.SRGBColorSpace);
+
+const HIDDEN: Rgb = [0.85, 0.05, 0.62];
+
+/// Of the triangle whose nine numbers begin at i.
+function areaOf(p: Float32Array, i: number): number {
+  const a = [p[i + 3] - p[i], p[i + 4] - p[i + 1], p[i + 5] - p[i + 2]], b = [p[i + 6] - p[i], p[i + 7] - p[i + 1], p[i + 8] - p[i + 2]];
+  return 0.5 * Math.hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+}
+
+export const fullRatio = (): number => Math.min(devicePixelRatio, 2);
+
+export class Objects {
+  colourBy = 'parts';
+  surfaceAs: 'solid' | 'clear' | 'off' = 'solid';
+  withSuperquadrics = false;
+  withSpheres = false;
+  withSamples = false;
+  withOffset = false;  ///< the surface as eq. 12 moves it out
+  withHidden = false;  ///< Q2: what its part's projection does not see first
+  inHand = -1;         ///< the object that is held as the tool
+  hiddenShare: string[] = [];
+  hidden = false;  ///< recognition: nothing but the tool
+  dims = true;     ///< parts beside the selected one are pale
+  onScale: (scale: Scale | null) => void = () => {};
+  onWait: (kind: string, done: number, of: number) => void = () => {};  ///< fields that the program computes
+  onTrouble: (text: string) => void = () => {};
+  private facts: ObjectFacts[] = [];
+  private shown: (Shown | null)[] = [];
+  private selected: { object: number; part: number } | null = null;
+
+  constructor(private scene: THREE.Scene, private redraw: () => void) {}
+
+  /// Of all objects, or of one: the world's box, m.
+  box(object = -1): THREE.Box3 {
+    const box = new THREE.Box3();
+    this.facts.forEach((f, i) => {
+      if (object >= 0 && i !== object) return;
+      const c = new THREE.Vector3(...(f.place as [number, number, number])), half = new THREE.Vector3(...(f.half as [number, number, number]));
+      box.expandByPoint(c.clone().sub(half)).expandByPoint(c.clone().add(half));
+    });
+    return box;
+  }
+
+  /// m, the lowest point of any, at most 0.
+  get low(): number { return Math.min(0, ...this.facts.map((f) => f.place[1] - f.half[1])); }
+
+  /// Fetches what is new, removes what is gone.
+  async set(facts: ObjectFacts[]): Promise<void> {
+    this.facts = facts;
+    const before = this.shown;
+    this.shown = facts.map((f) => before.find((s) => s && s.id === f.id && s.revision === f.revision) ?? null);
+    for (const s of before) if (s && !this.shown.includes(s)) this.remove(s);
+    await Promise.all(facts.map(async (f, i) => {
+      if (this.shown[i]) return;
+      const [mesh, superquadrics] = await Promise.all([fetchBytes(`/api/object/${i}/mesh`), fetchBytes(`/api/object/${i}/superquadrics`)]);
+      if (this.facts !== facts) return;
+      this.shown[i] = this.build(f, mesh, superquadrics);
+    }));
+    if (this.facts === facts) await this.paint();
+  }
+
+  private remove(s: Shown): void {
+    if (s.surface) { this.scene.remove(s.surface); s.surface.geometry.dispose(); }
+    for (const o of [s.samples, s.shell]) if (o) { this.scene.remove(o); o.geometry.dispose(); }
+    s.indexed?.dispose();
+    for (const { all } of [s.superquadrics, s.spheres]) { this.scene.remove(all); all.geometry.dispose(); }
+  }
+
+  private build(f: ObjectFacts, meshData: ArrayBuffer, sqData: ArrayBuffer): Shown {
+    const head = new Uint32Array(meshData, 0, 4);
+    const [, nv, nt] = head;
+    const positions = new Float32Array(meshData, 16, 3 * nv);
+    const corners = new Uint32Array(meshData, 16 + 12 * nv, 3 * nt);
+    const partOf = new Uint32Array(meshData, 16 + 12 * nv + 12 * nt, nt);
+    let surface: THREE.Mesh | null = null, indexed: THREE.BufferGeometry | null = null;
+    if (nt > 0) {
+      indexed = new THREE.BufferGeometry();
+      indexed.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+      indexed.setIndex(new THREE.BufferAttribute(corners, 1));
+      indexed.computeVertexNormals();
+      const geometry = indexed.toNonIndexed();
+      geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(9 * nt), 3));
+      geometry.computeBoundsTree({ indirect: true } as never);
+      surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: f.solid ? THREE.FrontSide : THREE.DoubleSide }));
+      this.scene.add(surface);
+    }
+    const superquadrics = this.buildSuperquadrics(sqData), spheres = this.buildSpheres(f);
+    this.scene.add(superquadrics.all, spheres.all);
+    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), indexed, samples: null, shell: null, hidden: null, painted: '' };
+  }
+
+  private buildSuperquadrics(data: ArrayBuffer): Pieces<THREE.Mesh> {
+    const count = new Uint32Array(data, 4, 1)[0], sizes: [number, number, number][] = [], first = [0];
+    let at = 8, corners = 0;
+    for (let p = 0; p < count; ++p) {
+      const [v, t] = new Uint32Array(data, at, 2);
+      sizes.push([at, v, t]);
+      first.push(first[p] + v);
+      corners += 3 * t;
+      at += 8 + 12 * v + 12 * t;
+    }
+    const positions = new Float32Array(3 * first[count]), colours = new Float32Array(4 * first[count]), index = new Uint32Array(corners);
+    let next = 0;
+    sizes.forEach(([from, v, t], p) => {
+      positions.set(new Float32Array(data, from + 8, 3 * v), 3 * first[p]);
+      for (const corner of new Uint32Array(data, from + 8 + 12 * v, 3 * t)) index[next++] = corner + first[p];
+      const c = linearPart(p);
+      for (let k = first[p]; k < first[p + 1]; ++k) colours.set([c.r, c.g, c.b, 1], 4 * k);
+    });
+    const g = new THREE.BufferGeometry();
+    g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    g.setAttribute('color', new THREE.BufferAttribute(colours, 4));
+    g.setIndex(new THREE.BufferAttribute(index, 1));
+    g.computeVertexNormals();
+    const all = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 0.5, depthWrite: false }));
+    all.raycast = () => {};
+    return { all, first };
+  }
+
+  /// Two levels, as section 4.1 has them: piece 0 about the object, the others about each superquadric.
+  private buildSpheres(f: ObjectFacts): Pieces<THREE.LineSegments> {
+    const ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1).getAttribute('position'), n = ring.count;
+    const all = [f.sphere, ...f.parts.map((p) => p.sphere)], first = all.map((_, i) => i * n).concat(all.length * n);
+    const positions = new Float32Array(3 * n * all.length), colours = new Float32Array(4 * n * all.length);
+    all.forEach(([x, y, z, r], i) => {
+      const c = i === 0 ? new THREE.Color(0x888888) : linearPart(i - 1);
+      for (let k = 0; k < n; ++k) {
+        positions.set([x + r * ring.getX(k), y + r * ring.getY(k), z + r * ring.getZ(k)], 3 * (i * n + k));
+        colours.set([c.r, c.g, c.b, 1], 4 * (i * n + k));
+      }
+    });
+    const g = new THREE.BufferGeometry();
+    g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    g.setAttribute('color', new THREE.BufferAttribute(colours, 4));
+    const lines = new THREE.LineSegments(g, new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
+    lines.raycast = () => {};
+    return { all: lines, first };
+  }
+
+  /// Colours and visibility as asked.
+  async paint(): Promise<void> {
+    const shares: string[] = [], kind = this.colourBy;
+    if (kind !== 'parts') await this.fields(kind);
+    if (this.colourBy !== kind) return;
+    // One scale for all objects, so that the legend is true of each.
+    const values = this.shown.map((s) => (kind === 'parts' ? undefined : s?.fields.get(kind)));
+    const known = values.filter((v) => v !== undefined), joined = new Float32Array(known.reduce((n, v) => n + v.length, 0));
+    known.reduce((at, v) => { joined.set(v, at); return at + v.length; }, 0);
+    const scale = joined.length ? colourField(kind, joined) : null;
+    let next = 0;
+    const starts = values.map((v) => { const at = next; next += v?.length ?? 0; return at; });
+    await Promise.all(this.shown.map(async (s, i) => {
+      if (!s) return;
+      const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited && this.facts[i].central;
+      const chosen = this.dims && this.selected?.object === i ? this.selected.part : -1;
+      s.superquadrics.all.visible = this.withSuperquadrics && there;
+      setOpacity(s.superquadrics, (p) => (chosen < 0 || chosen === p ? 0.42 : 0.16));
+      s.spheres.all.visible = this.withSpheres && there;
+      setOpacity(s.spheres, (p) => (chosen >= 0 && chosen !== p - 1 ? 0 : p === 0 ? 0.35 : 0.6));
+      if (!s.surface) return;
+      if (baked) await this.overlays(s, i);
+      if (this.colourBy !== kind) return;
+      if (s.samples) s.samples.visible = this.withSamples && there && baked;
+      if (s.shell) s.shell.visible = this.withOffset && there && baked;
+      const hidden = this.withHidden && baked ? s.hidden : null;
+      if (hidden) {
+        let all = 0, q2 = 0;
+        const p = s.surface.geometry.getAttribute('position').array as Float32Array;
+        for (let t = 0; t < hidden.length; ++t) {
+          const a = areaOf(p, 9 * t);
+          all += a;
+          if (hidden[t] === 1) q2 += a;
+        }
+        shares[i] = `${this.facts[i].name} ${(100 * q2 / Math.max(all, 1e-12)).toFixed(1)} %`;
+      }
+      s.surface.visible = this.surfaceAs !== 'off' && there;
+      const material = s.surface.material as THREE.MeshStandardMaterial, clear = this.surfaceAs === 'clear';
+      if (material.transparent !== clear) material.needsUpdate = true;
+      material.transparent = clear;
+      material.opacity = clear ? 0.35 : 1;
+      const field = scale && values[i] ? scale.colours : null;
+      // What decides the colours; the same is not painted twice.
+      const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}`;
+      if (s.painted !== key) { s.painted = key; meter.spend('colours', () => this.colour(s, field, starts[i], chosen, hidden)); }
+    }));
+    this.hiddenShare = shares.filter((x) => x);
+    if (this.colourBy === kind) this.onScale(scale);
+    this.redraw();
+  }
+
+  /// Each triangle by its field's colour, or its part's.
+  private colour(s: Shown, field: Rgb[] | null, start: number, chosen: number, hidden: Float32Array | null): void {
+    const attribute = s.surface!.geometry.getAttribute('color') as THREE.BufferAttribute, array = attribute.array as Float32Array;
+    const magenta = new THREE.Color().setRGB(...HIDDEN, THREE.SRGBColorSpace), own = new THREE.Color(), parts: THREE.Color[] = [];
+    for (let t = 0; t < s.partOf.length; ++t) {
+      const part = s.partOf[t];
+      let c: THREE.Color;
+      if (hidden && hidden[t] === 1) c = magenta;
+      else if (field) c = own.setRGB(...field[start + t], THREE.SRGBColorSpace);
+      else c = parts[part] ??= chosen >= 0 && chosen !== part ? new THREE.Color().setRGB(...(partColour(part).map((x) => 0.45 * x + 0.4) as Rgb), THREE.SRGBColorSpace) : linearPart(part);
+      for (let k = 9 * t; k < 9 * t + 9; k += 3) { array[k] = c.r; array[k + 1] = c.g; array[k + 2] = c.b; }
+    }
+    meter.coloured += s.partOf.length;
+    attribute.needsUpdate = true;
+  }
+
+  /// The program needs seconds for some: each arrives as it is ready, and onWait tells how many have.
+  private async fields(kind: string): Promise<void> {
+    const missing = this.shown.flatMap((s, i) => (s?.surface && !s.fields.has(kind) ? [[s, i] as const] : []));
+    let done = 0;
+    if (missing.length) this.onWait(kind, 0, missing.length);
+    await Promise.all(missing.map(async ([s, i]) => {
+      try { s.fields.set(kind, new Float32Array(await fetchBytes(`/api/object/${i}/field/${kind}`), 8)); } catch (e) { this.onTrouble(String(e)); }
+      if (this.colourBy === kind) this.onWait(kind, ++done, missing.length);
+    }));
+  }
+
+  /// What the toggles ask for, fetched once.
+  private async overlays(s: Shown, i: number): Promise<void> {
+    try {
+      if (this.withSamples && !s.samples) {
+        const data = await fetchBytes(`/api/object/${i}/samples`), n = new Uint32Array(data, 4, 1)[0];
+        const g = new THREE.BufferGeometry(), part = new Uint32Array(data, 8 + 12 * n, n), colours = new Float32Array(3 * n);
+        for (let k = 0; k < n; ++k) { const c = linearPart(part[k], 0.45); colours.set([c.r, c.g, c.b], 3 * k); }
+        g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, 8, 3 * n), 3));
+        g.setAttribute('color', new THREE.BufferAttribute(colours, 3));
+        if (!s.samples) {
+          s.samples = new THREE.Points(g, new THREE.PointsMaterial({ size: 2.4 * fullRatio(), sizeAttenuation: false, vertexColors: true }));
+          s.samples.renderOrder = 2;
+          s.samples.raycast = () => {};
+          this.scene.add(s.samples);
+        }
+      }
+      if (this.withOffset && !s.shell && s.indexed) {
+        const out = new Float32Array(await fetchBytes(`/api/object/${i}/offset`), 8);
+        const from = s.indexed.getAttribute('position').array, normal = s.indexed.getAttribute('normal').array, to = new Float32Array(from.length);
+        for (let k = 0; k < to.length; ++k) to[k] = from[k] + normal[k] * (out[Math.floor(k / 3)] + 1e-5);
+        const g = new THREE.BufferGeometry();
+        g.setAttribute('position', new THREE.BufferAttribute(to, 3));
+        g.setIndex(s.indexed.getIndex());
+        g.computeVertexNormals();
+        if (!s.shell) {
+          s.shell = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ color: 0x0b9dc4, transparent: true, opacity: 0.55, roughness: 0.5 }));
+          s.shell.raycast = () => {};
+          this.scene.add(s.shell);
+        }
+      }
+      if (this.withHidden && !s.hidden) s.hidden = new Float32Array(await fetchBytes(`/api/object/${i}/hidden`), 8);
+    } catch (e) { this.onTrouble(String(e)); }
+  }
+
+  /// For tests and legends: samples shown, share of vertices that the offset moves, triangles hidden.
+  overlay(object: number): { samples: number; moved: number; hidden: number; spheres: boolean } {
+    const s = this.shown[object];
+    let moved = 0;
+    if (s?.shell && s.indexed) {
+      const a = s.indexed.getAttribute('position').array, b = s.shell.geometry.getAttribute('position').array;
+      for (let k = 0; k < a.length; k += 3) if (Math.hypot(a[k] - b[k], a[k + 1] - b[k + 1], a[k + 2] - b[k + 2]) > 1e-4) ++moved;
+    }
+    return {
+      samples: s?.samples?.visible ? s.samples.geometry.getAttribute('position').count : 0,
+      moved: s?.shell?.visible ? moved : 0, hidden: s?.hidden && this.withHidden ? s.hidden.filter((x) => x === 1).length : 0,
+      spheres: s?.spheres.all.visible ?? false,
+    };
+  }
+
+  /// The point of an object's surface nearest to p, as a hit.
+  nearest(object: number, p: THREE.Vector3): Hit | null {
+    const s = this.shown[object];
+    const tree = s?.surface?.geometry.boundsTree;
+    const found = tree?.closestPointToPoint(p);
+    if (!s?.surface || !found) return null;
+    const q = s.surface.geometry.getAttribute('position').array as Float32Array, t = found.faceIndex;
+    const v = (k: number) => new THREE.Vector3(q[9 * t + 3 * k], q[9 * t + 3 * k + 1], q[9 * t + 3 * k + 2]);
+    const normal = v(1).sub(v(0)).cross(v(2).sub(v(0))).normalize();
+    return { object, part: s.partOf[t], triangle: t, point: found.point.clone(), normal };
+  }
+
+  select(object: number, part: number): void {
+    this.selected = object < 0 ? null : { object, part };
+    void this.paint();
+  }
+
+  fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
+  ready(): boolean { return this.shown.length > 0 && this.shown.every((s) => s !== null); }
+
+  /// The nearest surface along a ray. only: one object, or -1.
+  cast(raycaster: THREE.Raycaster, only: number): Hit | null {
+    let best: Hit | null = null, distance = Infinity;
+    this.shown.forEach((s, i) => {
+      if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
+      const visible = s.surface.visible;
+      s.surface.visible = true;
+      const [hit] = raycaster.intersectObject(s.surface, false);
+      s.surface.visible = visible;
+      if (!hit || hit.distance >= distance || hit.faceIndex == null) return;
+      distance = hit.distance;
+      best = { object: i, part: s.partOf[hit.faceIndex], triangle: hit.faceIndex, point: hit.point.clone(), normal: hit.face!.normal.clone() };
+    });
+    return best;
+  }
+}

@@ -1,0 +1,84 @@
+// What is drawn, and the numbers of the place that is clicked.
+import * as THREE from 'three';
+import { announce, digits, h } from '../dom';
+import { panel } from '../layout';
+import { link } from '../net';
+import type { Hit } from '../objects';
+import { canvas, hint, ndc, world } from '../stage';
+import { state } from '../state';
+import { card, check, choice } from './controls';
+import { map, partBox, select } from './parts';
+
+const numbers = h('dl', { class: 'numbers', id: 'numbers' });
+
+export const lookPanel = h('div', {},
+  card('Show',
+    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
+    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
+    h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
+      check('Superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
+      check('Spheres', false, (on) => { world.objects.withSpheres = on; void world.objects.paint(); }, 'spheres'),
+      check('Map samples', false, (on) => { world.objects.withSamples = on; void world.objects.paint(); }, 'samples'),
+      check('Offset (eq. 12)', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset'),
+      check('Hidden (Q2)', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden'))),
+  card('Place and part', numbers, partBox));
+
+function setNumbers(rows: [string, string][]): void {
+  numbers.replaceChildren(...(rows.length ? rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]) : [h('dt', { class: 'whole' }, 'Click the object for its numbers.')]));
+}
+
+function click(hit: Hit | null): void {
+  if (state.playing) return;  // what is hidden is not told
+  panel.scrollTop = 0;
+  if (!hit) { select(-1, -1); world.tool.mark(null); setNumbers([]); return; }
+  world.tool.mark(hit.point);
+  const f = state.facts[hit.object];
+  select(hit.object, hit.part);
+  const mm = (v: THREE.Vector3) => v.toArray().map((x) => (1000 * x).toFixed(1)).join(', ');
+  const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
+  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Triangle', String(hit.triangle)], ['Point', `${mm(hit.point)} mm`],
+    ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]];
+  if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of R_max`]);
+  for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
+  setNumbers(rows);
+  announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
+}
+
+let pressed: { x: number; y: number } | null = null;
+canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; if (state.mode === 'look') hint.hidden = true; });
+canvas.addEventListener('pointerup', (e) => {
+  if (state.mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) click(world.cast(...ndc(e)));
+  pressed = null;
+});
+canvas.addEventListener('pointermove', (e) => {
+  if (state.mode !== 'look' || pressed || !state.selected || state.facts[state.selected.object]?.edited) return;
+  const hit = world.cast(...ndc(e));
+  if (hit && hit.object === state.selected.object && hit.part === state.selected.part) { map.show(hit.point); world.tool.mark(hit.point); }
+});
+document.addEventListener('keydown', (e) => {
+  if (state.mode !== 'look' || !state.selected || !(e.ctrlKey || e.metaKey) || e.key.toLowerCase() !== 'z' || document.activeElement instanceof HTMLInputElement) return;
+  const f = state.facts[state.selected.object];
+  if (!(e.shiftKey ? f?.canRedo : f?.canUndo)) return;
+  e.preventDefault();
+  link.say({ say: e.shiftKey ? 'redo' : 'undo', object: state.selected.object });
+});
+// The same without a pointer.
+canvas.addEventListener('keydown', (e) => {
+  if (state.mode !== 'look' || e.ctrlKey || e.altKey || e.metaKey) return;
+  const step = e.shiftKey ? Math.PI / 90 : Math.PI / 24;
+  const turns: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
+  if (turns[e.key]) world.turn(...turns[e.key]);
+  else if (e.key === '+' || e.key === '=') world.zoom(0.87);
+  else if (e.key === '-') world.zoom(1.15);
+  else if (e.key === 'Home') world.frame();
+  else if (e.key === 'Enter') {
+    const hit = world.cast(0, 0);
+    if (!hit) announce('Nothing in the middle of the view.');
+    click(hit);
+  } else return;
+  e.preventDefault();
+  hint.hidden = true;
+});
+map.onPoint = (p) => world.tool.mark(p);
+map.onPick = (p) => { if (state.selected) click(world.objects.nearest(state.selected.object, p)); };
+setNumbers([]);

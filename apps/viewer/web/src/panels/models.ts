@@ -1,0 +1,41 @@
+// What is open: a line that stays in sight, and a list of the models.
+import { bytes, digits, h } from '../dom';
+import { factsLine, world } from '../stage';
+import { on, state } from '../state';
+import { select } from './parts';
+
+export const factsBox = h('div', { class: 'facts', id: 'facts' });
+export const count = (n: number): string => (n === 1 ? '1 part' : `${n} parts`);
+
+/// Of the selected object, or of the only one, else of all.
+function showFactsLine(): void {
+  factsLine.hidden = state.mode === 'dress' || state.facts.length === 0;
+  const f = state.playing ? undefined : state.facts[state.selected?.object ?? (state.facts.length === 1 ? 0 : -1)];
+  const all = f ? [f] : state.facts, certified = all.every((g) => g.parts.every((p) => p.certified));
+  const total = count(all.reduce((n, g) => n + g.parts.length, 0)), worst = Math.max(...all.map((g) => g.measured.depthP99));
+  factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${total}, edited: bake them to know bytes and errors` :
+    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of R_max`;
+}
+
+/// Recognising and dressing are not about models.
+function hideFacts(): void { factsBox.hidden = state.mode === 'recognise' || state.mode === 'dress'; }
+
+function showFacts(): void {
+  showFactsLine();
+  const rows = state.facts.map((f, i) => {
+    const certified = f.parts.filter((p) => p.certified).length;
+    const current = state.selected?.object === i;
+    const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (state.mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
+    const warn = f.measured.missed + f.measured.false > 0;
+    return h('li', {}, title,
+      h('span', {}, `${count(f.parts.length)}, ${f.edited ? '' : `${bytes(f.bytes.total)}, `}${f.triangles.toLocaleString('en')} faces`),
+      h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
+        f.edited ? 'Bytes, certificates and errors are told once the parts are baked.' : `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}; 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
+  });
+  factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, state.facts.length === 1 ? 'Model' : `Models (${state.facts.length})`),
+    state.facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.')));
+  hideFacts();
+}
+
+on(['scene', 'selected', 'playing'], showFacts);
+on(['mode'], () => { showFactsLine(); hideFacts(); });

@@ -1,0 +1,65 @@
+// The selected part: its name, its map, its edits.
+import { css, partColour } from '../colours';
+import { digits, fill, h } from '../dom';
+import { MapView } from '../map';
+import { link } from '../net';
+import { trouble, wait } from '../notices';
+import { world } from '../stage';
+import { changed, on, state } from '../state';
+import { card } from './controls';
+
+export const partBox = h('div', { id: 'part' });
+export const map = new MapView();
+export const mapCard = card('Map of the part', map.element);
+
+/// -1: none.
+export function select(object: number, part: number): void {
+  state.selected = object < 0 ? null : { object, part };
+  world.objects.select(object, part);
+  changed('selected');
+}
+
+let chosenOther = -1, cutStep = 0.004;
+const CUT_STEPS: [number, string][] = [[0, 'a row'], [0.002, '2 mm'], [0.004, '4 mm'], [0.01, '10 mm']];
+
+function showPart(): void {
+  const s = state.selected, f = s ? state.facts[s.object] : undefined;
+  if (!s || !f) { partBox.replaceChildren(); map.clear('Select a part: click the object.'); return; }
+  const say = (name: string, more: object = {}) => link.say({ say: name, object: s.object, ...more });
+  const edits = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Edit the parts' });
+  const p = f.parts[s.part];
+  if (p) {
+    const neighbours = p.neighbours.length ? p.neighbours : f.parts.map((_, i) => i).filter((i) => i !== s.part);
+    const other = h('select', { id: 'other', 'aria-label': 'The other part' }, ...neighbours.map((i) => h('option', { value: String(i) }, f.parts[i].name)));
+    if (neighbours.includes(chosenOther)) other.value = String(chosenOther);
+    other.addEventListener('change', () => { chosenOther = Number(other.value); });
+    const by = h('select', { id: 'by', 'aria-label': 'How far the cut moves' }, ...CUT_STEPS.map(([v, t]) => h('option', { value: String(v) }, t)));
+    by.value = String(cutStep);
+    by.addEventListener('change', () => { cutStep = Number(by.value); });
+    const move = (part: number, into: number) => { chosenOther = Number(other.value); wait('Moving the cut …'); say('movecut', { part, other: into, distance: cutStep }); };
+    edits.append(h('button', { id: 'split', onclick: () => { wait('Cutting …'); say('split', { part: s.part }); } }, 'Split'));
+    if (f.parts.length > 1) edits.append(h('fieldset', {}, h('legend', {}, 'Its cut with'), other,
+      h('div', { class: 'row wrap' }, h('button', { id: 'grow', onclick: () => move(s.part, Number(other.value)) }, 'Push out'), h('button', { id: 'shrink', onclick: () => move(Number(other.value), s.part) }, 'Pull in'), by,
+        h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge'))));
+    edits.append(h('button', { id: 'refit', onclick: () => { wait('Fitting …'); say('refit', { part: s.part }); } }, 'Refit'));
+  }
+  edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
+  if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
+  edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
+  const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', onchange: (e: Event) => say('name', { part: s.part, name: (e.target as HTMLInputElement).value.trim().slice(0, 60) }) });
+  const list = h('details', {}, h('summary', {}, `All ${f.parts.length} parts`), h('ol', { class: 'parts', start: 0 }, ...f.parts.map((q, i) =>
+    h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(partColour(i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));
+  fill(partBox,
+    name && h('label', { class: 'field' }, h('span', {}, 'Part'), name),
+    p && h('p', { class: 'note' }, `${p.triangles.toLocaleString('en')} triangles, ${digits(p.area, 2)} % of the surface; half axes ${p.a.map((x) => digits(1000 * x)).join(' × ')} mm, exponents ${p.eps.map((x) => digits(x, 2)).join(', ')}${p.taper.some((t) => t) ? ', tapered' : ''}${p.bend ? ', bent' : ''}; ${p.certified ? `proven to hold its surface (F ≤ ${digits(p.largestF ?? 0, 4)})` : 'not proven to hold its surface'}`),
+    edits, list);
+  if (!p) map.clear('Select a part: click the object.');
+  else if (f.edited) map.clear('Edited parts have a map once they are baked.');
+  else if (!f.central) map.clear('This model holds the paper’s own maps: sqmap render --what map draws them.');
+  else map.load(s.object, s.part, p.name).catch((e) => trouble(String(e)));
+}
+
+function showMapCard(): void { mapCard.hidden = state.mode !== 'look' || state.playing || !state.selected || state.selected.part < 0; }
+
+on(['scene', 'selected'], showPart);
+on(['scene', 'selected', 'mode', 'playing'], showMapCard);

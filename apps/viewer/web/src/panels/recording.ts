@@ -1,0 +1,72 @@
+// What was felt, recorded, replayed, and computed again by the program.
+import { h, digits, save } from '../dom';
+import { charts, draw, hideTool, show } from '../felt';
+import { fetchBytes, link, type Frame } from '../net';
+import { trouble, wait } from '../notices';
+import { readAgain, Recorder } from '../recorder';
+import { hand } from '../stage';
+import { onStop } from '../stop';
+import { card } from './controls';
+import { sound } from './senses';
+
+export const recorder = new Recorder();
+
+const recordButton = h('button', { id: 'record', onclick: () => {
+  if (recorder.recording) endRecording(); else { recorder.halt(); recorder.start(); againWords.textContent = ''; link.say({ say: 'record', on: true }); }
+  showRecorder();
+} });
+const replayButton = h('button', { id: 'replay', onclick: () => {
+  if (recorder.replaying) recorder.halt();
+  else { hand.letGo(); charts.clear(); recorder.replay(); }
+  showRecorder();
+} });
+const saveButton = h('button', { id: 'save-recording', onclick: () => save('touch.csv', recorder.csv(), 'text/csv') }, 'Save');
+const recordingInput = h('input', { type: 'file', id: 'recording-file', class: 'sr-only', accept: '.csv', onchange: async () => {
+  const f = recordingInput.files?.[0];
+  if (f) try { recorder.open(await f.text()); wait(`${f.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`); } catch (e) { trouble(`${f.name}: ${e instanceof Error ? e.message : e}`); }
+  recordingInput.value = '';
+  showRecorder();
+} });
+const recordingWords = h('p', { class: 'note', id: 'recording' }), againWords = h('p', { id: 'again-words', role: 'status' });
+function endRecording(): void { recorder.stop(); link.say({ say: 'record', on: false }); }
+recorder.onFull = () => { endRecording(); showRecorder(); };
+const againButton = h('button', { id: 'again', onclick: () => void computeAgain() }, 'Compute again');
+
+/// First with all as it was: that must give the same bits. Then with the objects and settings of now.
+async function computeAgain(): Promise<void> {
+  againButton.disabled = true;
+  againWords.textContent = 'Computing every tick again …';
+  try {
+    const then = readAgain(await fetchBytes('/api/again/then')), now = readAgain(await fetchBytes('/api/again/now')), ticks = then.ticks.length / 3;
+    recorder.again = now;
+    const n = ticks.toLocaleString('en');
+    const proof = then.different === 0 ? `✓ ${n} ticks, computed again: every force is the same to the bit.` :
+      `✗ ${n} ticks, computed again: ${then.different.toLocaleString('en')} differ, by at most ${digits(then.largestForce)} N.${then.lost ? ` ${then.lost} ticks were lost while recording: what has a memory may differ after them.` : ''}`;
+    const change = now.different === 0 ? 'With the objects and settings of now: the same.' :
+      `With the objects and settings of now the force differs by at most ${digits(now.largestForce)} N (root mean square ${digits(now.rmsForce)} N), the depth by ${digits(1000 * now.largestDepth)} mm.`;
+    againWords.textContent = `${proof} ${change} Replay draws it dashed, before the safety filter.`;
+  } catch (e) { againWords.textContent = ''; trouble(String(e)); }
+  showRecorder();
+}
+function showRecorder(at = 0): void {
+  recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
+  recordButton.setAttribute('aria-pressed', String(recorder.recording));
+  replayButton.textContent = recorder.replaying ? 'Stop replay' : 'Replay';
+  replayButton.disabled = saveButton.disabled = recorder.count === 0 || recorder.recording;
+  againButton.disabled = !recorder.known || recorder.recording;
+  recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `Replaying: ${at.toFixed(1)} of ${recorder.seconds.toFixed(1)} s` :
+    recorder.count ? `${recorder.seconds.toFixed(1)} s ${recorder.known ? 'recorded' : 'opened: the poses of every tick stay with the program that felt them, so it cannot be computed again'}.` : 'Nothing recorded yet.';
+}
+recorder.onFrame = (frame, at) => { show(frame, true, recorder.againOf(frame)); draw(frame); showRecorder(at); };
+recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
+onStop(() => recorder.halt());
+
+/// A frame of now; where a recording is replayed it is kept, not shown.
+export function hear(frame: Frame): void {
+  recorder.add(frame);
+  if (recorder.recording) recordingWords.textContent = `Recording every tick: ${recorder.seconds.toFixed(0)} s`;
+  if (!recorder.replaying) show(frame);
+}
+
+export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords, againWords);
+showRecorder();

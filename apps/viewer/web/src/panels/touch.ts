@@ -1,0 +1,118 @@
+// What is felt and with what: the settings of the forces, the tool, the device.
+import { announce, digits, fill, h } from '../dom';
+import { fetchBytes, link } from '../net';
+import { trouble } from '../notices';
+import { hand, hint, world } from '../stage';
+import { on, state } from '../state';
+import { card, choice } from './controls';
+import { recordingCard } from './recording';
+
+const sliders: { set(): void }[] = [];
+function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
+  const id = `s-${label.toLowerCase().replace(/[^a-z]+/g, '-')}`;
+  const read = h('output', { for: id }), input = h('input', { type: 'range', id, min: String(range[0]), max: String(range[1]), step: String(range[2]) });
+  const show = () => { read.textContent = `${digits(Number(input.value), 4)} ${unit}`; input.setAttribute('aria-valuetext', read.textContent); };
+  input.addEventListener('input', () => { show(); if (live) { set(Number(input.value)); tellSettings(); } });
+  input.addEventListener('change', () => { if (!live) { set(Number(input.value)); tellSettings(); } });
+  sliders.push({ set: () => { if (document.activeElement !== input) { input.value = String(get()); } show(); } });
+  return h('label', { class: 'field slider' }, h('span', {}, label), input, read);
+}
+const layerChoice = choice('Layer', [['auto', 'As the tool needs'], ['2', '2: base map'], ['3', '3: refined map'], ['exact', 'Exact triangles']], 'auto', (v) => { state.settings.layer = v; tellSettings(); }, 'layer');
+const toolSelect = h('select', { id: 'tool', onchange: () => { const v = toolSelect.value; state.settings.tool = v === 'ball' || v === 'hand' ? v : Number(v); hand.letGo(); tellSettings(); showToolRows(); } });
+const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
+const deviceTable = h('tbody', { id: 'devices' });
+const deviceFacts = h('p', { class: 'note', id: 'device-facts' });
+export const counters = h('p', { class: 'note', id: 'counters' });
+const pressRead = slider('Press', 'mm', [-2, 12, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
+const ballRows = [slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * state.settings.toolRadius, (x) => { state.settings.toolRadius = x / 1000; }, false),
+  slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * state.settings.smoothing, (x) => { state.settings.smoothing = x / 1000; }, false)];
+const meshRows = [slider('Tool size', 'mm', [10, 300, 5], () => 1000 * state.settings.toolSize, (x) => { state.settings.toolSize = x / 1000; }, false),
+  slider('Turn', '°', [-180, 180, 15], () => state.settings.toolTurn, (x) => { state.settings.toolTurn = x; }, false),
+  slider('Tilt', '°', [-180, 180, 15], () => state.settings.toolTilt, (x) => { state.settings.toolTilt = x; }, false)];
+function showToolRows(): void {
+  for (const r of ballRows) r.hidden = state.settings.tool !== 'ball';
+  for (const r of meshRows) r.hidden = state.settings.tool === 'ball';
+}
+function showTools(): void {
+  fill(toolSelect, h('option', { value: 'ball' }, 'Ball'), h('option', { value: 'hand' }, 'Hand'), ...state.facts.map((f, i) => f.hasTriangles ? h('option', { value: String(i) }, `${f.name} (of the scene)`) : null));
+  toolSelect.value = String(state.settings.tool);
+  showToolRows();
+}
+
+let toolShown = -1;
+async function fetchTool(revision: number): Promise<void> {
+  if (revision === toolShown) return;
+  toolShown = revision;
+  const held = typeof state.settings.tool === 'number' ? state.settings.tool : -1;
+  if (world.objects.inHand !== held) { world.objects.inHand = held; void world.objects.paint(); }
+  if (state.settings.tool === 'ball') { world.tool.setShape(null, null); return; }
+  try {
+    const data = await fetchBytes('/api/tool'), [, v, t] = new Uint32Array(data, 0, 3);
+    if (revision === toolShown) world.tool.setShape(new Float32Array(data, 12, 3 * v), new Uint32Array(data, 12 + 12 * v, 3 * t));
+  } catch (e) { toolShown = -1; trouble(String(e)); }
+}
+
+export const touchPanel = h('div', {},
+  card('Feel', pressRead,
+    slider('Stiffness', 'N/m', [50, 1500, 10], () => state.settings.stiffness, (x) => { state.settings.stiffness = x; }),
+    slider('Friction', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; }),
+    slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * state.settings.texture, (x) => { state.settings.texture = x / 1000; }, false),
+    slider('Damping', 'N s/m', [0, 2, 0.1], () => state.settings.damping, (x) => { state.settings.damping = x; }),
+    layerChoice),
+  card('Tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
+    slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * state.settings.zone, (x) => { state.settings.zone = x / 1000; }, false),
+    slider('Force limit', 'N', [0.2, 3.2, 0.1], () => state.settings.forceLimit, (x) => { state.settings.forceLimit = x; }, false),
+    h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
+  recordingCard,
+  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
+    h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
+  card('Other senses', h('div', { class: 'senses' })));
+
+// ---- What the hand wants
+
+// The newest aim, at most once a frame of the stream; to grasp and to let go is told at once.
+let aim: object | null = null, wasHeld = false;
+setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
+hand.onAim = (target, held) => {
+  aim = { say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held };
+  if (held !== wasHeld) { link.say(aim); aim = null; }
+  wasHeld = held;
+  if (held) hint.hidden = true;
+};
+hand.onKeyTouch = (text) => { announce(text); if (state.mode === 'touch') sliders.forEach((s) => s.set()); };
+
+let settingsDue = 0, settingsChanged = -1e9;
+export function tellSettings(): void {
+  settingsChanged = performance.now();
+  world.tool.setRadius(state.settings.smoothing > 0 ? state.settings.smoothing : state.settings.toolRadius);
+  clearTimeout(settingsDue);
+  settingsDue = window.setTimeout(() => { settingsDue = 0; settingsChanged = performance.now(); link.say({ say: 'settings', ...state.settings }); }, 40);
+}
+
+// ---- What the program says
+
+on(['status'], () => {
+  const s = state.status;
+  if (!s) return;
+  // What is just being set here is newer than what the program says.
+  if (!settingsDue && performance.now() - settingsChanged > 400) state.settings = { ...s.settings };
+  world.tool.setRadius(state.settings.smoothing > 0 ? state.settings.smoothing : state.settings.toolRadius);
+  if (document.activeElement !== toolSelect) toolSelect.value = String(state.settings.tool);
+  showToolRows();
+  void fetchTool(s.toolRevision);
+  sliders.forEach((x) => x.set());
+  (touchPanel.querySelector('#layer') as HTMLSelectElement).value = state.settings.layer;
+  if (deviceSelect.childElementCount !== s.devices.length && s.devices.length) {
+    fill(deviceTable, ...s.devices.map((d) => h('tr', {}, h('td', {}, d.name), h('td', {}, `${d.here ? '✓' : '–'} ${d.state}`), h('td', {}, d.rate > 0 ? `${d.rate} Hz` : '–'), h('td', {}, d.limit > 0 ? `${digits(d.limit)} N` : '–'))));
+    deviceSelect.replaceChildren(...s.devices.map((d, i) => h('option', { value: String(i), disabled: !d.here }, d.here ? d.name : `${d.name} (not here)`)));
+  }
+  deviceSelect.value = String(s.device);
+  const d = s.devices[s.device];
+  deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < state.settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
+  const c = s.counters;
+  counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
+});
+on(['scene'], showTools);
+
+/// After a lost connection the program knows of no tool and no grasp.
+export function again(): void { wasHeld = false; toolShown = -1; hand.again(); }

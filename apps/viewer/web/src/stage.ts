@@ -1,0 +1,37 @@
+// The stage: the canvas with the scene, and what lies over it.
+import { css, type Scale } from './colours';
+import { fill, h } from './dom';
+import { Hand } from './hand';
+import { trouble } from './notices';
+import { onTheme } from './theme';
+import { World } from './world';
+
+export const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins, C begins a cut and ends it.' });
+export const hint = h('p', { class: 'hint', id: 'hint' });
+const legend = h('div', { class: 'legend', hidden: true });
+export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
+export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // always in sight, however the panel is scrolled
+export const stage = h('div', { class: 'stage' }, canvas, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
+export const world = new World(canvas);
+export const hand = new Hand(world, canvas);
+onTheme(() => world.theme());
+
+export function showHint(text: string): void { hint.textContent = text; hint.hidden = false; }
+
+/// Where a pointer is on the canvas, -1 to 1 each way, y up.
+export const ndc = (e: PointerEvent): [number, number] => { const b = canvas.getBoundingClientRect(); return [(2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height]; };
+
+world.objects.onTrouble = trouble;
+world.objects.onWait = (kind, done, of) => {
+  const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature' };
+  legend.hidden = false;
+  fill(legend, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
+};
+world.objects.onScale = (scale: Scale | null) => {
+  const q2 = world.objects.hiddenShare.length ? h('span', { class: 'note', id: 'q2' }, `Magenta: hidden from its part's projection (Q2), of the surface: ${world.objects.hiddenShare.join(', ')}`) : '';
+  legend.hidden = !scale && !q2;
+  if (!scale) { fill(legend, q2); return; }
+  const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
+  legend.replaceChildren(h('span', {}, scale.title), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
+    world.objects.colourBy === 'error' ? h('span', { class: 'note' }, 'Blue: missed. Grey: too thin to say.') : '', q2);
+};

@@ -1,0 +1,35 @@
+// What more than one panel reads: the newest word of the program, and what is chosen here. Whoever changes it says so with
+// changed(), and those that listen draw it.
+import type { Frame, ObjectFacts, Settings, Status } from './net';
+
+export type Mode = 'look' | 'touch' | 'recognise' | 'dress';
+export const MODES: Mode[] = ['look', 'touch', 'recognise', 'dress'];
+
+export interface State {
+  mode: Mode;
+  facts: ObjectFacts[];
+  status: Status | null;
+  selected: { object: number; part: number } | null;
+  settings: Settings;
+  frame: Frame | null;  ///< the newest
+  frames: number;       ///< since the page was opened
+  playing: boolean;     ///< a round of recognition goes on: objects are hidden and not named
+}
+
+export const state: State = {
+  mode: 'look',
+  facts: [],
+  status: null,
+  selected: null,
+  settings: { layer: 'auto', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2, tool: 'ball', toolSize: 0.06, toolTurn: 0, toolTilt: 0 },
+  frame: null,
+  frames: 0,
+  playing: false,
+};
+
+/// mode: another panel is shown; scene: facts; status: the program's; selected; playing.
+export type Change = 'mode' | 'scene' | 'status' | 'selected' | 'playing';
+const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], playing: [] };
+
+export function on(changes: Change[], listener: () => void): void { for (const change of changes) listeners[change].push(listener); }
+export function changed(change: Change): void { for (const listener of listeners[change]) listener(); }

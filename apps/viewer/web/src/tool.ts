@@ -1,0 +1,128 @@
+// The tool that is held, the arrow of its force, and the mark of a place, as three.js draws them.
+import * as THREE from 'three';
+import type { Frame } from './net';
+
+const ARROW = 0.03;  // m of arrow a newton
+
+export class Tool {
+  private mesh: THREE.Mesh;
+  private ball: THREE.SphereGeometry;
+  private rim: THREE.Mesh;
+  private vertices: Float32Array | null = null;
+  private arrow = new THREE.Group();
+  private shaft: THREE.Mesh;
+  private head: THREE.Mesh;
+  private marker: THREE.Mesh;
+
+  constructor(scene: THREE.Scene, private redraw: () => void) {
+    const ball = this.ball = new THREE.SphereGeometry(1, 32, 24);
+    // Black with a white rim: seen on every part's colour and on both stages.
+    this.mesh = new THREE.Mesh(ball, new THREE.MeshStandardMaterial({ color: 0x14181d, roughness: 0.35 }));
+    const rim = this.rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide }));
+    rim.scale.setScalar(1.18);
+    this.mesh.add(rim);
+    this.mesh.scale.setScalar(0.006);
+    this.mesh.visible = false;
+    scene.add(this.mesh);
+    const paint = new THREE.MeshBasicMaterial({ color: 0xd4145a, depthTest: false });
+    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.0016, 0.0016, 1, 12).translate(0, 0.5, 0), paint);
+    this.head = new THREE.Mesh(new THREE.ConeGeometry(0.0045, 0.011, 16).translate(0, 0.0055, 0), paint);
+    this.arrow.add(this.shaft, this.head);
+    this.arrow.visible = false;
+    this.arrow.renderOrder = 10;
+    this.shaft.renderOrder = this.head.renderOrder = 10;
+    scene.add(this.arrow);
+    this.marker = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xd4145a, depthTest: false }));
+    this.marker.renderOrder = 11;
+    this.marker.scale.setScalar(0.0022);
+    this.marker.visible = false;
+    scene.add(this.marker);
+  }
+
+  private radius = 0.006;
+  setRadius(r: number): void {
+    this.radius = r;
+    if (!this.vertices) this.mesh.scale.setScalar(r);
+    this.redraw();
+  }
+
+  /// What is held: null a ball, else triangles about the tool's centre.
+  setShape(positions: Float32Array | null, corners: Uint32Array | null): void {
+    if (this.mesh.geometry !== this.ball) this.mesh.geometry.dispose();
+    this.vertices = positions;
+    const material = this.mesh.material as THREE.MeshStandardMaterial;
+    this.rim.visible = !positions;
+    material.transparent = !!positions;
+    material.opacity = positions ? 0.82 : 1;
+    material.color.set(positions ? 0x39424d : 0x14181d);
+    material.needsUpdate = true;
+    if (positions && corners) {
+      const g = new THREE.BufferGeometry();
+      g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+      g.setIndex(new THREE.BufferAttribute(corners, 1));
+      g.computeVertexNormals();
+      this.mesh.geometry = g;
+      this.mesh.scale.setScalar(1);
+    } else {
+      this.mesh.geometry = this.ball;
+      this.mesh.scale.setScalar(this.radius);
+    }
+    this.redraw();
+  }
+
+  /// How far a mesh spreads about its centre, so that it is taken up clear of what lies beside; 0 for the ball.
+  span(): number {
+    const p = this.vertices;
+    let most = 0;
+    if (p) for (let k = 0; k < p.length; k += 3) most = Math.max(most, Math.hypot(p[k], p[k + 1], p[k + 2]));
+    return most;
+  }
+
+  /// Of the tool about its centre: the place that touches a surface with this normal first.
+  tip(normal: THREE.Vector3): THREE.Vector3 {
+    const p = this.vertices;
+    if (!p) return normal.clone().multiplyScalar(-this.radius);
+    let least = Infinity, best = 0;
+    for (let k = 0; k < p.length; k += 3) {
+      const d = p[k] * normal.x + p[k + 1] * normal.y + p[k + 2] * normal.z;
+      if (d < least) { least = d; best = k; }
+    }
+    return new THREE.Vector3(p[best], p[best + 1], p[best + 2]);
+  }
+
+  show(frame: Frame | null): void {
+    this.mesh.visible = frame !== null;
+    this.arrow.visible = false;
+    this.redraw();
+    if (!frame) return;
+    this.mesh.position.set(frame.tool[0], frame.tool[1], frame.tool[2]);
+    const m = frame.turn;
+    this.mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
+    this.showArrow(this.mesh.position, new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]));
+  }
+
+  /// An arrow of force from a place; thick: times the usual thickness, for larger scenes. Null: none.
+  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {
+    const size = force.length(), length = ARROW * size;
+    this.arrow.visible = at !== null && size >= 0.02;
+    this.redraw();
+    if (!at || !this.arrow.visible) return;
+    this.arrow.position.copy(at);
+    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
+    this.shaft.scale.set(thick, length, thick);
+    this.head.scale.setScalar(thick);
+    this.head.position.y = length;
+  }
+
+  /// For tests: where the arrow is and points.
+  arrowNow(): { visible: boolean; direction: number[]; length: number } {
+    const d = new THREE.Vector3(0, 1, 0).applyQuaternion(this.arrow.quaternion);
+    return { visible: this.arrow.visible, direction: d.toArray(), length: this.shaft.scale.y };
+  }
+
+  mark(p: THREE.Vector3 | null): void {
+    this.marker.visible = p !== null;
+    if (p) this.marker.position.copy(p);
+    this.redraw();
+  }
+}
