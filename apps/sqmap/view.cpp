@@ -28,10 +28,10 @@ namespace {
 struct Arguments {
     std::vector<std::string> files;
     std::uint16_t port = 0;
-    viewer::ViewerOptions viewer{};
+    viewer::SceneOptions viewer{};
 };
 
-std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer::ViewerOptions& options)
+std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer::SceneOptions& options)
 {
     if (file.ends_with(".sqmap")) {
         const io::MappedModel model(file);
@@ -50,7 +50,7 @@ std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer:
 }
 
 /// Shapes to begin with, where no file is given.
-std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::ViewerOptions& options)
+std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::SceneOptions& options)
 {
     std::vector<std::shared_ptr<viewer::Object>> out;
     const auto add = [&](const char* name, mesh::Mesh mesh) {

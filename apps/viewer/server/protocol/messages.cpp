@@ -1,7 +1,7 @@
 #include "viewer/server/protocol/messages.h"
 
 #include "common/layer_name.h"
-#include "viewer/server/scene/names.h"
+#include "viewer/server/protocol/part_name.h"
 
 #include <nlohmann/json.hpp>
 

@@ -141,12 +141,6 @@ bool read_vector(const nlohmann::json& in, Vec3d& out)
 
 }  // namespace
 
-bool is_name(const std::string& text)
-{
-    return !text.empty() && text.size() <= k_max_name &&
-           std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-}
-
 std::optional<Words> read_names(const std::string& text)
 {
     using nlohmann::json;

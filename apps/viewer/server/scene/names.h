@@ -5,6 +5,7 @@
 #include "sqmap/mesh/adjacency.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/shape/superquadric.h"
+#include "viewer/server/protocol/part_name.h"
 
 #include <nlohmann/json.hpp>
 
@@ -14,7 +15,6 @@
 
 namespace sqmap::viewer {
 
-inline constexpr std::size_t k_max_name = 60;  ///< bytes
 inline constexpr std::size_t k_max_landmarks = 256;
 
 /// A place on the surface and what people call it.
@@ -29,9 +29,6 @@ struct Words {
     bool whole = false;  ///< the landmarks speak of all of it: a part between them is named after the nearest along the surface
     Vec3d forward{0, 0, 1}, up{0, 1, 0};  ///< where the object looks, for "upper", "front", "left"
 };
-
-/// False for what is empty, longer than k_max_name, or has control characters.
-[[nodiscard]] bool is_name(const std::string& text);
 
 /// Nothing where the text is not what names_json writes.
 [[nodiscard]] std::optional<Words> read_names(const std::string& json);

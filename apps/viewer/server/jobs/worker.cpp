@@ -1,0 +1,45 @@
+#include "viewer/server/jobs/worker.h"
+
+namespace sqmap::viewer {
+
+void Worker::work(std::function<void()> job)
+{
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::move(job));
+    ++waiting_;
+    wake_.notify_one();
+}
+
+void Worker::finish()
+{
+    {
+        const std::lock_guard lock(mutex_);
+        quit_ = true;
+    }
+    wake_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    jobs_.clear();  // what they hold may have threads of its own that tell the server things
+}
+
+void Worker::toil()
+{
+    for (;;) {
+        std::function<void()> job;
+        {
+            std::unique_lock lock(mutex_);
+            wake_.wait(lock, [this] { return quit_ || !jobs_.empty(); });
+            if (quit_) return;
+            job = std::move(jobs_.front());
+            jobs_.pop_front();
+        }
+        try {
+            job();
+        } catch (const Cancelled&) {
+        } catch (const std::exception& e) {
+            if (!quit_) trouble_(e.what());
+        }
+        --waiting_;
+    }
+}
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,213 @@
+#include "viewer/server/scene/scene.h"
+
+#include "sqmap/io/replace_file.h"
+#include "sqmap/mesh/error.h"
+
+#include <algorithm>
+
+namespace sqmap::viewer {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::size_t k_max_history = 64;
+
+/// The parts after a split, a merge, a moved cut or another fit; null where that cannot be.
+std::shared_ptr<const Parts> recut(const Message& m, const Object& object, const Parts& before, const Words& words)
+{
+    if (m.say == Say::Refit) return std::make_shared<const Parts>(refitted(object, before, m.part));
+    if (m.say == Say::MoveCut) {
+        auto moved = moved_cut(object, before.partition, m.part, m.other, m.distance);
+        return moved ? std::make_shared<const Parts>(fitted(object, std::move(*moved), &before, words)) : nullptr;
+    }
+    const decompose::Cutter cutter(object.mesh);
+    if (m.say == Say::Merge)
+        return std::make_shared<const Parts>(fitted(object, cutter.merge(before.partition, m.part, m.other), &before, words));
+    decompose::Split split = cutter.split(before.partition, m.part);
+    return split.found ? std::make_shared<const Parts>(fitted(object, std::move(split.partition), &before, words)) : nullptr;
+}
+
+}  // namespace
+
+Scene::Scene(Audience& audience, Worker& pictures, Worker& bakes, const SceneOptions& options)
+    : audience_(audience), pictures_(pictures), bakes_(bakes), options_(options)
+{
+}
+
+std::vector<ObjectPtr> Scene::objects() const
+{
+    std::vector<ObjectPtr> out;
+    for (const Entry& entry : entries_) out.push_back(entry.object);
+    return out;
+}
+
+void Scene::edit(const Message& m)
+{
+    if (m.object >= entries_.size()) return;
+    Entry& entry = entries_[m.object];
+    const std::uint32_t count = entry.parts()->partition.part_count;
+    switch (m.say) {
+        case Say::Undo:
+            if (entry.at > 0) --entry.at, ++entry.revision;
+            if (entry.renamed) refresh_names(entry);
+            return tell();
+        case Say::Redo:
+            if (entry.at + 1 < entry.history.size()) ++entry.at, ++entry.revision;
+            if (entry.renamed) refresh_names(entry);
+            return tell();
+        case Say::Remove:
+            entries_.erase(entries_.begin() + m.object);
+            on_remove(m.object);
+            tell();
+            return on_objects();
+        case Say::Bake:
+            return bake_edited(entry);
+        default:
+            break;
+    }
+    if (m.say == Say::Name) {
+        if (m.part < count && !entry.object->mesh.triangles.empty()) name_part(entry, m.part, m.name);
+        return;
+    }
+    if (m.part >= count || ((m.say == Say::Merge || m.say == Say::MoveCut) && m.other >= count) ||
+        entry.object->mesh.triangles.empty() || pictures_.busy())
+        return;
+    pictures_.work([this, m, object = entry.object, before = entry.parts(), words = entry.words] {
+        const std::shared_ptr<const Parts> after = recut(m, *object, *before, words);
+        audience_.post([this, object, before, after, say = m.say] {
+            const auto at = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
+            if (at == entries_.end() || at->parts() != before) return;  // the scene has moved on
+            if (after == nullptr)
+                return audience_.tell_trouble(say == Say::MoveCut
+                                                  ? "These parts do not touch, or too little of the other one would be left."
+                                                  : "This part has no place for a cut.");
+            change(*at, after);
+        });
+    });
+}
+
+void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
+{
+    entry.history.resize(entry.at + 1);
+    if (entry.history.size() >= k_max_history) entry.history.erase(entry.history.begin() + 1);
+    entry.history.push_back(std::move(parts));
+    entry.at = entry.history.size() - 1;
+    ++entry.revision;
+    tell();
+}
+
+bake::BakeOptions Scene::bake_options(const std::string& name)
+{
+    bake::BakeOptions options = options_.bake;
+    options.progress = [this, name](const char* stage, double done) {
+        if (bakes_.quits()) throw Cancelled{};
+        audience_.post([this, name, text = std::string(stage), done] { audience_.tell_progress(name, text, done); });
+    };
+    return options;
+}
+
+void Scene::tell_failed(const std::string& name, const std::string& why)
+{
+    audience_.post([this, name, why] {
+        audience_.tell_progress(name, "failed", 1);
+        audience_.tell_trouble(name + ": " + why);
+    });
+}
+
+void Scene::bake_edited(const Entry& entry)
+{
+    if (entry.at == 0 || bakes_.busy()) return;
+    bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
+        const bake::BakeOptions options = bake_options(object->name);
+        try {
+            const auto after = rebaked(*object, *parts, options, words);
+            audience_.post([this, object, after] {
+                audience_.tell_progress(object->name, "done", 1);
+                replace(object, after);
+            });
+        } catch (const mesh::Error& e) {
+            tell_failed(object->name, e.what());
+        }
+    });
+}
+
+void Scene::add(std::shared_ptr<Object> object)
+{
+    std::vector<ObjectPtr> others;
+    for (const Entry& entry : entries_) others.push_back(entry.object);
+    place_beside(*object, others);
+    // Two of one name could not be told apart in a list.
+    const std::string name = object->name;
+    for (int n = 2; std::any_of(others.begin(), others.end(), [&](const ObjectPtr& o) { return o->name == object->name; }); ++n)
+        object->name = name + " " + std::to_string(n);
+    Entry entry;
+    entry.history.push_back(std::make_shared<const Parts>(object->parts));
+    entry.words = object->words;
+    entry.id = next_id_++;
+    entry.object = std::move(object);
+    entries_.push_back(std::move(entry));
+}
+
+void Scene::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
+{
+    for (Entry& entry : entries_) {
+        if (entry.object != before) continue;
+        entry.history = {std::make_shared<const Parts>(after->parts)};
+        entry.at = 0;
+        ++entry.revision;
+        entry.object = std::move(after);
+        break;
+    }
+    tell();
+    on_objects();
+}
+
+void Scene::name_part(Entry& entry, std::uint32_t part, const std::string& name)
+{
+    set_words(entry, renamed(entry.words, entry.object->mesh, entry.parts()->partition, part, name, entry.object->frame()));
+}
+
+/// Names are of places, not of parts: undo does not take them back. The step that is shown gets them now, another when it is
+/// shown.
+void Scene::refresh_names(Entry& entry)
+{
+    auto named = std::make_shared<Parts>(*entry.parts());
+    named->names = part_names(entry.object->mesh, entry.object->dual, named->partition, named->superquadrics, entry.words,
+                              entry.object->frame());
+    entry.history[entry.at] = std::move(named);
+}
+
+void Scene::set_words(Entry& entry, const Words& words)
+{
+    entry.words = words;
+    entry.renamed = true;
+    refresh_names(entry);
+    if (!entry.object->names_file.empty()) {
+        const std::string text = names_json(words).dump(1) + "\n";
+        try {
+            io::replace_file(entry.object->names_file, std::as_bytes(std::span(text)));
+        } catch (const std::exception& e) {
+            audience_.tell_trouble(std::string("The names are not kept: ") + e.what());
+        }
+    }
+    tell();
+}
+
+void Scene::tell() { audience_.tell_all(json()); }
+
+nlohmann::ordered_json Scene::json() const
+{
+    ordered_json out{{"say", "scene"}, {"objects", ordered_json::array()}};
+    for (const Entry& entry : entries_) {
+        ordered_json facts = facts_json(*entry.object, *entry.parts(), entry.at > 0);
+        facts["id"] = entry.id;
+        facts["namesKept"] = !entry.object->names_file.empty();
+        facts["revision"] = entry.revision;
+        facts["canUndo"] = entry.at > 0;
+        facts["canRedo"] = entry.at + 1 < entry.history.size();
+        out["objects"].push_back(std::move(facts));
+    }
+    return out;
+}
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,78 @@
+// The objects that the page shows: their edits, their names, what is baked of them.
+#pragma once
+
+#include "viewer/server/http/audience.h"
+#include "viewer/server/jobs/worker.h"
+#include "viewer/server/protocol/messages.h"
+#include "viewer/server/scene/object.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sqmap::viewer {
+
+struct SceneOptions {
+    double size = 0.2;  ///< m, that R_max of every object becomes
+    bake::BakeOptions bake{};
+    std::size_t max_objects = 16;
+    io::ReadLimits limits{.max_bytes = 64u << 20, .max_faces = 500'000};  ///< of an uploaded mesh
+};
+
+/// All is called on the server's thread.
+class Scene {
+public:
+    /// An object and its edits, newest last; the first are the model's own parts.
+    struct Entry {
+        ObjectPtr object;
+        std::vector<std::shared_ptr<const Parts>> history;
+        std::size_t at = 0;
+        std::uint32_t revision = 0;  ///< grows with every change of what the page shows
+        std::uint32_t id = 0;        ///< no other object of this program has it
+        Words words;                 ///< what its parts are called; edits of parts keep it
+        bool renamed = false;        ///< since it was opened: steps of the history may have other names
+        [[nodiscard]] std::shared_ptr<const Parts> parts() const { return history[at]; }
+    };
+
+    /// pictures: does what takes part of a second; bakes: what takes longer. Both end before the scene.
+    Scene(Audience& audience, Worker& pictures, Worker& bakes, const SceneOptions& options);
+
+    std::function<void()> on_objects = [] {};                    ///< there are others than before
+    std::function<void(std::uint32_t)> on_remove = [](auto) {};  ///< this one is gone; those behind it move up
+
+    void add(std::shared_ptr<Object> object);
+    /// Split, Merge, MoveCut, Refit, Name, Undo, Redo, Bake or Remove; what does not fit the scene of now is passed over.
+    void edit(const Message& message);
+    /// Mesh, model or names: answers with the verdict, then adds the object.
+    void upload(HttpRequest request, const Answer& answer);
+
+    [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
+    [[nodiscard]] std::vector<ObjectPtr> objects() const;
+    [[nodiscard]] nlohmann::ordered_json json() const;
+    void tell();  ///< all pages
+
+private:
+    void change(Entry& entry, std::shared_ptr<const Parts> parts);
+    void bake_edited(const Entry& entry);
+    void replace(const ObjectPtr& before, std::shared_ptr<Object> after);
+    void name_part(Entry& entry, std::uint32_t part, const std::string& name);
+    void set_words(Entry& entry, const Words& words);
+    static void refresh_names(Entry& entry);
+    [[nodiscard]] HttpReply take_names(const std::string& file, const std::string& text);
+    // On the worker's thread.
+    void take_model(const std::string& name, std::span<const std::byte> bytes, const Answer& answer);
+    void take_mesh(const std::string& name, const Judgement& judged, const Answer& answer);
+    [[nodiscard]] bake::BakeOptions bake_options(const std::string& name);
+    void tell_failed(const std::string& name, const std::string& why);
+
+    Audience& audience_;
+    Worker &pictures_, &bakes_;
+    SceneOptions options_;
+    std::vector<Entry> entries_;
+    std::uint32_t next_id_ = 1;
+};
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,109 @@
+// Files that a browser sends: meshes to be baked, models, names of parts.
+#include "sqmap/mesh/error.h"
+#include "viewer/server/http/routes.h"
+#include "viewer/server/scene/file_name.h"
+#include "viewer/server/scene/scene.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace sqmap::viewer {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Why a file is refused, as the page shows it.
+struct Refusal {
+    const char *code, *element;
+    std::string message, cure;
+};
+
+HttpReply refused(const Refusal& refusal, int status = 200)
+{
+    return json_reply({{"accepted", false},
+                       {"verdict", "REFUSED"},
+                       {"code", refusal.code},
+                       {"element", refusal.element},
+                       {"message", refusal.message},
+                       {"cure", refusal.cure}},
+                      status);
+}
+
+HttpReply accepted(const char* verdict)
+{
+    return json_reply({{"accepted", true}, {"verdict", verdict}, {"notes", ordered_json::array()}});
+}
+
+}  // namespace
+
+void Scene::upload(HttpRequest request, const Answer& answer)
+{
+    if (entries_.size() >= options_.max_objects || bakes_.busy())
+        return answer(refused({"E_LIMIT", "scene", "the scene is full or busy", "remove an object, or wait"}, 503));
+    const std::string name = harmless(query_value(request.target, "name"));
+    if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
+    mesh::GateOptions gate;
+    if (query_value(request.target, "repair") == "holes") gate.repair = mesh::Repair::Holes;
+    if (query_value(request.target, "repair") == "surface") gate.accept_surface = true;
+    bakes_.work([this, answer, name, gate, body = std::move(request.body)] {
+        const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
+        if (name.ends_with(".sqmap"))
+            take_model(name, bytes, answer);
+        else
+            take_mesh(name, judge(bytes, name, options_.limits, gate), answer);
+    });
+}
+
+/// For the object whose name the file has.
+HttpReply Scene::take_names(const std::string& file, const std::string& text)
+{
+    const std::string stem = file.substr(0, file.size() - std::strlen(".names.json"));
+    const auto at =
+        std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return harmless(e.object->name) == stem; });
+    const std::optional<Words> words = read_names(text);
+    if (!words) return refused({"E_NAMES", "file", "this is no file of names", "save one from the page to see what it holds"});
+    if (at == entries_.end() || at->object->mesh.triangles.empty())
+        return refused({"E_NAMES", "file", "no open object with triangles is called " + stem, "open the object first"});
+    set_words(*at, *words);
+    return accepted("NAMES");
+}
+
+/// On the worker's thread.
+void Scene::take_model(const std::string& name, std::span<const std::byte> bytes, const Answer& answer)
+{
+    try {
+        // Copied, so that it is aligned.
+        const auto object = object_from_model({bytes.begin(), bytes.end()}, name, options_.size);
+        answer(accepted("MODEL"));
+        audience_.post([this, object] { add(object), tell(), on_objects(); });
+    } catch (const std::runtime_error& e) {
+        answer(refused({"E_FORMAT", "file", e.what(), "bake the mesh again with this version"}));
+    }
+}
+
+/// On the worker's thread.
+void Scene::take_mesh(const std::string& name, const Judgement& judged, const Answer& answer)
+{
+    answer(json_reply({{"accepted", judged.accepted},
+                       {"verdict", judged.verdict},
+                       {"code", judged.code},
+                       {"element", judged.element},
+                       {"message", judged.message},
+                       {"cure", judged.cure},
+                       {"notes", judged.notes},
+                       {"triangles", judged.mesh.triangles.size()}}));
+    if (!judged.accepted) return;
+    try {
+        const auto object = object_from_mesh(judged, name, options_.size, bake_options(name));
+        audience_.post([this, object, name] {
+            audience_.tell_progress(name, "done", 1);
+            add(object);
+            tell();
+            on_objects();
+        });
+    } catch (const mesh::Error& e) {
+        tell_failed(name, e.what());
+    }
+}
+
+}  // namespace sqmap::viewer

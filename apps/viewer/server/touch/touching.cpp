@@ -1,0 +1,269 @@
+#include "viewer/server/touch/touching.h"
+
+#include "common/layer_name.h"
+#include "sqmap/device/open.h"
+#include "viewer/server/touch/tool.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+
+namespace sqmap::viewer {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::size_t k_max_takes = 256;
+
+}  // namespace
+
+Touching::Touching(Audience& audience, const Scene& scene, Worker& pictures, Worker& bakes)
+    : audience_(audience), scene_(scene), pictures_(pictures), bakes_(bakes)
+{
+}
+
+// ---- What the pages fetch
+
+ObjectPtr Touching::held_object() const
+{
+    const bool mesh = settings_.tool == ToolKind::Mesh && settings_.tool_object < scene_.entries().size();
+    return mesh ? scene_.entries()[settings_.tool_object].object : nullptr;
+}
+
+void Touching::add_routes(Routes& routes)
+{
+    routes.get("/api/tool", [this](const Call& call) {
+        if (pictures_.busy()) return call.answer(busy());
+        pictures_.work([answer = call.answer, held = held_object(), settings = settings_] {
+            answer(bytes_reply(tool_bytes(make_tool(settings, held.get()))));
+        });
+    });
+    routes.get("/api/again/then", [this](const Call& call) { answer_again(call, false); });
+    routes.get("/api/again/now", [this](const Call& call) { answer_again(call, true); });
+}
+
+/// What was recorded, computed again: as it was, or with the objects and settings of now.
+void Touching::answer_again(const Call& call, bool now)
+{
+    if (recording_ || recorded() == 0) return call.answer(not_found());
+    if (pictures_.busy()) return call.answer(busy());
+    std::optional<Other> other;
+    if (now) other = Other{scene_.objects(), settings_};
+    pictures_.work([this, answer = call.answer, other, takes = Recording(takes_.begin(), takes_.end())] {
+        answer(bytes_reply(again_bytes(compute_again(takes, other, [this] { return pictures_.quits(); }))));
+    });
+}
+
+void Touching::list_devices()
+{
+    bakes_.work([this] {
+        const std::vector<device::DeviceListing> list = device::list_devices();
+        ordered_json json = ordered_json::array();
+        std::vector<std::string> specs;
+        json.push_back({{"name", "Pointer or keys, through a simulated device"},
+                        {"here", true},
+                        {"state", "no hardware: force is drawn and heard"},
+                        {"rate", 1000},
+                        {"limit", 3.3}});
+        for (const device::DeviceListing& d : list) {
+            // Those that need a file or a script are for the command line.
+            specs.push_back(d.spec);
+            json.push_back({{"name", d.capabilities.name.empty() ? d.spec : d.capabilities.name},
+                            {"here", d.presence == device::Presence::Here && !d.capabilities.simulated},
+                            {"state", d.state},
+                            {"rate", d.capabilities.rate},
+                            {"limit", d.capabilities.max_force}});
+        }
+        audience_.post([this, json = std::move(json), specs = std::move(specs)] {
+            devices_ = json;
+            device_specs_ = specs;
+            on_status();
+        });
+    });
+}
+
+// ---- What the pages say
+
+void Touching::hold(ConnectionId connection, const Message& message)
+{
+    if (holder_ == 0 || holder_ == connection) {
+        refused_.erase(connection);
+        return move(connection, message);
+    }
+    // Said once a press.
+    if (message.held && refused_.insert(connection).second)
+        audience_.tell(connection, {{"say", "trouble"}, {"text", "Another window has the tool in hand: let go there first."}});
+    if (!message.held) refused_.erase(connection);
+}
+
+/// A new grasp begins where the page says, off the surface: a tool that flew there might pass through something.
+void Touching::move(ConnectionId connection, const Message& message)
+{
+    constexpr double k_near = 0.03;  // m
+    const bool begins = message.held && holder_ == 0;
+    const bool far = norm(message.target - target_) > k_near;
+    holder_ = message.held ? connection : 0;
+    target_ = message.target;
+    if (begins && device_ == 0 && (touch_ == nullptr || far)) begin_or_restart(true);
+    if (touch_ == nullptr) return;
+    // To grasp anew is the user's act that ends a fault; STOP holds until it is taken back.
+    if (begins && !stopped_ && frame_.faults != 0) touch_->resume();
+    touch_->aim(target_);
+}
+
+void Touching::drop_tool()
+{
+    touch_.reset();
+    holder_ = 0;
+}
+
+void Touching::stop()
+{
+    stopped_ = true;
+    if (touch_ != nullptr) touch_->stop();
+}
+
+void Touching::resume()
+{
+    stopped_ = false;
+    if (touch_ != nullptr) touch_->resume();
+}
+
+void Touching::set(const Settings& settings)
+{
+    settings_ = settings;
+    if (settings_.tool == ToolKind::Mesh && settings_.tool_object >= scene_.entries().size()) settings_.tool = ToolKind::Ball;
+    ++tool_revision_;
+    if (touch_ != nullptr && !touch_->adjust(settings_)) restart();
+}
+
+/// 0: the simulated one that the pointer moves.
+void Touching::choose_device(std::uint32_t device)
+{
+    if (device > device_specs_.size()) return;
+    device_ = device;
+    touch_.reset();
+    restart();
+}
+
+void Touching::leave(ConnectionId connection, bool last)
+{
+    refused_.erase(connection);
+    if (connection == holder_ || last) drop_tool();
+    if (last) record(false);
+}
+
+void Touching::remove(std::uint32_t object)
+{
+    if (settings_.tool != ToolKind::Mesh || settings_.tool_object < object) return;
+    if (settings_.tool_object == object)
+        settings_.tool = ToolKind::Ball;
+    else
+        --settings_.tool_object;
+    ++tool_revision_;
+    on_status();
+}
+
+/// The touch begins anew, so that nothing that was felt before has a part in what is recorded.
+void Touching::record(bool on)
+{
+    recording_ = on;
+    if (on) {
+        takes_.clear();
+        restart();
+    } else if (touch_ != nullptr) {
+        touch_->end_take();
+    }
+}
+
+std::size_t Touching::recorded() const
+{
+    std::size_t ticks = 0;
+    for (const auto& take : takes_) ticks += take->ticks.size();
+    return ticks;
+}
+
+void Touching::restart() { begin_or_restart(false); }
+
+/// Where there is a touch, or one is to begin.
+void Touching::begin_or_restart(bool begin)
+{
+    const bool wanted = begin || touch_ != nullptr || device_ > 0;
+    touch_.reset();
+    if (!wanted || scene_.entries().empty()) return;
+    frame_ = {};
+    try {
+        std::unique_ptr<device::Device> device;
+        if (device_ > 0) device = device::open_device(device_specs_[device_ - 1]);
+        std::shared_ptr<Take> take;
+        if (recording_ && recorded() < k_max_recorded && takes_.size() < k_max_takes)
+            takes_.push_back(take = std::make_shared<Take>());
+        touch_ = std::make_unique<Touch>(scene_.objects(), settings_, std::move(device), target_, take);
+        if (stopped_) touch_->stop();
+    } catch (const std::exception& e) {
+        device_ = 0;
+        audience_.tell_trouble(e.what());
+    }
+}
+
+// ---- What the pages are told
+
+void Touching::stream(std::uint64_t frame_number)
+{
+    if (touch_ == nullptr || !touch_->frame(frame_)) return;
+    const TouchFrame& f = frame_;
+    std::vector<float> out{1, static_cast<float>(frame_number & 0xffff)};
+    const auto vector = [&](Vec3d v) {
+        for (int k = 0; k < 3; ++k) out.push_back(static_cast<float>(v[k]));
+    };
+    vector(f.tool);
+    vector(f.force);
+    vector(f.torque);
+    vector(f.point);
+    vector(f.normal);
+    for (const double x : {f.depth, static_cast<double>(f.contacts), static_cast<double>(f.object), static_cast<double>(f.part),
+                           static_cast<double>(f.acted), static_cast<double>(f.faults), f.late * 1e3, f.degraded ? 1.0 : 0.0,
+                           f.engaged ? 1.0 : 0.0, f.connected ? 1.0 : 0.0, static_cast<double>(f.ticks.size()),
+                           recording_ && !f.cut && recorded() < k_max_recorded ? static_cast<double>(recorded()) : 0.0})
+        out.push_back(static_cast<float>(x));
+    for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
+    for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu});
+    auto bytes = std::make_shared<std::string>(4 * out.size(), '\0');
+    std::memcpy(bytes->data(), out.data(), bytes->size());
+    audience_.stream(bytes);
+}
+
+void Touching::add_status(ordered_json& out) const
+{
+    out["touching"] = on();
+    out["stopped"] = stopped_;
+    out["device"] = device_;
+    out["devices"] = devices_;
+    out["settings"] = {{"layer", app::layer_name(settings_.layer)},
+                       {"stiffness", settings_.stiffness},
+                       {"damping", settings_.damping},
+                       {"friction", settings_.friction},
+                       {"texture", settings_.texture},
+                       {"smoothing", settings_.smoothing},
+                       {"toolRadius", settings_.tool_radius},
+                       {"zone", settings_.zone},
+                       {"forceLimit", settings_.force_limit},
+                       {"tool", settings_.tool == ToolKind::Ball   ? ordered_json("ball")
+                                : settings_.tool == ToolKind::Hand ? ordered_json("hand")
+                                                                   : ordered_json(settings_.tool_object)},
+                       {"toolSize", settings_.tool_size},
+                       {"toolTurn", settings_.tool_turn},
+                       {"toolTilt", settings_.tool_tilt}};
+    out["toolRevision"] = tool_revision_;
+    if (touch_ != nullptr) {
+        const device::ServoCounters c = touch_->counters();
+        out["counters"] = {
+            {"ticks", c.ticks},       {"late", c.late},         {"missed", c.missed},   {"overruns", c.overruns},
+            {"degraded", c.degraded}, {"watchdog", c.watchdog}, {"dropped", c.dropped}, {"worstLate", 1e3 * c.worst_late}};
+        out["limit"] = touch_->force_limit();
+        out["safeStiffness"] = touch_->safe_stiffness();
+        out["deviceName"] = touch_->capabilities().name;
+    }
+}
+
+}  // namespace sqmap::viewer
