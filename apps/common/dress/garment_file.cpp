@@ -116,6 +116,85 @@ sim::Fabric read_fabric(Reader& reader, std::string& name)
     return f;
 }
 
+void read_pattern(Reader& r, GarmentFile& out)
+{
+    const std::string pattern = r.text("pattern", "");
+    if (pattern == "poncho" || pattern == "blanket") {
+        sim::SheetPattern p;
+        p.centre = r.place("centre", p.centre);
+        p.width = r.length("width", p.width);
+        p.depth = r.length("depth", p.depth);
+        if (pattern == "poncho") {
+            p.hole_x = r.number("hole_x", 0.15, 0, 0.45 * p.width);
+            p.hole_z = r.number("hole_z", 0.15, 0, 0.45 * p.depth);
+        }
+        p.vertices = r.vertices(p.vertices);
+        out.garment = sim::sheet(p);
+    } else if (pattern == "skirt") {
+        sim::SkirtPattern p;
+        p.centre = r.place("centre", p.centre);
+        p.waist_radius = r.length("waist_radius", p.waist_radius);
+        p.length = r.length("length", p.length);
+        p.vertices = r.vertices(p.vertices);
+        out.garment = sim::skirt(p);
+        out.waist_bone = r.text("waist_bone", "world");
+    } else if (pattern == "shirt") {
+        sim::ShirtPattern p;
+        p.collar = r.place("collar", p.collar);
+        p.chest = r.length("chest", p.chest);
+        p.length = r.length("length", p.length);
+        p.span = r.length("span", p.span);
+        p.sleeve = r.length("sleeve", p.sleeve);
+        p.neck = r.length("neck", p.neck);
+        p.gap = r.length("gap", p.gap);
+        p.vertices = r.vertices(p.vertices);
+        out.garment = sim::shirt(p);
+    } else {
+        r.fail("pattern", "must be poncho, blanket, skirt or shirt");
+    }
+}
+
+void read_seams(Reader& r, GarmentFile& out)
+{
+    for (const bool sew : {false, true})
+        r.each(sew ? "sew" : "cut", [&](Reader& e) { out.seam_events.push_back({e.text("seam", ""), e.time("at", 0), sew}); });
+    for (const SeamEvent& e : out.seam_events)
+        if (std::none_of(out.garment.seams.begin(), out.garment.seams.end(),
+                         [&](const sim::Seam& s) { return s.name == e.seam; }))
+            r.fail(e.sew ? "sew" : "cut", "names a seam that the pattern does not have (a shirt has shoulders and sides)");
+}
+
+void read_pulls(Reader& r, GarmentFile& out)
+{
+    r.each("pull", [&](Reader& e) {
+        Pull p;
+        p.at = e.time("at", 0);
+        p.until = e.time("until", p.at + 1);
+        if (!(p.until > p.at)) e.fail("until", "must be later than 'at'");
+        p.near = e.place("near", {});
+        p.by = e.place("by", {0, 0.1, 0});
+        p.radius = e.number("radius", p.radius, 0, k_longest);
+        out.pulls.push_back(p);
+    });
+    std::sort(out.pulls.begin(), out.pulls.end(), [](const Pull& a, const Pull& b) { return a.at < b.at; });
+    for (std::size_t i = 1; i < out.pulls.size(); ++i)
+        if (out.pulls[i].at < out.pulls[i - 1].until) r.fail("pull", "has two at one time: there is one tool, use it in turns");
+}
+
+void read_pins(Reader& r, GarmentFile& out)
+{
+    r.each("pin", [&](Reader& e) {
+        PinEvent p;
+        p.at = e.time("at", 0);
+        p.until = e.number("until", INFINITY, 0, 1e6);
+        if (!(p.until > p.at)) e.fail("until", "must be later than 'at'");
+        p.near = e.place("near", {});
+        p.radius = e.number("radius", p.radius, 0, k_longest);
+        p.bone = e.text("bone", "world");
+        out.pins.push_back(p);
+    });
+}
+
 }  // namespace
 
 GarmentFile read_garment(const std::filesystem::path& path)
@@ -134,73 +213,11 @@ GarmentFile read_garment(const std::filesystem::path& path)
     out.name = path.stem().string();
     try {
         Reader r(root, path.string());
-        const std::string pattern = r.text("pattern", "");
         out.fabric = read_fabric(r, out.fabric_name);
-        if (pattern == "poncho" || pattern == "blanket") {
-            sim::SheetPattern p;
-            p.centre = r.place("centre", p.centre);
-            p.width = r.length("width", p.width);
-            p.depth = r.length("depth", p.depth);
-            if (pattern == "poncho") {
-                p.hole_x = r.number("hole_x", 0.15, 0, 0.45 * p.width);
-                p.hole_z = r.number("hole_z", 0.15, 0, 0.45 * p.depth);
-            }
-            p.vertices = r.vertices(p.vertices);
-            out.garment = sim::sheet(p);
-        } else if (pattern == "skirt") {
-            sim::SkirtPattern p;
-            p.centre = r.place("centre", p.centre);
-            p.waist_radius = r.length("waist_radius", p.waist_radius);
-            p.length = r.length("length", p.length);
-            p.vertices = r.vertices(p.vertices);
-            out.garment = sim::skirt(p);
-            out.waist_bone = r.text("waist_bone", "world");
-        } else if (pattern == "shirt") {
-            sim::ShirtPattern p;
-            p.collar = r.place("collar", p.collar);
-            p.chest = r.length("chest", p.chest);
-            p.length = r.length("length", p.length);
-            p.span = r.length("span", p.span);
-            p.sleeve = r.length("sleeve", p.sleeve);
-            p.neck = r.length("neck", p.neck);
-            p.gap = r.length("gap", p.gap);
-            p.vertices = r.vertices(p.vertices);
-            out.garment = sim::shirt(p);
-        } else {
-            r.fail("pattern", "must be poncho, blanket, skirt or shirt");
-        }
-        for (const bool sew : {false, true})
-            r.each(sew ? "sew" : "cut", [&](Reader& e) {
-                out.seam_events.push_back({e.text("seam", ""), e.time("at", 0), sew});
-            });
-        for (const SeamEvent& e : out.seam_events)
-            if (std::none_of(out.garment.seams.begin(), out.garment.seams.end(),
-                             [&](const sim::Seam& s) { return s.name == e.seam; }))
-                r.fail(e.sew ? "sew" : "cut", "names a seam that the pattern does not have (a shirt has shoulders and sides)");
-        r.each("pull", [&](Reader& e) {
-            Pull p;
-            p.at = e.time("at", 0);
-            p.until = e.time("until", p.at + 1);
-            if (!(p.until > p.at)) e.fail("until", "must be later than 'at'");
-            p.near = e.place("near", {});
-            p.by = e.place("by", {0, 0.1, 0});
-            p.radius = e.number("radius", p.radius, 0, k_longest);
-            out.pulls.push_back(p);
-        });
-        std::sort(out.pulls.begin(), out.pulls.end(), [](const Pull& a, const Pull& b) { return a.at < b.at; });
-        for (std::size_t i = 1; i < out.pulls.size(); ++i)
-            if (out.pulls[i].at < out.pulls[i - 1].until)
-                r.fail("pull", "has two at one time: there is one tool, use it in turns");
-        r.each("pin", [&](Reader& e) {
-            PinEvent p;
-            p.at = e.time("at", 0);
-            p.until = e.number("until", INFINITY, 0, 1e6);
-            if (!(p.until > p.at)) e.fail("until", "must be later than 'at'");
-            p.near = e.place("near", {});
-            p.radius = e.number("radius", p.radius, 0, k_longest);
-            p.bone = e.text("bone", "world");
-            out.pins.push_back(p);
-        });
+        read_pattern(r, out);
+        read_seams(r, out);
+        read_pulls(r, out);
+        read_pins(r, out);
         r.done();
     } catch (const std::invalid_argument& e) {
         throw GarmentFileError(path.string() + ": " + e.what());

@@ -264,6 +264,36 @@ Rgb shade(Rgb colour, const Scene::Hit& hit, Vec3d normal, const Camera& camera,
 
 const Rgb k_background{1, 1, 1};
 
+/// Lines: a sample is inked when a neighbour within half a pixel shows another layer or group or lies far behind.
+Image with_lines(const Image& image, const std::vector<Seen>& seen, int samples)
+{
+    const int width = image.width, height = image.height;
+    Image inked = image;
+    const int reach = std::max(1, samples / 2);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const auto at = [&](int u, int v) -> const Seen& {
+                return seen[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
+            };
+            const Seen& here = at(x, y);
+            float ink = 0;
+            for (int dy = -reach; dy <= reach; ++dy)
+                for (int dx = -reach; dx <= reach; ++dx) {
+                    const int u = x + dx, v = y + dy;
+                    if (u < 0 || v < 0 || u >= width || v >= height) continue;
+                    const Seen& there = at(u, v);
+                    if (there.layer != here.layer)
+                        ink = std::max(ink, 0.75f);
+                    else if (here.layer != RTC_INVALID_GEOMETRY_ID) {
+                        if (there.group != here.group) ink = std::max(ink, 0.65f);
+                        if (there.depth - here.depth > 0.02f * here.depth) ink = std::max(ink, 0.55f);
+                    }
+                }
+            if (ink > 0) inked.at(x, y) = (1 - ink) * image.at(x, y) + ink * srgb(0x20242a);
+        }
+    return inked;
+}
+
 }  // namespace
 
 std::array<double, 3> cell_centre(std::uint32_t detail, std::uint32_t cell)
@@ -352,32 +382,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
         }
     };
     parallel::for_each(static_cast<std::size_t>(height), 0, [&](std::size_t y) { draw_row(static_cast<int>(y)); });
-
-    // Lines: a sample is inked when a neighbour within half a pixel shows another layer or group or lies far behind.
-    Image inked = image;
-    const int reach = std::max(1, view.samples / 2);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const auto at = [&](int u, int v) -> const Seen& {
-                return seen[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
-            };
-            const Seen& here = at(x, y);
-            float ink = 0;
-            for (int dy = -reach; dy <= reach; ++dy)
-                for (int dx = -reach; dx <= reach; ++dx) {
-                    const int u = x + dx, v = y + dy;
-                    if (u < 0 || v < 0 || u >= width || v >= height) continue;
-                    const Seen& there = at(u, v);
-                    if (there.layer != here.layer)
-                        ink = std::max(ink, 0.75f);
-                    else if (here.layer != RTC_INVALID_GEOMETRY_ID) {
-                        if (there.group != here.group) ink = std::max(ink, 0.65f);
-                        if (there.depth - here.depth > 0.02f * here.depth) ink = std::max(ink, 0.55f);
-                    }
-                }
-            if (ink > 0) inked.at(x, y) = (1 - ink) * image.at(x, y) + ink * srgb(0x20242a);
-        }
-    return shrunk(inked, view.samples);
+    return shrunk(with_lines(image, seen, view.samples), view.samples);
 }
 
 }  // namespace sqmap::app

@@ -89,157 +89,197 @@ Image picture(const Avatar& avatar, std::span<const sim::Collider> solids, const
     return render(layers, view);
 }
 
-void dress(const Arguments& a)
+/// People see how far it is; files and pipes do not.
+void show_progress(const char* what, double done, double of)
 {
-    check_outputs(a);
-    // People see how far it is; files and pipes do not.
-    const bool watched = ::isatty(STDERR_FILENO) == 1;
-    const auto progress = [watched](const char* what, double done, double of) {
-        if (watched) std::fprintf(stderr, done < of ? "\r%s %g of %g  " : "\r\033[K", what, done, of);
-    };
+    static const bool k_watched = ::isatty(STDERR_FILENO) == 1;
+    if (k_watched) std::fprintf(stderr, done < of ? "\r%s %g of %g  " : "\r\033[K", what, done, of);
+}
+
+Avatar avatar_of(const Arguments& a)
+{
     sim::Gait gait;
     if (!a.walk) gait.lower_at = gait.walk_at = INFINITY;
-    Avatar avatar = a.avatar.empty()    ? walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3,
-                                                         [&](std::size_t done, std::size_t of) {
-                                                          progress("bone", static_cast<double>(done), static_cast<double>(of));
-                                                      })
-                    : is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3)
-                                        : still_avatar(a.avatar);
-    std::vector<sqmap::Pose> poses(avatar.parts.size() + avatar.joints.size());
-    avatar.pose(0, poses);
-    std::vector<sim::Collider> solids;
-    for (std::size_t p = 0; p < poses.size(); ++p)
-        solids.push_back({p < avatar.parts.size() ? &avatar.parts[p].model : nullptr, poses[p], poses[p]});
-    if (avatar.skin) solids[0].skin = avatar.skin->moving.get();
-    const auto bone_name = [&](std::size_t p) -> const std::string& {
-        return p < avatar.parts.size() ? avatar.parts[p].name : avatar.joints[p - avatar.parts.size()];
-    };
-    const FindBone find_bone = [&](const std::string& name) {
-        std::string all;
-        for (std::uint32_t p = 0; p < poses.size(); ++p) {
-            if (bone_name(p) == name) return p;
-            all += ", " + bone_name(p);
-        }
-        if (name != "world") throw GarmentFileError(name + " is none of the avatar's: world" + all);
-        return sim::Cloth::k_world;
-    };
+    if (a.avatar.empty())
+        return walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3, [](std::size_t done, std::size_t of) {
+            show_progress("bone", static_cast<double>(done), static_cast<double>(of));
+        });
+    return is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3) : still_avatar(a.avatar);
+}
 
+sim::ClothOptions cloth_options(const Arguments& a)
+{
     sim::ClothOptions options;
     options.layer = layer_named(a.layer).value();
     options.friction = a.paper_friction ? Friction::Paper : Friction::Coulomb;
     options.iterations = a.iterations;
     options.sweep_step = 0.5 * a.thinnest;
     options.self_collision = a.self_collision;
-    std::vector<Worn> worn;
-    for (const std::string& path : a.garments) {
-        GarmentFile file = read_garment(path);
-        sim::Cloth cloth(file.garment, file.fabric, options);
-        if (avatar.skin) cloth.expect(avatar.skin->lattice);
-        if (!file.waist_bone.empty()) {
-            try {
-                const std::uint32_t solid = find_bone(file.waist_bone);
-                cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? sqmap::Pose{} : poses[solid]);
-            } catch (const GarmentFileError& e) {
-                throw GarmentFileError(path + ": 'waist_bone' " + e.what());
-            }
-        }
-        worn.push_back({std::move(file), std::move(cloth), {}, {}, {}, {}, {}, {}, {}, {}});
-    }
-    std::unique_ptr<HeldTool> held;
-    if (!a.device.empty()) held = std::make_unique<HeldTool>(a.device, a.tool_at, solids, worn);
-    for (std::size_t g = 0; g < worn.size(); ++g) {  // once none of them moves in memory any more
-        worn[g].handling = std::make_unique<Handling>(worn[g].file, a.garments[g], solids, find_bone);
-        worn[g].began_inside = sim::penetration(worn[g].cloth.positions(), {}, solids, 1).nodes;
-    }
+    return options;
+}
 
-    const double dt = 1 / a.rate;
-    const auto steps = static_cast<int>(std::lround(a.seconds * a.rate)),
-               every = std::max(1, static_cast<int>(std::lround(a.rate / a.fps)));
-    std::vector<io::MovingMesh> scene(avatar.parts.size());
-    std::vector<double> times;
-    const auto keep_frame = [&](double time) {
-        times.push_back(time);
-        for (std::size_t p = 0; p < scene.size(); ++p)
-            if (avatar.skin)
-                scene[p].shapes.push_back(avatar.skin->posed());
-            else
-                scene[p].keys.push_back({poses[p].rotation, poses[p].translation});
-        for (Worn& w : worn) {
-            w.shapes.emplace_back(w.cloth.positions().begin(), w.cloth.positions().end());
-            w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids, 1).nodes);
+/// The avatar, what it wears, and the tool: one fitting from its first step to its last.
+class Dressing {
+public:
+    /// @throw AvatarError, GarmentFileError, device::DeviceError, io::ModelFileError
+    explicit Dressing(const Arguments& a);
+    Dressing(const Dressing&) = delete;
+    Dressing& operator=(const Dressing&) = delete;
+
+    /// All steps, with the frames that are kept of them.
+    void run();
+    /// The animation as glTF.
+    void write();
+    /// Prints what became of each garment; the same as JSON.
+    [[nodiscard]] json report();
+
+private:
+    [[nodiscard]] std::uint32_t find_bone(const std::string& name) const;
+    void put_on(const std::string& path, const sim::ClothOptions& options);
+    void step(double time);
+    void keep_frame(double time);
+
+    const Arguments& a_;
+    double dt_;
+    int steps_;
+    Avatar avatar_;
+    std::vector<sqmap::Pose> poses_;
+    std::vector<sim::Collider> solids_;
+    std::vector<Worn> worn_;
+    std::unique_ptr<HeldTool> held_;
+    std::vector<io::MovingMesh> scene_;
+    std::vector<double> times_;
+};
+
+Dressing::Dressing(const Arguments& a)
+    : a_(a), dt_(1 / a.rate), steps_(static_cast<int>(std::lround(a.seconds * a.rate))), avatar_(avatar_of(a))
+{
+    poses_.resize(avatar_.parts.size() + avatar_.joints.size());
+    avatar_.pose(0, poses_);
+    for (std::size_t p = 0; p < poses_.size(); ++p)
+        solids_.push_back({p < avatar_.parts.size() ? &avatar_.parts[p].model : nullptr, poses_[p], poses_[p]});
+    if (avatar_.skin) solids_[0].skin = avatar_.skin->moving.get();
+    const sim::ClothOptions options = cloth_options(a);
+    for (const std::string& path : a.garments) put_on(path, options);
+    if (!a.device.empty()) held_ = std::make_unique<HeldTool>(a.device, a.tool_at, solids_, worn_);
+    for (std::size_t g = 0; g < worn_.size(); ++g) {  // once none of them moves in memory any more
+        worn_[g].handling = std::make_unique<Handling>(worn_[g].file, a.garments[g], solids_,
+                                                       [this](const std::string& name) { return find_bone(name); });
+        worn_[g].began_inside = sim::penetration(worn_[g].cloth.positions(), {}, solids_, 1).nodes;
+    }
+    scene_.resize(avatar_.parts.size());
+}
+
+std::uint32_t Dressing::find_bone(const std::string& name) const
+{
+    std::string all;
+    for (std::uint32_t p = 0; p < poses_.size(); ++p) {
+        const std::string& bone = p < avatar_.parts.size() ? avatar_.parts[p].name : avatar_.joints[p - avatar_.parts.size()];
+        if (bone == name) return p;
+        all += ", " + bone;
+    }
+    if (name != "world") throw GarmentFileError(name + " is none of the avatar's: world" + all);
+    return sim::Cloth::k_world;
+}
+
+void Dressing::put_on(const std::string& path, const sim::ClothOptions& options)
+{
+    GarmentFile file = read_garment(path);
+    sim::Cloth cloth(file.garment, file.fabric, options);
+    if (avatar_.skin) cloth.expect(avatar_.skin->lattice);
+    if (!file.waist_bone.empty()) {
+        try {
+            const std::uint32_t solid = find_bone(file.waist_bone);
+            cloth.pin(file.garment.waist, solid, solid == sim::Cloth::k_world ? sqmap::Pose{} : poses_[solid]);
+        } catch (const GarmentFileError& e) {
+            throw GarmentFileError(path + ": 'waist_bone' " + e.what());
         }
-        if (!a.pictures.empty()) {
-            char name[32];
-            std::snprintf(name, sizeof name, "%04zu.png", times.size() - 1);
-            write_png(std::filesystem::path(a.pictures) / name, picture(avatar, solids, worn, a.azimuth));
-        }
-    };
+    }
+    worn_.push_back({std::move(file), std::move(cloth), {}, {}, {}, {}, {}, {}, {}, {}});
+}
+
+void Dressing::keep_frame(double time)
+{
+    times_.push_back(time);
+    for (std::size_t p = 0; p < scene_.size(); ++p)
+        if (avatar_.skin)
+            scene_[p].shapes.push_back(avatar_.skin->posed());
+        else
+            scene_[p].keys.push_back({poses_[p].rotation, poses_[p].translation});
+    for (Worn& w : worn_) {
+        w.shapes.emplace_back(w.cloth.positions().begin(), w.cloth.positions().end());
+        w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids_, 1).nodes);
+    }
+    if (a_.pictures.empty()) return;
+    char name[32];
+    std::snprintf(name, sizeof name, "%04zu.png", times_.size() - 1);
+    write_png(std::filesystem::path(a_.pictures) / name, picture(avatar_, solids_, worn_, a_.azimuth));
+}
+
+void Dressing::step(double time)
+{
+    avatar_.pose(time, poses_);
+    for (std::size_t p = 0; p < poses_.size(); ++p) {
+        solids_[p].previous = solids_[p].pose;
+        solids_[p].pose = poses_[p];
+    }
+    if (held_) held_->before(time);
+    for (Worn& w : worn_) {
+        w.handling->before(w.cloth, time, dt_, solids_);
+        w.add(w.cloth.step(dt_, solids_), time);
+    }
+    if (held_) held_->after(solids_);
+}
+
+void Dressing::run()
+{
+    const int every = std::max(1, static_cast<int>(std::lround(a_.rate / a_.fps)));
     keep_frame(0);
-    for (int step = 1; step <= steps; ++step) {
-        const double time = step * dt;
-        if (step % every == 0 || step == steps) progress("second", time, steps * dt);
-        avatar.pose(time, poses);
-        for (std::size_t p = 0; p < poses.size(); ++p) {
-            solids[p].previous = solids[p].pose;
-            solids[p].pose = poses[p];
-        }
-        if (held) held->before(time);
-        for (Worn& w : worn) {
-            w.handling->before(w.cloth, time, dt, solids);
-            const sim::StepReport r = w.cloth.step(dt, solids);
-            w.status |= r.status;
-            w.caught += r.caught;
-            w.max_contacts = std::max(w.max_contacts, r.contacts);
-            w.drape.add(r, time);
-            const double energy = r.kinetic + r.potential;
-            if (std::isnan(w.start_energy)) w.start_energy = energy;
-            w.max_energy = std::max(w.max_energy, energy);
-            w.least_energy = std::min(w.least_energy, energy);
-            const auto& s = r.seconds;
-            for (const auto& [stage, seconds] : {std::pair{&w.predict, s.predict},
-                                                 {&w.move, s.move},
-                                                 {&w.query, s.query},
-                                                 {&w.response, s.response},
-                                                 {&w.threads, s.threads},
-                                                 {&w.self, s.self},
-                                                 {&w.collision, s.move + s.query}})
-                stage->us.push_back(1e6 * seconds);
-        }
-        if (held) held->after(solids);
-        if (step % every == 0 || step == steps) keep_frame(time);
+    for (int i = 1; i <= steps_; ++i) {
+        const bool kept = i % every == 0 || i == steps_;
+        if (kept) show_progress("second", i * dt_, steps_ * dt_);
+        step(i * dt_);
+        if (kept) keep_frame(i * dt_);
     }
+}
 
-    for (std::size_t p = 0; p < avatar.parts.size(); ++p) {
+void Dressing::write()
+{
+    std::vector<io::MovingMesh> scene = std::move(scene_);
+    for (std::size_t p = 0; p < avatar_.parts.size(); ++p) {
         const Rgb c = srgb(k_skin);
-        scene[p].name = avatar.parts[p].name;
-        scene[p].positions = avatar.parts[p].mesh.vertices;
-        scene[p].triangles = avatar.parts[p].mesh.triangles;
+        scene[p].name = avatar_.parts[p].name;
+        scene[p].positions = avatar_.parts[p].mesh.vertices;
+        scene[p].triangles = avatar_.parts[p].mesh.triangles;
         scene[p].colour = {c.r, c.g, c.b};
-        scene[p].times = times;
+        scene[p].times = times_;
         // Who stands still has no animation.
-        if (a.walker <= 0 && !(avatar.skin && a.walk)) scene[p].times.clear(), scene[p].keys.clear(), scene[p].shapes.clear();
-        if (avatar.skin && !a.walk) scene[p].positions = avatar.skin->posed();
+        if (a_.walker <= 0 && !(avatar_.skin && a_.walk)) scene[p].times.clear(), scene[p].keys.clear(), scene[p].shapes.clear();
+        if (avatar_.skin && !a_.walk) scene[p].positions = avatar_.skin->posed();
     }
-    for (std::size_t g = 0; g < worn.size(); ++g) {
+    for (std::size_t g = 0; g < worn_.size(); ++g) {
         const Rgb c = srgb(k_colours[g % std::size(k_colours)]);
         io::MovingMesh mesh;
-        mesh.name = worn[g].file.name;
-        mesh.positions = worn[g].shapes.front();
-        mesh.triangles.assign(worn[g].cloth.triangles().begin(), worn[g].cloth.triangles().end());
+        mesh.name = worn_[g].file.name;
+        mesh.positions = worn_[g].shapes.front();
+        mesh.triangles.assign(worn_[g].cloth.triangles().begin(), worn_[g].cloth.triangles().end());
         mesh.colour = {c.r, c.g, c.b};
         mesh.two_sided = true;
-        mesh.times = times;
-        mesh.shapes = std::move(worn[g].shapes);
+        mesh.times = times_;
+        mesh.shapes = std::move(worn_[g].shapes);
         scene.push_back(std::move(mesh));
     }
-    io::write_glb(a.output, scene);
+    io::write_glb(a_.output, scene);
+}
 
-    json report{{"avatar", a.avatar.empty() ? "capsule human" : a.avatar},
-                {"height_m", avatar.height},
-                {"steps_per_second", a.rate},
-                {"layer", a.layer}};
-    for (Worn& w : worn) {
-        json garment = report_of(w, avatar.height, solids, steps * dt);
+json Dressing::report()
+{
+    json report{{"avatar", a_.avatar.empty() ? "capsule human" : a_.avatar},
+                {"height_m", avatar_.height},
+                {"steps_per_second", a_.rate},
+                {"layer", a_.layer}};
+    for (Worn& w : worn_) {
+        json garment = report_of(w, avatar_.height, solids_, steps_ * dt_);
         std::printf("%s: %zu vertices, %s; %s; deepest node %.2f mm (%.3f %% of height), inside triangles %.2f mm (%.3f %%)\n",
                     w.file.name.c_str(), w.cloth.size(), w.file.fabric_name.c_str(), text_of(w.drape.report()).c_str(),
                     1e3 * garment["penetration_at_end"]["nodes_m"].get<double>(),
@@ -255,18 +295,27 @@ void dress(const Arguments& a)
         for (const json& s : garment["status"]) std::printf("  %s\n", s.get<std::string>().c_str());
         report["garments"].push_back(std::move(garment));
     }
-    if (held) {
-        report["tool"] = held->report(steps * dt);
+    if (held_) {
+        report["tool"] = held_->report(steps_ * dt_);
         const json& t = report["tool"];
         std::printf("tool: %llu ticks, %zu grasps; asked for at most %.3g N, sent %.3g N; the cloth ran at %.2f of real time%s\n",
                     t["ticks"].get<unsigned long long>(), t["grasps"].get<std::size_t>(), t["most_asked_N"].get<double>(),
                     t["most_sent_N"].get<double>(), t["cloth_s_per_s"].get<double>(),
                     t["gone_at_end"].get<bool>() ? "; the device was gone at the end" : "");
     }
-    if (!a.report.empty()) {
-        const std::string text = report.dump(1) + "\n";
-        io::replace_file(a.report, std::as_bytes(std::span(text)));
-    }
+    return report;
+}
+
+void dress(const Arguments& a)
+{
+    check_outputs(a);
+    Dressing dressing(a);
+    dressing.run();
+    dressing.write();
+    const json report = dressing.report();
+    if (a.report.empty()) return;
+    const std::string text = report.dump(1) + "\n";
+    io::replace_file(a.report, std::as_bytes(std::span(text)));
 }
 
 }  // namespace

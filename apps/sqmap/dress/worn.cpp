@@ -57,6 +57,27 @@ std::vector<std::string> worries(const Worn& w, const sim::Penetration& end, dou
 
 }  // namespace
 
+void Worn::add(const sim::StepReport& r, double time)
+{
+    status |= r.status;
+    caught += r.caught;
+    max_contacts = std::max(max_contacts, r.contacts);
+    drape.add(r, time);
+    const double energy = r.kinetic + r.potential;
+    if (std::isnan(start_energy)) start_energy = energy;
+    max_energy = std::max(max_energy, energy);
+    least_energy = std::min(least_energy, energy);
+    const auto& s = r.seconds;
+    for (const auto& [stage, seconds] : {std::pair{&predict, s.predict},
+                                         {&move, s.move},
+                                         {&query, s.query},
+                                         {&response, s.response},
+                                         {&threads, s.threads},
+                                         {&self, s.self},
+                                         {&collision, s.move + s.query}})
+        stage->us.push_back(1e6 * seconds);
+}
+
 json Stage::summary()
 {
     if (us.empty()) return nullptr;

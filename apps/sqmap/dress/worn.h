@@ -29,6 +29,9 @@ struct Worn {
     double least_energy = INFINITY, start_energy = NAN, max_energy = -INFINITY;
     std::unique_ptr<Handling> handling{};
     double began_inside = 0;  ///< m, the deepest vertex at first
+
+    /// After each step of the cloth.
+    void add(const sim::StepReport& step, double time);
 };
 
 /// What became of it, for people.

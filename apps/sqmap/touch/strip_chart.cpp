@@ -56,14 +56,19 @@ double tick_step(double range, int count)
     return 10 * power;
 }
 
+/// What a strip is drawn between: times, s; zero and the largest value; the top of the strip, pixels.
+struct Axes {
+    double first, last, top;
+    double high = 1;
+};
+
 /// One curve from least to most a column of pixels.
-std::string path_of(const Curve& curve, double first, double last, const std::vector<double>& times, double low, double high,
-                    double top)
+std::string path_of(const Curve& curve, const std::vector<double>& times, const Axes& axes)
 {
     const double width = k_width - k_left - k_right;
     std::string d;
-    const auto x_of = [&](double t) { return k_left + width * (t - first) / (last - first); };
-    const auto y_of = [&](double v) { return top + k_strip * (1 - (v - low) / (high - low)); };
+    const auto x_of = [&](double t) { return k_left + width * (t - axes.first) / (axes.last - axes.first); };
+    const auto y_of = [&](double v) { return axes.top + k_strip * (1 - v / axes.high); };
     bool pen = false;
     for (std::size_t i = 0; i < times.size();) {
         const double column = std::floor(x_of(times[i]));
@@ -88,13 +93,24 @@ std::string path_of(const Curve& curve, double first, double last, const std::ve
     return text("<path fill='none' stroke='%s' stroke-width='1.3' stroke-linejoin='round' d='", curve.colour) + d + "'/>\n";
 }
 
-}  // namespace
+/// A line of text in the picture: where, how large, in which colour.
+struct TextStyle {
+    double x, y;
+    const char* anchor = "start";
+    int size = 12;
+    const char* colour = k_ink;
+};
 
-void plot_trace(const std::filesystem::path& trace, const std::filesystem::path& svg, const Comparison* other)
+std::string words(const TextStyle& at, const std::string& what)
 {
-    device::TraceReader reader(trace);
+    return text("<text x='%.1f' y='%.1f' text-anchor='%s' font-size='%d' fill='%s'>", at.x, at.y, at.anchor, at.size, at.colour) +
+           escaped(what) + "</text>\n";
+}
+
+/// The ticks of a trace, and of what they are compared with.
+std::vector<Strip> read_strips(device::TraceReader& reader, const Comparison* other, std::vector<double>& times)
+{
     const std::size_t zones = reader.header().zones;
-    std::vector<double> times;
     std::vector<Strip> strips{
         {"deepest contact, mm", {{"depth", "#2a6fc9"}}},
         {"force, N", {{"computed", "#d9622b"}, {"sent", "#22252a"}}},
@@ -128,10 +144,54 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
         add(strips[0], other->depth, 1e3);
         add(strips[1], other->force, 1);
         add(strips[2], other->torque, 1e3);
-        for (const Strip& strip : strips)
-            if (strip.curves.back().values.size() != times.size())
-                throw device::TraceError(trace.string() + ": has changed while it was read");
     }
+    return strips;
+}
+
+/// times: ascending or not. bottom: the strip carries the axis of time. axes.high is found here.
+std::string draw_strip(const Strip& strip, const std::vector<double>& times, Axes axes, bool bottom)
+{
+    const double first = axes.first, last = axes.last, top = axes.top;
+    std::string out;
+    double& high = axes.high;
+    for (const Curve& curve : strip.curves)
+        for (const double v : curve.values)
+            if (std::isfinite(v)) high = std::max(high, v);
+    high = high > 0 ? 1.08 * high : 1;
+    const double step = tick_step(high, 4), time_step = tick_step(last - first, 10);
+    for (double v = 0; v <= high; v += step) {
+        const double y = top + k_strip * (1 - v / high);
+        out += text("<path d='M%.0f %.1fH%.0f' stroke='%s'/>\n", k_left, y, k_width - k_right, k_grid);
+        out += words({k_left - 8, y + 4, "end", 11, k_faint}, text("%.6g", v));
+    }
+    for (double t = std::ceil(first / time_step) * time_step; t <= last; t += time_step) {
+        const double x = k_left + (k_width - k_left - k_right) * (t - first) / (last - first);
+        out += text("<path d='M%.1f %.1fv5' stroke='%s'/>\n", x, top + k_strip, k_faint);
+        if (bottom) out += words({x, top + k_strip + 18, "middle", 11, k_faint}, text("%.6g", t));
+    }
+    out += words({k_left, top - 8, "start", 12, k_ink}, strip.title);
+    // Where there are several curves, their names stand at the right, above the strip.
+    double x = k_width - k_right;
+    if (strip.curves.size() > 1)
+        for (auto curve = strip.curves.rbegin(); curve != strip.curves.rend(); ++curve) {
+            out += words({x, top - 8, "end", 12, curve->colour}, curve->name);
+            x -= 74;
+        }
+    for (const Curve& curve : strip.curves) out += path_of(curve, times, axes);
+    out += text("<path d='M%.0f %.1fH%.0f' stroke='%s'/>\n", k_left, top + k_strip, k_width - k_right, k_faint);
+    return out;
+}
+
+}  // namespace
+
+void plot_trace(const std::filesystem::path& trace, const std::filesystem::path& svg, const Comparison* other)
+{
+    device::TraceReader reader(trace);
+    std::vector<double> times;
+    const std::vector<Strip> strips = read_strips(reader, other, times);
+    for (const Strip& strip : strips)
+        if (strip.curves.back().values.size() != times.size())
+            throw device::TraceError(trace.string() + ": has changed while it was read");
     if (times.empty()) throw device::TraceError(trace.string() + ": no tick to draw");
     const auto [least, most] = std::minmax_element(times.begin(), times.end());
     const double first = *least, last = *most > *least ? *most : *least + 1e-3;
@@ -141,45 +201,16 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
         "font-family='Helvetica,Arial,sans-serif'>\n",
         k_width, height, k_width, height);
     out += text("<rect width='%.0f' height='%.0f' rx='8' fill='%s'/>\n", k_width, height, k_ground);
-    const auto words = [&](double x, double y, const char* anchor, int size, const char* colour, const std::string& what) {
-        out += text("<text x='%.1f' y='%.1f' text-anchor='%s' font-size='%d' fill='%s'>", x, y, anchor, size, colour) +
-               escaped(what) + "</text>\n";
-    };
     const std::string device = reader.header().find("device").value_or("unknown device");
-    words(18, 27, "start", 15, k_ink,
-          trace.filename().string() + ": " + device + ", " + std::to_string(times.size()) + " ticks" +
-              (other != nullptr ? ", against " + other->name : "") + (reader.complete() ? "" : ", cut short"));
+    out += words({18, 27, "start", 15, k_ink}, trace.filename().string() + ": " + device + ", " + std::to_string(times.size()) +
+                                                   " ticks" + (other != nullptr ? ", against " + other->name : "") +
+                                                   (reader.complete() ? "" : ", cut short"));
     double top = k_top;
-    for (Strip& strip : strips) {
-        double high = 0;
-        for (const Curve& curve : strip.curves)
-            for (const double v : curve.values)
-                if (std::isfinite(v)) high = std::max(high, v);
-        high = high > 0 ? 1.08 * high : 1;
-        const double step = tick_step(high, 4), time_step = tick_step(last - first, 10);
-        for (double v = 0; v <= high; v += step) {
-            const double y = top + k_strip * (1 - v / high);
-            out += text("<path d='M%.0f %.1fH%.0f' stroke='%s'/>\n", k_left, y, k_width - k_right, k_grid);
-            words(k_left - 8, y + 4, "end", 11, k_faint, text("%.6g", v));
-        }
-        for (double t = std::ceil(first / time_step) * time_step; t <= last; t += time_step) {
-            const double x = k_left + (k_width - k_left - k_right) * (t - first) / (last - first);
-            out += text("<path d='M%.1f %.1fv5' stroke='%s'/>\n", x, top + k_strip, k_faint);
-            if (&strip == &strips.back()) words(x, top + k_strip + 18, "middle", 11, k_faint, text("%.6g", t));
-        }
-        words(k_left, top - 8, "start", 12, k_ink, strip.title);
-        // Where there are several curves, their names stand at the right, above the strip.
-        double x = k_width - k_right;
-        if (strip.curves.size() > 1)
-            for (auto curve = strip.curves.rbegin(); curve != strip.curves.rend(); ++curve) {
-                words(x, top - 8, "end", 12, curve->colour, curve->name);
-                x -= 74;
-            }
-        for (const Curve& curve : strip.curves) out += path_of(curve, first, last, times, 0, high, top);
-        out += text("<path d='M%.0f %.1fH%.0f' stroke='%s'/>\n", k_left, top + k_strip, k_width - k_right, k_faint);
+    for (const Strip& strip : strips) {
+        out += draw_strip(strip, times, {first, last, top}, &strip == &strips.back());
         top += k_strip + k_gap;
     }
-    words(0.5 * (k_left + k_width - k_right), height - 8, "middle", 12, k_ink, "time, s");
+    out += words({0.5 * (k_left + k_width - k_right), height - 8, "middle", 12, k_ink}, "time, s");
     out += "</svg>\n";
     io::replace_file(svg, std::as_bytes(std::span(out)));
 }

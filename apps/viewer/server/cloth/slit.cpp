@@ -122,6 +122,90 @@ void move_onto(const Net& net, sim::Garment& garment, std::vector<Vec3d>& x, std
     }
 }
 
+/// A path of edges along what was drawn, and the line itself, m. It ends where the line comes to another panel.
+struct Drawn {
+    std::vector<std::uint32_t> path;
+    std::vector<Vec3d> line;
+};
+
+/// Nothing where a triangle is named that the garment does not have.
+std::optional<Drawn> follow(const Net& net, const sim::Garment& garment, std::span<const Vec3d> positions,
+                            std::span<const ClothPoint> points)
+{
+    Drawn out;
+    for (const ClothPoint& p : points) {
+        if (p.triangle >= garment.triangles.size()) return std::nullopt;
+        // The corner that is nearest in the triangle: no fold that lies upon it has a part in this.
+        const Triangle& t = garment.triangles[p.triangle];
+        const double w = 1 - p.u - p.v;
+        const std::uint32_t best = w >= p.u && w >= p.v ? t[0] : p.u >= p.v ? t[1] : t[2];
+        out.line.push_back(w * positions[t[0]] + p.u * positions[t[1]] + p.v * positions[t[2]]);
+        if (out.path.empty()) {
+            out.path.push_back(best);
+            continue;
+        }
+        if (best == out.path.back()) continue;
+        const std::vector<std::uint32_t> steps = way(net, positions, out.path.back(), best);
+        if (steps.empty()) {  // another panel
+            out.line.pop_back();
+            break;
+        }
+        for (std::size_t i = 1; i < steps.size(); ++i)
+            if (out.path.size() > 1 && out.path[out.path.size() - 2] == steps[i])
+                out.path.pop_back();  // there and back
+            else
+                out.path.push_back(steps[i]);
+    }
+    return out;
+}
+
+/// The triangles about a vertex, in fans that hang together where the cut does not part them.
+std::vector<std::vector<std::uint32_t>> fans_at(const Net& net, std::uint32_t v, const std::set<Edge>& cut)
+{
+    std::vector<std::vector<std::uint32_t>> fans;
+    std::set<std::uint32_t> left(net.at[v].begin(), net.at[v].end());
+    while (!left.empty()) {
+        std::vector<std::uint32_t>& fan = fans.emplace_back(1, *left.begin());
+        left.erase(left.begin());
+        for (std::size_t i = 0; i < fan.size(); ++i)
+            for (const std::uint32_t w : net.triangles[fan[i]]) {
+                if (w == v || cut.count(edge(v, w)) != 0) continue;
+                for (auto t = left.begin(); t != left.end();) {
+                    const Triangle& c = net.triangles[*t];
+                    if (std::find(c.begin(), c.end(), w) == c.end()) {
+                        ++t;
+                    } else {
+                        fan.push_back(*t);
+                        t = left.erase(t);
+                    }
+                }
+            }
+    }
+    return fans;
+}
+
+/// Gives a fan a vertex of its own in place of v; its number.
+std::uint32_t part_from(Slit& out, std::uint32_t v, const std::vector<std::uint32_t>& fan)
+{
+    const auto copy = static_cast<std::uint32_t>(out.positions.size());
+    for (const std::uint32_t t : fan) std::replace(out.garment.triangles[t].begin(), out.garment.triangles[t].end(), v, copy);
+    for (sim::Seam& other : out.garment.seams)
+        for (std::size_t i = 0, n = other.pairs.size(); i < n; ++i)
+            for (const std::size_t end : {0u, 1u})
+                if (other.pairs[i][end] == v) {
+                    auto pair = other.pairs[i];
+                    pair[end] = copy;
+                    other.pairs.push_back(pair);
+                }
+    std::vector<std::uint32_t>& waist = out.garment.waist;
+    if (std::find(waist.begin(), waist.end(), v) != waist.end()) waist.push_back(copy);
+    out.garment.start.push_back(out.garment.start[v]);
+    out.garment.flat.push_back(out.garment.flat[v]);
+    out.positions.push_back(out.positions[v]);
+    out.from.push_back(v);
+    return copy;
+}
+
 }  // namespace
 
 std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> positions, std::span<const ClothPoint> drawn,
@@ -130,31 +214,9 @@ std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> pos
     if (drawn.size() < 2) return std::nullopt;
     Slit out{garment, {positions.begin(), positions.end()}, {}};
     const Net net(garment);
-    std::vector<std::uint32_t> path;
-    std::vector<Vec3d> line;
-    for (const ClothPoint& p : drawn) {
-        if (p.triangle >= garment.triangles.size()) return std::nullopt;
-        // The corner that is nearest in the triangle: no fold that lies upon it has a part in this.
-        const Triangle& t = garment.triangles[p.triangle];
-        const double w = 1 - p.u - p.v;
-        const std::uint32_t best = w >= p.u && w >= p.v ? t[0] : p.u >= p.v ? t[1] : t[2];
-        line.push_back(w * positions[t[0]] + p.u * positions[t[1]] + p.v * positions[t[2]]);
-        if (path.empty()) {
-            path.push_back(best);
-            continue;
-        }
-        if (best == path.back()) continue;
-        const std::vector<std::uint32_t> steps = way(net, positions, path.back(), best);
-        if (steps.empty()) {  // another panel
-            line.pop_back();
-            break;
-        }
-        for (std::size_t i = 1; i < steps.size(); ++i)
-            if (path.size() > 1 && path[path.size() - 2] == steps[i])
-                path.pop_back();  // there and back
-            else
-                path.push_back(steps[i]);
-    }
+    const std::optional<Drawn> followed = follow(net, garment, positions, drawn);
+    if (!followed) return std::nullopt;
+    const auto& [path, line] = *followed;
     std::set<std::uint32_t> kept(garment.waist.begin(), garment.waist.end());
     for (const sim::Seam& seam : garment.seams)
         for (const auto& pair : seam.pairs) kept.insert(pair.begin(), pair.end());
@@ -165,44 +227,9 @@ std::optional<Slit> slit(const sim::Garment& garment, std::span<const Vec3d> pos
     for (std::size_t i = 0; i + 1 < path.size(); ++i) cut.insert(edge(path[i], path[i + 1]));
     sim::Seam seam{name, {}, false};
     for (const std::uint32_t v : std::set<std::uint32_t>(path.begin(), path.end())) {
-        // Fans of triangles that still hang together at the vertex: the first keeps it, each other gets its own.
-        std::set<std::uint32_t> left(net.at[v].begin(), net.at[v].end());
-        for (bool first = true; !left.empty(); first = false) {
-            std::vector<std::uint32_t> fan{*left.begin()};
-            left.erase(left.begin());
-            for (std::size_t i = 0; i < fan.size(); ++i)
-                for (const std::uint32_t w : net.triangles[fan[i]]) {
-                    if (w == v || cut.count(edge(v, w)) != 0) continue;
-                    for (auto t = left.begin(); t != left.end();) {
-                        const Triangle& c = net.triangles[*t];
-                        if (std::find(c.begin(), c.end(), w) == c.end()) {
-                            ++t;
-                        } else {
-                            fan.push_back(*t);
-                            t = left.erase(t);
-                        }
-                    }
-                }
-            if (first) continue;
-            const auto copy = static_cast<std::uint32_t>(out.positions.size());
-            for (const std::uint32_t t : fan)
-                std::replace(out.garment.triangles[t].begin(), out.garment.triangles[t].end(), v, copy);
-            for (sim::Seam& other : out.garment.seams)
-                for (std::size_t i = 0, n = other.pairs.size(); i < n; ++i)
-                    for (const std::size_t end : {0u, 1u})
-                        if (other.pairs[i][end] == v) {
-                            auto pair = other.pairs[i];
-                            pair[end] = copy;
-                            other.pairs.push_back(pair);
-                        }
-            if (std::find(garment.waist.begin(), garment.waist.end(), v) != garment.waist.end())
-                out.garment.waist.push_back(copy);
-            out.garment.start.push_back(out.garment.start[v]);
-            out.garment.flat.push_back(out.garment.flat[v]);
-            out.positions.push_back(out.positions[v]);
-            out.from.push_back(v);
-            seam.pairs.push_back({v, copy});
-        }
+        // The first fan keeps the vertex, each other gets its own.
+        const std::vector<std::vector<std::uint32_t>> fans = fans_at(net, v, cut);
+        for (std::size_t f = 1; f < fans.size(); ++f) seam.pairs.push_back({v, part_from(out, v, fans[f])});
     }
     if (out.from.empty()) return std::nullopt;
     out.garment.seams.push_back(std::move(seam));
