@@ -97,7 +97,8 @@ void add_slide(CLI::App& app)
 void add_energy(CLI::App& app)
 {
     const auto c = std::make_shared<SlideCommand>();
-    CLI::App* command = app.add_subcommand("energy", "Work of the force around closed paths of 3 mm, as a share of the work it moves");
+    CLI::App* command =
+        app.add_subcommand("energy", "Work of the force around closed paths of 3 mm, as a share of the work it moves");
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
     command->add_option("--places", c->places, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
