@@ -53,7 +53,7 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     out["projection_centre"] = array_of(p.chart_centre, 3);
     out["bounding_sphere"] = array_of(p.sphere, 4);
     out["certificate"] = {{"largest_f", p.largest_f}, {"tolerance", p.tolerance}, {"bounding", p.largest_f <= 1.f}};
-    out["fit_fallback"] = (p.flags & model::k_fit_fallback) != 0;
+    out["fit_fallback"] = model::is_fallback(p);
     out["triangles"] = p.triangle_count;
     out["vertices"] = p.vertex_count;
     out["area"] = p.area;
@@ -123,7 +123,7 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
         const model::Part& p = m.parts[i];
         std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0], p.eps[1],
                     p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "",
-                    p.bend != 0 ? " bent" : "", (p.flags & model::k_fit_fallback) != 0 ? " fallback" : "");
+                    p.bend != 0 ? " bent" : "", model::is_fallback(p) ? " fallback" : "");
     }
 }
 

@@ -1,6 +1,8 @@
 #include "assemble.h"
 
 #include "append.h"
+#include "model/central_cells.h"
+#include "model/flags.h"
 #include "sqmap/math/box.h"
 #include "sqmap/shape/euler.h"
 
@@ -67,8 +69,8 @@ model::Part stored_shape(const fit::FitReport& fit, const CentralMapData& map)
     std::copy(std::begin(map.chart_rows), std::end(map.chart_rows), p.chart_rows);
     p.offset_step = map.offset_step;
     p.smoothing_step = map.smoothing_step;
-    p.w_min = map.w_min;
-    p.w_step = map.w_step;
+    p.w_min = map.range.w_min;
+    p.w_step = map.range.w_step;
     p.base = map.base;
     p.flags = (map.centre_winding > 0 ? model::k_centre_inside : 0u) | (fit.fallback ? model::k_fit_fallback : 0u);
     p.centre_winding = map.centre_winding;

@@ -9,6 +9,7 @@
 #include "candidate_lists.h"
 #include "central_map.h"
 #include "locator.h"
+#include "model/flags.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -106,10 +107,10 @@ decompose::Partition first_partition(const mesh::Mesh& mesh, const BakeOptions& 
     decompose::DecomposeOptions cuts = options.decompose;
     cuts.max_parts = std::min(cuts.max_parts, options.max_parts);
     decompose::Partition partition = options.partition != nullptr ? *options.partition : decompose::decompose(mesh, cuts);
-    if (partition.part_count > model::k_part_mask)
+    if (partition.part_count > model::k_max_parts)
         throw mesh::RefusedMesh(
             {"E_LIMIT", "mesh",
-             std::to_string(partition.part_count) + " parts; a model holds " + std::to_string(model::k_part_mask),
+             std::to_string(partition.part_count) + " parts; a model holds " + std::to_string(model::k_max_parts),
              "leave out loose pieces"});
     return partition;
 }

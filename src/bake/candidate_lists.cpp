@@ -3,6 +3,8 @@
 #include "bake/exact/rise.h"
 #include "bake/locator/near_triangles.h"
 #include "budget.h"
+#include "model/candidate_lists.h"
+#include "model/locator_cells.h"
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
@@ -15,20 +17,23 @@ namespace sqmap::bake {
 
 namespace {
 
+using model::CandidateRecord;
+using model::LocatorBrick;
+using model::LocatorCell;
 using model::LocatorCellKind;
 
 /// Of a place, or of the eighths that it is divided in.
 void set_rises(Rise& rise, model::ModelData& data, std::uint32_t index, Vec3d centre, double h,
                const std::vector<std::uint32_t>& near)
 {
-    const std::uint32_t place = data.places[index];
-    if (model::is_divided(place)) {
+    const LocatorCell cell{data.places[index]};
+    if (cell.is_divided()) {
         for (std::uint32_t i = 0; i < 8; ++i) {
             const Vec3d offset = 0.5 * h * Vec3d{(i & 1) != 0 ? 1. : -1., (i & 2) != 0 ? 1. : -1., (i & 4) != 0 ? 1. : -1.};
-            set_rises(rise, data, model::place_first(place) + i, centre + offset, 0.5 * h, near);
+            set_rises(rise, data, cell.first() + i, centre + offset, 0.5 * h, near);
         }
-    } else if (model::place_kind(place) == LocatorCellKind::Mixed && model::place_planes(place) > 0) {
-        data.rises[index] = rise(data, place, centre, h, near);
+    } else if (cell.kind() == LocatorCellKind::Mixed && cell.is_flat()) {
+        data.rises[index] = rise(data, cell, centre, h, near);
     }
 }
 
@@ -49,7 +54,7 @@ double near_budget(const model::ModelData& data, double target_error)
     return std::max(all - static_cast<double>(others), k_least_near_share * all);
 }
 
-/// A brick's record before it is packed: see model::NearRecord.
+/// A brick's record before it is packed: see model::CandidateRecord.
 struct Record {
     static constexpr std::uint32_t k_no_place = 0xffffffffu;
 
@@ -61,7 +66,7 @@ struct Record {
     void add(const std::vector<std::uint32_t>& near, std::vector<std::uint32_t>& place_of)
     {
         // Where a brick's lists are too long, the rest of its places tries all of the brick's triangles.
-        const bool room = refs.size() + near.size() <= 0xffff;
+        const bool room = refs.size() + near.size() <= CandidateRecord::k_max_refs;
         for (const std::uint32_t t : near) {
             if (place_of[t] == k_no_place) {
                 place_of[t] = static_cast<std::uint32_t>(triangles.size());
@@ -71,19 +76,13 @@ struct Record {
         }
         starts.push_back(static_cast<std::uint32_t>(refs.size()));
     }
-    bool narrow() const { return triangles.size() <= 256; }
-    std::size_t values(bool wide) const
-    {
-        if (!packed.empty()) return packed.size();
-        return model::k_near_head + starts.size() + triangles.size() * (wide ? 2 : 1) +
-               (narrow() ? (refs.size() + 1) / 2 : refs.size());
-    }
+    model::UnpackedCandidates contents() const { return {occupied, starts, triangles, refs}; }
+    std::size_t values(bool wide) const { return packed.empty() ? model::packed_size(contents(), wide) : packed.size(); }
     /// Each place tries all of the brick's triangles.
     void drop_lists(bool wide)
     {
         if (!packed.empty()) {
-            const model::NearRecord r = model::near_record(packed.data(), wide);
-            const model::CandidateList all{r.table, nullptr, 0, r.triangles, wide, false};
+            const model::CandidateList all = model::candidate_record(packed.data(), wide).all();
             for (std::uint32_t i = 0; i < all.count; ++i) triangles.push_back(all[i]);
             starts.resize(static_cast<std::size_t>(std::popcount(occupied)) + 1);
         }
@@ -103,33 +102,23 @@ struct Record {
             out.insert(out.end(), packed.begin(), packed.end());
             return;
         }
-        for (int k = 0; k < 4; ++k) out.push_back(static_cast<std::uint16_t>(occupied >> 16 * k));
-        out.push_back(static_cast<std::uint16_t>(triangles.size()));
-        for (const std::uint32_t s : starts) out.push_back(static_cast<std::uint16_t>(s));
-        for (const std::uint32_t t : triangles) {
-            out.push_back(static_cast<std::uint16_t>(t));
-            if (wide) out.push_back(static_cast<std::uint16_t>(t >> 16));
-        }
-        for (std::size_t i = 0; i < refs.size(); i += narrow() ? 2 : 1)
-            out.push_back(static_cast<std::uint16_t>(refs[i] | (narrow() && i + 1 < refs.size() ? refs[i + 1] << 8 : 0)));
+        const std::size_t first = out.size();
+        out.resize(first + values(wide));
+        model::pack_candidates(contents(), wide, out.data() + first);
     }
 };
 
 /// A brick's record as it is in the model.
 std::span<const std::uint16_t> packed_record(const model::ModelView& view, std::size_t brick)
 {
-    const bool wide = model::near_is_wide(view);
-    const std::uint16_t* first = view.near.data() + view.near_bricks[brick];
-    const model::NearRecord r = model::near_record(first, wide);
-    const std::size_t refs = r.starts[std::popcount(r.occupied)];
-    return {first, static_cast<std::size_t>(r.refs - first) + (r.triangles <= 256 ? (refs + 1) / 2 : refs)};
+    return {view.near.data() + view.near_bricks[brick], model::candidate_record(view, brick).size()};
 }
 
 /// Where they take more bytes, the longest bricks' lists go, and then, if that does not do, their triangles.
 void keep_within(double budget, bool wide, std::vector<Record>& records)
 {
     for (Record& record : records)
-        if (record.triangles.size() > 0xffff) record.drop_triangles(wide);
+        if (record.triangles.size() > CandidateRecord::k_max_triangles) record.drop_triangles(wide);
     for (const bool lists : {true, false}) {
         const auto bytes_of = [&](const Record& r) { return 2.0 * static_cast<double>(r.values(wide)); };
         double bytes = 0;
@@ -164,11 +153,11 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         return;
     }
     const model::Locator& l = data.locator;
-    const bool wide = data.triangle_part.size() > 0x10000;
+    const bool wide = model::has_wide_candidates(data.triangle_part.size());
     std::vector<Record> records(data.bricks.size());
     parallel::for_each(data.bricks.size(), threads, [&](std::size_t b) {
-        const std::uint32_t brick = data.bricks[b];
-        if ((brick & model::k_free_brick) != 0) return;
+        const LocatorBrick brick{data.bricks[b]};
+        if (brick.is_free()) return;
         thread_local NearTriangles near_triangles;  // keeps its room
         Rise rise(solid);
         constexpr int n = model::k_brick;
@@ -177,7 +166,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         const Vec3d lowest = origin + n * cell *
                                           Vec3d{double(b % l.bricks[0]), double(b / l.bricks[0] % l.bricks[1]),
                                                 double(b / (std::size_t{l.bricks[0]} * l.bricks[1]))};
-        const bool deep = (brick & model::k_deep_brick) != 0;
+        const bool deep = brick.is_deep();
         Record& record = records[b];
         std::vector<Vec3d> centres, group_centres;
         std::vector<std::uint32_t> places, numbers, kept;
@@ -187,15 +176,15 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         const std::uint32_t was = update != nullptr ? update->brick_before[b] : LocatorUpdate::k_no_brick;
         const std::uint64_t reached = was == LocatorUpdate::k_no_brick ? ~std::uint64_t{0} : update->reached[b];
         if (reached == 0) {
-            record.occupied = model::near_record(before->near.data() + before->near_bricks[was], wide).occupied;
+            record.occupied = model::candidate_record(*before, was).occupied;
             record.packed = packed_record(*before, was);
             return;
         }
         const double half = deep ? 0.5 * n * cell : 0.5 * cell;
         const Vec3d middle = lowest + 0.5 * n * cell * Vec3d{1, 1, 1};
-        for (int k = 0; k < (deep ? 1 : n * n * n); ++k) {
-            const std::uint32_t place = (brick & ~model::k_deep_brick) + static_cast<std::uint32_t>(k);
-            if (model::place_kind(data.places[place]) == LocatorCellKind::Free) continue;
+        for (int k = 0; k < static_cast<int>(brick.cell_count()); ++k) {
+            const std::uint32_t place = brick.first() + static_cast<std::uint32_t>(k);
+            if (LocatorCell{data.places[place]}.is_free()) continue;
             record.occupied |= std::uint64_t{1} << k;
             places.push_back(place);
             numbers.push_back(static_cast<std::uint32_t>(k));
@@ -236,8 +225,8 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
         bool no_lists = false, no_triangles = false;
         if (was != LocatorUpdate::k_no_brick && before->near_bricks[was] != model::k_no_candidates &&
             reached != ~std::uint64_t{0}) {
-            const model::NearRecord r = model::near_record(before->near.data() + before->near_bricks[was], wide);
-            no_lists = r.starts[std::popcount(r.occupied)] == 0;
+            const CandidateRecord r = model::candidate_record(*before, was);
+            no_lists = r.ref_count() == 0;
             no_triangles = r.triangles == 0;
         }
         std::vector<std::uint32_t> place_of(data.triangle_part.size(), Record::k_no_place);
@@ -259,7 +248,7 @@ void bake_lists(const mesh::Solid& solid, const model::ModelView* before, const 
     });
     keep_within(near_budget(data, target_error), wide, records);
     for (std::size_t b = 0; b < records.size(); ++b) {
-        const bool free = (data.bricks[b] & model::k_free_brick) != 0;
+        const bool free = LocatorBrick{data.bricks[b]}.is_free();
         data.near_bricks.push_back(free ? model::k_no_candidates : static_cast<std::uint32_t>(data.near.size()));
         if (!free) records[b].pack(wide, data.near);
     }

@@ -3,18 +3,22 @@
 #include "central_map.h"
 
 #include "bake/central/footprint.h"
+#include "model/flags.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace sqmap::bake {
 
 namespace {
 
 using model::CellKind;
+using model::CentralCell;
+using model::LayeredHead;
 
 constexpr double k_border = 4e-6;         // of a face: more than float rounding moves a point between cells
 constexpr double k_same_place = 1e-9;     // of w
@@ -88,12 +92,10 @@ private:
     bool follow(const KnownMap& known)
     {
         const model::Part& was = known.part;
-        const float w_min = was.w_min, w_step = was.w_step;
-        if (was.centre_winding != out_.centre_winding || !(0.95 * least_w_ >= static_cast<double>(w_min)) ||
-            !(1.05 * max_w_ <= static_cast<double>(w_min) + 65000.0 * static_cast<double>(w_step)))
-            return false;
+        const model::SampleRange range{was.w_min, was.w_step};
+        if (was.centre_winding != out_.centre_winding || !range.holds(least_w_, max_w_)) return false;
         const CentralMapData blank = out_;
-        set_range(w_min, w_step);
+        set_range(range);
         out_.base = base_ = was.base;
         find_changed(known);
         known_ = &known;
@@ -101,7 +103,7 @@ private:
         known_ = nullptr;
         if (done) return true;
         out_ = blank;
-        set_range(blank.w_min, blank.w_step);
+        set_range(blank.range);
         return false;
     }
 
@@ -154,30 +156,28 @@ private:
     }
 
     /// A known cell and all that hangs on it. False: there is no room for it.
-    bool keep_cell(std::uint16_t was, std::uint16_t& cell)
+    bool keep_cell(CentralCell was, CentralCell& cell)
     {
         const model::ModelData& m = known_->model;
-        const std::uint32_t payload = model::cell_payload(was);
         cell = was;
-        if (model::cell_kind(was) == CellKind::Split) {
+        if (was.kind() == CellKind::Split) {
             const std::size_t record = out_.splits.size();
-            if (record / model::k_split_size >= 0x4000) return false;
-            const std::uint16_t* from = m.splits.data() + model::k_split_size * (known_->part.first_split + std::size_t{payload});
+            if (record / model::k_split_size >= model::k_max_payload) return false;
+            const std::uint16_t* from =
+                m.splits.data() + model::k_split_size * (known_->part.first_split + std::size_t{was.payload()});
             out_.splits.insert(out_.splits.end(), from, from + model::k_split_size);
             for (std::size_t i = model::k_split_cells; i < model::k_split_size; ++i) {
-                std::uint16_t child = 0;
-                if (!keep_cell(from[i], child)) return false;
-                out_.splits[record + i] = child;
+                CentralCell child;
+                if (!keep_cell({from[i]}, child)) return false;
+                out_.splits[record + i] = child.word;
             }
-            cell = make_cell(CellKind::Split, static_cast<std::uint32_t>(record / model::k_split_size));
+            cell = CentralCell::of(CellKind::Split, record / model::k_split_size);
         }
-        if (model::cell_kind(was) == CellKind::Layered) {
+        if (was.kind() == CellKind::Layered) {
             const std::uint16_t* from =
-                m.pool.data() + known_->part.first_pool + m.specials[known_->part.first_special + payload];
-            std::uint16_t special = 0;
-            if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), special)) return false;
-            out_.pool.insert(out_.pool.end(), from, from + model::layered_record_size(*from));
-            cell = make_cell(CellKind::Layered, special);
+                m.pool.data() + known_->part.first_pool + m.specials[known_->part.first_special + was.payload()];
+            if (!add_special(cell)) return false;
+            out_.pool.insert(out_.pool.end(), from, from + LayeredHead{*from}.record_size());
         }
         return true;
     }
@@ -190,7 +190,7 @@ private:
         double tiny, volume;
     };
 
-    bool buried(std::uint32_t triangle) const { return (context_.flags[triangle] & model::k_buried) != 0; }
+    bool buried(std::uint32_t triangle) const { return model::is_buried(context_.flags[triangle]); }
 
     /// Keeps the side of a convex polygon where value(corner) >= 0.
     template <class Value>
@@ -231,14 +231,14 @@ private:
         for (std::size_t k = 0; k < 9 && !polygon.empty(); ++k) {
             double least = std::numeric_limits<double>::infinity(), most = -least;
             for (const Vec3d& p : polygon) {
-                const double v = domain_coordinate(p, k);
+                const double v = model::domain_coordinate(p, k);
                 least = std::min(least, v);
                 most = std::max(most, v);
             }
             const double lo = out_.domain.lo[k] - k_border, hi = out_.domain.hi[k] + k_border;
             if (most < lo || least > hi) polygon.clear();
-            if (least < lo) cut(polygon, [&](Vec3d p) { return domain_coordinate(p, k) - lo; });
-            if (most > hi) cut(polygon, [&](Vec3d p) { return hi - domain_coordinate(p, k); });
+            if (least < lo) cut(polygon, [&](Vec3d p) { return model::domain_coordinate(p, k) - lo; });
+            if (most > hi) cut(polygon, [&](Vec3d p) { return hi - model::domain_coordinate(p, k); });
         }
         return !polygon.empty();
     }
@@ -289,57 +289,33 @@ private:
         if (!(hi > 0)) lo = hi = 1;
         least_w_ = lo;
         max_w_ = hi;
-        // Samples a little beyond the chart's domain are kept for interpolation: leave them room.
-        set_range(static_cast<float>(0.9 * lo), static_cast<float>((1.1 * hi - 0.9 * lo) / 65000.0));
+        set_range(model::SampleRange::around(lo, hi));
     }
 
-    void set_range(float w_min, float w_step)
+    void set_range(model::SampleRange range)
     {
-        out_.w_min = w_min;
-        out_.w_step = w_step;
-        for (std::uint32_t code = 0; code < deviations_.size(); ++code)
-            deviations_[code] =
-                std::ldexp((8.0 + (code & 7u)) * 0.03125 * static_cast<double>(out_.w_step), static_cast<int>(code >> 3));
+        out_.range = range;
+        deviations_ = model::DeviationCodes(range.w_step);
         // d rho = dw / w^2, largest where w is least, in the longest axis.
-        out_.quantisation = 0.5 * out_.w_step / (least_w_ * least_w_) * std::max({sq_.a.x, sq_.a.y, sq_.a.z});
+        out_.quantisation = 0.5 * range.w_step / (least_w_ * least_w_) * std::max({sq_.a.x, sq_.a.y, sq_.a.z});
     }
 
-    double decode(std::uint16_t v) const { return static_cast<double>(out_.w_min + out_.w_step * static_cast<float>(v)); }
-    std::uint16_t encode(double w) const
-    {
-        const double v = (w - static_cast<double>(out_.w_min)) / static_cast<double>(out_.w_step);
-        return static_cast<std::uint16_t>(std::clamp(std::nearbyint(v), 0.0, 65534.0));
-    }
-    std::uint16_t encode_down(double w) const
-    {
-        const double v = (w - static_cast<double>(out_.w_min)) / static_cast<double>(out_.w_step) - 0.01;
-        return static_cast<std::uint16_t>(std::clamp(std::floor(v), 0.0, 65534.0));
-    }
-    std::uint16_t encode_up(double w) const
-    {
-        const double v = (w - static_cast<double>(out_.w_min)) / static_cast<double>(out_.w_step) + 0.01;
-        return static_cast<std::uint16_t>(std::clamp(std::ceil(v), 0.0, 65534.0));
-    }
+    double decode(std::uint16_t v) const { return static_cast<double>(out_.range.decode(v)); }
 
     std::uint16_t stored_sample(const RaySample& r) const
     {
-        return r.valid && r.count > 0 ? encode(r.w[0]) : model::k_no_surface;
+        return r.valid && r.count > 0 ? out_.range.encode(r.w[0]) : model::k_no_surface;
     }
 
     /// Crossings of the ray through (s, t) with the triangles of polys, as verdict flips.
     RaySample sample(int face, double s, double t, const std::vector<Polygon>& polys) const
     {
-        const int m = face >> 1;
         // A ray through an edge or corner is moved by less than a cell border; the certificates measure what is stored.
         static constexpr double k_nudge[][2] = {
             {0.61e-6, 0.37e-6}, {-0.83e-6, 0.29e-6}, {0.17e-6, -0.91e-6}, {-0.41e-6, -0.67e-6}};
         RaySample result;
         for (const auto& nudge : k_nudge) {
-            Vec3d q{};
-            q[m] = (face & 1) != 0 ? -1.0 : 1.0;
-            q[(m + 1) % 3] = s + nudge[0];
-            q[(m + 2) % 3] = t + nudge[1];
-            if (cast_ray(q, polys, result)) return result;
+            if (cast_ray(model::face_direction(face, s + nudge[0], t + nudge[1]), polys, result)) return result;
         }
         return result;
     }
@@ -378,11 +354,7 @@ private:
     /// Length, in model units, that a change of w by e moves a surface with plane (w, ws, wt) at (s, t).
     double metric_deviation(int face, double s, double t, double w, double ws, double wt, double e) const
     {
-        const int m = face >> 1;
-        Vec3d n{};
-        n[m] = w - ws * s - wt * t;
-        n[(m + 1) % 3] = ws;
-        n[(m + 2) % 3] = wt;
+        const Vec3d n = model::plane_vector(face, s, t, model::ChartPlane<double>{w, ws, wt});
         const Vec3d l{n.x / sq_.a.x, n.y / sq_.a.y, n.z / sq_.a.z};
         const double length = norm(l);
         return length > 0 ? e / (w * length) : 0;
@@ -420,28 +392,24 @@ private:
         return worst;
     }
 
-    std::uint16_t uniform() const { return out_.centre_winding > 0 ? 1 : 0; }
+    CentralCell uniform() const { return CentralCell::uniform(out_.centre_winding > 0); }
 
     /// True while every cell still to come, and the quadrants of one more split a level, can have a record of its own.
-    bool has_room() const { return out_.specials.size() + cells_left_ + 4 * model::k_max_split_depth < 0x4000; }
+    bool has_room() const { return out_.specials.size() + cells_left_ + 4 * model::k_max_split_depth < model::k_max_payload; }
 
-    bool add_special(std::uint32_t offset, std::uint16_t& payload)
+    /// A layered cell of the record that comes next in the pool. False: there is no room for another.
+    bool add_special(CentralCell& cell)
     {
-        if (out_.specials.size() >= 0x4000) return false;
-        payload = static_cast<std::uint16_t>(out_.specials.size());
-        out_.specials.push_back(offset);
+        if (out_.specials.size() >= model::k_max_payload) return false;
+        cell = CentralCell::of(CellKind::Layered, out_.specials.size());
+        out_.specials.push_back(static_cast<std::uint32_t>(out_.pool.size()));
         return true;
-    }
-
-    static std::uint16_t make_cell(CellKind kind, std::uint32_t payload)
-    {
-        return static_cast<std::uint16_t>((static_cast<std::uint32_t>(kind) << 14) | payload);
     }
 
     /// One cell and everything below it. polys: footprints clipped to the cell (with a border); corner: the rays at its
     /// corners, shared with its neighbours, since a Single cell reads shared samples.
-    std::uint16_t bake_cell(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
-                            const RaySample corner[4])
+    CentralCell bake_cell(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
+                          const RaySample corner[4])
     {
         bool any = false, own = false;
         for (const Polygon& p : polys) {
@@ -459,7 +427,7 @@ private:
         const bool has_depth = depth < options_.max_depth && has_room();
         const double extent = metric_size(face, size, w_least) / context_.r_max;
         const int sheets = corner[0].count;
-        std::uint16_t cell = 0;
+        CentralCell cell;
         const Sheets layers = same && sheets >= 1 && sheets <= k_max_bilinear
                                   ? measure_sheets(s0, t0, size, face, sheets, corner, polys)
                                   : Sheets{};
@@ -492,7 +460,7 @@ private:
         double c[k_max_bilinear][4];
         for (int j = 0; j < sheets; ++j)
             for (int i = 0; i < 4; ++i) {
-                out.stored[j][i] = encode(corner[i].w[static_cast<std::size_t>(j)]);
+                out.stored[j][i] = out_.range.encode(corner[i].w[static_cast<std::size_t>(j)]);
                 c[j][i] = decode(out.stored[j][i]);
             }
         double e[k_max_bilinear] = {};
@@ -512,10 +480,10 @@ private:
         for (int j = 0; j < sheets; ++j) {
             // The runtime evaluates in float: a few parts in 10^7 of w on top.
             const double largest = std::max(std::max(c[j][0], c[j][1]), std::max(c[j][2], c[j][3]));
-            const auto at_least = std::lower_bound(deviations_.begin(), deviations_.end(), e[j] + 3e-6 * largest);
-            if (at_least == deviations_.end()) return out;
-            out.code[j] = static_cast<std::uint16_t>(at_least - deviations_.begin());
-            e[j] = *at_least;
+            const std::optional<std::uint16_t> code = deviations_.at_least(e[j] + 3e-6 * largest);
+            if (!code) return out;
+            out.code[j] = *code;
+            e[j] = deviations_[*code];
             const double w = 0.25 * (c[j][0] + c[j][1] + c[j][2] + c[j][3]);
             const double ws = 0.5 * (c[j][1] - c[j][0] + c[j][3] - c[j][2]) / size,
                          wt = 0.5 * (c[j][2] - c[j][0] + c[j][3] - c[j][1]) / size;
@@ -528,29 +496,26 @@ private:
         return out;
     }
 
-    bool store_sheets(const Sheets& sheets, bool foreign, std::uint16_t& cell)
+    bool store_sheets(const Sheets& sheets, bool foreign, CentralCell& cell)
     {
-        const std::uint32_t flag = foreign ? model::k_foreign : 0u;
         if (sheets.count == 1) {
-            cell = make_cell(CellKind::Single, sheets.code[0] | flag);  // its corners are shared samples
+            cell = CentralCell::single(sheets.code[0], foreign);  // its corners are shared samples
             return true;
         }
-        std::uint16_t payload = 0;
-        if (!add_special(static_cast<std::uint32_t>(out_.pool.size()), payload)) return false;
-        out_.pool.push_back(static_cast<std::uint16_t>(static_cast<std::uint32_t>(sheets.count) | 8u | flag));
+        if (!add_special(cell)) return false;
+        out_.pool.push_back(LayeredHead::of_bilinear(sheets.count, foreign).word);
         for (int j = 0; j < sheets.count; ++j) {
             out_.pool.insert(out_.pool.end(), sheets.stored[j], sheets.stored[j] + 4);
             out_.pool.push_back(sheets.code[j]);
         }
-        cell = make_cell(CellKind::Layered, payload);
         return true;
     }
 
     bool bake_split(int face, double s0, double t0, double size, int depth, const std::vector<Polygon>& polys,
-                    const RaySample corner[4], std::uint16_t& cell)
+                    const RaySample corner[4], CentralCell& cell)
     {
         const std::size_t record = out_.splits.size();
-        if (record / model::k_split_size >= 0x4000) return false;
+        if (record / model::k_split_size >= model::k_max_payload) return false;
         out_.splits.resize(record + model::k_split_size);
         const double half = 0.5 * size;
         RaySample rays[9];
@@ -568,17 +533,17 @@ private:
             }
             const RaySample* r = rays + (q & 1) + 3 * (q >> 1);
             const RaySample quadrant[4] = {r[0], r[1], r[3], r[4]};
-            children[q] = bake_cell(face, s, t, half, depth + 1, inside, quadrant);
+            children[q] = bake_cell(face, s, t, half, depth + 1, inside, quadrant).word;
         }
         auto stored = out_.splits.begin() + static_cast<std::ptrdiff_t>(record);
-        for (const int i : {1, 3, 4, 5, 7}) *stored++ = stored_sample(rays[i]);
+        for (const int i : model::k_split_samples) *stored++ = stored_sample(rays[i]);
         std::copy(children, children + 4, stored);
-        cell = make_cell(CellKind::Split, static_cast<std::uint32_t>(record / model::k_split_size));
+        cell = CentralCell::of(CellKind::Split, record / model::k_split_size);
         return true;
     }
 
     /// A cell whose rays do not all meet the same surfaces: one certified band, and planes through its middle ray.
-    std::uint16_t bake_mixed(int face, double s0, double t0, double size, bool foreign, const std::vector<Polygon>& polys)
+    CentralCell bake_mixed(int face, double s0, double t0, double size, bool foreign, const std::vector<Polygon>& polys)
     {
         double lo = std::numeric_limits<double>::infinity(), hi = 0;
         for (const Polygon& p : polys) {
@@ -603,22 +568,20 @@ private:
         const Planes first = planes_through(chosen, face, size, hi - lo, polys);
         const Division division = divide(face, s0, t0, size, lo, hi, first, polys);
 
-        const auto offset = static_cast<std::uint32_t>(out_.pool.size());
-        std::uint16_t payload = 0;
-        if (!add_special(offset, payload)) {
+        CentralCell cell;
+        if (!add_special(cell)) {
             // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
             too_large("its central map needs more than 16384 refined cells");
         }
-        const std::uint32_t second =
-            division.valid ? model::k_divided | static_cast<std::uint32_t>(division.second.count) << 5 : 0u;
-        out_.pool.push_back(
-            static_cast<std::uint16_t>(static_cast<std::uint32_t>(first.count) | second | (foreign ? model::k_foreign : 0u)));
-        out_.pool.push_back(encode_down(lo * (1 - 3e-6)));
-        out_.pool.push_back(encode_up(hi * (1 + 3e-6)));
-        if (division.valid) out_.pool.push_back(static_cast<std::uint16_t>(division.from << 8 | division.to));
+        const LayeredHead head = division.valid ? LayeredHead::of_divided(first.count, division.second.count, foreign)
+                                                : LayeredHead::of_mixed(first.count, foreign);
+        out_.pool.push_back(head.word);
+        out_.pool.push_back(out_.range.encode_down(lo * (1 - 3e-6)));
+        out_.pool.push_back(out_.range.encode_up(hi * (1 + 3e-6)));
+        if (division.valid) out_.pool.push_back(model::border_line_word(division.from, division.to));
         store_planes(first, s0, t0, size, lo, hi);
         if (division.valid) store_planes(division.second, s0, t0, size, lo, hi);
-        return make_cell(CellKind::Layered, payload);
+        return cell;
     }
 
     /// A ray through a cell, with its crossings inside the cell's band.
@@ -662,7 +625,7 @@ private:
             double ws = 0, wt = 0;
             plane_at(face, ray.s, ray.t, w, polys, ws, wt);
             // Slopes that would cross another sheet or leave the band are flattened.
-            double limit = std::max(band, static_cast<double>(out_.w_step));
+            double limit = std::max(band, static_cast<double>(out_.range.w_step));
             if (j > 0) limit = std::min(limit, 0.45 * (ray.sample.w[i - 1] - w));
             if (j + 1 < ray.sample.count) limit = std::min(limit, 0.45 * (w - ray.sample.w[i + 1]));
             const double steep = (std::abs(ws) + std::abs(wt)) * 0.5 * size;
@@ -679,9 +642,9 @@ private:
     {
         const double reach = 0.5 * size;
         for (int j = 0; j < planes.count; ++j) {
-            out_.pool.push_back(encode(std::clamp(planes.at(j, s0 + reach, t0 + reach), lo, hi)));
-            out_.pool.push_back(slope(planes.ws[static_cast<std::size_t>(j)] * reach));
-            out_.pool.push_back(slope(planes.wt[static_cast<std::size_t>(j)] * reach));
+            out_.pool.push_back(out_.range.encode(std::clamp(planes.at(j, s0 + reach, t0 + reach), lo, hi)));
+            out_.pool.push_back(out_.range.encode_slope(planes.ws[static_cast<std::size_t>(j)] * reach));
+            out_.pool.push_back(out_.range.encode_slope(planes.wt[static_cast<std::size_t>(j)] * reach));
         }
     }
 
@@ -810,12 +773,6 @@ private:
         return best;
     }
 
-    std::uint16_t slope(double rise) const
-    {
-        const double v = std::clamp(std::nearbyint(rise / static_cast<double>(out_.w_step)), -32767.0, 32767.0);
-        return static_cast<std::uint16_t>(static_cast<std::int16_t>(v));
-    }
-
     /// Slopes of the triangle that crosses the ray (s, t) at w.
     void plane_at(int face, double s, double t, double w, const std::vector<Polygon>& polys, double& ws, double& wt) const
     {
@@ -827,7 +784,7 @@ private:
             const double d = dot(n, a);
             if (std::abs(d) < 1e-12) continue;
             const double fs = n[(m + 1) % 3] / d, ft = n[(m + 2) % 3] / d;
-            const double at = ((face & 1) != 0 ? -1.0 : 1.0) * n[m] / d + fs * s + ft * t;
+            const double at = model::face_sign<double>(face) * n[m] / d + fs * s + ft * t;
             double near = std::abs(at - w);
             // Planes agree only where the triangle itself is near the ray.
             {
@@ -850,13 +807,10 @@ private:
 
     bool beyond_is_in_domain(int face, double s, double t, double w) const
     {
-        const int m = face >> 1;
-        Vec3d x;
-        x[m] = ((face & 1) != 0 ? -1.0 : 1.0) / w;
-        x[(m + 1) % 3] = s / w;
-        x[(m + 2) % 3] = t / w;
+        const Vec3d x = model::face_direction(face, s, t) / w;
         for (std::size_t k = 0; k < 9; ++k)
-            if (domain_coordinate(x, k) < out_.domain.lo[k] || domain_coordinate(x, k) > out_.domain.hi[k]) return false;
+            if (model::domain_coordinate(x, k) < out_.domain.lo[k] || model::domain_coordinate(x, k) > out_.domain.hi[k])
+                return false;
         return true;
     }
 
@@ -897,7 +851,7 @@ private:
                     rays.push_back(sample(face, -1 + size * column, -1 + size * row, polys));
                     out_.samples.push_back(stored_sample(rays.back()));
                 }
-            std::vector<model::Block> pyramid(static_cast<std::size_t>(blocks * blocks), model::Block{0xffff, 0});
+            std::vector<model::Block> pyramid(static_cast<std::size_t>(blocks * blocks), model::k_empty_block);
             std::vector<std::uint8_t> block_is_anew(pyramid.size(), 0);
             for (int row = 0; row < n; ++row) {
                 for (int column = 0; column < n; ++column) {
@@ -906,19 +860,21 @@ private:
                     if (is_anew(row, column)) {
                         const RaySample* r = rays.data() + row * (n + 1) + column;
                         const RaySample corner[4] = {r[0], r[1], r[n + 1], r[n + 2]};
-                        out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner));
+                        out_.cells.push_back(bake_cell(face, -1 + size * column, -1 + size * row, size, 0, polys, corner).word);
                     } else {
-                        std::uint16_t cell = 0;
-                        if (!keep_cell(known_->model.cells[known_->part.first_cell + out_.cells.size()], cell)) return false;
-                        out_.cells.push_back(cell);
+                        CentralCell cell;
+                        if (!keep_cell({known_->model.cells[known_->part.first_cell + out_.cells.size()]}, cell)) return false;
+                        out_.cells.push_back(cell.word);
                     }
                     const auto at = static_cast<std::size_t>((row / model::k_block) * blocks + column / model::k_block);
                     if (is_anew(row, column)) block_is_anew[at] = 1;
                     for (const Polygon& p : polys) {
                         if (buried(p.triangle) || own_[p.triangle] == 0) continue;
                         for (int i = 0; i < p.count; ++i) {
-                            pyramid[at].lo = std::min(pyramid[at].lo, encode_down(p.corner[static_cast<std::size_t>(i)].w));
-                            pyramid[at].hi = std::max(pyramid[at].hi, encode_up(p.corner[static_cast<std::size_t>(i)].w));
+                            pyramid[at].lo =
+                                std::min(pyramid[at].lo, out_.range.encode_down(p.corner[static_cast<std::size_t>(i)].w));
+                            pyramid[at].hi =
+                                std::max(pyramid[at].hi, out_.range.encode_up(p.corner[static_cast<std::size_t>(i)].w));
                         }
                     }
                 }
@@ -943,12 +899,8 @@ private:
     /// Distance of the surface below the superquadric along a base sample's ray (Fig. 4c), model units.
     double distance_below(int face, int row, int column, double w) const
     {
-        const int m = face >> 1;
         const double size = 2.0 / base_;
-        Vec3d q{};
-        q[m] = (face & 1) != 0 ? -1.0 : 1.0;
-        q[(m + 1) % 3] = -1 + size * column;
-        q[(m + 2) % 3] = -1 + size * row;
+        const Vec3d q = model::face_direction(face, -1 + size * column, -1 + size * row);
         const Vec3d way = transpose_mul(sq_.rotation, Vec3d{sq_.a.x * q.x, sq_.a.y * q.y, sq_.a.z * q.z});
         // Its root grows with the distance from the centre, nearly straight: Illinois' rule (Dowell and Jarratt 1971).
         const auto excess = [&](double t) { return std::sqrt(shape::implicit(sq_, centre_ + t * way)) - 1; };
@@ -1007,11 +959,8 @@ private:
                     largest = std::max(largest, delta[index]);
                 }
         }
-        out_.offset_step = static_cast<float>(largest / 255 * (1 + 1e-6));
-        for (const double v : delta)
-            out_.offsets.push_back(out_.offset_step > 0 ? static_cast<std::uint8_t>(std::min(
-                                                              std::ceil(v / static_cast<double>(out_.offset_step)), 255.0))
-                                                        : std::uint8_t{0});
+        out_.offset_step = model::offset_step(largest);
+        for (const double v : delta) out_.offsets.push_back(model::encode_offset(v, out_.offset_step));
     }
 
     /// The map convolved with a binomial kernel on each face, less the map. Rays without surface take no part.
@@ -1037,11 +986,8 @@ private:
                     change.push_back(weight > 0 ? sum / weight - here : 0);
                     largest = std::max(largest, std::abs(change.back()));
                 }
-        out_.smoothing_step = static_cast<float>(largest / 127 * (1 + 1e-6));
-        for (const double v : change)
-            out_.smoothing.push_back(out_.smoothing_step > 0 ? static_cast<std::int8_t>(std::lround(std::clamp(
-                                                                   v / static_cast<double>(out_.smoothing_step), -127.0, 127.0)))
-                                                             : std::int8_t{0});
+        out_.smoothing_step = model::smoothing_step(largest);
+        for (const double v : change) out_.smoothing.push_back(model::encode_smoothing(v, out_.smoothing_step));
     }
 
     /// Into the cells that are listed.
@@ -1083,12 +1029,12 @@ private:
     Mat3d rows_;
     std::vector<std::uint8_t> own_;  ///< #triangles
     std::vector<Vec3d> x_;
-    std::vector<Sides> sides_;              ///< of triangles in the domain
-    std::vector<std::uint32_t> place_of_;   ///< #triangles, in sides_
-    Faces polygons_, changed_;              ///< footprints of all triangles; of the known map's changed ones, then and now
-    const KnownMap* known_ = nullptr;       ///< while it is followed
-    double least_w_ = 1, max_w_ = 1;        ///< of all footprints
-    std::array<double, 256> deviations_{};  ///< that codes stand for
+    std::vector<Sides> sides_;             ///< of triangles in the domain
+    std::vector<std::uint32_t> place_of_;  ///< #triangles, in sides_
+    Faces polygons_, changed_;             ///< footprints of all triangles; of the known map's changed ones, then and now
+    const KnownMap* known_ = nullptr;      ///< while it is followed
+    double least_w_ = 1, max_w_ = 1;       ///< of all footprints
+    model::DeviationCodes deviations_{0};
     std::vector<Vec3d> scratch_;
     std::size_t cells_left_ = 0;  ///< base cells not baked yet
 };

@@ -1,8 +1,9 @@
-// Baking the central map of one part. See query/central_map.h for what the stored numbers mean.
+// Baking the central map of one part. See model/central_cells.h for what the stored numbers mean.
 #pragma once
 
 #include "bake/central/central_options.h"
 #include "bake/central/chart_frame.h"
+#include "model/central_cells.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
 #include "sqmap/model/model_data.h"
@@ -20,7 +21,7 @@ struct CentralMapData {
     int centre_winding = 0;
     float chart_rows[9];
     ChartDomain domain;
-    float w_min = 0, w_step = 1;
+    model::SampleRange range;
     std::uint32_t base = 0;
     float offset_step = 0, smoothing_step = 0;
     std::vector<std::uint16_t> samples, cells;

@@ -4,7 +4,8 @@
 #include "bake/locator/near_triangles.h"
 #include "bake/locator/nearby.h"
 #include "budget.h"
-#include "query/approach.h"
+#include "model/approach.h"
+#include "model/locator.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/parallel/for_each.h"
 
@@ -19,10 +20,13 @@ namespace sqmap::bake {
 
 namespace {
 
+using model::LocatorBrick;
+using model::LocatorCell;
 using model::LocatorCellKind;
+using model::LocatorPlane;
 using model::Seed;
 
-constexpr int k_places = model::k_brick * model::k_brick * model::k_brick;
+constexpr int k_places = static_cast<int>(model::k_brick_cells);
 // Cells along the longest side of the object's box, for a target error of half a percent. A plane's error grows with the square
 // of the cell.
 constexpr double k_cells_along = 40;
@@ -84,14 +88,15 @@ Grid grid_about(const mesh::Mesh& mesh, double cells)
 
 /// A plane as stored, but for its part.
 struct PartPlane {
-    std::uint32_t plane, part;
+    LocatorPlane plane;
+    std::uint32_t part;
 };
 
 /// What is known of a place before it is packed.
 struct Place {
     LocatorCellKind kind = LocatorCellKind::Free;
     double gap = 0;  ///< Free
-    std::array<std::uint8_t, model::k_list_length> parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
+    model::PartList parts{model::k_no_part, model::k_no_part, model::k_no_part, model::k_no_part};
     std::vector<PartPlane> planes;  ///< of a flat place
     std::uint8_t rise = model::k_no_rise;
     std::vector<Seed> seeds;          ///< of another
@@ -291,48 +296,43 @@ private:
 
     void unpack()
     {
-        for (const std::uint32_t brick : data_.bricks) {
+        for (const std::uint32_t word : data_.bricks) {
+            const LocatorBrick brick{word};
             Brick& to = bricks_.emplace_back();
-            if ((brick & model::k_free_brick) != 0) {
+            if (brick.is_free()) {
                 to.kind = Brick::Kind::Free;
-                to.places.emplace_back().gap = gap_of(brick & ~model::k_free_brick);
+                to.places.emplace_back().gap = gap_of(brick.gap());
                 continue;
             }
-            const bool deep = (brick & model::k_deep_brick) != 0;
-            to.kind = deep ? Brick::Kind::Deep : Brick::Kind::Stored;
-            const std::uint32_t first = brick & ~model::k_deep_brick;
-            for (std::uint32_t k = 0; k < (deep ? 1u : static_cast<std::uint32_t>(k_places)); ++k)
-                to.places.push_back(unpacked(first + k));
+            to.kind = brick.is_deep() ? Brick::Kind::Deep : Brick::Kind::Stored;
+            for (std::uint32_t k = 0; k < brick.cell_count(); ++k) to.places.push_back(unpacked(brick.first() + k));
         }
     }
 
     Place unpacked(std::size_t index) const
     {
-        const std::uint32_t word = data_.places[index];
+        const LocatorCell cell{data_.places[index]};
         Place place;
-        place.kind = model::place_kind(word);
-        if (place.kind == LocatorCellKind::Free) {
-            place.gap = gap_of(model::place_gap(word));
+        place.kind = cell.kind();
+        if (cell.is_free()) {
+            place.gap = gap_of(cell.gap());
             return place;
         }
-        if (model::is_divided(word)) {
-            for (std::uint32_t e = 0; e < 8; ++e) place.eighths.push_back(unpacked(model::place_first(word) + e));
+        if (cell.is_divided()) {
+            for (std::uint32_t e = 0; e < 8; ++e) place.eighths.push_back(unpacked(cell.first() + e));
             return place;
         }
-        const std::uint32_t list = data_.part_lists[model::place_list(word)];
-        for (std::uint32_t k = 0; k < model::k_list_length; ++k) place.parts[k] = static_cast<std::uint8_t>(list >> 8 * k);
+        place.parts = model::decode_list(data_.part_lists[cell.list()]);
         if (!data_.rises.empty()) place.rise = data_.rises[index];
-        std::uint32_t at = model::place_first(word);
-        for (std::uint32_t k = 0; k < model::place_planes(word); ++k) {
-            const std::uint32_t plane = data_.planes[at + k], slot = model::plane_slot(plane);
-            place.planes.push_back({plane & ~(3u << 29), place.parts[slot]});
+        for (std::uint32_t k = 0; k < cell.planes(); ++k) {
+            const LocatorPlane plane{data_.planes[cell.first() + k]};
+            place.planes.push_back({plane.with_slot(0), place.parts[plane.slot()]});
         }
         if (!place.planes.empty()) return place;
-        do {
-            place.seeds.push_back(data_.locator_seeds[at]);
-            place.seeds.back().extent &= ~model::k_last_seed;
-        } while ((data_.locator_seeds[at++].extent & model::k_last_seed) == 0);
-        if (place.seeds.size() > 1) place.choices = data_.locator_seeds[model::place_first(word) - 1].direction;
+        std::uint32_t at = cell.first();
+        do place.seeds.push_back(model::as_not_last(data_.locator_seeds[at]));
+        while (!model::is_last_seed(data_.locator_seeds[at++]));
+        if (place.seeds.size() > 1) place.choices = data_.locator_seeds[cell.first() - 1].direction;
         return place;
     }
 
@@ -623,9 +623,9 @@ private:
             double worst_miss = 1, least = 0;
             std::size_t worst_group = 0;
             words.clear();
-            for (const PartPlane& p : planes) words.push_back(p.plane);
+            for (const PartPlane& p : planes) words.push_back(p.plane.word);
             for (const Sample& sample : samples) {
-                const query::FlatGap lowest = query::flat_gap(view_.locator, words, cast<float>(sample.point - centre));
+                const model::FlatGap lowest = model::flat_gap(view_.locator, words, cast<float>(sample.point - centre));
                 const double gap = static_cast<double>(lowest.gap);
                 // Outside only the side counts.
                 const double excess = gap - (sample.inside ? sample.truth.distance : 0);
@@ -643,7 +643,7 @@ private:
             if (planes.size() == model::k_max_planes) return std::nullopt;
             std::optional<PartPlane> next = plane_at(centre, worst->point, worst->truth, worst->inside);
             if (!next) return std::nullopt;
-            if (worst_group > 0) next->plane |= model::k_joined;
+            if (worst_group > 0) next->plane = next->plane.joined();
             planes.insert(worst_group > 0 ? planes.begin() + static_cast<std::ptrdiff_t>(worst_group) : planes.end(), *next);
         }
     }
@@ -694,13 +694,12 @@ private:
                 }
             }
             // Between samples it may come half a sample's spacing earlier.
-            const double steps = std::floor((reach / grid_.cell - 0.25) / model::k_seed_reach_step);
-            place.seeds[k].extent |= static_cast<std::uint32_t>(std::clamp(steps, 0.0, 255.0)) << 16;
+            place.seeds[k] = model::with_reach(place.seeds[k], reach / grid_.cell - 0.25);
         }
         for (std::uint32_t octant = 0; octant < 8; ++octant) {
             const double* m = miss[octant];
             const auto best = static_cast<std::uint32_t>(std::min_element(m, m + place.seeds.size()) - m);
-            place.choices |= best << 3 * octant;
+            place.choices = model::with_seed_choice(place.choices, octant, best);
         }
     }
 
@@ -727,10 +726,10 @@ private:
     double reach_from(Vec3d centre, Seed seed, Vec3d p) const
     {
         const model::Part& part = view_.parts[model::seed_part(seed)];
-        const query::CentralMap map(view_, part);
-        const Vec3f point = cast<float>(p), n = query::seed_normal(seed);
-        const float gap = query::seed_gap(view_.locator, seed, cast<float>(p - centre));
-        return std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
+        const model::CentralMap map(view_, part);
+        const Vec3f point = cast<float>(p), n = model::seed_normal(seed);
+        const float gap = model::seed_gap(view_.locator, seed, cast<float>(p - centre));
+        return std::sqrt(model::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
     }
 
     /// Outward normal of the surface at the point nearest to p.
@@ -749,43 +748,27 @@ private:
     /// than planes can be stored.
     std::optional<PartPlane> plane_at(Vec3d centre, Vec3d p, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        const std::uint32_t normal = query::octahedral_code<model::k_plane_normal_bits>(normal_at(p, nearest, inside));
+        const LocatorPlane plane = LocatorPlane::towards(normal_at(p, nearest, inside));
         // With the direction as stored.
-        const double distance = dot(cast<double>(query::plane_normal(normal)), nearest.point - centre) / grid_.cell;
-        if (distance < -1 || distance > static_cast<double>(view_.locator.plane_reach) - 1) return std::nullopt;
-        return PartPlane{normal | distance_code(distance), part_of_triangle_[nearest.triangle]};
-    }
-
-    /// distance: in cells.
-    std::uint32_t distance_code(double distance) const
-    {
-        const double share = std::sqrt(std::max(distance + 1, 0.0) / static_cast<double>(view_.locator.plane_reach));
-        const double code = std::round(share * model::k_plane_most_distance);
-        return static_cast<std::uint32_t>(std::min(code, static_cast<double>(model::k_plane_most_distance)))
-               << 2 * model::k_plane_normal_bits;
+        const double distance = dot(cast<double>(plane.normal()), nearest.point - centre) / grid_.cell;
+        const float reach = view_.locator.plane_reach;
+        if (!LocatorPlane::holds_distance(distance, reach)) return std::nullopt;
+        return PartPlane{plane.with_distance(distance, reach), part_of_triangle_[nearest.triangle]};
     }
 
     /// A plane moved outwards by so much.
-    std::uint32_t raised(std::uint32_t plane, double by) const
+    LocatorPlane raised(LocatorPlane plane, double by) const
     {
-        constexpr std::uint32_t distance = model::k_plane_most_distance << 2 * model::k_plane_normal_bits;
-        const auto before = static_cast<double>(model::plane_distance(plane, view_.locator.plane_reach));
-        return (plane & ~distance) | distance_code(before + by / grid_.cell);
+        const float reach = view_.locator.plane_reach;
+        return plane.with_distance(static_cast<double>(plane.distance(reach)) + by / grid_.cell, reach);
     }
 
     /// The plane that touches the surface at the point nearest to p, told from the place's centre.
     Seed seed_at(Vec3d centre, Vec3d p, std::uint32_t part, const mesh::ClosestPoint& nearest, bool inside) const
     {
-        Seed seed{part | query::octahedral_code<model::k_seed_normal_bits>(normal_at(p, nearest, inside)) << 8, 0};
+        const Seed seed = model::make_seed(part, normal_at(p, nearest, inside));
         // With the direction as stored.
-        seed.extent = extent_of(dot(cast<double>(query::seed_normal(seed)), nearest.point - centre));
-        return seed;
-    }
-
-    std::uint32_t extent_of(double length) const
-    {
-        const double steps = std::round(length / (model::k_seed_distance_step * grid_.cell));
-        return static_cast<std::uint32_t>(static_cast<int>(std::clamp(steps, -32768.0, 32767.0)) + 0x8000);
+        return model::with_distance(seed, dot(cast<double>(model::seed_normal(seed)), nearest.point - centre), grid_.cell);
     }
 
     /// The parts that answer in a cell, best first: one that holds the whole cell suffices.
@@ -808,7 +791,7 @@ private:
         }
         if (holder >= 0) touching = {static_cast<std::uint32_t>(holder)};
         if (touching.size() > model::k_list_length || touching.empty()) {
-            place.kind = LocatorCellKind::Ask;  // held by none: free by the cover, but let the query say so
+            place.kind = LocatorCellKind::Ambiguous;  // held by none: free by the cover, but let the query say so
             return;
         }
         std::stable_partition(touching.begin(), touching.end(), [&](std::uint32_t i) { return i == owner; });
@@ -817,17 +800,10 @@ private:
 
     double fitness(std::uint32_t part, Vec3d p) const
     {
-        const query::CentralMap map(view_, view_.parts[part]);
-        const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(p)));
-        const query::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+        const model::CentralMap map(view_, view_.parts[part]);
+        const model::ChartPoint q = model::to_chart(map.to_chart_frame(cast<float>(p)));
+        const model::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
         return leaf.kind == model::CellKind::Layered ? (leaf.bilinear ? 1 : 0) : 2;
-    }
-
-    std::uint32_t gap_code(double gap) const
-    {
-        // Rounded down, with room for the runtime's own rounding.
-        const double steps = std::floor(gap * (1 - 1e-5) / (grid_.cell * model::k_gap_step));
-        return static_cast<std::uint32_t>(std::clamp(steps, 0.0, 1048575.0));
     }
 
     void pack()
@@ -845,10 +821,11 @@ private:
         for (const Brick& brick : bricks_) {
             const auto first = static_cast<std::uint32_t>(data_.places.size());
             if (brick.kind == Brick::Kind::Free) {
-                data_.bricks.push_back(model::k_free_brick | gap_code(brick.places.front().gap));
+                data_.bricks.push_back(LocatorBrick::free(model::encode_gap(brick.places.front().gap, grid_.cell)).word);
                 continue;
             }
-            data_.bricks.push_back(first | (brick.kind == Brick::Kind::Deep ? model::k_deep_brick : 0u));
+            data_.bricks.push_back(
+                (brick.kind == Brick::Kind::Deep ? LocatorBrick::deep(first) : LocatorBrick::stored(first)).word);
             for (const Place& place : brick.places) pack_place(place);
         }
         // The eighths of divided places, behind everything else.
@@ -864,10 +841,9 @@ private:
     {
         if (place.eighths.empty()) return;
         const std::size_t first = data_.places.size();
-        if (first > model::k_max_place_index)
+        if (first > model::k_max_first)
             throw mesh::InvalidInput("the locator needs more places than it can name: ask for a larger target error");
-        data_.places[at] = static_cast<std::uint32_t>(LocatorCellKind::Ask) | model::k_divided_place << 2 |
-                           static_cast<std::uint32_t>(first) << 14;
+        data_.places[at] = LocatorCell::divided(static_cast<std::uint32_t>(first)).word;
         for (const Place& eighth : place.eighths) pack_place(eighth);
     }
 
@@ -879,23 +855,22 @@ private:
 
     std::uint32_t place_word(const Place& place)
     {
-        if (place.kind == LocatorCellKind::Free) return gap_code(place.gap) << 2;
+        if (place.kind == LocatorCellKind::Free) return LocatorCell::free(model::encode_gap(place.gap, grid_.cell)).word;
         if (!place.eighths.empty()) return 0;  // see divide
         const std::optional<std::uint32_t> list = list_index(place);
         const auto planes = static_cast<std::uint32_t>(place.planes.size());
         const auto first = static_cast<std::uint32_t>(planes > 0 ? data_.planes.size() : pack_chain(place));
-        if (first > model::k_max_place_index)
+        if (first > model::k_max_first)
             throw mesh::InvalidInput("the locator needs more planes than a place can name: ask for a larger target error");
         // Too many lists for one more: all parts are asked, and a plane's part may be another.
         const std::uint32_t index = list.value_or(0);
         for (const PartPlane& p : place.planes) {
             std::uint32_t slot = model::k_list_length;
             for (std::uint32_t k = model::k_list_length; k-- > 0;)
-                if (((data_.part_lists[index] >> 8 * k) & 0xffu) == p.part) slot = k;
-            data_.planes.push_back(p.plane | (slot < model::k_list_length ? slot : 0u) << 29);
+                if (model::part_in_list(data_.part_lists[index], k) == p.part) slot = k;
+            data_.planes.push_back(p.plane.with_slot(slot < model::k_list_length ? slot : 0u).word);
         }
-        const LocatorCellKind kind = list ? place.kind : LocatorCellKind::Ask;
-        return static_cast<std::uint32_t>(kind) | index << 2 | planes << 11 | first << 14;
+        return LocatorCell::flat(list ? place.kind : LocatorCellKind::Ambiguous, index, planes, first).word;
     }
 
     /// Of the place's parts, and behind them its planes', which decide nothing.
@@ -907,10 +882,9 @@ private:
             const auto at = std::find_if(parts.begin(), parts.end(), [&](auto q) { return q == part || q == model::k_no_part; });
             if (at != parts.end()) *at = part;
         }
-        std::uint32_t list = 0;
-        for (std::uint32_t k = 0; k < model::k_list_length; ++k) list |= static_cast<std::uint32_t>(parts[k]) << 8 * k;
+        const std::uint32_t list = model::encode_list(parts);
         if (const auto found = lists_.find(list); found != lists_.end()) return found->second;
-        if (lists_.size() == model::k_divided_place) return std::nullopt;
+        if (lists_.size() == model::k_max_lists) return std::nullopt;
         const auto index = static_cast<std::uint32_t>(lists_.size());
         lists_.emplace(list, index);
         data_.part_lists.push_back(list);
@@ -924,7 +898,7 @@ private:
         if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
         const std::size_t first = seeds.size();
         seeds.insert(seeds.end(), place.seeds.begin(), place.seeds.end());
-        seeds.back().extent |= model::k_last_seed;
+        seeds.back() = model::as_last(seeds.back());
         return first;
     }
 

@@ -8,6 +8,7 @@
 #include "candidate_lists.h"
 #include "central_map.h"
 #include "locator.h"
+#include "model/flags.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -88,8 +89,8 @@ std::vector<std::uint32_t> changed_triangles(const model::ModelData& data, const
     std::vector<std::uint32_t> changed;
     for (std::uint32_t t = 0; t < moved.size(); ++t) {
         const std::uint16_t flag = surface_flag(solid.boundary()[t]);
-        bool other = moved[t] != 0 || flag != (data.triangle_part[t] & ~std::uint32_t{model::k_part_mask});
-        if (!other && (flag & model::k_crossed) != 0) {
+        bool other = moved[t] != 0 || flag != model::flags_of(data.triangle_part[t]);
+        if (!other && model::is_crossed(flag)) {
             const auto [first, last] = std::equal_range(data.piece_triangle.begin(), data.piece_triangle.end(), t);
             const auto pieces = solid.visible(t);
             other = static_cast<std::size_t>(last - first) != pieces.size();
@@ -111,7 +112,8 @@ bool reaches_domain(const model::Part& part, const std::array<Vec3d, 3>& triangl
         for (int i = 0; i < 3; ++i) x[k][i] = dot(cast<double>(model::vec3(part.chart_rows + 3 * i)), d);
     }
     for (std::size_t i = 0; i < 9; ++i) {
-        const double a = domain_coordinate(x[0], i), b = domain_coordinate(x[1], i), c = domain_coordinate(x[2], i);
+        const double a = model::domain_coordinate(x[0], i), b = model::domain_coordinate(x[1], i),
+                     c = model::domain_coordinate(x[2], i);
         const double lo = part.chart_lo[i], hi = part.chart_hi[i], slack = 1e-5 * (hi - lo);
         if (std::max({a, b, c}) < lo - slack || std::min({a, b, c}) > hi + slack) return false;
     }
@@ -125,7 +127,8 @@ bool holds(const model::Part& part, std::span<const Vec3d> points)
         Vec3d x;
         for (int i = 0; i < 3; ++i) x[i] = dot(cast<double>(model::vec3(part.chart_rows + 3 * i)), d);
         for (std::size_t i = 0; i < 9; ++i)
-            if (!(domain_coordinate(x, i) >= part.chart_lo[i] && domain_coordinate(x, i) <= part.chart_hi[i])) return false;
+            if (!(model::domain_coordinate(x, i) >= part.chart_lo[i] && model::domain_coordinate(x, i) <= part.chart_hi[i]))
+                return false;
         return true;
     });
 }
@@ -263,7 +266,7 @@ std::optional<FittedPart> kept_fit(const Situation& situation, const model::Part
     FittedPart part{patch, {}, model::vec3(was.chart_centre)};
     part.fit.superquadric = shape::cast<double>(model::superquadric_of(was));
     part.fit.certificate = certify_patch(mesh, patch, part.fit.superquadric);
-    part.fit.fallback = (was.flags & model::k_fit_fallback) != 0;
+    part.fit.fallback = model::is_fallback(was);
     if (!enlarge(mesh, part)) {
         const Motion motion = rigid_motion(situation.meshes, patch);
         part.fit.superquadric = moved_by(motion, shape::cast<double>(model::superquadric_of(was)));
@@ -374,7 +377,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     const std::vector<std::uint8_t> moved = moved_triangles(meshes);
     const mesh::Solid solid(meshes.now, crossed_triangles(before, meshes.now, moved));
     Situation situation{before, meshes, solid, changed_triangles(before, solid, moved), {}};
-    for (const std::uint16_t p : before.triangle_part) situation.part_of_triangle.push_back(p & model::k_part_mask);
+    for (const std::uint16_t p : before.triangle_part) situation.part_of_triangle.push_back(model::part_of(p));
     report.changed_triangles = situation.changed.size();
     lap("prepare");
 

@@ -1,5 +1,10 @@
 #include "sqmap/model/parse.h"
 
+#include "model/candidate_lists.h"
+#include "model/central_cells.h"
+#include "model/flags.h"
+#include "model/locator_cells.h"
+
 #include "sqmap_generated.h"
 
 #include <algorithm>
@@ -42,23 +47,22 @@ bool finite(std::span<const float> values)
 bool within(std::uint32_t first, std::uint64_t count, std::size_t size) { return std::uint64_t(first) + count <= size; }
 
 /// Checks one cell and all that hangs on it.
-bool valid_cell(const Part& part, const ModelView& view, std::uint16_t cell, int depth)
+bool valid_cell(const Part& part, const ModelView& view, CentralCell cell, int depth)
 {
-    const CellKind kind = cell_kind(cell);
-    if (kind == CellKind::Uniform) return cell_payload(cell) <= 1;
-    if (kind == CellKind::Single) return cell_payload(cell) < 2 * k_foreign;
+    const CellKind kind = cell.kind();
+    if (kind == CellKind::Uniform || kind == CellKind::Single) return cell.has_valid_bits();
     if (kind == CellKind::Split) {
-        if (depth >= k_max_split_depth || cell_payload(cell) >= part.split_count) return false;
-        const std::uint16_t* split = view.splits.data() + k_split_size * (part.first_split + std::size_t(cell_payload(cell)));
+        if (depth >= k_max_split_depth || cell.payload() >= part.split_count) return false;
+        const std::uint16_t* split = view.splits.data() + k_split_size * (part.first_split + std::size_t(cell.payload()));
         for (int i = 0; i < 4; ++i)
-            if (!valid_cell(part, view, split[k_split_cells + i], depth + 1)) return false;
+            if (!valid_cell(part, view, {split[k_split_cells + i]}, depth + 1)) return false;
         return true;
     }
-    if (cell_payload(cell) >= part.special_count) return false;
-    const std::uint32_t offset = view.specials[part.first_special + cell_payload(cell)];
+    if (cell.payload() >= part.special_count) return false;
+    const std::uint32_t offset = view.specials[part.first_special + cell.payload()];
     const std::uint16_t* pool = view.pool.data() + part.first_pool;
     if (!within(offset, 1, part.pool_count)) return false;
-    return within(offset, layered_record_size(pool[offset]), part.pool_count);
+    return within(offset, LayeredHead{pool[offset]}.record_size(), part.pool_count);
 }
 
 ParseStatus check_part(const Part& part, const ModelView& view)
@@ -103,7 +107,7 @@ ParseStatus check_part(const Part& part, const ModelView& view)
         !within(part.first_pool, part.pool_count, view.pool.size()))
         return ParseStatus::BadStructure;
     for (std::uint32_t i = 0; i < part.cell_count; ++i)
-        if (!valid_cell(part, view, view.cells[part.first_cell + i], 0)) return ParseStatus::BadStructure;
+        if (!valid_cell(part, view, {view.cells[part.first_cell + i]}, 0)) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -129,7 +133,7 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
 bool valid_chain(const ModelView& v, std::uint32_t first)
 {
     std::uint32_t count = 1;
-    while ((v.seeds[first + count - 1].extent & k_last_seed) == 0 && count <= k_max_seeds) ++count;
+    while (!is_last_seed(v.seeds[first + count - 1]) && count <= k_max_seeds) ++count;
     if (count > k_max_seeds) return false;
     for (std::uint32_t k = 0; k < count; ++k)
         if (seed_part(v.seeds[first + k]) >= v.parts.size()) return false;
@@ -140,13 +144,25 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
     return true;
 }
 
-/// Eighths that exist, divided no further than places may be.
-bool valid_divisions(const ModelView& v, std::uint32_t place, int left)
+/// Eighths that exist, divided no further than cells may be.
+bool valid_divisions(const ModelView& v, LocatorCell cell, int left)
 {
-    if (!is_divided(place)) return true;
-    if (left == 0 || !within(place_first(place), 8, v.places.size())) return false;
+    if (!cell.is_divided()) return true;
+    if (left == 0 || !within(cell.first(), 8, v.places.size())) return false;
     for (std::uint32_t i = 0; i < 8; ++i)
-        if (!valid_divisions(v, v.places[place_first(place) + i], left - 1)) return false;
+        if (!valid_divisions(v, {v.places[cell.first() + i]}, left - 1)) return false;
+    return true;
+}
+
+/// A list, and planes of its parts or a seed, that exist.
+bool valid_contents(const ModelView& v, LocatorCell cell)
+{
+    if (cell.is_free() || cell.is_divided()) return true;
+    if (cell.list() >= v.part_lists.size()) return false;
+    if (cell.has_seeds()) return cell.first() < v.seeds.size();
+    if (!within(cell.first(), cell.planes(), v.planes.size())) return false;
+    for (std::uint32_t k = 0; k < cell.planes(); ++k)
+        if (part_in_list(v.part_lists[cell.list()], LocatorPlane{v.planes[cell.first() + k]}.slot()) == k_no_part) return false;
     return true;
 }
 
@@ -159,90 +175,77 @@ ParseStatus check_locator(const ModelView& v)
                    : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0) || !std::isfinite(l.plane_reach) || !(l.plane_reach > 0))
         return ParseStatus::BadValue;
-    // A byte names a part, and what a place is asked with is a central map.
+    // A byte names a part, and a cell leads to a central map.
     if (v.parts.size() >= k_no_part || v.places.empty()) return ParseStatus::BadStructure;
     for (const Part& part : v.parts)
         if (part.base == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t n : l.bricks)
         if (n == 0 || n > 256) return ParseStatus::BadStructure;
     if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
-    for (const std::uint32_t b : v.bricks)
-        if ((b & k_free_brick) == 0) {
-            const bool deep = (b & k_deep_brick) != 0;
-            if (!within(b & ~k_deep_brick, deep ? 1 : k_brick * k_brick * k_brick, v.places.size()))
-                return ParseStatus::BadStructure;
-            if (deep && place_kind(v.places[b & ~k_deep_brick]) == LocatorCellKind::Free) return ParseStatus::BadStructure;
-        }
-    for (const std::uint32_t b : v.bricks) {
-        if ((b & k_free_brick) != 0) continue;
-        const bool deep = (b & k_deep_brick) != 0;
-        for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
-            if (!valid_divisions(v, v.places[(b & ~k_deep_brick) + k], deep ? 0 : k_max_divisions))
+    for (const std::uint32_t word : v.bricks) {
+        const LocatorBrick brick{word};
+        if (brick.is_free()) continue;
+        if (!within(brick.first(), brick.cell_count(), v.places.size())) return ParseStatus::BadStructure;
+        if (brick.is_deep() && LocatorCell{v.places[brick.first()]}.is_free()) return ParseStatus::BadStructure;
+    }
+    for (const std::uint32_t word : v.bricks) {
+        const LocatorBrick brick{word};
+        if (brick.is_free()) continue;
+        for (std::uint32_t k = 0; k < brick.cell_count(); ++k)
+            if (!valid_divisions(v, {v.places[brick.first() + k]}, brick.is_deep() ? 0 : k_max_divisions))
                 return ParseStatus::BadStructure;
     }
-    for (const std::uint32_t p : v.places) {
-        if (place_kind(p) == LocatorCellKind::Free || is_divided(p)) continue;
-        const std::uint32_t planes = place_planes(p);
-        if (place_list(p) >= v.part_lists.size() ||
-            (planes == 0 ? place_first(p) >= v.seeds.size() : !within(place_first(p), planes, v.planes.size())))
-            return ParseStatus::BadStructure;
-        // Each plane is of a part of the list.
-        for (std::uint32_t k = 0; k < planes; ++k)
-            if (const std::uint32_t slot = plane_slot(v.planes[place_first(p) + k]);
-                ((v.part_lists[place_list(p)] >> 8 * slot) & 0xffu) == k_no_part)
-                return ParseStatus::BadStructure;
-    }
+    for (const std::uint32_t word : v.places)
+        if (!valid_contents(v, {word})) return ParseStatus::BadStructure;
     for (const std::uint32_t list : v.part_lists)
-        for (std::uint32_t k = 0; k < k_list_length; ++k)
-            if (const std::uint32_t part = (list >> (8 * k)) & 0xffu; part != k_no_part && part >= v.parts.size())
-                return ParseStatus::BadStructure;
+        for (const std::uint8_t part : decode_list(list))
+            if (part != k_no_part && part >= v.parts.size()) return ParseStatus::BadStructure;
     // Every chain ends.
-    if (!v.seeds.empty() && (v.seeds.back().extent & k_last_seed) == 0) return ParseStatus::BadStructure;
-    for (const std::uint32_t p : v.places)
-        if (place_kind(p) != LocatorCellKind::Free && !is_divided(p) && place_planes(p) == 0 && !valid_chain(v, place_first(p)))
-            return ParseStatus::BadStructure;
+    if (!v.seeds.empty() && !is_last_seed(v.seeds.back())) return ParseStatus::BadStructure;
+    for (const std::uint32_t word : v.places)
+        if (const LocatorCell cell{word}; cell.has_seeds() && !valid_chain(v, cell.first())) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
-/// A record for every brick that is not free, with a list for every place that is not.
-ParseStatus check_near(const ModelView& v)
+/// Which cells of a brick are not Free, one bit each.
+std::uint64_t occupied_cells(const ModelView& v, LocatorBrick brick)
+{
+    std::uint64_t occupied = 0;
+    for (std::uint32_t k = 0; k < brick.cell_count(); ++k)
+        if (!LocatorCell{v.places[brick.first() + k]}.is_free()) occupied |= std::uint64_t{1} << k;
+    return occupied;
+}
+
+/// A record with a list for every cell that is not Free, of triangles that exist.
+bool valid_candidates(const ModelView& v, std::size_t index)
+{
+    const LocatorBrick brick{v.bricks[index]};
+    const std::uint32_t first = v.near_bricks[index];
+    if (brick.is_free()) return first == k_no_candidates;
+    if (!within(first, CandidateRecord::k_head, v.near.size())) return false;
+    const CandidateRecord record = candidate_record(v, index);
+    if (record.occupied != occupied_cells(v, brick)) return false;
+    if (std::uint64_t{first} + record.head_size() > v.near.size() || record.starts[0] != 0) return false;
+    for (std::uint32_t k = 0; k < record.cells(); ++k)
+        if (record.starts[k] > record.starts[k + 1]) return false;
+    if (std::uint64_t{first} + record.size() > v.near.size()) return false;
+    const CandidateList all = record.all(), refs = record.of_refs(0, record.ref_count());
+    for (std::uint32_t k = 0; k < all.count; ++k)
+        if (all.triangle(k) >= v.triangle_part.size()) return false;
+    for (std::uint32_t k = 0; k < refs.count; ++k)
+        if (refs.ref(k) >= record.triangles) return false;
+    return true;
+}
+
+/// The exact layer's lists: all or none.
+ParseStatus check_candidates(const ModelView& v)
 {
     if (v.bricks.empty() || !has_exact(v))
         return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
     if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.places.size()))
         return ParseStatus::BadStructure;
-    const bool wide = near_is_wide(v);
-    for (std::size_t i = 0; i < v.bricks.size(); ++i) {
-        const std::uint32_t brick = v.bricks[i], first = v.near_bricks[i];
-        if ((brick & k_free_brick) != 0) {
-            if (first != k_no_candidates) return ParseStatus::BadStructure;
-            continue;
-        }
-        if (!within(first, k_near_head, v.near.size())) return ParseStatus::BadStructure;
-        const NearRecord record = near_record(v.near.data() + first, wide);
-        const bool deep = (brick & k_deep_brick) != 0;
-        std::uint64_t occupied = 0;
-        for (std::uint32_t k = 0; k < (deep ? 1u : k_brick * k_brick * k_brick); ++k)
-            if (place_kind(v.places[(brick & ~k_deep_brick) + k]) != LocatorCellKind::Free) occupied |= std::uint64_t{1} << k;
-        if (record.occupied != occupied) return ParseStatus::BadStructure;
-        const auto lists = static_cast<std::uint32_t>(std::popcount(occupied));
-        const std::uint64_t refs =
-            std::uint64_t{first} + k_near_head + lists + 1 + std::uint64_t{record.triangles} * (wide ? 2 : 1);
-        if (refs > v.near.size() || record.starts[0] != 0) return ParseStatus::BadStructure;
-        for (std::uint32_t k = 0; k < lists; ++k)
-            if (record.starts[k] > record.starts[k + 1]) return ParseStatus::BadStructure;
-        const std::uint32_t count = record.starts[lists];
-        const bool narrow = record.triangles <= 256;
-        if (refs > 0xffffffffu || !within(static_cast<std::uint32_t>(refs), narrow ? (count + 1) / 2 : count, v.near.size()))
-            return ParseStatus::BadStructure;
-        for (std::uint32_t k = 0; k < record.triangles; ++k)
-            if ((wide ? record.table[2 * k] | std::uint32_t{record.table[2 * k + 1]} << 16 : record.table[k]) >=
-                v.triangle_part.size())
-                return ParseStatus::BadStructure;
-        for (std::uint32_t k = 0; k < count; ++k)
-            if ((narrow ? (record.refs[k >> 1] >> (8 * (k & 1u))) & 0xffu : record.refs[k]) >= record.triangles)
-                return ParseStatus::BadStructure;
-    }
+    for (std::size_t i = 0; i < v.bricks.size(); ++i)
+        if (!valid_candidates(v, i)) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -284,50 +287,6 @@ const char* to_string(ParseStatus status) noexcept
             return "a value is not finite or out of range";
     }
     return "unknown";
-}
-
-shape::Superquadricf superquadric_of(const Part& part) noexcept
-{
-    shape::Superquadricf sq;
-    sq.a = vec3(part.a);
-    sq.eps1 = part.eps[0];
-    sq.eps2 = part.eps[1];
-    for (int i = 0; i < 3; ++i) sq.rotation.row[i] = vec3(part.rotation + 3 * i);
-    sq.translation = vec3(part.translation);
-    sq.taper_x = part.taper[0];
-    sq.taper_y = part.taper[1];
-    sq.bend = part.bend;
-    sq.bend_angle = part.bend_angle;
-    return sq;
-}
-
-NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
-{
-    const NormalPart& p = view.normal.parts[part];
-    const NormalArrays& a = view.normal;
-    const std::size_t samples = static_cast<std::size_t>(p.eta_count) * p.omega_count;
-    NormalMapView map;
-    map.superquadric = superquadric_of(view.parts[part]);
-    map.eta_count = p.eta_count;
-    map.omega_count = p.omega_count;
-    map.subdivisions = p.subdivisions;
-    map.vertex_count = p.vertex_count;
-    map.distance_scale = p.distance_scale;
-    map.offset_scale = p.offset_scale;
-    map.quantization_error = p.quantization_error;
-    map.distance = a.distance.subspan(p.first_sample, samples);
-    map.normal = a.normal.subspan(p.first_sample, samples);
-    map.cuts = a.cuts.subspan(p.first_cut, p.cut_count);
-    map.correction_rows = a.correction_rows.subspan(p.first_correction_row, p.correction_row_count);
-    map.corrections = a.corrections.subspan(p.first_correction, p.correction_count);
-    map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
-    map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
-    map.offset = a.offset.subspan(p.first_offset, p.offset_count);
-    map.smoothed = a.smoothed.subspan(p.first_offset, p.offset_count);
-    map.seed_count = p.seeds_along;
-    map.seeds_mirrored = p.seeds_mirrored != 0;
-    map.seeds = a.seeds.subspan(p.first_seed, p.seed_count);
-    return map;
 }
 
 std::uint64_t content_hash(const ModelView& view) noexcept
@@ -447,7 +406,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
         if (!std::isfinite(value)) return ParseStatus::BadValue;
     if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere) || !(h.sphere[3] >= 0)) return ParseStatus::BadValue;
-    if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_part_mask) return ParseStatus::BadStructure;
+    if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_max_parts) return ParseStatus::BadStructure;
     const std::size_t corners = v.triangles16.size() + v.triangles32.size();
     if ((!v.triangles16.empty() && !v.triangles32.empty()) || v.vertices.size() % 3 != 0 || corners != 3 * v.triangle_part.size())
         return ParseStatus::BadStructure;
@@ -462,7 +421,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     for (const std::uint32_t i : v.triangles32)
         if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
     for (const std::uint16_t p : v.triangle_part)
-        if ((p & k_part_mask) >= v.parts.size()) return ParseStatus::BadStructure;
+        if (part_of(p) >= v.parts.size()) return ParseStatus::BadStructure;
     if (v.pieces.size() != 9 * v.piece_triangle.size() || !std::is_sorted(v.piece_triangle.begin(), v.piece_triangle.end()) ||
         (!v.piece_triangle.empty() && v.piece_triangle.back() >= v.triangle_part.size()))
         return ParseStatus::BadStructure;
@@ -474,7 +433,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
         if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;
-    if (const ParseStatus status = check_near(v); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_candidates(v); status != ParseStatus::Ok) return status;
     view = v;
     return ParseStatus::Ok;
 }

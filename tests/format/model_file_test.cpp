@@ -1,6 +1,9 @@
 // The .sqmap file: what is written comes back, and no other bytes are taken for a model.
 #include "sqmap/io/model_file.h"
 
+#include "model/candidate_lists.h"
+#include "model/central_cells.h"
+#include "model/locator_cells.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/query.h"
 #include "support/baked_shapes.h"
@@ -364,19 +367,16 @@ TEST_P(InconsistentModel, IsRefusedThoughItsHashIsRight)
 constexpr float k_nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float k_inf = std::numeric_limits<float>::infinity();
 
-std::uint16_t cell_of(model::CellKind kind, std::uint32_t payload)
-{
-    return static_cast<std::uint16_t>((static_cast<std::uint32_t>(kind) << 14) | payload);
-}
+std::uint16_t cell_of(model::CellKind kind, std::uint32_t payload) { return model::CentralCell::of(kind, payload).word; }
 
 /// A cell of part 0 that is split; with its children.
 std::uint16_t& split_child(ModelData& m, std::size_t child)
 {
     for (const model::Part& p : m.parts)
         for (std::uint32_t i = 0; i < p.cell_count; ++i) {
-            const std::uint16_t cell = m.cells[p.first_cell + i];
-            if (model::cell_kind(cell) == model::CellKind::Split)
-                return m.splits[model::k_split_size * (p.first_split + model::cell_payload(cell)) + model::k_split_cells + child];
+            const model::CentralCell cell{m.cells[p.first_cell + i]};
+            if (cell.kind() == model::CellKind::Split)
+                return m.splits[model::k_split_size * (p.first_split + cell.payload()) + model::k_split_cells + child];
         }
     throw std::logic_error("the model has no split cell");
 }
@@ -394,7 +394,7 @@ std::uint32_t& stored_near(ModelData& m)
 std::uint32_t& occupied_place(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [](std::uint32_t p) {
-        return model::place_kind(p) != model::LocatorCellKind::Free && !model::is_divided(p);
+        return !model::LocatorCell{p}.is_free() && !model::LocatorCell{p}.is_divided();
     });
     if (it == m.places.end()) throw std::logic_error("the model has no occupied place");
     return *it;
@@ -404,8 +404,7 @@ std::uint32_t& occupied_place(ModelData& m)
 std::uint32_t& flat_place(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::place_kind(p) != model::LocatorCellKind::Free && !model::is_divided(p) && model::place_planes(p) > 0 &&
-               m.part_lists[model::place_list(p)] >> 24 == model::k_no_part;
+        return model::LocatorCell{p}.is_flat() && m.part_lists[model::LocatorCell{p}.list()] >> 24 == model::k_no_part;
     });
     if (it == m.places.end()) throw std::logic_error("the model has no flat place");
     return *it;
@@ -415,8 +414,7 @@ std::uint32_t& flat_place(ModelData& m)
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::place_kind(p) != model::LocatorCellKind::Free && !model::is_divided(p) && model::place_planes(p) == 0 &&
-               (m.locator_seeds[model::place_first(p)].extent & model::k_last_seed) == 0;
+        return model::LocatorCell{p}.has_seeds() && !model::is_last_seed(m.locator_seeds[model::LocatorCell{p}.first()]);
     });
     if (it != m.places.end()) return *it;
     // Planes answer everywhere: one place asks two seeds instead.
@@ -432,8 +430,9 @@ std::uint32_t& place_of_a_chain(ModelData& m)
 /// The first brick that is stored place by place.
 std::uint32_t& stored_brick(ModelData& m)
 {
-    const auto it = std::find_if(m.bricks.begin(), m.bricks.end(),
-                                 [](std::uint32_t b) { return (b & (model::k_free_brick | model::k_deep_brick)) == 0; });
+    const auto it = std::find_if(m.bricks.begin(), m.bricks.end(), [](std::uint32_t b) {
+        return (b & (model::LocatorBrick::k_free | model::LocatorBrick::k_deep)) == 0;
+    });
     if (it == m.bricks.end()) throw std::logic_error("the model has no stored brick");
     return *it;
 }
@@ -501,7 +500,7 @@ const Lie k_lies[] = {
     {"special_points_behind_pool", [](ModelData& m) { m.specials[0] = m.parts[0].pool_count; }},
     {"special_points_far_away", [](ModelData& m) { m.specials[0] = 0xffffffffu; }},
     {"uniform_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Uniform, 2); }},
-    {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 2 * model::k_foreign); }},
+    {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 2 * model::CentralCell::k_foreign); }},
     {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].split_count); }},
     {"layered_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Layered, 0x3fff); }},
     {"split_child_payload", [](ModelData& m) { split_child(m, 3) = cell_of(model::CellKind::Layered, 0x3fff); }},
@@ -510,10 +509,9 @@ const Lie k_lies[] = {
          // Every cell of the part is this one split, and so are its children: endless if nobody counted.
          model::Part& p = m.parts[0];
          for (std::uint32_t i = 0; i < p.cell_count; ++i)
-             if (model::cell_kind(m.cells[p.first_cell + i]) == model::CellKind::Split) {
-                 const std::uint16_t cell = m.cells[p.first_cell + i];
-                 const std::size_t record = model::k_split_size * (p.first_split + std::size_t(model::cell_payload(cell)));
-                 for (std::uint32_t k = 0; k < 4; ++k) m.splits[record + model::k_split_cells + k] = cell;
+             if (const model::CentralCell cell{m.cells[p.first_cell + i]}; cell.kind() == model::CellKind::Split) {
+                 const std::size_t record = model::k_split_size * (p.first_split + std::size_t(cell.payload()));
+                 for (std::uint32_t k = 0; k < 4; ++k) m.splits[record + model::k_split_cells + k] = cell.word;
                  return;
              }
          throw std::logic_error("the model has no split cell");
@@ -575,23 +573,23 @@ const Lie k_lies[] = {
     {"brick_beyond_places", [](ModelData& m) { stored_brick(m) = static_cast<std::uint32_t>(m.places.size() - 63); }},
     {"brick_far_away", [](ModelData& m) { stored_brick(m) = 0x3fffffffu; }},
     {"deep_brick_beyond_places",
-     [](ModelData& m) { stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size()); }},
+     [](ModelData& m) { stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.places.size()); }},
     {"deep_brick_far_away", [](ModelData& m) { stored_brick(m) = 0x7fffffffu; }},
     {"deep_brick_of_a_free_place",
      [](ModelData& m) {
          // What a deep brick holds is read as occupied, so that a free place's gap would be an index of seeds.
          m.places.push_back(0xfffffffcu);
-         stored_brick(m) = model::k_deep_brick | static_cast<std::uint32_t>(m.places.size() - 1);
+         stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.places.size() - 1);
      }},
     {"eighths_beyond_places",
      [](ModelData& m) {
          std::uint32_t& place = occupied_place(m);
-         place = 3u | model::k_divided_place << 2 | static_cast<std::uint32_t>(m.places.size() - 7) << 14;
+         place = model::LocatorCell::divided(static_cast<std::uint32_t>(m.places.size() - 7)).word;
      }},
     {"eighths_of_their_own_eighth",
      [](ModelData& m) {
          std::uint32_t& place = occupied_place(m);
-         place = 3u | model::k_divided_place << 2 | static_cast<std::uint32_t>(&place - m.places.data()) << 14;
+         place = model::LocatorCell::divided(static_cast<std::uint32_t>(&place - m.places.data())).word;
      }},
     {"near_missing", [](ModelData& m) { m.near.clear(); }},
     {"near_bricks_missing", [](ModelData& m) { m.near_bricks.clear(); }},
@@ -599,16 +597,16 @@ const Lie k_lies[] = {
     {"near_brick_of_no_record", [](ModelData& m) { stored_near(m) = model::k_no_candidates; }},
     {"near_brick_beyond_end", [](ModelData& m) { stored_near(m) = static_cast<std::uint32_t>(m.near.size() - 2); }},
     {"near_record_of_other_places", [](ModelData& m) { m.near[stored_near(m)] ^= 1; }},
-    {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::k_near_head + 1] = 0xffff; }},
+    {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::CandidateRecord::k_head + 1] = 0xffff; }},
     {"near_list_beyond_end",
      [](ModelData& m) {
-         for (std::size_t i = stored_near(m) + model::k_near_head; i < m.near.size(); ++i) m.near[i] = 0xffff;
+         for (std::size_t i = stored_near(m) + model::CandidateRecord::k_head; i < m.near.size(); ++i) m.near[i] = 0xffff;
      }},
     {"near_triangles_beyond_end", [](ModelData& m) { m.near[stored_near(m) + 4] = 0xffff; }},
     {"near_triangle_of_no_table", [](ModelData& m) { m.near.back() = 0xffff; }},
     {"near_triangle_that_is_none",
      [](ModelData& m) {
-         const model::NearRecord r = model::near_record(m.near.data() + stored_near(m), false);
+         const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);
          m.near[static_cast<std::size_t>(r.table - m.near.data())] = 0xffff;
      }},
     {"places_missing", [](ModelData& m) { m.places.clear(); }},
@@ -626,11 +624,11 @@ const Lie k_lies[] = {
     {"place_planes_beyond_end",
      [](ModelData& m) {
          std::uint32_t& place = flat_place(m);
-         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.planes.size() - model::place_planes(place) + 1) << 14;
+         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.planes.size() - model::LocatorCell{place}.planes() + 1) << 14;
      }},
     {"planes_missing", [](ModelData& m) { m.planes.clear(); }},
     {"plane_of_no_part",
-     [](ModelData& m) { m.planes[model::place_first(flat_place(m))] |= 3u << 29; }},
+     [](ModelData& m) { m.planes[model::LocatorCell{flat_place(m)}.first()] |= 3u << 29; }},
     {"plane_reach_of_nothing", [](ModelData& m) { m.locator.plane_reach = 0; }},
     {"plane_reach_nan", [](ModelData& m) { m.locator.plane_reach = NAN; }},
     {"rises_missing", [](ModelData& m) { m.rises.clear(); }},
@@ -646,7 +644,7 @@ const Lie k_lies[] = {
      }},
     {"seed_of_no_part",
      [](ModelData& m) {
-         std::uint32_t& direction = m.locator_seeds[model::place_first(place_of_a_chain(m))].direction;
+         std::uint32_t& direction = m.locator_seeds[model::LocatorCell{place_of_a_chain(m)}.first()].direction;
          direction = (direction & ~0xffu) | static_cast<std::uint32_t>(m.parts.size());
      }},
     {"seed_chain_without_end",
@@ -656,20 +654,20 @@ const Lie k_lies[] = {
      }},
     {"seed_chain_too_long",
      [](ModelData& m) {
-         const std::uint32_t first = model::place_first(place_of_a_chain(m));
+         const std::uint32_t first = model::LocatorCell{place_of_a_chain(m)}.first();
          for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) {
              m.locator_seeds[first + k].extent &= ~model::k_last_seed;
              m.locator_seeds[first + k].direction &= ~0xffu;
          }
      }},
-    {"seed_choice_beyond_chain", [](ModelData& m) { m.locator_seeds[model::place_first(place_of_a_chain(m)) - 1].direction |= 7u << 21; }},
+    {"seed_choice_beyond_chain", [](ModelData& m) { m.locator_seeds[model::LocatorCell{place_of_a_chain(m)}.first() - 1].direction |= 7u << 21; }},
     {"seed_chain_without_choices",
      [](ModelData& m) {
          // The chain starts the array, so that nothing stands before it.
          std::uint32_t& place = place_of_a_chain(m);
-         m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::place_first(place));
+         m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::LocatorCell{place}.first());
          const std::uint32_t kept = place & 0x3fffu;
-         for (std::uint32_t& p : m.places) p = model::place_kind(p) == model::LocatorCellKind::Free ? p : kept;
+         for (std::uint32_t& p : m.places) p = model::LocatorCell{p}.is_free() ? p : kept;
      }},
     {"locator_of_more_parts_than_a_byte_names",
      [](ModelData& m) {
@@ -719,7 +717,7 @@ TEST(ModelFile, AFieldThatIsNotThereIsNeverFollowed)
 TEST(ModelFile, AFieldThatIsNotThereIsNeverFollowedFromAnEmptyGrid)
 {
     ModelData empty_grid = torus_model();
-    for (std::uint32_t& b : empty_grid.bricks) b = model::k_free_brick;
+    for (std::uint32_t& b : empty_grid.bricks) b = model::LocatorBrick::k_free;
     empty_grid.places.clear();
     ask_without_each_field(empty_grid);
 }
@@ -740,11 +738,11 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     for (model::Seed& seed : m.locator_seeds) seed.direction &= ~0xffu;
     for (std::uint32_t& plane : m.planes) plane &= ~(3u << 29);
     for (std::uint32_t& p : m.places)
-        if (model::is_divided(p)) {
+        if (model::LocatorCell{p}.is_divided()) {
             p = 0;
-        } else if (model::place_kind(p) != model::LocatorCellKind::Free && model::place_planes(p) == 0) {
-            std::uint32_t last = model::place_first(p);
-            while ((m.locator_seeds[last].extent & model::k_last_seed) == 0) ++last;
+        } else if (!model::LocatorCell{p}.is_free() && model::LocatorCell{p}.planes() == 0) {
+            std::uint32_t last = model::LocatorCell{p}.first();
+            while (!model::is_last_seed(m.locator_seeds[last])) ++last;
             p = (p & 0x3fffu) | last << 14;
         }
     for (model::Part& part : m.parts) part.base = 0;

@@ -93,7 +93,7 @@ Subject subject_of_model(io::MappedModel mapped, const mesh::Mesh* mesh)
     for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t) {
         own.mesh.triangles.push_back(
             {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
-        own.part_of_triangle.push_back(view.triangle_part[t] & model::k_part_mask);
+        own.part_of_triangle.push_back(model::part_of_triangle(view, t));
     }
     if (mesh == nullptr) {
         if (own.mesh.triangles.empty())

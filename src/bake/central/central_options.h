@@ -1,7 +1,7 @@
 // How fine a central map is.
 #pragma once
 
-#include "sqmap/model/model.h"
+#include "model/central_cells.h"
 
 #include <cstdint>
 

@@ -1,5 +1,7 @@
 #include "bake/central/chart_frame.h"
 
+#include "model/chart.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,30 +9,6 @@
 #include <vector>
 
 namespace sqmap::bake {
-
-double domain_coordinate(Vec3d x, std::size_t k)
-{
-    switch (k) {
-        case 0:
-            return x.x;
-        case 1:
-            return x.y;
-        case 2:
-            return x.z;
-        case 3:
-            return x.x + x.y;
-        case 4:
-            return x.x - x.y;
-        case 5:
-            return x.x + x.z;
-        case 6:
-            return x.x - x.z;
-        case 7:
-            return x.y + x.z;
-        default:
-            return x.y - x.z;
-    }
-}
 
 ChartDomain chart_domain(const shape::Superquadricd& sq, Vec3f centre, std::span<const Vec3d> points)
 {
@@ -40,8 +18,8 @@ ChartDomain chart_domain(const shape::Superquadricd& sq, Vec3f centre, std::span
         const Vec3d q = sq.rotation * (p - cast<double>(centre));
         const Vec3d x{q.x / sq.a.x, q.y / sq.a.y, q.z / sq.a.z};
         for (std::size_t k = 0; k < 9; ++k) {
-            lo[k] = std::min(lo[k], domain_coordinate(x, k));
-            hi[k] = std::max(hi[k], domain_coordinate(x, k));
+            lo[k] = std::min(lo[k], model::domain_coordinate(x, k));
+            hi[k] = std::max(hi[k], model::domain_coordinate(x, k));
         }
     }
     constexpr double k_hair = 2e-5;

@@ -18,14 +18,11 @@ struct SurfaceContext {
     double r_max;
 };
 
-/// Where a chart answers: bounds of x, y, z, x+y, x-y, x+z, x-z, y+z, y-z in the superquadric's frame divided by its
-/// axes, relative to the projection centre.
+/// Where a chart answers: bounds of model::domain_coordinates in the superquadric's frame divided by its axes, relative to the
+/// projection centre.
 struct ChartDomain {
     float lo[9], hi[9];
 };
-
-/// The k-th of the nine directions of a domain.
-[[nodiscard]] double domain_coordinate(Vec3d x, std::size_t k);
 
 /// Projection centre of a part: inside the solid, with large clearance from the part's own surface in the chart's
 /// metric (a centre close to the surface would spread a few triangles over half the chart). Candidates are points of a

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bake/locator/clip_to_cube.h"
-#include "query/approach.h"
+#include "model/locator_cells.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 
@@ -18,16 +18,15 @@ class Rise {
 public:
     explicit Rise(const mesh::Solid& solid) : solid_(solid) {}
 
-    std::uint8_t operator()(const model::ModelData& data, std::uint32_t place, Vec3d centre, double h,
+    std::uint8_t operator()(const model::ModelData& data, model::LocatorCell flat, Vec3d centre, double h,
                             const std::vector<std::uint32_t>& near)
     {
         const double cell = static_cast<double>(data.locator.cell);
         planes_.clear();
-        for (std::uint32_t k = 0; k < model::place_planes(place); ++k) {
-            const std::uint32_t plane = data.planes[model::place_first(place) + k];
-            planes_.push_back({cast<double>(query::plane_normal(plane)),
-                               cell * static_cast<double>(model::plane_distance(plane, data.locator.plane_reach)),
-                               (plane & model::k_joined) != 0, 0});
+        for (std::uint32_t k = 0; k < flat.planes(); ++k) {
+            const model::LocatorPlane plane{data.planes[flat.first() + k]};
+            planes_.push_back({cast<double>(plane.normal()), cell * static_cast<double>(plane.distance(data.locator.plane_reach)),
+                               plane.is_joined(), 0});
         }
         const auto offer = [&](Vec3d p) {
             for (Plane& plane : planes_) plane.highest = std::max(plane.highest, dot(plane.normal, p) - plane.distance);
@@ -53,8 +52,7 @@ public:
             least = plane.joined ? std::min(least, plane.highest) : plane.highest;
         }
         highest = std::max(highest, least);
-        const double steps = std::ceil((highest / cell + 1e-3) / static_cast<double>(model::k_rise_step));
-        return steps < model::k_no_rise ? static_cast<std::uint8_t>(steps) : model::k_no_rise;
+        return model::encode_rise(highest / cell);
     }
 
 private:

@@ -3,6 +3,9 @@
 // the nearest one holds no boundary, so what the point sees there is the side that it is on.
 #include "exact_layer.h"
 
+#include "model/candidate_lists.h"
+#include "model/flags.h"
+#include "model/locator.h"
 #include "query/point/central_query.h"
 #include "sqmap/math/triangle.h"
 
@@ -48,10 +51,10 @@ template <class Visit>
 void each_visible(const ModelView& model, std::uint32_t triangle, Visit&& visit)
 {
     const std::uint16_t flags = model.triangle_part[triangle];
-    if ((flags & model::k_buried) != 0) return;
+    if (model::is_buried(flags)) return;
     const Piece whole = triangle_at(model, triangle);
     const Vec3d across = cross(whole.b - whole.a, whole.c - whole.a);
-    if ((flags & model::k_crossed) == 0) {
+    if (!model::is_crossed(flags)) {
         visit(whole, across);
         return;
     }
@@ -147,7 +150,7 @@ Contact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
     Contact contact;
     contact.contact = true;
     contact.certain = true;
-    contact.part = static_cast<std::int32_t>(model.triangle_part[nearest.triangle] & model::k_part_mask);
+    contact.part = static_cast<std::int32_t>(model::part_of(model.triangle_part[nearest.triangle]));
     contact.depth = static_cast<float>(std::sqrt(nearest.distance_sq));
     contact.point = cast<float>(nearest.point);
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
@@ -162,46 +165,6 @@ Contact free_at(Vec3f point)
     contact.point = point;
     contact.certain = true;
     return contact;
-}
-
-/// Which place holds a point: as Places::locate of the frames has it.
-struct Place {
-    bool free = true, inside = false;
-    std::size_t brick = 0;
-    std::uint32_t within = 0;
-};
-Place place_of(const ModelView& model, Vec3f p)
-{
-    const model::Locator& l = model.locator;
-    const float inverse_cell = 1.f / l.cell;
-    std::uint32_t at[3];
-    float in_cells[3];
-    for (int k = 0; k < 3; ++k) {
-        in_cells[k] = (p[k] - l.origin[k]) * inverse_cell;
-        if (!(in_cells[k] >= 0.f && in_cells[k] < static_cast<float>(model::k_brick * l.bricks[k]))) return {};
-        at[k] = static_cast<std::uint32_t>(in_cells[k]);
-    }
-    Place found;
-    found.brick = (static_cast<std::size_t>(at[2] / model::k_brick) * l.bricks[1] + at[1] / model::k_brick) * l.bricks[0] +
-                  at[0] / model::k_brick;
-    const std::uint32_t brick = model.bricks[found.brick];
-    if ((brick & model::k_free_brick) != 0) return {};
-    const bool deep = (brick & model::k_deep_brick) != 0;
-    constexpr auto n = static_cast<std::uint32_t>(model::k_brick);
-    found.within = deep ? 0 : (at[2] % n * n + at[1] % n) * n + at[0] % n;
-    std::uint32_t place = model.places[(brick & ~model::k_deep_brick) + found.within];
-    float half = 0.5f;
-    for (int d = 0; d < model::k_max_divisions && !deep && model::is_divided(place); ++d, half *= 0.5f) {
-        std::uint32_t eighth = 0;
-        for (int k = 0; k < 3; ++k) {
-            in_cells[k] -= static_cast<float>(static_cast<std::uint32_t>(in_cells[k] / half) / 2) * 2 * half;
-            if (in_cells[k] >= half) eighth |= 1u << k;
-        }
-        place = model.places[model::place_first(place) + eighth];
-    }
-    found.free = !deep && model::place_kind(place) == model::LocatorCellKind::Free;
-    found.inside = model::place_kind(place) == model::LocatorCellKind::Inside;
-    return found;
 }
 
 Contact answer(const Candidates& candidates, Vec3f point, bool inside)
@@ -226,8 +189,9 @@ Contact query_exact(const ModelView& model, Vec3f point) noexcept
         if (model.header.solid == 0 && verdict_central(model, point, Layer::Three).part < 0) return free_at(point);
         return answer({model, {}}, point, false);
     }
-    const Place place = place_of(model, point);
-    return place.free ? free_at(point) : query_exact_in(model, point, place.brick, place.within, place.inside);
+    const model::LocatedCell at = model::locate(model, point);
+    const bool inside = at.cell.kind() == model::LocatorCellKind::Inside;
+    return at.is_free ? free_at(point) : query_exact_in(model, point, at.brick, at.within, inside);
 }
 
 Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from) noexcept
@@ -243,9 +207,9 @@ Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from
     for (int round = 0; round < k_rounds; ++round) {
         Candidates candidates{model, {}};
         if (model::has_locator(model)) {
-            const Place place = place_of(model, at);
-            if (place.free) break;
-            candidates.list = model::candidate_list(model, place.brick, place.within);
+            const model::LocatedCell cell = model::locate(model, at);
+            if (cell.is_free) break;
+            candidates.list = model::candidate_list(model, cell.brick, cell.within);
         }
         const Nearest found = nearest_of(candidates, p);
         if (!(found.distance_sq < best.distance_sq)) break;

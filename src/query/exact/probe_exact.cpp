@@ -4,6 +4,8 @@
 #include "probe_exact.h"
 
 #include "exact_layer.h"
+#include "model/candidate_lists.h"
+#include "model/flags.h"
 
 #include <bit>
 
@@ -157,7 +159,7 @@ private:
     {
         if (model_.header.self_intersecting == 0) return false;
         for (std::uint32_t k = 0; k < list.count; ++k)
-            if ((model_.triangle_part[list[k]] & model::k_crossed) != 0) return true;
+            if (model::is_crossed(model_.triangle_part[list[k]])) return true;
         return false;
     }
 
@@ -267,7 +269,7 @@ private:
                  normal,
                  v[6][i],
                  point_[slot],
-                 static_cast<std::int16_t>(model_.triangle_part[triangle] & model::k_part_mask),
+                 static_cast<std::int16_t>(model::part_of(model_.triangle_part[triangle])),
                  true,
                  k_ok});
         });

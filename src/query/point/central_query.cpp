@@ -1,7 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map.
 #include "central_query.h"
 
-#include "query/central_map.h"
+#include "model/central_map.h"
 
 #include <cmath>
 
@@ -9,6 +9,7 @@ namespace sqmap::query {
 
 namespace {
 
+using namespace model;  // the chart and its cells
 using model::ModelView;
 using model::Part;
 
@@ -166,7 +167,7 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
     const Vec3f x = map.to_chart_frame(p);
     if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
     const auto offer_cell = [&](int face, int column, int row) {
-        if (!refined && model::cell_kind(map.base_cell(face, column, row)) != model::CellKind::Uniform) {
+        if (!refined && map.base_cell(face, column, row).kind() != model::CellKind::Uniform) {
             Leaf leaf = map.base_leaf(map.base_cell(face, column, row), face, column, row);
             leaf.kind = model::CellKind::Single;
             leaf.divided = false;

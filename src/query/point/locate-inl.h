@@ -7,6 +7,7 @@
 #endif
 
 #include "math/lanes-inl.h"
+#include "model/locator_cells.h"
 #include "probe_job.h"
 
 #include <hwy/cache_control.h>
@@ -265,7 +266,7 @@ public:
         return hn::Sub(hn::Mul(to_float(found.gap_code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
     }
 
-    /// A vector out of the octahedron's square, not yet of unit length; see query/approach.h.
+    /// A vector out of the octahedron's square, not yet of unit length; see model/octahedral.h.
     template <int bits>
     HWY_INLINE static V3 octahedral(I code)
     {

@@ -3,7 +3,7 @@
 #include "probe_kernels.h"
 
 #include "central_query.h"
-#include "query/approach.h"
+#include "model/approach.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/point/probe_kernels.cpp"
@@ -19,6 +19,11 @@ namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
 using model::CellKind;
+using model::CentralMap;
+using model::ChartVerdict;
+using model::k_approach_near;
+using model::k_approach_steps;
+using model::Leaf;
 using model::Part;
 
 HWY_INLINE I kind_of(I cell) { return shift_right<14>(cell); }

@@ -1,6 +1,6 @@
 #include "sqmap/bake/bake.h"
 
-#include "query/central_map.h"
+#include "model/central_map.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -64,7 +64,7 @@ TEST(Bake, EveryTriangleLiesInItsPartsSuperquadric)
         const test::Baked b = test::baked(shape.mesh);
         const model::ModelView view = b.view();
         for (std::size_t t = 0; t < b.mesh.triangles.size(); ++t) {
-            const model::Part& part = view.parts[view.triangle_part[t] & model::k_part_mask];
+            const model::Part& part = view.parts[model::part_of_triangle(view, t)];
             EXPECT_LE(part.largest_f, 1.f);
             const shape::Superquadricf sq = model::superquadric_of(part);
             const Vec3d a = b.mesh.vertices[b.mesh.triangles[t][0]], u = b.mesh.vertices[b.mesh.triangles[t][1]] - a,
@@ -89,29 +89,29 @@ TEST(Bake, NoCrossingEscapesTheCertifiedBands)
         std::size_t checked = 0;
         for (std::size_t index = 0; index < view.parts.size(); ++index) {
             const model::Part& part = view.parts[index];
-            const query::CentralMap map(view, part);
+            const model::CentralMap map(view, part);
             const Vec3d centre = cast<double>(model::vec3(part.chart_centre));
             for (int i = 0; i < 1500; ++i) {
                 const Vec3d d = random.direction();
                 if (!bvh.ray_crossings(centre, d, crossings)) continue;
                 for (const mesh::Bvh::Crossing& c : crossings) {
                     // Faces that are no boundary of the solid change no verdict and have no place in the bands.
-                    if ((view.triangle_part[c.triangle] & model::k_buried) != 0) continue;
+                    if (model::is_buried(view.triangle_part[c.triangle])) continue;
                     const Vec3f x = map.to_chart_frame(cast<float>(centre + c.t * d));
                     if (!map.in_domain(x)) continue;
                     ++checked;
-                    const query::ChartPoint q = query::to_chart(x);
-                    const query::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+                    const model::ChartPoint q = model::to_chart(x);
+                    const model::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
                     ASSERT_GT(leaf.sheets + (leaf.kind == model::CellKind::Layered ? 1 : 0), 0)
                         << shape.name << ": a surface in a uniform cell";
                     float lo, hi;
-                    query::leaf_band(leaf, lo, hi);
+                    model::leaf_band(leaf, lo, hi);
                     // Of the point itself, rounded to float in model space: the smaller the part, the more it moves.
                     const float least = std::min(std::min(part.a[0], part.a[1]), part.a[2]);
                     const float hair = 2e-6f * q.w + 2.4e-7f / least * q.w * q.w;
                     ASSERT_GE(q.w, lo - hair) << shape.name;
                     ASSERT_LE(q.w, hi + hair) << shape.name;
-                    if ((view.triangle_part[c.triangle] & model::k_part_mask) != index) continue;  // blocks hold the own surface
+                    if (model::part_of_triangle(view, c.triangle) != index) continue;  // blocks hold the own surface
                     const model::Block block =
                         map.block(q.face, map.column_of(q.s) / model::k_block, map.column_of(q.t) / model::k_block);
                     ASSERT_GE(q.w, map.decode(block.lo) - hair) << shape.name;
@@ -134,7 +134,7 @@ TEST(Bake, ADividedCellKnowsTheSheetsOfBothSidesOfItsSilhouette)
     std::size_t rays = 0;
     double with_side = 0, with_other = 0;
     for (const model::Part& part : view.parts) {
-        const query::CentralMap map(view, part);
+        const model::CentralMap map(view, part);
         const Vec3d centre = cast<double>(model::vec3(part.chart_centre));
         for (int i = 0; i < 60000; ++i) {
             const Vec3d d = random.direction();
@@ -142,20 +142,20 @@ TEST(Bake, ADividedCellKnowsTheSheetsOfBothSidesOfItsSilhouette)
             for (const mesh::Bvh::Crossing& c : crossings) {
                 const Vec3f x = map.to_chart_frame(cast<float>(centre + c.t * d));
                 if (!map.in_domain(x)) continue;
-                const query::ChartPoint q = query::to_chart(x);
-                const query::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
+                const model::ChartPoint q = model::to_chart(x);
+                const model::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
                 if (!leaf.divided) continue;
-                EXPECT_GE(query::side_of_line(leaf, q.s, q.t), 0.f);
-                const auto error = [&](const query::Leaf& side) {
+                EXPECT_GE(model::side_of_line(leaf, q.s, q.t), 0.f);
+                const auto error = [&](const model::Leaf& side) {
                     double least = c.t;
                     for (int j = 0; j < side.sheets; ++j)
                         least = std::min(least,
-                                         std::abs(static_cast<double>(q.w / query::sheet_value(side, j, q.s, q.t).w) - 1) * c.t);
+                                         std::abs(static_cast<double>(q.w / model::sheet_value(side, j, q.s, q.t).w) - 1) * c.t);
                     return least;
                 };
                 ++rays;
                 with_side += error(leaf);
-                map.each_leaf(q.face, map.column_of(q.s), map.column_of(q.t), [&](const query::Leaf& side) {
+                map.each_leaf(q.face, map.column_of(q.s), map.column_of(q.t), [&](const model::Leaf& side) {
                     if (side.record == leaf.record && side.planes != leaf.planes) with_other += error(side);
                 });
             }
@@ -170,7 +170,7 @@ TEST(Bake, WhatIsKeptInADividedLeafLiesOnItsSide)
 {
     test::Random random(4);
     for (int i = 0; i < 2000; ++i) {
-        query::Leaf leaf;
+        model::Leaf leaf;
         leaf.size = 0.25f;
         leaf.divided = true;
         const model::BorderPoint from = model::border_point(random.below(256)), to = model::border_point(random.below(256));
@@ -180,10 +180,10 @@ TEST(Bake, WhatIsKeptInADividedLeafLiesOnItsSide)
         leaf.to[1] = leaf.size * to.v;
         auto s = static_cast<float>(random.between(-0.5, 0.5)), t = static_cast<float>(random.between(-0.5, 0.5));
         const float s_before = s, t_before = t;
-        query::keep_in_leaf(leaf, s, t);
-        EXPECT_GE(query::side_of_line(leaf, s, t), -1e-6f);
+        model::keep_in_leaf(leaf, s, t);
+        EXPECT_GE(model::side_of_line(leaf, s, t), -1e-6f);
         EXPECT_TRUE(s >= 0.f && s <= leaf.size && t >= 0.f && t <= leaf.size);
-        if (query::side_of_line(leaf, s_before, t_before) >= 0.f && s_before >= 0.f && s_before <= leaf.size && t_before >= 0.f &&
+        if (model::side_of_line(leaf, s_before, t_before) >= 0.f && s_before >= 0.f && s_before <= leaf.size && t_before >= 0.f &&
             t_before <= leaf.size) {
             EXPECT_EQ(s, s_before);
             EXPECT_EQ(t, t_before);

@@ -1,6 +1,7 @@
 #include "bake/candidate_lists.h"
 
-#include "query/approach.h"
+#include "model/candidate_lists.h"
+#include "model/locator.h"
 #include "sqmap/math/triangle.h"
 #include "support/parsed.h"
 
@@ -31,30 +32,30 @@ std::vector<Place> places_of(const ModelView& v)
     constexpr std::uint32_t n = model::k_brick;
     const auto add = [&](Vec3d centre, double half, std::uint32_t index, const model::CandidateList& near) {
         const std::uint32_t word = v.places[index];
-        if (model::place_kind(word) != LocatorCellKind::Free) out.push_back({centre, half, index, word, near});
+        if (!model::LocatorCell{word}.is_free()) out.push_back({centre, half, index, word, near});
     };
     for (std::uint32_t i = 0; i < v.bricks.size(); ++i) {
-        if ((v.bricks[i] & model::k_free_brick) != 0) continue;
+        if ((v.bricks[i] & model::LocatorBrick::k_free) != 0) continue;
         const Vec3d at{double(i % l.bricks[0]), double(i / l.bricks[0] % l.bricks[1]), double(i / (l.bricks[0] * l.bricks[1]))};
         const Vec3d corner = cast<double>(model::vec3(l.origin)) + n * cell * at;
-        const bool deep = (v.bricks[i] & model::k_deep_brick) != 0;
-        const std::uint32_t first = v.bricks[i] & ~model::k_deep_brick;
+        const bool deep = (v.bricks[i] & model::LocatorBrick::k_deep) != 0;
+        const std::uint32_t first = v.bricks[i] & ~model::LocatorBrick::k_deep;
         if (deep) {
             add(corner + 0.5 * n * cell * Vec3d{1, 1, 1}, 0.5 * n * cell, first, model::candidate_list(v, i, 0));
             continue;
         }
         for (std::uint32_t k = 0; k < n * n * n; ++k) {
             const std::uint32_t word = v.places[first + k];
-            if (model::place_kind(word) == LocatorCellKind::Free) continue;
+            if (model::LocatorCell{word}.is_free()) continue;
             const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
             const model::CandidateList near = model::candidate_list(v, i, k);
-            if (!model::is_divided(word)) {
+            if (!model::LocatorCell{word}.is_divided()) {
                 add(centre, 0.5 * cell, first + k, near);
                 continue;
             }
             for (std::uint32_t e = 0; e < 8; ++e)
                 add(centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.25 * cell,
-                    model::place_first(word) + e, near);
+                    model::LocatorCell{word}.first() + e, near);
         }
     }
     return out;
@@ -105,14 +106,14 @@ TEST(CandidateLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
         const ModelView& v = m.view();
         std::size_t inside = 0, outside = 0, dropped = 0;
         for (const Place& place : places_of(v)) {
-            if (model::place_kind(place.word) != LocatorCellKind::Mixed) continue;
+            if (model::LocatorCell{place.word}.kind() != LocatorCellKind::Mixed) continue;
             const std::uint8_t code = v.rises[place.index];
-            if (model::place_planes(place.word) == 0 || code == model::k_no_rise) continue;
-            const auto planes = v.planes.subspan(model::place_first(place.word), model::place_planes(place.word));
+            if (model::LocatorCell{place.word}.planes() == 0 || code == model::k_no_rise) continue;
+            const auto planes = v.planes.subspan(model::LocatorCell{place.word}.first(), model::LocatorCell{place.word}.planes());
             const float rise = static_cast<float>(code) * model::k_rise_step * v.locator.cell;
             for (int k = 0; k < 8; ++k) {
                 const Vec3d p = place.centre + place.half * random.in_box({-1, -1, -1}, {1, 1, 1});
-                const float gap = query::flat_gap(v.locator, planes, cast<float>(p - place.centre)).gap;
+                const float gap = model::flat_gap(v.locator, planes, cast<float>(p - place.centre)).gap;
                 const bool is_inside = m.solid().inside(p);
                 (is_inside ? inside : outside) += 1;
                 if (is_inside) {

@@ -1,6 +1,7 @@
 #include "bake/locator.h"
 
-#include "query/approach.h"
+#include "model/approach.h"
+#include "model/locator.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>
@@ -35,25 +36,26 @@ std::vector<Place> places_of(const ModelView& v)
         const Vec3d at{double(i % l.bricks[0]), double(i / l.bricks[0] % l.bricks[1]), double(i / (l.bricks[0] * l.bricks[1]))};
         const Vec3d corner = origin + n * cell * at, middle = corner + 0.5 * n * cell * Vec3d{1, 1, 1};
         const std::uint32_t brick = v.bricks[i];
-        if ((brick & model::k_free_brick) != 0) {
-            out.push_back({LocatorCellKind::Free, middle, n * cell, step * (brick & ~model::k_free_brick), 0});
-        } else if ((brick & model::k_deep_brick) != 0) {
-            const std::uint32_t word = v.places[brick & ~model::k_deep_brick];
-            out.push_back({model::place_kind(word), middle, n * cell, 0, word});
+        if ((brick & model::LocatorBrick::k_free) != 0) {
+            out.push_back({LocatorCellKind::Free, middle, n * cell, step * (brick & ~model::LocatorBrick::k_free), 0});
+        } else if ((brick & model::LocatorBrick::k_deep) != 0) {
+            const std::uint32_t word = v.places[brick & ~model::LocatorBrick::k_deep];
+            out.push_back({model::LocatorCell{word}.kind(), middle, n * cell, 0, word});
         } else {
             for (std::uint32_t k = 0; k < n * n * n; ++k) {
                 const auto add = [&](std::uint32_t word, Vec3d centre, double side) {
-                    const bool is_free = model::place_kind(word) == LocatorCellKind::Free;
-                    out.push_back({model::place_kind(word), centre, side, is_free ? step * model::place_gap(word) : 0, word});
+                    const bool is_free = model::LocatorCell{word}.is_free();
+                    out.push_back({model::LocatorCell{word}.kind(), centre, side,
+                                   is_free ? step * model::LocatorCell{word}.gap() : 0, word});
                 };
                 const std::uint32_t word = v.places[brick + k];
                 const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
-                if (!model::is_divided(word)) {
+                if (!model::LocatorCell{word}.is_divided()) {
                     add(word, centre, cell);
                     continue;
                 }
                 for (std::uint32_t e = 0; e < 8; ++e)
-                    add(v.places[model::place_first(word) + e],
+                    add(v.places[model::LocatorCell{word}.first() + e],
                         centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.5 * cell);
             }
         }
@@ -68,16 +70,16 @@ Vec3d point_in(const Place& place, test::Random& random)
 
 std::span<const std::uint32_t> planes_of(const ModelView& v, const Place& place)
 {
-    return v.planes.subspan(model::place_first(place.word), model::place_planes(place.word));
+    return v.planes.subspan(model::LocatorCell{place.word}.first(), model::LocatorCell{place.word}.planes());
 }
 
 /// Of a place that is not flat.
 std::vector<model::Seed> chain_of(const ModelView& v, const Place& place)
 {
     std::vector<model::Seed> chain;
-    for (std::uint32_t i = model::place_first(place.word);; ++i) {
+    for (std::uint32_t i = model::LocatorCell{place.word}.first();; ++i) {
         chain.push_back(v.seeds[i]);
-        if ((v.seeds[i].extent & model::k_last_seed) != 0) return chain;
+        if (model::is_last_seed(v.seeds[i])) return chain;
     }
 }
 
@@ -150,18 +152,18 @@ TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
         std::size_t inside = 0, first_right = 0, judged = 0, mixed = 0, asked = 0;
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            asked += place.kind == LocatorCellKind::Ask ? 1u : 0u;
+            asked += place.kind == LocatorCellKind::Ambiguous ? 1u : 0u;
             if (place.kind != LocatorCellKind::Mixed) continue;
             ++mixed;
             for (int k = 0; k < 4; ++k) {
                 const Vec3d p = cast<double>(cast<float>(point_in(place, random)));
                 const bool is_inside = m.solid().inside(p);
-                std::uint32_t list = v.part_lists[model::place_list(place.word)];
+                std::uint32_t list = v.part_lists[model::LocatorCell{place.word}.list()];
                 std::int64_t holder = -1;
                 for (std::uint32_t j = 0; j < model::k_list_length && holder < 0; ++j, list >>= 8) {
                     const std::uint32_t part = list & 0xffu;
                     if (part == model::k_no_part) break;
-                    const query::CentralMap map(v, v.parts[part]);
+                    const model::CentralMap map(v, v.parts[part]);
                     if (map.in_domain(map.to_chart_frame(cast<float>(p)))) holder = part;
                 }
                 if (is_inside) {
@@ -174,9 +176,9 @@ TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
                     ++first_right;
                     continue;
                 }
-                const query::CentralMap map(v, v.parts[static_cast<std::size_t>(holder)]);
-                const query::ChartPoint q = query::to_chart(map.to_chart_frame(cast<float>(p)));
-                first_right += query::classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w).inside == is_inside ? 1u : 0u;
+                const model::CentralMap map(v, v.parts[static_cast<std::size_t>(holder)]);
+                const model::ChartPoint q = model::to_chart(map.to_chart_frame(cast<float>(p)));
+                first_right += model::classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w).inside == is_inside ? 1u : 0u;
             }
         }
         EXPECT_GT(inside, 100u) << name;
@@ -198,12 +200,12 @@ TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
             const Place& place = places[i];
             if (place.kind == LocatorCellKind::Free) continue;
             ++all;
-            if (model::place_planes(place.word) == 0) continue;
+            if (model::LocatorCell{place.word}.planes() == 0) continue;
             ++flat;
             for (int k = 0; k < 3; ++k) {
                 const Vec3d p = point_in(place, random);
                 if (!m.solid().inside(p)) continue;
-                const float lowest = query::flat_gap(v.locator, planes_of(v, place), cast<float>(p - place.centre)).gap;
+                const float lowest = model::flat_gap(v.locator, planes_of(v, place), cast<float>(p - place.centre)).gap;
                 errors.push_back(std::abs(static_cast<double>(lowest) - m.solid().closest_boundary(p).distance));
             }
         }
@@ -229,12 +231,13 @@ TEST(Locator, APlaneIsOfThePartThatOwnsItsSurface)
         const std::vector<Place> places = places_of(v);
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind == LocatorCellKind::Free || model::place_planes(place.word) != 1) continue;
+            if (place.kind == LocatorCellKind::Free || model::LocatorCell{place.word}.planes() != 1) continue;
             const std::uint32_t plane = planes_of(v, place).front();
-            const std::uint32_t part = v.part_lists[model::place_list(place.word)] >> 8 * model::plane_slot(plane) & 0xffu;
+            const std::uint32_t part =
+                model::part_in_list(v.part_lists[model::LocatorCell{place.word}.list()], model::LocatorPlane{plane}.slot());
             const mesh::ClosestPoint nearest = m.solid().closest_boundary(place.centre);
             ++checked;
-            right += (v.triangle_part[nearest.triangle] & model::k_part_mask) == part ? 1u : 0u;
+            right += model::part_of_triangle(v, nearest.triangle) == part ? 1u : 0u;
         }
         ASSERT_GT(checked, 50u) << name;
         // Where an edge is nearest, two triangles are.
@@ -251,18 +254,18 @@ TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
         const std::vector<Place> places = places_of(v);
         for (std::size_t i = 0; i < places.size(); i += stride) {
             const Place& place = places[i];
-            if (place.kind == LocatorCellKind::Free || model::place_planes(place.word) > 0) continue;
+            if (place.kind == LocatorCellKind::Free || model::LocatorCell{place.word}.planes() > 0) continue;
             const std::vector<model::Seed> chain = chain_of(v, place);
             const Vec3d p = point_in(place, random);
             if (!m.solid().inside(p)) continue;
             double best = INFINITY;
             for (const model::Seed& seed : chain) {
                 const model::Part& part = v.parts[model::seed_part(seed)];
-                const query::CentralMap map(v, part);
-                const float gap = query::seed_gap(v.locator, seed, cast<float>(p - place.centre));
-                const Vec3f point = cast<float>(p), foot = point + gap * query::seed_normal(seed);
+                const model::CentralMap map(v, part);
+                const float gap = model::seed_gap(v.locator, seed, cast<float>(p - place.centre));
+                const Vec3f point = cast<float>(p), foot = point + gap * model::seed_normal(seed);
                 best = std::min<double>(
-                    best, std::sqrt(query::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
+                    best, std::sqrt(model::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
             }
             errors.push_back(std::abs(best - m.solid().closest_boundary(p).distance));
         }

@@ -81,7 +81,7 @@ void complete(Object& object, double metres_per_unit, double size, const Words& 
     for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t) {
         object.mesh.triangles.push_back(
             {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
-        object.parts.partition.part_of_triangle.push_back(view.triangle_part[t] & model::k_part_mask);
+        object.parts.partition.part_of_triangle.push_back(model::part_of_triangle(view, t));
     }
     object.parts.partition.part_count = static_cast<std::uint32_t>(view.parts.size());
     for (const model::Part& part : view.parts) {

@@ -51,26 +51,12 @@ std::string sample_bytes(const Object& object)
     std::vector<std::uint32_t> part_of;
     for (std::uint32_t index = 0; index < object.view.parts.size(); ++index) {
         const model::Part& part = object.view.parts[index];
-        const auto n = static_cast<int>(part.base);
-        std::size_t at = part.first_sample;
-        for (int face = 0; face < model::k_faces && n > 0; ++face)
-            for (int row = 0; row <= n; ++row)
-                for (int column = 0; column <= n; ++column, ++at) {
-                    const std::uint16_t stored = object.view.samples[at];
-                    if (stored == model::k_no_surface) continue;
-                    const int m = face >> 1;
-                    Vec3f q{};
-                    q[m] = (face & 1) != 0 ? -1.f : 1.f;
-                    q[(m + 1) % 3] = -1 + 2 * static_cast<float>(column) / static_cast<float>(n);
-                    q[(m + 2) % 3] = -1 + 2 * static_cast<float>(row) / static_cast<float>(n);
-                    const Vec3f way = part.a[0] * q.x * model::vec3(part.rotation) +
-                                      part.a[1] * q.y * model::vec3(part.rotation + 3) +
-                                      part.a[2] * q.z * model::vec3(part.rotation + 6);
-                    const float w = part.w_min + part.w_step * static_cast<float>(stored);
-                    if (!(w > 0)) continue;
-                    points.push_back(object.world(cast<double>(model::vec3(part.chart_centre) + 1 / w * way)));
-                    part_of.push_back(index);
-                }
+        for (std::uint32_t i = 0; i < part.sample_count; ++i) {
+            const std::optional<Vec3f> point = model::sample_point(object.view, part, i);
+            if (!point) continue;
+            points.push_back(object.world(cast<double>(*point)));
+            part_of.push_back(index);
+        }
     }
     out.count(points.size());
     for (const Vec3f& p : points) out.point(p);

@@ -1,0 +1,34 @@
+// Flag bits of parts, and the words of triangles: the part that each belongs to and what of it is boundary.
+#pragma once
+
+#include "sqmap/model/model.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace sqmap::model {
+
+/// Of Part::flags.
+enum PartFlag : std::uint32_t {
+    k_centre_inside = 1u,  ///< the chart's centre lies in the solid
+    k_fit_fallback = 2u,   ///< the closed-form ellipsoid bounds the part
+};
+
+/// Of triangle_part.
+enum SurfaceFlag : std::uint16_t {
+    k_part_mask = 0x3fff,
+    k_buried = 0x4000,   ///< both sides are inside the solid: no boundary
+    k_crossed = 0x8000,  ///< another triangle cuts it: of it only its pieces are boundary
+};
+inline constexpr std::size_t k_max_parts = k_part_mask;
+
+constexpr std::uint16_t triangle_word(std::uint32_t part, std::uint16_t flags)
+{
+    return static_cast<std::uint16_t>(part | flags);
+}
+constexpr std::uint32_t part_of(std::uint16_t triangle_word) { return triangle_word & k_part_mask; }
+constexpr std::uint16_t flags_of(std::uint16_t triangle_word) { return triangle_word & static_cast<std::uint16_t>(~k_part_mask); }
+constexpr bool is_buried(std::uint16_t triangle_word) { return (triangle_word & k_buried) != 0; }
+constexpr bool is_crossed(std::uint16_t triangle_word) { return (triangle_word & k_crossed) != 0; }
+
+}  // namespace sqmap::model

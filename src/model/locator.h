@@ -1,0 +1,92 @@
+// Which cell of the locator holds a point, and how far the point is below the cell's planes: one point at a time.
+#pragma once
+
+#include "model/locator_cells.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sqmap::model {
+
+/// The cell under a point.
+struct LocatedCell {
+    bool is_free = true;       ///< outside the grid, or in a free brick or cell
+    std::size_t brick = 0;     ///< its index
+    std::uint32_t within = 0;  ///< of the undivided cell in its brick, 0 of a deep one
+    std::size_t index = 0;     ///< of the word, where one is stored
+    LocatorCell cell{};
+    Vec3f offset{};  ///< of the point from the cell's centre, in cells
+};
+
+/// Cost: two look-ups, or three. @pre the model has a locator
+inline LocatedCell locate(const ModelView& model, Vec3f p)
+{
+    const Locator& l = model.locator;
+    const float inverse_cell = 1.f / l.cell;
+    constexpr auto n = static_cast<std::uint32_t>(k_brick);
+    LocatedCell found;
+    std::uint32_t at[3];
+    Vec3f in_cells;
+    for (int k = 0; k < 3; ++k) {
+        in_cells[k] = (p[k] - l.origin[k]) * inverse_cell;
+        if (!(in_cells[k] >= 0.f && in_cells[k] < static_cast<float>(n * l.bricks[k]))) return found;
+        at[k] = static_cast<std::uint32_t>(in_cells[k]);
+    }
+    found.brick = (std::size_t{at[2] / n} * l.bricks[1] + at[1] / n) * l.bricks[0] + at[0] / n;
+    const LocatorBrick brick{model.bricks[found.brick]};
+    if (brick.is_free()) return found;
+    const bool deep = brick.is_deep();
+    for (int k = 0; k < 3; ++k) {
+        const auto corner = static_cast<float>(deep ? at[k] / n * n : at[k]);
+        found.offset[k] = in_cells[k] - (corner + (deep ? 0.5f * k_brick : 0.5f));
+    }
+    found.within = deep ? 0 : (at[2] % n * n + at[1] % n) * n + at[0] % n;
+    found.index = brick.first() + found.within;
+    found.cell = {model.places[found.index]};
+    float quarter = 0.25f;
+    for (int d = 0; d < k_max_divisions && !deep && found.cell.is_divided(); ++d, quarter *= 0.5f) {
+        std::uint32_t eighth = 0;
+        for (int k = 0; k < 3; ++k) {
+            const bool up = found.offset[k] >= 0.f;
+            eighth |= up ? 1u << k : 0u;
+            found.offset[k] -= up ? quarter : -quarter;
+        }
+        found.index = found.cell.first() + eighth;
+        found.cell = {model.places[found.index]};
+    }
+    found.is_free = !deep && found.cell.is_free();
+    return found;
+}
+
+/// How far a point is below a seed's plane, model units. offset: from the centre of the seed's cell, model units.
+inline float seed_gap(const Locator& locator, Seed seed, Vec3f offset)
+{
+    return static_cast<float>(seed_distance(seed)) * (k_seed_distance_step * locator.cell) - dot(seed_normal(seed), offset);
+}
+
+/// How far a point is below a plane, model units. offset: from the centre of its cell, model units.
+inline float plane_gap(const Locator& locator, LocatorPlane plane, Vec3f offset)
+{
+    return plane.distance(locator.plane_reach) * locator.cell - dot(plane.normal(), offset);
+}
+
+/// How far a point is below the planes of a flat cell: the lowest of the groups' highest (see LocatorPlane), and where that
+/// group ends among them.
+struct FlatGap {
+    float gap = INFINITY;
+    std::size_t group_end = 0;
+};
+inline FlatGap flat_gap(const Locator& locator, std::span<const std::uint32_t> planes, Vec3f offset)
+{
+    FlatGap lowest;
+    for (std::size_t k = 0; k < planes.size();) {
+        float highest = -INFINITY;
+        do highest = std::max(highest, plane_gap(locator, {planes[k]}, offset));
+        while (++k < planes.size() && LocatorPlane{planes[k]}.is_joined());
+        if (highest < lowest.gap) lowest = {highest, k};
+    }
+    return lowest;
+}
+
+}  // namespace sqmap::model
