@@ -18,11 +18,12 @@ struct LayerName {
 };
 
 /// The one table, in the order of the layers.
-inline constexpr std::array<LayerName, 5> k_layer_names{{{query::Layer::One, "1"},
+inline constexpr std::array<LayerName, 6> k_layer_names{{{query::Layer::One, "1"},
                                                          {query::Layer::Two, "2"},
                                                          {query::Layer::Three, "3"},
                                                          {query::Layer::Exact, "exact"},
-                                                         {query::Layer::Auto, "auto"}}};
+                                                         {query::Layer::Auto, "auto"},
+                                                         {query::Layer::Gate, "gate"}}};
 
 /// Nothing for a name that is not in the table.
 [[nodiscard]] std::optional<query::Layer> layer_named(std::string_view name);

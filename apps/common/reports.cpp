@@ -28,25 +28,24 @@ ordered_json measured_json(const model::Measured& m)
 
 ordered_json evaluation_json(const bake::Evaluation& e)
 {
-    return {{"points", e.points},
-            {"inside", e.inside},
-            {"missed", e.missed},
-            {"false_contacts", e.false_contacts},
-            {"missed_at_any_distance", e.missed_any},
-            {"false_at_any_distance", e.false_any},
-            {"certain", e.certain},
-            {"certain_wrong", e.certain_wrong},
-            {"contradictions", e.contradictions},
-            {"layer1_missed", e.layer1_missed},
-            {"eq35_percent", distribution_json(e.eq35)},
-            {"eq35_left_out_percent", e.eq35_left_out},
-            {"eq35_one_sided_percent", e.eq35_one_sided},
-            {"depth_percent", distribution_json(e.depth)},
-            {"normal_degrees", distribution_json(e.normal)},
-            {"frame",
-             {{"missed", e.frame.missed},
-              {"false_contacts", e.frame.false_contacts},
-              {"depth_percent", distribution_json(e.frame.depth)}}}};
+    return {
+        {"points", e.points},
+        {"inside", e.inside},
+        {"missed", e.missed},
+        {"false_contacts", e.false_contacts},
+        {"missed_at_any_distance", e.missed_any},
+        {"false_at_any_distance", e.false_any},
+        {"certain", e.certain},
+        {"certain_wrong", e.certain_wrong},
+        {"contradictions", e.contradictions},
+        {"layer1_missed", e.layer1_missed},
+        {"eq35_percent", distribution_json(e.eq35)},
+        {"eq35_left_out_percent", e.eq35_left_out},
+        {"eq35_one_sided_percent", e.eq35_one_sided},
+        {"depth_percent", distribution_json(e.depth)},
+        {"normal_degrees", distribution_json(e.normal)},
+        // A probe answers as its points do.
+        {"frame", {{"missed", e.missed}, {"false_contacts", e.false_contacts}, {"depth_percent", distribution_json(e.depth)}}}};
 }
 
 void print_measured(const model::Measured& m)

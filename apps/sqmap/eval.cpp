@@ -45,8 +45,6 @@ void print(const char* layer, const bake::Evaluation& e)
         e.eq35_left_out, e.eq35_one_sided);
     print_distribution("depth", e.depth, "% of R_max");
     print_distribution("normal", e.normal, "degrees");
-    std::printf("  as one frame: %u missed, %u false beyond the band\n", e.frame.missed, e.frame.false_contacts);
-    print_distribution("depth", e.frame.depth, "% of R_max");
 }
 
 struct Options {

@@ -84,6 +84,7 @@ int digits_of(double coordinate, double size)
 
 struct Options {
     std::string model, points, output, layer = "3";
+    double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_layer3_gate;
     bool certain = false, offset = false, smoothing = false;
 };
@@ -91,8 +92,12 @@ struct Options {
 /// A row for each point, in their order.
 std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
 {
-    const query::QueryOptions options{
-        .layer = layer_named(o.layer).value(), .layer3_gate = o.gate, .offset = o.offset, .smoothing = o.smoothing};
+    const bool by_gate = o.layer == "auto" && o.tolerance < 0;
+    const query::QueryOptions options{.layer = by_gate ? query::Layer::Gate : layer_named(o.layer).value(),
+                                      .tolerance = o.tolerance,
+                                      .layer3_gate = o.gate,
+                                      .offset = o.offset,
+                                      .smoothing = o.smoothing};
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
         throw BadPoints(o.model + " was baked without the exact layer: bake it without --no-exact");
     const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
@@ -147,13 +152,15 @@ void add_query(CommandLine& line)
     command.option("-o,--output", options->output, "CSV to write, a row for each row of points").required();
     command
         .option("--layer", options->layer,
-                "1 superquadrics, 2 base map, 3 refined map, exact, or auto: 2 or 3 by the gate of k_L")
-        .one_of({"1", "2", "3", "exact", "auto"})
+                "1 superquadrics, 2 planes, 3 planes and refined map, exact; gate: 2 or 3 by k_L; auto: the cheapest within "
+                "--tolerance, or without one as gate")
+        .one_of({"1", "2", "3", "exact", "auto", "gate"})
         .shows_default();
     command
         .option("--gate", options->gate,
-                "k_L: auto reads layer 3 for a part with fewer base samples than this times its vertices")
+                "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices")
         .shows_default();
+    command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units");
     command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
     command.flag("--offset", options->offset, "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");

@@ -75,6 +75,24 @@ model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, 
     return miss > 1 && miss < k_clear_miss ? measure(data, solid, 20000) : quick;
 }
 
+/// The same as probes compute: with the locator, which answers where its planes are the surface.
+void measure_layers(const model::ModelData& data, const mesh::Solid& solid, model::Measured& m)
+{
+    EvaluateOptions options;
+    options.points = 4000;
+    const LayerErrors errors = layer_errors(data.view(), solid, options);
+    m.layer1_depth_p99 = errors.depth[0].p99;
+    m.layer2_depth_p99 = errors.depth[1].p99;
+    if (!model::has_locator(data.view())) return;
+    m.points = errors.points;
+    m.missed = errors.missed;
+    m.false_contacts = errors.false_contacts;
+    m.depth_median = errors.depth[2].median;
+    m.depth_p95 = errors.depth[2].p95;
+    m.depth_p99 = errors.depth[2].p99;
+    m.depth_max = errors.depth[2].max;
+}
+
 void check_partition(const decompose::Partition& partition, const mesh::Mesh& mesh)
 {
     if (partition.part_count < 1 || partition.part_count > 1000) throw mesh::InvalidInput("a partition has 1 to 1000 parts");
@@ -265,6 +283,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     bake_candidate_lists(solid, options.target_error, options.threads, draft.model);
     lap("near");
 
+    measure_layers(draft.model, solid, draft.measured);
     draft.measured.q2_share = hidden_percent(parts.parts);
     draft.model.measured = draft.measured;
     draft.model.mesh_hash = mesh::content_hash(input);

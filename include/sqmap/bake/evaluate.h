@@ -39,15 +39,18 @@ struct Evaluation {
     Distribution depth;         ///< against the true distance, over true contacts
     Distribution normal;        ///< against the direction of the true nearest point, over true contacts
     std::vector<Vec3d> worst;   ///< model space: the points of greatest depth error
-    struct Frame {              ///< the same points asked as one probe, where the model has a locator
-        std::uint32_t missed = 0, false_contacts = 0;  ///< farther than verdict_band from the surface
-        Distribution depth;
-    } frame;
 };
 
 /// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: the mesh in model
 /// space. Deterministic for a seed. Cost: about 10 microseconds a point.
 [[nodiscard]] Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
+
+/// Depth errors of the layers, measured as probes compute.
+struct LayerErrors {
+    std::uint32_t points = 0, missed = 0, false_contacts = 0;  ///< of layer 3, as in Evaluation
+    Distribution depth[3];                                     ///< of layers 1 to 3, as Evaluation::depth
+};
+[[nodiscard]] LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
 
 /// Containment, checked afresh from the stored parameters.
 struct Containment {

@@ -3,7 +3,6 @@
 #include "sqmap/math/box.h"
 #include "sqmap/math/random.h"
 #include "sqmap/query/normal_projection.h"
-#include "sqmap/query/probe.h"
 
 #include <algorithm>
 #include <cmath>
@@ -122,37 +121,6 @@ AlongProjection compare_along_normal(const model::ModelView& model, std::uint32_
     return result;
 }
 
-struct Truth {
-    Vec3f point;
-    bool inside;
-    double distance;  ///< to the boundary
-};
-
-Evaluation::Frame evaluate_frame(const model::ModelView& model, const std::vector<Truth>& truths, const EvaluateOptions& options)
-{
-    std::vector<Vec3d> points;
-    for (const Truth& t : truths) points.push_back(model::to_mesh_units(model.header, t.point));
-    std::vector<query::ProbeContact> contacts(points.size());
-    Pose still;
-    for (int k = 0; k < 3; ++k) still.rotation.row[k][k] = 1;
-    const query::ProbeResult found = query::query_probe(model, query::Probe(points), still, {.layer = options.layer}, contacts);
-    std::vector<const query::ProbeContact*> contact_of(points.size(), nullptr);
-    for (std::size_t i = 0; i < found.contacts; ++i) contact_of[contacts[i].index] = &contacts[i];
-    const double r_max = model.header.r_max;
-    Evaluation::Frame frame;
-    std::vector<double> depth;
-    for (std::size_t i = 0; i < truths.size(); ++i) {
-        const Truth& t = truths[i];
-        const query::ProbeContact* c = contact_of[i];
-        const bool far = t.distance > options.verdict_band * r_max;
-        frame.missed += t.inside && c == nullptr && far ? 1u : 0u;
-        frame.false_contacts += !t.inside && c != nullptr && far ? 1u : 0u;
-        if (t.inside && c != nullptr) depth.push_back(100 * std::abs(static_cast<double>(c->depth) - t.distance) / r_max);
-    }
-    frame.depth = summarize(std::move(depth));
-    return frame;
-}
-
 }  // namespace
 
 std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const EvaluateOptions& options)
@@ -203,6 +171,29 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     return result;
 }
 
+LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
+{
+    constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three};
+    const double r_max = model.header.r_max;
+    LayerErrors errors;
+    std::vector<double> depth[3];
+    for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
+        const Vec3f p = cast<float>(exact_point);
+        const bool inside = solid.inside(cast<double>(p));
+        const double distance = solid.closest_boundary(cast<double>(p)).distance;
+        ++errors.points;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const query::Contact c = query::query_point(model, p, k_layers[k]);
+            if (inside && c.contact) depth[k].push_back(100 * std::abs(static_cast<double>(c.depth) - distance) / r_max);
+            if (k_layers[k] != query::Layer::Three || distance <= options.verdict_band * r_max) continue;
+            errors.missed += inside && !c.contact ? 1u : 0u;
+            errors.false_contacts += !inside && c.contact ? 1u : 0u;
+        }
+    }
+    for (std::size_t k = 0; k < 3; ++k) errors.depth[k] = summarize(std::move(depth[k]));
+    return errors;
+}
+
 Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const double r_max = model.header.r_max;
@@ -210,14 +201,12 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
     Evaluation e;
     std::vector<double> eq35, depth, normal;
     std::vector<std::pair<double, Vec3d>> worst;
-    std::vector<Truth> truths;
     std::uint32_t in_some = 0, left_out = 0, one_sided = 0;
     for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
         const Vec3f p = cast<float>(exact_point);
         const Vec3d q = cast<double>(p);
         const bool inside = solid.inside(q);
         const mesh::ClosestPoint nearest = solid.closest_boundary(q);
-        truths.push_back({p, inside, nearest.distance});
         const query::Contact c = query::query_point(model, p, options.layer);
         ++e.points;
         e.inside += inside ? 1u : 0u;
@@ -268,7 +257,6 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
     e.eq35_one_sided = in_some > 0 ? 100.0 * one_sided / in_some : 0;
     e.depth = summarize(std::move(depth));
     e.normal = summarize(std::move(normal));
-    if (model::has_locator(model)) e.frame = evaluate_frame(model, truths, options);
     std::sort(worst.begin(), worst.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
     for (std::size_t i = 0; i < worst.size() && i < 50; ++i) e.worst.push_back(worst[i].second);
     return e;
