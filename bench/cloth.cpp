@@ -182,7 +182,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
                                       {"sqmap, layer 2", query::Layer::Two},
                                       {"sqmap, layer 3", query::Layer::Three},
                                       {"sqmap, exact layer", query::Layer::Exact}}) {
-        query::ProbeOptions options;
+        query::QueryOptions options;
         options.layer = layer;
         rows[name] = timed(clock, c, [&](const Frame& f) {
             probe.move(f.nodes);

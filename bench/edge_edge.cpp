@@ -45,7 +45,7 @@ struct Item {
     FclModel fcl;
 };
 
-constexpr query::ProbeOptions k_margin{.layer = query::Layer::Exact, .margin = 0.002f};
+constexpr query::QueryOptions k_margin{.layer = query::Layer::Exact, .margin = 0.002f};
 
 struct Pair {
     std::uint32_t a, b;
@@ -140,7 +140,7 @@ public:
         distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
         ++totals.poses;
         totals.curves += distinct.size();
-        const auto count = [&](const query::ProbeOptions& options, Count& missed) {
+        const auto count = [&](const query::QueryOptions& options, Count& missed) {
             const query::PairResult r = ask(pose, options);
             missed.poses += r.contacts == 0 ? 1u : 0u;
             std::vector<std::uint32_t> seen;
@@ -183,7 +183,7 @@ public:
     }
 
 private:
-    query::PairResult ask(const sqmap::Pose& pose, const query::ProbeOptions& options)
+    query::PairResult ask(const sqmap::Pose& pose, const query::QueryOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
                                                       {.frame = options, .merge_distance = 0}, workspace_, contacts_);
@@ -261,7 +261,7 @@ int run(int poses, const char* path_a, const char* path_b)
             measure.apart(pose_at(out + k_press[k] * setting->r_max), totals[k]);
         }
     }
-    const query::ProbeOptions offset{.offset = true};
+    const query::QueryOptions offset{.offset = true};
     std::printf("offsets up to %.3f %% (a) and %.3f %% (b) of a's R_max, margin %.3f %% of each body's own\n",
                 100 * query::reach_of({&a.view, nullptr, {}}, offset) / setting->r_max,
                 100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max,

@@ -71,7 +71,8 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto rises = builder.CreateVector(data.rises);
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
-                                             m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share);
+                                             m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share,
+                                             m.layer1_depth_p99, m.layer2_depth_p99);
     const auto made_by = builder.CreateString(data.made_by);
     const auto source = builder.CreateString(data.source);
     const auto options = builder.CreateString(data.options);

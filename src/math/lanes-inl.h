@@ -34,6 +34,7 @@ constexpr std::size_t k_lanes = hn::MaxLanes(DF());
 
 HWY_INLINE F set(float v) { return hn::Set(df, v); }
 HWY_INLINE I set_int(std::int32_t v) { return hn::Set(di, v); }
+HWY_INLINE I set_word(std::uint32_t v) { return hn::Set(di, static_cast<std::int32_t>(v)); }
 HWY_INLINE F blend(M m, F yes, F no) { return hn::IfThenElse(m, yes, no); }
 HWY_INLINE I blend(M m, I yes, I no) { return hn::IfThenElse(hn::RebindMask(di, m), yes, no); }
 HWY_INLINE M equal(I a, I b) { return hn::RebindMask(df, hn::Eq(a, b)); }

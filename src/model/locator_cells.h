@@ -151,11 +151,6 @@ struct LocatorPlane {
     static constexpr std::uint32_t k_max_distance = (1u << k_distance_bits) - 1, k_slot_mask = 3, k_joined = 1u << 31;
 };
 
-// Names that vector code reads words by.
-inline constexpr std::uint32_t k_free_brick = LocatorBrick::k_free, k_deep_brick = LocatorBrick::k_deep,
-                               k_divided_place = k_max_lists, k_plane_most_distance = LocatorPlane::k_max_distance;
-inline constexpr int k_plane_normal_bits = LocatorPlane::k_normal_bits;
-
 /// Seeds: 8 bits part, 12 + 12 bits outward unit normal; 16 bits signed distance of the cell's centre below the plane, 8 bits
 /// reach, a flag on the last of a cell's chain.
 inline constexpr int k_seed_normal_bits = 12, k_seed_normal_shift = 8, k_seed_reach_shift = 16;

@@ -336,7 +336,9 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     hash_bytes(hash, std::span<const double>(figures));
     for (const std::string_view text : {view.made_by, view.source, view.options})
         hash_bytes(hash, std::span<const char>(text.data(), text.size()));
-    // Models without it keep the hash that they were written with.
+    // Models without these keep the hash that they were written with.
+    if (const double layers[] = {m.layer1_depth_p99, m.layer2_depth_p99}; layers[0] > 0 || layers[1] > 0)
+        hash_bytes(hash, std::span<const double>(layers));
     if (view.mesh_hash != 0) hash_bytes(hash, std::span<const std::uint64_t>(&view.mesh_hash, 1));
     return hash;
 }
@@ -394,8 +396,9 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     v.rises = span_of<std::uint8_t>(model->rises());
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
-        v.measured = {m->points(),       m->missed(),    m->false_contacts(), m->eq35_mean(), m->eq35_p99(),      m->eq35_max(),
-                      m->depth_median(), m->depth_p95(), m->depth_p99(),      m->depth_max(), m->normal_median(), m->q2_share()};
+        v.measured = {m->points(),        m->missed(),       m->false_contacts(),   m->eq35_mean(),       m->eq35_p99(),
+                      m->eq35_max(),      m->depth_median(), m->depth_p95(),        m->depth_p99(),       m->depth_max(),
+                      m->normal_median(), m->q2_share(),     m->layer1_depth_p99(), m->layer2_depth_p99()};
     const auto text = [](const flatbuffers::String* s) { return s == nullptr ? std::string_view() : s->string_view(); };
     v.made_by = text(model->made_by());
     v.source = text(model->source());

@@ -2,10 +2,15 @@
 #include "sqmap/query/query.h"
 
 #include "query/exact/exact_layer.h"
+#include "query/exact/probe_exact.h"
 #include "query/normal/normal_query.h"
 #include "query/point/central_query.h"
+#include "query/point/layer.h"
+#include "query/point/probe_job.h"
+#include "query/point/probe_kernels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace sqmap::query {
@@ -51,42 +56,105 @@ Contact layer_one(const ModelView& model, Vec3f p)
     return contact;
 }
 
-Contact answer(const ModelView& model, Vec3f point, const QueryOptions& options)
+/// So far from the model that float arithmetic on the distance may overflow.
+bool is_far_off(const ModelView& model, Vec3f point)
 {
-    const Layer layer = options.layer;
+    const Vec3f offset = point - model::vec3(model.header.sphere);
+    return std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > 1e6f * model.header.sphere[3];
+}
+
+Contact free_at(Vec3f point, bool certain)
+{
     Contact contact;
     contact.point = point;
-    if (!is_finite(point)) {
-        contact.point = {};
-        contact.status = k_not_finite;
-        return contact;
+    contact.certain = certain;
+    return contact;
+}
+
+/// By the kernels of probe queries. options.layer: chosen. @pre is_located, and the points are finite and not far off
+void query_located(const ModelView& model, std::span<const Vec3f> points, const QueryOptions& options,
+                   std::span<Contact> contacts)
+{
+    for (std::size_t first = 0; first < points.size(); first += PointBatch::k_size) {
+        PointBatch batch(points.subspan(first));
+        std::array<ProbeContact, PointBatch::k_size> found;
+        const ProbeJob job(model, batch, options, found);
+        const std::size_t count = (job.layer == Layer::Exact ? run_probe_exact(job) : run_probe(job)).contacts;
+        for (std::size_t i = 0; i < batch.count; ++i)
+            contacts[first + i] = free_at(points[first + i], job.layer == Layer::Exact || batch.reached[i] == 0);
+        for (const ProbeContact& c : std::span(found).first(count))
+            contacts[first + c.index] = {c.point, c.normal, c.depth, c.part, true, c.certain, c.status};
     }
+}
+
+/// Without a locator. options.layer: chosen
+Contact query_unlocated(const ModelView& model, Vec3f point, const QueryOptions& options)
+{
     const Vec3f offset = point - model::vec3(model.header.sphere);
-    contact.certain = true;
     // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
     const float margin = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
-    // The box first: squares of far coordinates overflow.
-    if (std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > radius || norm_sq(offset) > radius * radius)
-        return contact;
-    if (layer == Layer::One) {
+    if (norm_sq(offset) > radius * radius) return free_at(point, true);
+    if (options.layer == Layer::One) {
         const Contact c = layer_one(model, point);
-        return c.contact ? c : contact;
+        return c.contact ? c : free_at(point, true);
     }
-    const bool exact = layer == Layer::Exact && model::has_exact(model);
-    if (!exact && model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal)) {
-        Contact answer = query_normal(model, point, options);
-        if (layer == Layer::Exact) answer.status |= k_no_exact;
-        return answer;
+    if (options.layer == Layer::Exact) return query_exact(model, point);
+    if (model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal))
+        return query_normal(model, point, options);
+    return query_central(model, point, options.layer, options.layer3_gate);
+}
+
+Contact answer(const ModelView& model, Vec3f point, QueryOptions options)
+{
+    if (!is_finite(point)) {
+        Contact contact;
+        contact.status = k_not_finite;
+        return contact;
     }
-    Contact answer = exact ? query_exact(model, point) : query_central(model, point, layer, options.layer3_gate);
-    if (layer == Layer::Exact && !exact) answer.status |= k_no_exact;
-    if (options.smoothing && layer != Layer::Exact) apply_smoothing(model, point, answer);
-    if (options.offset || margin > 0.f) apply_offset(model, point, layer, {.stored = options.offset, .least = margin}, answer);
-    return answer;
+    const bool no_exact = lacks_exact(model, options);
+    options.layer = chosen_layer(model, options);
+    Contact contact = free_at(point, true);
+    const bool far_off = is_far_off(model, point), located = options.layer != Layer::One && is_located(model, options.layer);
+    if (!far_off && located)
+        query_located(model, {&point, 1}, options, {&contact, 1});
+    else if (!far_off)
+        contact = query_unlocated(model, point, options);
+    if (no_exact) contact.status |= k_no_exact;
+    const bool central = located || options.layer == Layer::Exact ||
+                         model.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
+    if (far_off || options.layer == Layer::One || !central) return contact;
+    if (options.smoothing && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
+    const float margin = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    if (options.offset || margin > 0.f)
+        apply_offset(model, point, options.layer, {.stored = options.offset, .least = margin}, contact);
+    return contact;
 }
 
 }  // namespace
+
+Layer chosen_layer(const ModelView& model, const QueryOptions& options) noexcept
+{
+    Layer layer = options.layer;
+    if (layer == Layer::Auto) {
+        const auto& m = model.measured;
+        // In percent of R_max; 0 where it was not measured.
+        const double errors[] = {m.layer1_depth_p99, m.layer2_depth_p99, m.depth_p99};
+        layer = Layer::Exact;
+        for (int k = 2; k >= 0; --k)
+            if (errors[k] > 0 && 0.01 * errors[k] * model.header.r_max * model.header.unit <= options.tolerance)
+                layer = static_cast<Layer>(k);
+    }
+    return layer == Layer::Exact && !model::has_exact(model) ? Layer::Three : layer;
+}
+
+bool lacks_exact(const ModelView& model, const QueryOptions& options) noexcept
+{
+    if (model::has_exact(model)) return false;
+    if (options.layer != Layer::Auto) return options.layer == Layer::Exact;
+    const model::Measured& m = model.measured;
+    return !(m.depth_p99 > 0 && 0.01 * m.depth_p99 * model.header.r_max * model.header.unit <= options.tolerance);
+}
 
 Contact query_point(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {

@@ -109,7 +109,7 @@ private:
     std::size_t stale_count_ = 0, colliders_ = 0, step_ = 0;
     std::size_t count_ = 0, held_ = 0;  ///< half-spaces; nodes with one
     double thickness_, sweep_step_;
-    query::ProbeOptions options_;
+    query::QueryOptions options_;
 };
 
 }  // namespace sqmap::sim

@@ -161,7 +161,7 @@ public:
     [[nodiscard]] std::size_t contacts() const { return total_; }
 
 private:
-    void frame(const query::ProbeOptions& options, const sqmap::Pose& pose)
+    void frame(const query::QueryOptions& options, const sqmap::Pose& pose)
     {
         total_ += query::query_probe(ring_.view, hand_.probe, pose, options, frame_).contacts;
         for (std::size_t size : {contacts_.size(), std::size_t{5}})

@@ -122,6 +122,7 @@ struct Measured {
     double depth_median = 0, depth_p95 = 0, depth_p99 = 0, depth_max = 0;
     double normal_median = 0;  ///< degrees
     double q2_share = 0;       ///< percent of the surface that its part's projection does not see first
+    double layer1_depth_p99 = 0, layer2_depth_p99 = 0;  ///< as depth_p99, of those layers; 0: not measured
 };
 
 /// Everything a query reads, and what a reader wants to know. Copyable; valid as long as the blob it was parsed from.

@@ -19,7 +19,7 @@ enum class Projector : std::uint8_t {
 };
 
 struct ProjectionOptions {
-    /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Auto is the gate of section
+    /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Gate is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
     Layer layer = Layer::Three;
     std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L of the gate

@@ -21,7 +21,7 @@ struct Body {
 /// Holds all of a body; the world's frame and units.
 [[nodiscard]] Sphere sphere_of(const Body& body) noexcept;
 /// How far options move the body's surface out at most; the world's units.
-[[nodiscard]] double reach_of(const Body& body, const ProbeOptions& options) noexcept;
+[[nodiscard]] double reach_of(const Body& body, const QueryOptions& options) noexcept;
 
 enum class Side : std::uint8_t { A, B };
 
@@ -39,7 +39,7 @@ struct PairContact {
 };
 
 struct PairOptions {
-    ProbeOptions frame{};
+    QueryOptions frame{};
     /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
     /// coarser body (Probe::spacing), normals with at least this cosine. Distance 0: none is.
     float merge_distance = 0.5f;

@@ -75,17 +75,7 @@ enum ProbeStatus : std::uint8_t {
     k_probe_ok = 0,
     k_probe_full = 1,        ///< more contacts than the span holds: the rest is counted, not written
     k_probe_not_finite = 2,  ///< the pose is NaN or infinite: no contacts
-    k_probe_no_exact = 4,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
-};
-
-struct ProbeOptions {
-    /// Auto is answered by Three; One: what a superquadric holds, but for where the locator knows that no solid is.
-    Layer layer = Layer::Three;
-    bool first_only = false;  ///< stop at the first contact: a yes or no
-    /// Move the surface out, as QueryOptions::offset and margin do (not layer One): for probes that are the corners of triangles.
-    /// Points are asked one by one: slower by an order of magnitude.
-    bool offset = false;
-    float margin = 0;
+    k_probe_no_exact = 4,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
 };
 
 struct ProbeResult {
@@ -98,7 +88,7 @@ struct ProbeResult {
 /// that depends on nothing else. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model
 /// without a locator (a surface, or only normal maps) is asked point by point.
 /// @pre model came from model::parse: its arrays lie in one blob.
-ProbeResult query_probe(const model::ModelView& model, const Probe& probe, const Pose& pose, const ProbeOptions& options,
+ProbeResult query_probe(const model::ModelView& model, const Probe& probe, const Pose& pose, const QueryOptions& options,
                         std::span<ProbeContact> contacts) noexcept;
 
 }  // namespace sqmap::query

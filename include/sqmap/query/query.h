@@ -9,13 +9,14 @@
 
 namespace sqmap::query {
 
-/// How far to go. Each layer starts from the answer of the one before it.
+/// What answers a query: each layer is slower than the one before it, and errs less.
 enum class Layer : std::uint8_t {
     One,    ///< the superquadrics alone: errs towards contact
-    Two,    ///< the base map
-    Three,  ///< the refined map
+    Two,    ///< the locator's planes alone; in a model without a locator the base map
+    Three,  ///< the locator's planes where they are the surface, else the refined map
     Exact,  ///< the mesh's own triangles
-    Auto,   ///< the gate of section 4.2 step 4, a part at a time: Three where the base map is sparse, else Two
+    Auto,   ///< the cheapest of the four whose stored error is within QueryOptions::tolerance, else Exact
+    Gate,   ///< section 4.2 step 4, a part at a time: Three where the base map is sparse, else Two
 };
 
 /// k_L of section 4.2, its default: Layer 3 is worth its time while a part has fewer base samples than k_L times its
@@ -26,7 +27,7 @@ inline constexpr std::uint32_t k_layer3_gate = 10;
 enum Status : std::uint8_t {
     k_ok = 0,
     k_not_finite = 1,  ///< the query point is NaN or infinite: reported free
-    k_no_exact = 2,    ///< Layer::Exact was asked of a model baked without it: answered by Layer 3
+    k_no_exact = 2,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
     k_no_surface = 4,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
 };
 
@@ -41,18 +42,29 @@ struct Contact {
     std::uint8_t status = k_ok;
 };
 
-/// How to ask. offset, margin and smoothing are for probes made of triangles and for force; point queries leave them off.
+/// Options of point and probe queries. offset and margin are for probes made of triangles, smoothing is for force.
 struct QueryOptions {
-    Layer layer = Layer::Auto;
-    std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L for Layer::Auto; 0: never Layer 3
-    bool offset = false;  ///< move the surface out by the stored offset (eq. 12), so that faces do not tunnel
-    /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps.
+    Layer layer = Layer::Three;
+    double tolerance = 0;                       ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
+    std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L of Layer::Gate; 0: never Layer 3
+    bool first_only = false;                    ///< probes: stop at the first contact, a yes or no
+    /// Move the surface out by the stored offset (eq. 12), so that faces do not tunnel (not layer One). Points are computed one by
+    /// one: slower by an order of magnitude.
+    bool offset = false;
+    /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps. As slow.
     float margin = 0;
-    bool smoothing = false;  ///< layers Two, Three and Auto: depth and normal of the smoothed map
+    bool smoothing = false;  ///< points, all layers but One and Exact: depth and normal of the smoothed map
 };
 
+/// The layer that options stand for: Auto is resolved by the errors that bake measured (ModelView::measured), Exact of a model
+/// without it is Three. Gate stays.
+[[nodiscard]] Layer chosen_layer(const model::ModelView& model, const QueryOptions& options) noexcept;
+
 /// One point. @pre model came from model::parse. Total, noexcept, no allocation.
-/// Cost: a sphere and a box test a part; where the point is inside, a search bounded by the part's cells.
+/// In a model with a locator (and central maps, or layer Exact) the answer has the same bits as query_probe's of that position.
+/// A free point is certain where its locator cell is free, and on layer Exact.
+/// Cost: with a locator 0.1 to 1 microseconds; without one, a sphere and a box test a part, and where the point is inside, a
+/// search bounded by the part's cells.
 [[nodiscard]] Contact query_point(const model::ModelView& model, Vec3f point, Layer layer) noexcept;
 
 /// The same with options. With offset or margin, points up to that far outside the surface are in contact too, and depth is

@@ -60,7 +60,7 @@ public:
     SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs, std::span<PairContact> contacts) noexcept;
 
     /// Contacts of a probe with the maps of all bodies: the probe is b of each pair.
-    SceneResult query_probe(const Probe& probe, const Pose& pose, const ProbeOptions& options, std::span<ScenePair> pairs,
+    SceneResult query_probe(const Probe& probe, const Pose& pose, const QueryOptions& options, std::span<ScenePair> pairs,
                             std::span<PairContact> contacts) noexcept;
 
 private:
@@ -75,7 +75,7 @@ private:
     /// Pairs of bodies at most slack apart.
     SceneResult find(double slack, std::span<ScenePair> pairs) noexcept;
     /// The most that options move any body's surface out.
-    double largest_reach(const ProbeOptions& options) const noexcept;
+    double largest_reach(const QueryOptions& options) const noexcept;
     void choose_axis() noexcept;
     void sort() noexcept;
     void narrow() noexcept;

@@ -188,7 +188,7 @@ private:
 /// Cost: a walk down the tree a point, and a frame of the points that it finds something for.
 /// asked: of each point, whether it is asked about; empty for all.
 ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const ProbeOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
+                       const QueryOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
                        std::span<const std::uint8_t> asked = {}) noexcept;
 
 /// Contacts of the points at the end of the skin's step and their own, as query_skin gives them, and of those that crossed the

@@ -14,7 +14,7 @@ namespace sqmap::query {
 [[nodiscard]] Pose between(const Pose& from, const Pose& to, double share) noexcept;
 
 struct SweptOptions {
-    ProbeOptions frame{};
+    QueryOptions frame{};
     /// Nothing is missed whose chord along a point's way, as the model sees it, is at least this long, where the way meets it at
     /// more than 15 degrees. Probe units, > 0. Points that move less are asked once.
     double step = 0;

@@ -15,15 +15,15 @@
 #include <hwy/highway.h>
 
 #include "math/triangles-inl.h"
-#include "query/point/locate-inl.h"
+#include "query/point/probe_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-class ExactKernel : Places {
+class ExactKernel : ProbeWalk {
 public:
-    explicit ExactKernel(const ProbeJob& job) : Places(job)
+    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job)
     {
         const float size = model_.header.sphere[3];
         tie_ = 4e-12f * size * size;
@@ -52,13 +52,13 @@ private:
     HWY_NOINLINE void collect(std::size_t slot)
     {
         Entered e = enter(slot);
-        const M inside = is_inside(e.at.place, e.occupied);
-        divide(e.at.place, e.at.index, e.at.offset, e.occupied);
+        const M inside = is_inside(e.at.cell, e.occupied);
+        divide(e.at.cell, e.at.index, e.at.offset, e.occupied);
         if (!any(e.occupied)) return;
         // Above the planes of a flat place by more than the solid reaches there: outside.
-        const M flat = is_flat(e.at.place, hn::AndNot(inside, e.occupied));
+        const M flat = is_flat(e.at.cell, hn::AndNot(inside, e.occupied));
         if (any(flat)) {
-            const F gap = lowest_planes(e.at.place, e.at.offset, flat).gap;
+            const F gap = lowest_planes(e.at.cell, e.at.offset, flat).gap;
             const I code = gather_byte(model_.rises.data(), blend(flat, e.at.index, hn::Zero(di)));
             const F rise = hn::Mul(to_float(code), set(model::k_rise_step));
             const M bounded = hn::RebindMask(df, hn::Ne(code, set_int(model::k_no_rise)));

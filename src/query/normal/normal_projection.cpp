@@ -365,7 +365,7 @@ MapSample nearest_base_sample(const NormalMapView& map, SurfaceAnglesf angles)
 // Step 4 of section 4.2: Layer 3 is worth its time while the base grid has fewer samples than k_L times the vertices.
 bool reads_base_grid(const NormalMapView& map, const ProjectionOptions& options)
 {
-    if (options.layer != Layer::Auto) return options.layer == Layer::Two;
+    if (options.layer != Layer::Gate) return options.layer == Layer::Two;
     const std::uint64_t base =
         std::uint64_t{((map.eta_count - 1) >> map.subdivisions) + 1} * (map.omega_count >> map.subdivisions);
     return base >= std::uint64_t{options.layer3_gate} * map.vertex_count;

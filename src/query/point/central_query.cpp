@@ -1,6 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map.
 #include "central_query.h"
 
+#include "layer.h"
 #include "model/central_map.h"
 
 #include <cmath>
@@ -207,8 +208,7 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
     if (result.verdict.margin < INFINITY)
         result.verdict.margin *=
             std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
-    if (layer == Layer::Auto)
-        layer = part.base * part.base * model::k_faces < std::uint64_t{gate} * part.vertex_count ? Layer::Three : Layer::Two;
+    if (layer == Layer::Gate) layer = passes_gate(part, gate) ? Layer::Three : Layer::Two;
     if (layer == Layer::Two && !result.verdict.certain) {
         // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
         float corner[4];

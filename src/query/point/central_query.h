@@ -1,11 +1,13 @@
-// The layered query on the central map.
+// The layered query on the central map by an exhaustive search: for models without a locator, where a moved surface comes near a
+// free point, and as the tests' oracle.
 #pragma once
 
 #include "sqmap/query/query.h"
 
 namespace sqmap::query {
 
-/// Layers Two, Three and Auto for a finite point; gate: k_L of Auto. @pre the model's parts have central maps.
+/// Layers Two, Three and Gate for a finite point, by an exhaustive search; gate: k_L of Gate. @pre the model's parts have central
+/// maps.
 [[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer,
                                     std::uint32_t gate = k_layer3_gate) noexcept;
 

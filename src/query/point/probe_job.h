@@ -1,28 +1,42 @@
-// What a frame's kernel works on: plain data, set up once a frame, the same for every instruction set.
+// What the kernels of probe queries work on: plain data, set up once a query, the same for every instruction set.
 #pragma once
 
 #include "sqmap/query/probe.h"
 
 namespace sqmap::query {
 
+/// Positions in model space, as the kernels read them.
+struct PointBatch {
+    static constexpr std::size_t k_size = 64;  ///< a multiple of a cluster
+    std::size_t count = 0;
+    float x[k_size], y[k_size], z[k_size];  ///< filled up to a whole cluster
+    std::uint32_t point[k_size];
+    std::uint8_t reached[k_size];  ///< see ProbeJob
+
+    explicit PointBatch(std::span<const Vec3f> points) noexcept;
+};
+
 struct ProbeJob {
-    ProbeJob(const model::ModelView& m, const Probe& p, const Pose& pose, const ProbeOptions& o,
-             std::span<ProbeContact> out) noexcept;
+    ProbeJob(const model::ModelView& m, const Probe& p, const Pose& pose, const QueryOptions& o,
+             std::span<ProbeContact> contacts) noexcept;
+    /// Points where they are, without clusters.
+    ProbeJob(const model::ModelView& m, PointBatch& points, const QueryOptions& o, std::span<ProbeContact> contacts) noexcept;
 
     const model::ModelView& model;
     const float *x, *y, *z;
     const std::uint32_t* point;
-    const float *centre_x, *centre_y, *centre_z, *radius;
-    const float *group_x, *group_y, *group_z, *group_radius;
-    std::size_t clusters, groups, points;
-    float sphere[4];
+    const float *centre_x = nullptr, *centre_y = nullptr, *centre_z = nullptr, *radius = nullptr;
+    const float *group_x = nullptr, *group_y = nullptr, *group_z = nullptr, *group_radius = nullptr;
+    std::size_t clusters = 0, groups = 0, points;
+    float sphere[4] = {};
+    std::uint8_t* reached = nullptr;  ///< set to 1 for points that the locator does not know to be free; may be null
 
-    // Place in the probe -> model space, and how lengths scale.
-    float rotation[9], translation[3], scale;
-    bool finite;
+    // Position in the probe -> model space, and how lengths scale.
+    float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, translation[3] = {}, scale = 1;
+    bool finite = true;
 
-    Layer layer;
-    bool exact;
+    Layer layer;  ///< One, Two, Three, Exact, or Gate
+    std::uint32_t layer3_gate;
     bool first_only;
     std::span<ProbeContact> out;
 };

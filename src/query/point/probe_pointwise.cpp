@@ -9,12 +9,10 @@ namespace {
 
 class PointwiseProbe {
 public:
-    PointwiseProbe(const ProbeJob& job, const ProbeOptions& options)
+    PointwiseProbe(const ProbeJob& job, const QueryOptions& options)
         : job_(job),
           reach_(offset_reach(job.model, options)),
-          options_{.layer = job.layer == Layer::Exact && !job.exact ? Layer::Three : job.layer,
-                   .offset = options.offset,
-                   .margin = options.margin}
+          options_{.layer = job.layer, .layer3_gate = options.layer3_gate, .offset = options.offset, .margin = options.margin}
     {
     }
 
@@ -75,7 +73,7 @@ private:
 
 }  // namespace
 
-float offset_reach(const model::ModelView& model, const ProbeOptions& options) noexcept
+float offset_reach(const model::ModelView& model, const QueryOptions& options) noexcept
 {
     float reach = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
     if (!options.offset) return reach;
@@ -84,7 +82,7 @@ float offset_reach(const model::ModelView& model, const ProbeOptions& options) n
     return reach;
 }
 
-ProbeResult run_probe_pointwise(const ProbeJob& job, const ProbeOptions& options) noexcept
+ProbeResult run_probe_pointwise(const ProbeJob& job, const QueryOptions& options) noexcept
 {
     return PointwiseProbe(job, options).run();
 }

@@ -33,7 +33,7 @@ Sphere sphere_of(const Body& body) noexcept
     return {apply(body.pose, local.centre), local.radius};
 }
 
-double reach_of(const Body& body, const ProbeOptions& options) noexcept
+double reach_of(const Body& body, const QueryOptions& options) noexcept
 {
     return body.model == nullptr ? 0. : static_cast<double>(offset_reach(*body.model, options)) * body.model->header.unit;
 }

@@ -151,7 +151,7 @@ void Scene::update() noexcept
     stale_ = false;
 }
 
-double Scene::largest_reach(const ProbeOptions& options) const noexcept
+double Scene::largest_reach(const QueryOptions& options) const noexcept
 {
     double reach = 0;
     if (options.offset || options.margin > 0.f)
@@ -203,7 +203,7 @@ SceneResult Scene::query_pairs(const PairOptions& options, std::span<ScenePair> 
     return ask(find(largest_reach(options.frame), near), nullptr, options, near, contacts);
 }
 
-SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const ProbeOptions& options, std::span<ScenePair> near,
+SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const QueryOptions& options, std::span<ScenePair> near,
                                std::span<PairContact> contacts) noexcept
 {
     update();

@@ -254,7 +254,7 @@ struct SkinQuery {
     const model::ModelView& bound;
     const PosedSkin& skin;
     std::span<const Vec3d> points;
-    ProbeOptions options;
+    QueryOptions options;
     SkinWorkspace& workspace;
     std::span<SkinContact> contacts;
     std::span<const std::uint8_t> only;
@@ -299,7 +299,7 @@ struct SkinQuery {
                 most = std::max(most, count);
             }
         }
-        ProbeOptions all = options;
+        QueryOptions all = options;
         all.first_only = false;
         for (std::size_t round = 0; round < most; ++round) {
             for (std::size_t i = 0; i < points.size(); ++i) {
@@ -354,7 +354,7 @@ struct SkinQuery {
 };
 
 ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const ProbeOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
+                       const QueryOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
                        std::span<const std::uint8_t> asked) noexcept
 {
     return SkinQuery{bound, skin, points, options, workspace, contacts, asked}.run();

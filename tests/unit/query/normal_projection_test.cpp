@@ -294,11 +294,11 @@ TEST(NormalProjection, GateReadsTheBaseGridWhereItIsDenseForItsVertices)
     const auto distance = [&](Layer layer) { return project(view, {0.1f, 0.35f, 0.6f}, {.layer = layer}).map_distance; };
     ASSERT_NE(distance(Layer::Two), distance(Layer::Three));
     view.vertex_count = 1;
-    EXPECT_EQ(distance(Layer::Auto), distance(Layer::Two));
+    EXPECT_EQ(distance(Layer::Gate), distance(Layer::Two));
     view.vertex_count = 1u << 20;
-    EXPECT_EQ(distance(Layer::Auto), distance(Layer::Three));
+    EXPECT_EQ(distance(Layer::Gate), distance(Layer::Three));
     const auto gated = [&](std::uint32_t gate) {
-        return project(view, {0.1f, 0.35f, 0.6f}, {.layer = Layer::Auto, .layer3_gate = gate}).map_distance;
+        return project(view, {0.1f, 0.35f, 0.6f}, {.layer = Layer::Gate, .layer3_gate = gate}).map_distance;
     };
     EXPECT_EQ(gated(0), distance(Layer::Two));
     view.vertex_count = 1;

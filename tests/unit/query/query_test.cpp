@@ -101,7 +101,7 @@ TEST(Query, PointsThatAreNotFiniteOrFarAreFree)
 {
     const test::Baked b = test::baked(test::small_torus());
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-    for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto}) {
+    for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto, Layer::Gate}) {
         for (const Vec3f p : {Vec3f{nan, 0, 0}, Vec3f{0, inf, 0}, Vec3f{0, 0, -inf}, Vec3f{nan, nan, nan}}) {
             const Contact c = query_point(b.view(), p, layer);
             EXPECT_FALSE(c.contact);
@@ -134,7 +134,7 @@ TEST(Query, ABatchAnswersAsItsPointsDo)
     const test::Baked b = test::baked(test::small_hand());
     const std::vector<Vec3f> points = points_about(b, 5);
     std::vector<Contact> contacts(points.size());
-    for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto}) {
+    for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto, Layer::Gate}) {
         const std::size_t count = query_points(b.view(), points, layer, contacts);
         std::size_t expected = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
@@ -150,26 +150,60 @@ TEST(Query, ABatchAnswersAsItsPointsDo)
     EXPECT_EQ(query_points(b.view(), std::span(points).first(3), Layer::Exact, std::span<Contact>{}), 0u);
 }
 
+/// How many points layers 2 and 3 answer differently; the gate is the one or the other.
+int check_gate(const model::ModelView& view)
+{
+    test::Random random(17);
+    int differ = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const float r = view.header.sphere[3];
+        const Vec3f p = model::vec3(view.header.sphere) + cast<float>(random.in_box({-r, -r, -r}, {r, r, r}));
+        const Contact two = query_point(view, p, Layer::Two), three = query_point(view, p, Layer::Three);
+        const Contact never = query_point(view, p, {.layer = Layer::Gate, .layer3_gate = 0});
+        const Contact always = query_point(view, p, {.layer = Layer::Gate, .layer3_gate = 1000000});
+        EXPECT_EQ(never.contact, two.contact);
+        EXPECT_EQ(never.depth, two.depth);
+        EXPECT_EQ(always.contact, three.contact);
+        EXPECT_EQ(always.depth, three.depth);
+        differ += two.contact != three.contact || two.depth != three.depth ? 1 : 0;
+    }
+    return differ;
+}
+
 TEST(Query, TheGateChoosesBetweenLayersTwoAndThree)
 {
-    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
-        const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
-        const model::ModelView view = b.view();
-        test::Random random(17);
-        int differ = 0;
-        for (int i = 0; i < 4000; ++i) {
-            const float r = view.header.sphere[3];
-            const Vec3f p = model::vec3(view.header.sphere) + cast<float>(random.in_box({-r, -r, -r}, {r, r, r}));
-            const Contact two = query_point(view, p, Layer::Two), three = query_point(view, p, Layer::Three);
-            const Contact never = query_point(view, p, {.layer = Layer::Auto, .layer3_gate = 0});
-            const Contact always = query_point(view, p, {.layer = Layer::Auto, .layer3_gate = 1000000});
-            EXPECT_EQ(never.contact, two.contact);
-            EXPECT_EQ(always.contact, three.contact);
-            EXPECT_EQ(always.depth, three.depth);
-            differ += two.contact != three.contact || two.depth != three.depth ? 1 : 0;
-        }
-        EXPECT_GT(differ, 0);
-    }
+    const test::Baked central = test::baked(test::small_hand());
+    model::ModelView bare = central.view();
+    bare.locator = {};
+    bare.bricks = {};
+    (void)check_gate(central.view());  // its planes answer nearly everywhere, on both layers
+    EXPECT_GT(check_gate(bare), 0);
+    EXPECT_GT(check_gate(test::baked(test::small_hand(), {.projection = model::Projection::Normal}).view()), 0);
+}
+
+TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
+{
+    test::Baked b = test::baked(test::small_torus());
+    model::Measured& m = b.result.model.measured;
+    m.layer1_depth_p99 = 5;
+    m.layer2_depth_p99 = 0.5;
+    m.depth_p99 = 0.2;
+    const model::ModelView view = b.view();
+    const double percent = 0.01 * static_cast<double>(view.header.r_max) * view.header.unit;
+    const auto layer_within = [&](double tolerance) {
+        return chosen_layer(view, {.layer = Layer::Auto, .tolerance = tolerance * percent});
+    };
+    EXPECT_EQ(layer_within(6), Layer::One);
+    EXPECT_EQ(layer_within(0.6), Layer::Two);
+    EXPECT_EQ(layer_within(0.3), Layer::Three);
+    EXPECT_EQ(layer_within(0.1), Layer::Exact);
+    EXPECT_EQ(layer_within(0), Layer::Exact);
+    // Without the exact layer Three answers, and says so where it is not within the tolerance.
+    const test::Baked lean = test::baked(test::small_torus(), {.exact = false});
+    const QueryOptions strict{.layer = Layer::Auto};
+    EXPECT_EQ(chosen_layer(lean.view(), strict), Layer::Three);
+    EXPECT_EQ(query_point(lean.view(), {9, 9, 9}, strict).status, k_no_exact);
+    EXPECT_EQ(query_point(lean.view(), {9, 9, 9}, {.layer = Layer::Auto, .tolerance = 1e9}).status, k_ok);
 }
 
 TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)

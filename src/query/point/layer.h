@@ -1,0 +1,25 @@
+// Which layer answers, and by which code.
+#pragma once
+
+#include "model/chart.h"
+#include "sqmap/query/query.h"
+
+namespace sqmap::query {
+
+/// Section 4.2, step 4: the part's base map is so sparse that layer 3 is worth its time.
+[[nodiscard]] constexpr bool passes_gate(const model::Part& part, std::uint32_t gate)
+{
+    return part.base * part.base * model::k_faces < std::uint64_t{gate} * part.vertex_count;
+}
+
+/// Points and probes are answered by the kernels. Otherwise by the exhaustive search, or by the paper's projection.
+[[nodiscard]] inline bool is_located(const model::ModelView& model, Layer layer)
+{
+    const bool central = model.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
+    return model::has_locator(model) && (central || layer == Layer::Exact);
+}
+
+/// The exact layer is what options stand for, and the model has none.
+[[nodiscard]] bool lacks_exact(const model::ModelView& model, const QueryOptions& options) noexcept;
+
+}  // namespace sqmap::query

@@ -1,0 +1,198 @@
+// A walk over a probe's points: what is far is dropped, cluster after cluster, by the gaps of the locator's free cells.
+#if defined(SQMAP_QUERY_POINT_PROBE_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_POINT_PROBE_WALK_INL_H
+#undef SQMAP_QUERY_POINT_PROBE_WALK_INL_H
+#else
+#define SQMAP_QUERY_POINT_PROBE_WALK_INL_H
+#endif
+
+#include "locate-inl.h"
+#include "probe_job.h"
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+static_assert(Probe::k_cluster % k_lanes == 0);
+
+class ProbeWalk : protected LocatorLanes {
+public:
+    static constexpr std::size_t k_groups_at_once = 16;
+
+    explicit ProbeWalk(const ProbeJob& job) : LocatorLanes(job.model), job_(job) {}
+
+    /// Calls take(slot) for a vector of points from each slot on that may touch the solid; after_cluster() when a cluster of them
+    /// is done and after_group() for a group, which ends the walk by false. Points without clusters: all of them.
+    template <class Take, class AfterCluster, class AfterGroup>
+    HWY_INLINE void each_near(Take&& take, AfterCluster&& after_cluster, AfterGroup&& after_group) const
+    {
+        if (job_.clusters == 0) {
+            for (std::size_t slot = 0; slot < job_.points; slot += hn::Lanes(df)) {
+                take(slot);
+                after_cluster();
+            }
+            return;
+        }
+        if (job_.points == 0 || is_far(job_.sphere[0], job_.sphere[1], job_.sphere[2], job_.sphere[3])) return;
+        for (std::size_t first = 0; first < job_.groups; first += k_groups_at_once) {
+            // What their clusters' centres are in is fetched for all before it is read for one.
+            std::uint32_t near_groups = 0;
+            const std::size_t end = std::min(job_.groups, first + k_groups_at_once);
+            for (std::size_t g = first; g < end; ++g) {
+                if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
+                near_groups |= 1u << (g - first);
+                each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
+            }
+            for (std::size_t g = first; g < end; ++g) {
+                if ((near_groups >> (g - first) & 1u) == 0) continue;
+                each_vector(g, [&](std::size_t c, std::size_t count) {
+                    const M near = hn::And(near_clusters(c), hn::FirstN(df, count));
+                    each_lane(near, [&](std::size_t i) {
+                        for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) take((c + i) * Probe::k_cluster + k);
+                        after_cluster();
+                    });
+                });
+                if (!after_group()) return;
+            }
+        }
+    }
+
+    /// The clusters of a group by whole vectors: their first, and how many there are.
+    template <class Do>
+    HWY_INLINE void each_vector(std::size_t group, Do&& action) const
+    {
+        const std::size_t last = std::min(job_.clusters, (group + 1) * Probe::k_cluster);
+        for (std::size_t c = group * Probe::k_cluster; c < last; c += hn::Lanes(df)) action(c, std::min(last - c, hn::Lanes(df)));
+    }
+
+    Vec3f transformed(float x, float y, float z) const
+    {
+        const float* r = job_.rotation;
+        return {r[0] * x + r[1] * y + r[2] * z + job_.translation[0], r[3] * x + r[4] * y + r[5] * z + job_.translation[1],
+                r[6] * x + r[7] * y + r[8] * z + job_.translation[2]};
+    }
+
+    /// True where no point of a sphere (of the probe) is in the solid, by the locator's gap about its centre.
+    HWY_NOINLINE bool is_far(float x, float y, float z, float radius) const
+    {
+        const Vec3f c = transformed(x, y, z);
+        const float reach = radius * job_.scale;
+        float outside_sq = 0.f;
+        int at[3];
+        Vec3f g;
+        for (int k = 0; k < 3; ++k) {
+            const float in_cells = (c[k] - locator_.origin[k]) * inverse_cell_;
+            g[k] = std::clamp(in_cells, 0.f, extent_[k]);
+            const float gap = (in_cells - g[k]) * locator_.cell;
+            outside_sq += gap * gap;
+            at[k] = std::min(static_cast<int>(g[k]), static_cast<int>(extent_[k]) - 1);
+        }
+        // Also where the sum overflows.
+        if (!(outside_sq <= reach * reach * 1.0001f)) return true;
+        const auto* n = locator_.bricks;
+        const std::uint32_t brick = model_.bricks[(static_cast<std::size_t>(at[2] / model::k_brick) * n[1] +
+                                                   static_cast<std::size_t>(at[1] / model::k_brick)) *
+                                                      n[0] +
+                                                  static_cast<std::size_t>(at[0] / model::k_brick)];
+        if ((brick & LocatorBrick::k_free) == 0) return false;
+        const float half = 0.5f * model::k_brick;
+        const auto middle = [&](int k) { return static_cast<float>(at[k] / model::k_brick * model::k_brick) + half; };
+        const Vec3f d{g.x - middle(0), g.y - middle(1), g.z - middle(2)};
+        const float away = (static_cast<float>(brick & ~LocatorBrick::k_free) * model::k_gap_step - norm(d)) * locator_.cell;
+        return away > 0.f && away * away + outside_sq > reach * reach * 1.0001f;
+    }
+
+    /// Clusters from one on, where their centres are in the grid or nearest to it.
+    struct Centres {
+        V3 at;  // in cells
+        F reach_sq, outside_sq;
+        M touches_box;
+    };
+    HWY_INLINE Centres centres(std::size_t first) const
+    {
+        const F zero = hn::Zero(df);
+        const V3 c = posed(
+            {hn::LoadU(df, job_.centre_x + first), hn::LoadU(df, job_.centre_y + first), hn::LoadU(df, job_.centre_z + first)});
+        const F reach = hn::Mul(hn::LoadU(df, job_.radius + first), set(job_.scale));
+        Centres found;
+        found.reach_sq = hn::Mul(hn::Mul(reach, reach), set(1.0001f));
+        const V3 g = in_cells(c);
+        // Clamped below the last cell's end, so that truncation stays within.
+        const auto within = [&](F v, int k) { return hn::Min(hn::Max(v, zero), set(extent_[k] - 0.001f)); };
+        found.at = {within(g.x, 0), within(g.y, 1), within(g.z, 2)};
+        const V3 out = minus(g, found.at);
+        found.outside_sq = hn::Mul(dot(out, out), set(locator_.cell * locator_.cell));
+        found.touches_box = hn::Le(found.outside_sq, found.reach_sq);
+        return found;
+    }
+
+    HWY_NOINLINE void fetch_clusters(std::size_t first) const
+    {
+        const Centres c = centres(first);
+        if (!any(c.touches_box)) return;
+        const Address a = address(c.at, c.touches_box);
+        fetch(model_.places.data(), a.index, hn::AndNot(a.free_brick, c.touches_box));
+    }
+
+    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
+    HWY_NOINLINE M near_clusters(std::size_t first) const
+    {
+        const Centres c = centres(first);
+        if (!any(c.touches_box)) return c.touches_box;
+        const Located found = locate(c.at, c.touches_box);
+        const F gap = gap_of(found);
+        const M far_away = hn::And(found.is_free, hn::Gt(gap, hn::Zero(df)));
+        const F away = hn::Mul(gap, set(locator_.cell));
+        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, c.outside_sq), c.reach_sq)), c.touches_box);
+    }
+
+    HWY_INLINE V3 posed(const V3& local) const
+    {
+        const float* r = job_.rotation;
+        return {hn::Add(row_dot(r, local), set(job_.translation[0])), hn::Add(row_dot(r + 3, local), set(job_.translation[1])),
+                hn::Add(row_dot(r + 6, local), set(job_.translation[2]))};
+    }
+
+    /// The points from a slot on, and those of them that are in the grid.
+    struct Posed {
+        V3 p;         // model space
+        V3 in_cells;  // from the grid's corner
+        M in_grid;
+    };
+    HWY_INLINE Posed pose(std::size_t slot) const
+    {
+        Posed e;
+        e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
+        e.in_cells = in_cells(e.p);
+        e.in_grid = in_grid(e.in_cells);
+        // The padding of the last cluster is nobody.
+        if (slot + hn::Lanes(df) > job_.points)
+            e.in_grid = hn::And(e.in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
+        return e;
+    }
+
+    /// Those that are in cells which are not Free; those may be divided.
+    struct Entered {
+        V3 p;  // model space
+        Located at;
+        M occupied;
+    };
+    HWY_INLINE Entered enter(std::size_t slot) const
+    {
+        const Posed posed = pose(slot);
+        Entered e{posed.p, locate(posed.in_cells, posed.in_grid), posed.in_grid};
+        e.occupied = hn::AndNot(e.at.is_free, e.occupied);
+        return e;
+    }
+
+protected:
+    const ProbeJob& job_;
+};
+
+}  // namespace
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,129 @@
+// A point and a probe of that point answer alike, to the bit, in every model with a locator.
+#include "sqmap/query/probe.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+namespace sqmap::query {
+namespace {
+
+constexpr std::size_t k_positions = 100000;
+/// Positions are multiples of this, so that a probe's frame takes them to model space without rounding.
+constexpr double k_grid = 0x1p-18;
+
+Vec3d on_grid(Vec3d p)
+{
+    return {std::round(p.x / k_grid) * k_grid, std::round(p.y / k_grid) * k_grid, std::round(p.z / k_grid) * k_grid};
+}
+
+/// Anywhere about the object, and near its surface.
+std::vector<Vec3d> positions_about(const test::Parsed& m)
+{
+    test::Random random(21);
+    const double r = 1.1 * static_cast<double>(m.view().header.sphere[3]);
+    const Vec3d centre = cast<double>(model::vec3(m.view().header.sphere));
+    std::vector<Vec3d> points;
+    for (std::size_t i = 0; i < k_positions; ++i) {
+        const mesh::Triangle& t = m.mesh().triangles[random.below(m.mesh().triangles.size())];
+        points.push_back(on_grid(i % 2 == 0 ? centre + random.in_box({-r, -r, -r}, {r, r, r})
+                                            : m.mesh().vertices[t[0]] + 0.03 * r * random.between(0, 1) * random.direction()));
+    }
+    return points;
+}
+
+/// Positions in model space, posed so that they stay where they are.
+Pose still(const model::Header& header)
+{
+    Pose pose;
+    for (int k = 0; k < 3; ++k) {
+        pose.rotation.row[k] = {};
+        pose.rotation.row[k][k] = header.unit;
+        pose.translation[k] = header.origin[k];
+    }
+    return pose;
+}
+
+template <class T>
+bool same_bits(const T& a, const T& b)
+{
+    return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+void expect_alike(const test::Parsed& m, const std::string& name)
+{
+    const std::vector<Vec3d> points = positions_about(m);
+    std::vector<Vec3f> in_model;
+    for (const Vec3d& p : points) in_model.push_back(cast<float>(p));
+    const Probe probe(points);
+    std::vector<ProbeContact> contacts(points.size());
+    std::vector<Contact> batch(points.size());
+    for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact, Layer::Gate}) {
+        const ProbeResult found = query_probe(m.view(), probe, still(m.view().header), {.layer = layer}, contacts);
+        ASSERT_EQ(found.status, k_probe_ok);
+        std::vector<const ProbeContact*> contact_of(points.size(), nullptr);
+        for (std::size_t i = 0; i < found.contacts; ++i) contact_of[contacts[i].index] = &contacts[i];
+        ASSERT_EQ(query_points(m.view(), in_model, layer, batch), found.contacts) << name;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Contact c = query_point(m.view(), in_model[i], layer);
+            const ProbeContact* p = contact_of[i];
+            const auto where = [&] {
+                return testing::Message() << name << ", layer " << static_cast<int>(layer) << ", at " << in_model[i].x << ' '
+                                          << in_model[i].y << ' ' << in_model[i].z;
+            };
+            ASSERT_EQ(c.contact, p != nullptr) << where();
+            ASSERT_TRUE(same_bits(c.point, batch[i].point) && same_bits(c.normal, batch[i].normal) &&
+                        same_bits(c.depth, batch[i].depth) && c.part == batch[i].part && c.certain == batch[i].certain &&
+                        c.status == batch[i].status && c.contact == batch[i].contact)
+                << where();
+            if (p == nullptr) {
+                ASSERT_EQ(c.point, in_model[i]) << where();
+                ASSERT_EQ(c.part, -1) << where();
+                continue;
+            }
+            ASSERT_TRUE(same_bits(c.point, p->point) && same_bits(c.normal, p->normal) && same_bits(c.depth, p->depth))
+                << where();
+            ASSERT_EQ(c.part, p->part) << where();
+            ASSERT_EQ(c.certain, p->certain) << where();
+            ASSERT_EQ(c.status, p->status) << where();
+        }
+    }
+}
+
+TEST(PointAndProbe, AnswerAlikeToTheBitOnEveryShape)
+{
+    std::vector<test::Shape> shapes = test::small_shapes();
+    shapes.push_back({"needles", test::needles()});
+    shapes.push_back({"crossing bars", test::crossing_bars()});
+    shapes.push_back({"nested balls", test::nested_balls()});
+    for (const test::Shape& shape : shapes) expect_alike(test::Parsed(shape.mesh), shape.name);
+}
+
+TEST(PointAndProbe, AnswerAlikeToTheBitOnARealMesh)
+{
+    const auto horse = test::shared_mesh("horse_5946.obj");
+    if (!horse) GTEST_SKIP() << "no horse_5946.obj in " << test::shared_folder();
+    expect_alike(test::Parsed(*horse), "horse");
+}
+
+TEST(PointAndProbe, LayerOneOfAProbeIsThatOfItsPointsWhereTheLocatorKnowsOfSolid)
+{
+    const test::Parsed m(test::small_torus());
+    const std::vector<Vec3d> points = positions_about(m);
+    const Probe probe(points);
+    std::vector<ProbeContact> contacts(points.size());
+    const ProbeResult found = query_probe(m.view(), probe, still(m.view().header), {.layer = Layer::One}, contacts);
+    ASSERT_GT(found.contacts, 1000u);
+    for (std::size_t i = 0; i < found.contacts; ++i) {
+        const Contact c = query_point(m.view(), cast<float>(points[contacts[i].index]), Layer::One);
+        ASSERT_TRUE(c.contact);
+        ASSERT_TRUE(same_bits(c.depth, contacts[i].depth) && same_bits(c.normal, contacts[i].normal));
+    }
+}
+
+}  // namespace
+}  // namespace sqmap::query
