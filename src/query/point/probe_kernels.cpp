@@ -179,7 +179,8 @@ private:
     };
     HWY_INLINE void write_on_plane(const V3& p, const V3& normal, F gap, const Who& who, M contact)
     {
-        const F depth = hn::Max(gap, hn::Zero(df));
+        // Lanes of no contact may hold what no arithmetic should see.
+        const F depth = hn::Max(hn::IfThenElseZero(contact, gap), hn::Zero(df));
         const V3 foot{mul_add(depth, normal.x, p.x), mul_add(depth, normal.y, p.y), mul_add(depth, normal.z, p.z)};
         contacts_.write({foot, normal, depth, who.index, who.part, who.certain}, contact);
     }
