@@ -365,7 +365,7 @@ int main(int argc, char** argv)
         std::vector<Part> parts(1);
         parts[0].mesh = gate.mesh;
         fill(parts[0], k_samples, own);
-        Vec3d lo = gate.facts.box_min, hi = gate.facts.box_max;
+        Vec3d lo = gate.facts.box.lo, hi = gate.facts.box.hi;
         const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
         sim::Cloth cloth(sim::sheet({Vec3d{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)} + shift, side, side, 0,
                                      0, vertices}),

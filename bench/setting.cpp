@@ -11,14 +11,9 @@ namespace sqmap::bench {
 
 mesh::Mesh placed(mesh::Mesh mesh, double diagonal)
 {
-    Vec3d lo = mesh.vertices.front(), hi = lo;
-    for (const Vec3d& v : mesh.vertices)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], v[k]);
-            hi[k] = std::max(hi[k], v[k]);
-        }
-    const double scale = diagonal / norm(hi - lo);
-    for (Vec3d& v : mesh.vertices) v = scale * (v - 0.5 * (lo + hi));
+    const Box box = box_of(mesh.vertices);
+    const double scale = diagonal / norm(size(box));
+    for (Vec3d& v : mesh.vertices) v = scale * (v - centre(box));
     return mesh;
 }
 
@@ -33,15 +28,14 @@ Setting::Setting(mesh::Mesh object_mesh, mesh::Mesh probe_mesh, std::vector<std:
 std::unique_ptr<Setting> load_setting(const Files& files)
 {
     const auto load = [](const std::filesystem::path& path, bool surface) {
-        const auto refuse = [&](const auto& why) {
-            throw BenchError(path.string() + ": " + why.code + " at " + why.element + ": " + why.message +
-                             "\n  cure: " + why.cure);
+        const auto refuse = [&](const std::string& code, const auto& why) {
+            throw BenchError(path.string() + ": " + code + " at " + why.element + ": " + why.message + "\n  cure: " + why.cure);
         };
         const io::ReadResult read = io::read_mesh_file(path);
-        if (read.error) refuse(*read.error);
+        if (read.error) refuse(read.error->code, *read.error);
         mesh::GateResult gate =
             mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices}, {.accept_surface = surface});
-        if (gate.verdict == mesh::Verdict::Refused) refuse(gate.diagnosis);
+        if (gate.verdict == mesh::Verdict::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
         return gate;
     };
     mesh::GateResult object = load(files.object, false);

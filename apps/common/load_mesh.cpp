@@ -21,7 +21,7 @@ LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& optio
                                                                            .unit = options.unit,
                                                                            .max_components = options.max_components});
     out.verdict = gate.verdict;
-    out.diagnosis = std::move(gate.diagnosis);
+    out.diagnosis = {mesh::name_of(gate.diagnosis.code), gate.diagnosis.element, gate.diagnosis.message, gate.diagnosis.cure};
     out.repairs = std::move(gate.repairs);
     out.warnings = std::move(gate.warnings);
     out.facts = gate.facts;
@@ -51,8 +51,9 @@ std::string report(const LoadedMesh& loaded)
         out += " " + loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " + loaded.diagnosis.message +
                "\n  cure: " + loaded.diagnosis.cure;
     out += "\n";
-    for (const mesh::RepairNote& r : loaded.repairs) out += "  repaired: " + r.kind + " (" + std::to_string(r.count) + ")\n";
-    for (const mesh::Warning& w : loaded.warnings) out += "  " + w.code + ": " + w.message + "\n";
+    for (const mesh::RepairNote& r : loaded.repairs)
+        out += std::string("  repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")\n";
+    for (const mesh::Warning& w : loaded.warnings) out += std::string("  ") + mesh::name_of(w.kind) + ": " + w.message + "\n";
     return out;
 }
 

@@ -20,9 +20,14 @@ struct LoadOptions {
     std::uint64_t max_components = mesh::GateOptions{}.max_components;
 };
 
+/// Why a file is not taken, by the reader or by the gate, as both print it.
+struct Diagnosis {
+    std::string code, element, message, cure;
+};
+
 struct LoadedMesh {
     mesh::Verdict verdict = mesh::Verdict::Refused;
-    mesh::Diagnosis diagnosis;  ///< of a refusal, by the reader or by the gate
+    Diagnosis diagnosis;  ///< of a refusal
     std::vector<mesh::RepairNote> repairs;
     std::vector<mesh::Warning> warnings;
     mesh::MeshFacts facts;

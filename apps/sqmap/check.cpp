@@ -29,9 +29,10 @@ ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
                      {"cure", text_or_null(loaded.diagnosis.cure)},
                      {"repairs", ordered_json::array()},
                      {"warnings", ordered_json::array()}};
-    for (const mesh::RepairNote& r : loaded.repairs) out["repairs"].push_back({{"kind", r.kind}, {"count", r.count}});
+    for (const mesh::RepairNote& r : loaded.repairs)
+        out["repairs"].push_back({{"kind", mesh::name_of(r.kind)}, {"count", r.count}});
     for (const mesh::Warning& w : loaded.warnings)
-        out["warnings"].push_back({{"code", w.code}, {"count", w.count}, {"message", w.message}});
+        out["warnings"].push_back({{"code", mesh::name_of(w.kind)}, {"count", w.count}, {"message", w.message}});
     if (refused) return out;
     const mesh::MeshFacts& f = loaded.facts;
     out["facts"] = {{"vertices", f.vertex_count},
@@ -41,8 +42,8 @@ ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
                     {"genus", loaded.solid ? ordered_json(f.genus) : ordered_json(nullptr)},
                     {"boundary_edges", f.boundary_edge_count},
                     {"self_intersecting_pairs", f.self_intersecting_pairs},
-                    {"box_min", as_json(f.box_min)},
-                    {"box_max", as_json(f.box_max)},
+                    {"box_min", as_json(f.box.lo)},
+                    {"box_max", as_json(f.box.hi)},
                     {"area", f.area},
                     {"volume", loaded.solid ? ordered_json(f.volume) : ordered_json(nullptr)}};
     return out;
@@ -53,7 +54,7 @@ void print(const std::string& file, const LoadedMesh& loaded)
     std::printf("%s: %s", file.c_str(), report(loaded).c_str());
     if (loaded.refused()) return;
     const mesh::MeshFacts& f = loaded.facts;
-    const Vec3d size = f.box_max - f.box_min;
+    const Vec3d size = sqmap::size(f.box);
     std::printf("  %s, %llu vertices, %llu triangles, %llu component%s\n", loaded.format.c_str(),
                 static_cast<unsigned long long>(f.vertex_count), static_cast<unsigned long long>(f.triangle_count),
                 static_cast<unsigned long long>(f.component_count), f.component_count == 1 ? "" : "s");

@@ -127,7 +127,7 @@ decompose::Partition first_partition(const mesh::Mesh& mesh, const BakeOptions& 
     decompose::Partition partition = options.partition != nullptr ? *options.partition : decompose::decompose(mesh, cuts);
     if (partition.part_count > model::k_max_parts)
         throw mesh::RefusedMesh(
-            {"E_LIMIT", "mesh",
+            {mesh::Refusal::Limit, "mesh",
              std::to_string(partition.part_count) + " parts; a model holds " + std::to_string(model::k_max_parts),
              "leave out loose pieces"});
     return partition;

@@ -35,7 +35,7 @@ struct RaySample {
 [[noreturn]] void too_large(const char* what)
 {
     throw mesh::RefusedMesh(
-        {"E_LIMIT", "part", what, "reduce the mesh, allow more parts with --max-parts, or a larger --target-error"});
+        {mesh::Refusal::Limit, "part", what, "reduce the mesh, allow more parts with --max-parts, or a larger --target-error"});
 }
 
 class Baker {

@@ -151,7 +151,7 @@ TEST(Mutation, EveryDamagedFileGetsAnAnswer)
             const mesh::GateResult result = mesh::admit(polygons, options);
             if (result.verdict == mesh::Verdict::Refused) {
                 EXPECT_NE(i, 0) << io::format_name(sample.format) << ": " << result.diagnosis.message;
-                ++answers[result.diagnosis.code];
+                ++answers[mesh::name_of(result.diagnosis.code)];
                 continue;
             }
             ++answers["taken"];

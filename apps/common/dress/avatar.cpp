@@ -90,8 +90,8 @@ const io::SkinAnimation& animation_of(const std::filesystem::path& path, const i
 /// Whether an animation ends as it begins, to be played again.
 bool is_cycle(const io::SkinnedSoup& skin, const io::SkinAnimation& animation)
 {
-    const auto first = io::joint_maps(skin, io::places_at(skin, animation, 0)),
-               last = io::joint_maps(skin, io::places_at(skin, animation, animation.duration));
+    const auto first = io::joint_maps(skin, io::poses_at(skin, animation, 0)),
+               last = io::joint_maps(skin, io::poses_at(skin, animation, animation.duration));
     double turn = 0, shift = 0, size = 0;
     for (std::size_t j = 0; j < first.size(); ++j) {
         for (int k = 0; k < 3; ++k) turn = std::max(turn, norm(first[j].linear.row[k] - last[j].linear.row[k]));
@@ -159,7 +159,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     body.file = std::move(read.skin);
     take_mesh(file, body);
     const io::SkinnedSoup& skin = body.file;
-    std::vector<io::JointPlace> rest = io::rest_places(skin);
+    std::vector<io::JointPose> rest = io::rest_poses(skin);
     body.maps = io::joint_maps(skin, rest);
 
     AvatarPart& part = avatar.parts.emplace_back();
@@ -184,7 +184,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     avatar.pose = [&body, rest = std::move(rest), centres, plays, again](double time, std::span<sqmap::Pose> poses) {
         if (plays != nullptr) {
             const double at = std::max(0.0, time - 2), s = std::clamp(time - 1, 0.0, 1.0);
-            const auto target = io::places_at(body.file, *plays, again ? std::fmod(at, plays->duration) : at);
+            const auto target = io::poses_at(body.file, *plays, again ? std::fmod(at, plays->duration) : at);
             body.maps = io::joint_maps(body.file, io::blended(rest, target, s * s * (3 - 2 * s)));
         }
         (void)body.moving->step(body.maps);

@@ -1,6 +1,7 @@
 // What the offline side throws. Judging a mesh never throws: see mesh/gate.h.
 #pragma once
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -8,8 +9,26 @@
 namespace sqmap::mesh {
 
 /// Why a mesh is not taken.
+enum class Refusal : std::uint8_t {
+    None,         ///< nothing is wrong
+    Index,        ///< a corner names a vertex that is not there
+    NonFinite,    ///< a coordinate is not a finite number
+    Empty,        ///< no faces
+    Range,        ///< too large, too small, or both, for double precision
+    Limit,        ///< more than the limits allow
+    NonManifold,  ///< edges with more than two faces that no split of vertices resolves
+    Orient,       ///< faces that cannot be oriented alike
+    Flat,         ///< a sheet
+    Open,         ///< encloses no volume
+    Repair,       ///< needs repairs that are forbidden
+};
+
+/// As printed, stable: "E_OPEN"; empty for None. Never null.
+[[nodiscard]] const char* name_of(Refusal refusal) noexcept;
+
+/// Why and where a mesh is not taken, and what helps.
 struct Diagnosis {
-    std::string code;     ///< stable, such as E_OPEN; empty: nothing is wrong
+    Refusal code = Refusal::None;
     std::string element;  ///< where, counted from 1 in the order of the file: "face 12", "edge 7-9", "vertex 3", "mesh"
     std::string message;  ///< what was found
     std::string cure;     ///< what a user can do
@@ -30,8 +49,12 @@ public:
 /// A mesh that the gate refused.
 class RefusedMesh : public Error {
 public:
-    explicit RefusedMesh(Diagnosis d) : Error(d.code + " at " + d.element + ": " + d.message), diagnosis_(std::move(d)) {}
-    [[nodiscard]] const Diagnosis& diagnosis() const noexcept { return diagnosis_; }
+    /// what() is "E_OPEN at edge 7-9: ..."
+    explicit RefusedMesh(Diagnosis d)
+        : Error(std::string(name_of(d.code)) + " at " + d.element + ": " + d.message), diagnosis_(std::move(d))
+    {
+    }
+    [[nodiscard]] const Diagnosis& diagnosis() const noexcept { return diagnosis_; }  ///< valid as long as this
 
 private:
     Diagnosis diagnosis_;

@@ -1,6 +1,7 @@
 // The one gate that every mesh passes: polygons as they come in, a validated mesh or a reasoned refusal out.
 #pragma once
 
+#include "sqmap/math/box.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/mesh.h"
 
@@ -13,6 +14,7 @@
 
 namespace sqmap::mesh {
 
+/// What the gate says of a mesh: taken as it is, taken after repairs, not taken.
 enum class Verdict { Accept, Repaired, Refused };
 
 /// How much the gate may change. None: nothing. Safe: what leaves no doubt about the surface that was meant.
@@ -37,17 +39,44 @@ struct GateOptions {
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
-/// Something that was done to the mesh. kind is one of triangulated, unused_vertices, welded_vertices,
-/// degenerate_faces, duplicate_faces, reoriented, flipped, split_vertices, filled_holes, thickened.
+enum class RepairKind : std::uint8_t {
+    Triangulated,
+    UnusedVertices,
+    WeldedVertices,
+    DegenerateFaces,
+    DuplicateFaces,
+    Reoriented,
+    Flipped,
+    SplitVertices,
+    FilledHoles,
+    Thickened,
+};
+
+/// As printed: "welded_vertices". Never null.
+[[nodiscard]] const char* name_of(RepairKind kind) noexcept;
+
+/// Something that was done to the mesh.
 struct RepairNote {
-    std::string kind;
+    RepairKind kind{};
     std::uint64_t count = 0;  ///< polygons, vertices, faces or holes it was done to
 };
 
-/// Something a user should know about. code is one of W_SELFX, W_CAVITY, W_FLIPPED, W_UNIT,
-/// W_DEGENERATE, W_SURFACE, W_THICKNESS.
+enum class WarningKind : std::uint8_t {
+    SelfIntersections,  ///< faces intersect: the solid is where the winding number is positive
+    Cavities,           ///< shells lie inside others
+    Flipped,            ///< faces were inside out and have been turned
+    Unit,               ///< so large that the unit may be another than metres
+    Degenerate,         ///< faces without area are left
+    Surface,            ///< open, and taken as a surface without inside
+    Thickness,          ///< a thickness was given and not used
+};
+
+/// As printed: "W_SELFX". Never null.
+[[nodiscard]] const char* name_of(WarningKind kind) noexcept;
+
+/// Something a user should know about.
 struct Warning {
-    std::string code;
+    WarningKind kind{};
     std::uint64_t count = 0;
     std::string message;
 };
@@ -62,7 +91,7 @@ struct MeshFacts {
     bool intersections_complete = true;  ///< false: counting stopped at max_intersections
     bool is_closed = false;
     std::int64_t genus = 0;       ///< sum over the components; closed meshes only
-    Vec3d box_min, box_max;       ///< of the vertices in use, units of the result
+    Box box;                      ///< of the vertices in use, units of the result
     double area = 0, volume = 0;  ///< volume: signed, closed meshes only
 };
 
@@ -78,12 +107,12 @@ struct GateResult {
 };
 
 /// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:
-/// E_INDEX, E_NONFINITE, E_EMPTY, E_RANGE, E_LIMIT (components, corners of a polygon), then repairs, then E_NONMANIFOLD,
-/// E_ORIENT, E_FLAT, E_OPEN. Repair::None refuses with the one of the last that names what would have been repaired, E_REPAIR
-/// where none does. Polygons are split into triangles; equal positions are made one vertex unless the mesh is closed as it is
-/// indexed; faces are oriented alike by propagation, shells outward by volume; vertices where shells touch are split. Shells that
-/// intersect are accepted: the solid is where the winding number is positive.
-/// Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the intersecting pairs.
+/// Index, NonFinite, Empty, Range, Limit (components, corners of a polygon), then repairs, then NonManifold, Orient, Flat, Open.
+/// Repair::None refuses with the one of the last that names what would have been repaired, Repair where none does. Polygons are
+/// split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed; faces are oriented alike
+/// by propagation, shells outward by volume; vertices where shells touch are split. Shells that intersect are accepted: the solid
+/// is where the winding number is positive. Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the
+/// intersecting pairs.
 [[nodiscard]] GateResult admit(const PolygonView& polygons, const GateOptions& options = {});
 
 }  // namespace sqmap::mesh

@@ -42,17 +42,17 @@ GateResult judge(const Polygons& p, const GateOptions& options = {})
 {
     return admit({p.positions, p.offsets, p.indices}, options);
 }
-std::string code(const Polygons& p, const GateOptions& options = {}) { return judge(p, options).diagnosis.code; }
+Refusal code(const Polygons& p, const GateOptions& options = {}) { return judge(p, options).diagnosis.code; }
 
-std::uint64_t repaired(const GateResult& result, const std::string& kind)
+std::uint64_t repaired(const GateResult& result, RepairKind kind)
 {
     for (const RepairNote& r : result.repairs)
         if (r.kind == kind) return r.count;
     return 0;
 }
-bool warned(const GateResult& result, const std::string& code)
+bool warned(const GateResult& result, WarningKind kind)
 {
-    return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const Warning& w) { return w.code == code; });
+    return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const Warning& w) { return w.kind == kind; });
 }
 
 /// Axis-aligned box of triangles, outward.
@@ -112,7 +112,7 @@ TEST(Gate, ACubeIsAcceptedAndKnown)
     EXPECT_EQ(result.facts.genus, 0);
     EXPECT_NEAR(result.facts.volume, 1, 1e-12);
     EXPECT_NEAR(result.facts.area, 6, 1e-12);
-    EXPECT_EQ(result.facts.box_max, (Vec3d{1, 1, 1}));
+    EXPECT_EQ(result.facts.box.hi, (Vec3d{1, 1, 1}));
 }
 
 TEST(Gate, IndicesOutOfRangeAreRefusedByFace)
@@ -121,7 +121,7 @@ TEST(Gate, IndicesOutOfRangeAreRefusedByFace)
         Polygons p = cube();
         p.indices[3 * 4 + 1] = bad;
         const GateResult result = judge(p);
-        EXPECT_EQ(result.diagnosis.code, "E_INDEX");
+        EXPECT_EQ(result.diagnosis.code, Refusal::Index);
         EXPECT_EQ(result.diagnosis.element, "face 5");
         EXPECT_TRUE(result.mesh.vertices.empty());
     }
@@ -133,7 +133,7 @@ TEST(Gate, NumbersThatAreNotFiniteAreRefusedByVertexUsedOrNot)
         Polygons p = cube();
         p.positions.push_back({0, bad, 0});
         const GateResult result = judge(p);
-        EXPECT_EQ(result.diagnosis.code, "E_NONFINITE");
+        EXPECT_EQ(result.diagnosis.code, Refusal::NonFinite);
         EXPECT_EQ(result.diagnosis.element, "vertex 9");
     }
 }
@@ -143,29 +143,30 @@ TEST(Gate, TheFirstCodeOfTheOrderIsTheVerdict)
     Polygons p = cube();
     p.positions.push_back({0, std::nan(""), 0});
     p.add({0, 1, 99});
-    EXPECT_EQ(code(p), "E_INDEX");
+    EXPECT_EQ(code(p), Refusal::Index);
     Polygons points;
     points.positions = {{0, 0, 0}};
-    EXPECT_EQ(code(points), "E_EMPTY");
+    EXPECT_EQ(code(points), Refusal::Empty);
     points.positions.push_back({std::nan(""), 0, 0});
-    EXPECT_EQ(code(points), "E_NONFINITE");
-    EXPECT_EQ(code({}), "E_EMPTY");
+    EXPECT_EQ(code(points), Refusal::NonFinite);
+    EXPECT_EQ(code({}), Refusal::Empty);
     Polygons fin = cube();  // open and non-manifold
     fin.positions.push_back({2, 2, 2});
     fin.add({0, 1, 8});
-    EXPECT_EQ(code(fin), "E_NONMANIFOLD");
+    EXPECT_EQ(code(fin), Refusal::NonManifold);
 }
 
 TEST(Gate, SizesThatDoubleCannotHoldAreRefused)
 {
     Polygons stray = cube();
     stray.positions[7] = {1e300, 1e300, 1e300};
-    EXPECT_EQ(code(stray), "E_RANGE");
+    EXPECT_EQ(code(stray), Refusal::Range);
     stray.positions[7] = {1e16, 1, 1};
     EXPECT_EQ(judge(stray).diagnosis.element, "vertex 8");
-    for (const double scale : {1e120, 1e-120, 1e-310}) EXPECT_EQ(code(box({0, 0, 0}, {scale, scale, scale})), "E_RANGE") << scale;
-    EXPECT_EQ(code(box({1, 1, 1}, {1, 1, 1})), "E_RANGE");
-    EXPECT_EQ(code(box({1e17, 1e17, 1e17}, {1e17 + 64, 1e17 + 64, 1e17 + 64})), "E_RANGE");
+    for (const double scale : {1e120, 1e-120, 1e-310})
+        EXPECT_EQ(code(box({0, 0, 0}, {scale, scale, scale})), Refusal::Range) << scale;
+    EXPECT_EQ(code(box({1, 1, 1}, {1, 1, 1})), Refusal::Range);
+    EXPECT_EQ(code(box({1e17, 1e17, 1e17}, {1e17 + 64, 1e17 + 64, 1e17 + 64})), Refusal::Range);
 }
 
 TEST(Gate, UnitsAndPlaceDoNotMatter)
@@ -178,7 +179,7 @@ TEST(Gate, UnitsAndPlaceDoNotMatter)
             EXPECT_EQ(result.verdict, Verdict::Accept) << scale << " at " << shift << ": " << result.diagnosis.message;
             EXPECT_EQ(result.facts.self_intersecting_pairs, 0u);
             p.reverse();
-            EXPECT_EQ(repaired(judge(p), "flipped"), result.facts.triangle_count);
+            EXPECT_EQ(repaired(judge(p), RepairKind::Flipped), result.facts.triangle_count);
         }
 }
 
@@ -188,8 +189,8 @@ TEST(Gate, UnusedVerticesDoNotInflateTheBox)
     p.positions.push_back({1e9, 0, 0});
     p.positions.push_back({1e300, 0, 0});
     const GateResult result = judge(p);
-    EXPECT_EQ(repaired(result, "unused_vertices"), 2u);
-    EXPECT_EQ(result.facts.box_max, (Vec3d{1, 1, 1}));
+    EXPECT_EQ(repaired(result, RepairKind::UnusedVertices), 2u);
+    EXPECT_EQ(result.facts.box.hi, (Vec3d{1, 1, 1}));
     EXPECT_EQ(result.facts.vertex_count, 8u);
 }
 
@@ -205,7 +206,7 @@ TEST(Gate, PolygonsBecomeTrianglesThatCoverThemOnce)
     for (std::int64_t i = 0; i < 6; ++i) p.add({i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6});
     const GateResult result = judge(p);
     EXPECT_EQ(result.verdict, Verdict::Repaired);
-    EXPECT_EQ(repaired(result, "triangulated"), 8u);
+    EXPECT_EQ(repaired(result, RepairKind::Triangulated), 8u);
     EXPECT_EQ(result.facts.triangle_count, 20u);
     EXPECT_NEAR(result.facts.volume, 3, 1e-12);
     EXPECT_NEAR(result.facts.area, 6 + 8, 1e-12);
@@ -231,14 +232,14 @@ TEST(Gate, SoupIsWelded)
         p.indices.push_back(static_cast<std::int64_t>(p.indices.size()));
         if (p.indices.size() % 3 == 0) p.offsets.push_back(static_cast<std::uint32_t>(p.indices.size()));
     }
-    EXPECT_EQ(repaired(judge(p), "welded_vertices"), 28u);
+    EXPECT_EQ(repaired(judge(p), RepairKind::WeldedVertices), 28u);
     // Rounded apart, by less than 1e-7 of the size.
     for (std::size_t i = 0; i < p.positions.size(); ++i) p.positions[i].x += 1e-9 * static_cast<double>(i % 5);
     const GateResult nearly = judge(p);
     EXPECT_EQ(nearly.facts.vertex_count, 8u) << nearly.diagnosis.message;
     // Too far apart to be meant as one.
     for (std::size_t i = 0; i < p.positions.size(); ++i) p.positions[i].x += 1e-4 * static_cast<double>(i % 5);
-    EXPECT_EQ(code(p), "E_OPEN");
+    EXPECT_EQ(code(p), Refusal::Open);
 }
 
 TEST(Gate, FacesWithoutAreaGo)
@@ -249,7 +250,7 @@ TEST(Gate, FacesWithoutAreaGo)
     p.add({0, 1, 8});  // on an edge
     const GateResult result = judge(p);
     EXPECT_EQ(result.verdict, Verdict::Repaired);
-    EXPECT_EQ(repaired(result, "degenerate_faces"), 2u);
+    EXPECT_EQ(repaired(result, RepairKind::DegenerateFaces), 2u);
     EXPECT_EQ(result.facts.triangle_count, 12u);
     EXPECT_EQ(result.facts.vertex_count, 8u);
 }
@@ -270,8 +271,8 @@ TEST(Gate, AFlatFaceBetweenNeighboursIsFlippedAwayAndOpensNothing)
     const GateResult result = judge(p);
     EXPECT_EQ(result.verdict, Verdict::Repaired) << result.diagnosis.message;
     EXPECT_TRUE(result.solid);
-    EXPECT_EQ(repaired(result, "degenerate_faces"), 1u);
-    EXPECT_FALSE(warned(result, "W_DEGENERATE"));
+    EXPECT_EQ(repaired(result, RepairKind::DegenerateFaces), 1u);
+    EXPECT_FALSE(warned(result, WarningKind::Degenerate));
     EXPECT_NEAR(result.facts.volume, 1, 1e-12);
     EXPECT_NEAR(result.facts.area, 6, 1e-12);
 }
@@ -281,7 +282,7 @@ TEST(Gate, DuplicateFacesGoAndAWallInsideCancels)
     Polygons p = cube();
     p.add({0, 2, 3});
     p.add({3, 0, 2});
-    EXPECT_EQ(repaired(judge(p), "duplicate_faces"), 2u);
+    EXPECT_EQ(repaired(judge(p), RepairKind::DuplicateFaces), 2u);
     // A wall across the cube, both sides of it: the solid is the same without.
     Polygons wall = cube();
     wall.add({0, 1, 7});
@@ -296,18 +297,18 @@ TEST(Gate, FacesAreTurnedAlikeAndOutward)
     Polygons p = cube();
     std::swap(p.indices[0], p.indices[1]);
     std::swap(p.indices[15], p.indices[16]);
-    EXPECT_EQ(repaired(judge(p), "reoriented"), 2u);
+    EXPECT_EQ(repaired(judge(p), RepairKind::Reoriented), 2u);
     EXPECT_NEAR(judge(p).facts.volume, 1, 1e-12);
     Polygons inside_out = cube();
     inside_out.reverse();
-    EXPECT_EQ(repaired(judge(inside_out), "flipped"), 12u);
-    EXPECT_TRUE(warned(judge(inside_out), "W_FLIPPED"));
+    EXPECT_EQ(repaired(judge(inside_out), RepairKind::Flipped), 12u);
+    EXPECT_TRUE(warned(judge(inside_out), WarningKind::Flipped));
     // One of two shells inside out.
     Polygons two = cube();
     Polygons other = box({5, 0, 0}, {6, 1, 1});
     other.reverse();
     two.add(other);
-    EXPECT_EQ(repaired(judge(two), "flipped"), 12u);
+    EXPECT_EQ(repaired(judge(two), RepairKind::Flipped), 12u);
     EXPECT_NEAR(judge(two).facts.volume, 2, 1e-12);
 }
 
@@ -327,8 +328,8 @@ TEST(Gate, AMoebiusBandCannotBeOriented)
         p.add({a, c, b});
         p.add({b, c, d});
     }
-    EXPECT_EQ(code(p), "E_ORIENT");
-    EXPECT_EQ(code(p, {.accept_surface = true}), "E_ORIENT");
+    EXPECT_EQ(code(p), Refusal::Orient);
+    EXPECT_EQ(code(p, {.accept_surface = true}), Refusal::Orient);
 }
 
 TEST(Gate, ShellsThatTouchAreSplitApart)
@@ -340,7 +341,7 @@ TEST(Gate, ShellsThatTouchAreSplitApart)
     for (std::int64_t& i : corner.indices)
         if (i == 8) i = 7;
     GateResult result = judge(corner);
-    EXPECT_EQ(repaired(result, "split_vertices"), 1u) << result.diagnosis.message;
+    EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 1u) << result.diagnosis.message;
     EXPECT_EQ(result.facts.component_count, 2u);
     EXPECT_NEAR(result.facts.volume, 2, 1e-12);
 
@@ -348,7 +349,7 @@ TEST(Gate, ShellsThatTouchAreSplitApart)
     edge.add(box({1, 1, 0}, {2, 2, 1}));
     for (std::int64_t& i : edge.indices) i = i == 8 ? 3 : (i == 12 ? 7 : i);
     result = judge(edge);
-    EXPECT_EQ(repaired(result, "split_vertices"), 2u) << result.diagnosis.message;
+    EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 2u) << result.diagnosis.message;
     EXPECT_EQ(result.facts.component_count, 2u);
     EXPECT_NEAR(result.facts.volume, 2, 1e-12);
 }
@@ -361,7 +362,7 @@ TEST(Gate, CavitiesStayCavities)
     p.add(hollow);
     const GateResult result = judge(p);
     EXPECT_EQ(result.verdict, Verdict::Accept);
-    EXPECT_TRUE(warned(result, "W_CAVITY"));
+    EXPECT_TRUE(warned(result, WarningKind::Cavities));
     EXPECT_NEAR(result.facts.volume, 63, 1e-10);
     p.reverse();
     EXPECT_NEAR(judge(p).facts.volume, 63, 1e-10) << "all of it inside out";
@@ -369,7 +370,7 @@ TEST(Gate, CavitiesStayCavities)
     Polygons nested = box({0, 0, 0}, {4, 4, 4});
     nested.add(box({1, 1, 1}, {2, 2, 2}));
     EXPECT_EQ(judge(nested).verdict, Verdict::Accept);
-    EXPECT_FALSE(warned(judge(nested), "W_CAVITY"));
+    EXPECT_FALSE(warned(judge(nested), WarningKind::Cavities));
 }
 
 TEST(Gate, OverlappingShellsAreAcceptedWithTheirPairs)
@@ -378,7 +379,7 @@ TEST(Gate, OverlappingShellsAreAcceptedWithTheirPairs)
     p.add(box({0.5, 0.25, 0.25}, {1.5, 0.75, 0.75}));
     const GateResult result = judge(p);
     EXPECT_EQ(result.verdict, Verdict::Accept);
-    EXPECT_TRUE(warned(result, "W_SELFX"));
+    EXPECT_TRUE(warned(result, WarningKind::SelfIntersections));
     EXPECT_EQ(result.crossed.size(), result.mesh.triangles.size());
     EXPECT_TRUE(judge(cube()).crossed.empty());
 }
@@ -389,31 +390,31 @@ TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
     p.positions = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}};
     p.add({0, 1, 2});
     p.add({0, 2, 3});
-    EXPECT_EQ(code(p), "E_FLAT");
-    EXPECT_EQ(code(p, {.accept_surface = true}), "E_FLAT");
+    EXPECT_EQ(code(p), Refusal::Flat);
+    EXPECT_EQ(code(p, {.accept_surface = true}), Refusal::Flat);
     Polygons doubled = p;
     doubled.add({2, 1, 0});
     doubled.add({3, 2, 0});
-    EXPECT_EQ(code(doubled), "E_FLAT");
+    EXPECT_EQ(code(doubled), Refusal::Flat);
     // Tilted and moved far away: still flat, though no coordinate is constant.
     Polygons tilted = p;
     for (Vec3d& v : tilted.positions) v = {v.x + 1e6, v.y - 1e6, 0.3 * v.x + 0.7 * v.y};
-    EXPECT_EQ(code(tilted), "E_FLAT");
+    EXPECT_EQ(code(tilted), Refusal::Flat);
 
     const GateResult plate = judge(p, {.thickness = 0.1});
     EXPECT_EQ(plate.verdict, Verdict::Repaired) << plate.diagnosis.message;
     EXPECT_TRUE(plate.solid);
     EXPECT_NEAR(plate.facts.volume, 0.2, 1e-12);
-    EXPECT_EQ(plate.facts.box_max, (Vec3d{2, 1, 0.05}));
+    EXPECT_EQ(plate.facts.box.hi, (Vec3d{2, 1, 0.05}));
     EXPECT_EQ(plate.facts.self_intersecting_pairs, 0u);
-    EXPECT_TRUE(warned(judge(cube(), {.thickness = 0.1}), "W_THICKNESS"));
+    EXPECT_TRUE(warned(judge(cube(), {.thickness = 0.1}), WarningKind::Thickness));
 }
 
 TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
 {
     const auto refused = [](const Polygons& p) { return judge(p).diagnosis; };
     const Polygons thin = box({0, 0, 0}, {1, 1, 1e-6});
-    EXPECT_EQ(refused(thin).code, "E_FLAT");
+    EXPECT_EQ(refused(thin).code, Refusal::Flat);
     EXPECT_NE(refused(thin).message.find("1e-06 thick"), std::string::npos) << refused(thin).message;
     EXPECT_NE(refused(thin).cure.find("--thickness"), std::string::npos);
 
@@ -424,7 +425,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
         const GateResult plate = judge(p, {.thickness = 0.05});
         EXPECT_EQ(plate.verdict, Verdict::Repaired) << plate.diagnosis.message;
         EXPECT_TRUE(plate.solid);
-        EXPECT_EQ(repaired(plate, "thickened"), 2u);
+        EXPECT_EQ(repaired(plate, RepairKind::Thickened), 2u);
         EXPECT_NEAR(plate.facts.volume, 0.05, 1e-6);
         EXPECT_EQ(plate.facts.self_intersecting_pairs, 0u);
     }
@@ -432,12 +433,12 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     const std::string cure = refused(thin).cure;
     const double least = std::stod(cure.substr(cure.find("at least ") + 9));
     EXPECT_EQ(judge(thin, {.thickness = least}).verdict, Verdict::Repaired);
-    EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), "E_FLAT");
+    EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), Refusal::Flat);
 
     // A lens, and a sheet that is bent: the upper half of a thin shell's walls.
     Polygons lens = sphere(20, 40);
     for (Vec3d& v : lens.positions) v.z *= 1e-7;
-    EXPECT_EQ(code(lens), "E_FLAT");
+    EXPECT_EQ(code(lens), Refusal::Flat);
     const GateResult disc = judge(lens, {.thickness = 0.1});
     EXPECT_EQ(disc.verdict, Verdict::Repaired) << disc.diagnosis.message;
     EXPECT_NEAR(disc.facts.volume, 0.1 * 20 * std::sin(std::numbers::pi / 20), 1e-6);
@@ -458,7 +459,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     }
     bent.add({0, 1, k_in + 1, k_in});
     bent.add({k_last, k_in + k_last, k_in + k_last + 1, k_last + 1});
-    EXPECT_EQ(code(bent), "E_FLAT");
+    EXPECT_EQ(code(bent), Refusal::Flat);
     EXPECT_NE(refused(bent).message.find("sheets folded"), std::string::npos) << refused(bent).message;
     const GateResult wall = judge(bent, {.thickness = 0.1});
     EXPECT_EQ(wall.verdict, Verdict::Repaired) << wall.diagnosis.message;
@@ -472,7 +473,7 @@ TEST(Gate, SmallSolidsFarApartAndLongRodsAreNotFlat)
     p.add(box({1e6, 0, 0}, {1e6 + 1, 1, 1}));
     EXPECT_EQ(judge(p).verdict, Verdict::Accept) << judge(p).diagnosis.message;
     EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).verdict, Verdict::Accept);
-    EXPECT_EQ(code(box({0, 0, 0}, {1, 1, 1e-7})), "E_FLAT");
+    EXPECT_EQ(code(box({0, 0, 0}, {1, 1, 1e-7})), Refusal::Flat);
 }
 
 TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
@@ -480,12 +481,12 @@ TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
     Polygons p = cube();
     remove_face(p, 0);
     remove_face(p, 0);
-    EXPECT_EQ(code(p), "E_OPEN");
-    EXPECT_EQ(code(p, {.repair = Repair::Holes}), "E_OPEN") << "the hole is as large as the cube";
+    EXPECT_EQ(code(p), Refusal::Open);
+    EXPECT_EQ(code(p, {.repair = Repair::Holes}), Refusal::Open) << "the hole is as large as the cube";
     const GateResult surface = judge(p, {.accept_surface = true});
     EXPECT_EQ(surface.verdict, Verdict::Accept);
     EXPECT_FALSE(surface.solid);
-    EXPECT_TRUE(warned(surface, "W_SURFACE"));
+    EXPECT_TRUE(warned(surface, WarningKind::Surface));
     EXPECT_EQ(surface.facts.boundary_edge_count, 4u);
     const GateResult shell = judge(p, {.thickness = 0.01});
     EXPECT_TRUE(shell.solid) << shell.diagnosis.message;
@@ -507,11 +508,11 @@ TEST(Gate, SmallHolesAreFilledOnRequestAlsoWhereTwoTouch)
     remove({at(29, 9), at(30, 10), at(29, 10)});
     remove({at(20, 50), at(21, 50), at(21, 51)});
     remove({at(20, 50), at(21, 51), at(20, 51)});
-    EXPECT_EQ(code(p), "E_OPEN");
+    EXPECT_EQ(code(p), Refusal::Open);
     const GateResult result = judge(p, {.repair = Repair::Holes});
     EXPECT_EQ(result.verdict, Verdict::Repaired) << result.diagnosis.message;
-    EXPECT_EQ(repaired(result, "filled_holes"), 3u);
-    EXPECT_EQ(repaired(result, "split_vertices"), 0u);
+    EXPECT_EQ(repaired(result, RepairKind::FilledHoles), 3u);
+    EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 0u);
     EXPECT_NEAR(result.facts.volume, volume, 1e-4);
     EXPECT_EQ(result.facts.self_intersecting_pairs, 0u);
 }
@@ -522,21 +523,21 @@ TEST(Gate, WithoutRepairTheDefectIsTheVerdict)
     EXPECT_EQ(judge(cube(), none).verdict, Verdict::Accept);
     Polygons p = cube();
     std::swap(p.indices[0], p.indices[1]);
-    EXPECT_EQ(code(p, none), "E_ORIENT");
+    EXPECT_EQ(code(p, none), Refusal::Orient);
     p = cube();
     p.add({0, 2, 3});
-    EXPECT_EQ(code(p, none), "E_NONMANIFOLD");
+    EXPECT_EQ(code(p, none), Refusal::NonManifold);
     p = cube();
     p.positions.push_back({0, 0, 0});
-    EXPECT_EQ(code(p, none), "E_REPAIR");
+    EXPECT_EQ(code(p, none), Refusal::Repair);
 }
 
 TEST(Gate, UnitsScaleTheResultAndAreAskedFor)
 {
     Polygons p = box({0, 0, 0}, {100, 100, 100});
-    EXPECT_TRUE(warned(judge(p), "W_UNIT"));
+    EXPECT_TRUE(warned(judge(p), WarningKind::Unit));
     const GateResult result = judge(p, {.unit = 1e-3});
-    EXPECT_FALSE(warned(result, "W_UNIT"));
+    EXPECT_FALSE(warned(result, WarningKind::Unit));
     EXPECT_NEAR(result.facts.volume, 1e-3, 1e-15);
     EXPECT_DOUBLE_EQ(result.mesh.vertices.back().x, 0.1);
 }

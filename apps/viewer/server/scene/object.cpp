@@ -42,10 +42,10 @@ Judgement judge_read(const io::ReadResult& read, const mesh::GateOptions& option
     const io::PolygonSoup& soup = read.soup;
     mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, options);
     for (const mesh::RepairNote& r : gate.repairs)
-        out.notes.push_back("repaired: " + r.kind + " (" + std::to_string(r.count) + ")");
-    for (const mesh::Warning& w : gate.warnings) out.notes.push_back(w.code + ": " + w.message);
+        out.notes.push_back(std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")");
+    for (const mesh::Warning& w : gate.warnings) out.notes.push_back(std::string(mesh::name_of(w.kind)) + ": " + w.message);
     if (gate.verdict == mesh::Verdict::Refused) {
-        out.code = gate.diagnosis.code;
+        out.code = mesh::name_of(gate.diagnosis.code);
         out.element = gate.diagnosis.element;
         out.message = gate.diagnosis.message;
         out.cure = gate.diagnosis.cure;
