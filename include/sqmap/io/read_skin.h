@@ -14,7 +14,7 @@
 namespace sqmap::io {
 
 /// Translation, rotation (unit quaternion x, y, z, w) and scale of a joint's own node, in this order from the left.
-struct JointPlace {
+struct JointPose {
     Vec3d translation{};
     std::array<double, 4> rotation{0, 0, 0, 1};
     Vec3d scale{1, 1, 1};
@@ -26,7 +26,7 @@ struct SkinJoint {
     Affine local{};         ///< rest: the joint's frame in its parent's; in the scene's where there is none
     Affine inverse_bind{};  ///< bound mesh -> the joint's frame
     Affine above{};         ///< of the nodes between the joint above and this one: local = above * rest
-    JointPlace rest{};
+    JointPose rest{};
     bool has_matrix = false;  ///< in place of rest: such a node is not animated
 };
 
@@ -67,12 +67,12 @@ struct SkinResult {
 [[nodiscard]] SkinResult read_skinned_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 
 /// Of each joint, as the file has it at rest.
-[[nodiscard]] std::vector<JointPlace> rest_places(const SkinnedSoup& skin);
+[[nodiscard]] std::vector<JointPose> rest_poses(const SkinnedSoup& skin);
 /// Of each joint at a time of an animation, s; held before its first key and after its last.
-[[nodiscard]] std::vector<JointPlace> places_at(const SkinnedSoup& skin, const SkinAnimation& animation, double time);
+[[nodiscard]] std::vector<JointPose> poses_at(const SkinnedSoup& skin, const SkinAnimation& animation, double time);
 /// From a to b, share in [0, 1]: rotations about one axis, the short way. @pre as many of each
-[[nodiscard]] std::vector<JointPlace> blended(std::span<const JointPlace> a, std::span<const JointPlace> b, double share);
-/// Bound mesh -> posed, of each joint. @pre places.size() == skeleton.size()
-[[nodiscard]] std::vector<Affine> joint_maps(const SkinnedSoup& skin, std::span<const JointPlace> places);
+[[nodiscard]] std::vector<JointPose> blended(std::span<const JointPose> a, std::span<const JointPose> b, double share);
+/// Bound mesh -> posed, of each joint. @pre poses.size() == skeleton.size()
+[[nodiscard]] std::vector<Affine> joint_maps(const SkinnedSoup& skin, std::span<const JointPose> poses);
 
 }  // namespace sqmap::io

@@ -89,20 +89,20 @@ TEST(ReadSkin, AnimationsTurnAndMoveJointsAsTheSpecificationHasIt)
     EXPECT_EQ(bend.ignored, 2u);  // the mesh's own node, and weights
     EXPECT_EQ(bend.duration, 3);
     // Held before the first key and after the last; half a quarter turn in the middle.
-    EXPECT_EQ(places_at(s, bend, 0)[1].rotation[3], 1);
-    EXPECT_NEAR(places_at(s, bend, 9)[1].rotation[2], std::sqrt(0.5), 1e-7);
-    EXPECT_NEAR(places_at(s, bend, 2)[1].rotation[2], std::sin(0.125 * std::numbers::pi), 1e-7);
+    EXPECT_EQ(poses_at(s, bend, 0)[1].rotation[3], 1);
+    EXPECT_NEAR(poses_at(s, bend, 9)[1].rotation[2], std::sqrt(0.5), 1e-7);
+    EXPECT_NEAR(poses_at(s, bend, 2)[1].rotation[2], std::sin(0.125 * std::numbers::pi), 1e-7);
     // Hermite: half of each value, an eighth of two seconds times each tangent.
-    const Vec3d middle = places_at(s, bend, 2)[0].translation;
+    const Vec3d middle = poses_at(s, bend, 2)[0].translation;
     EXPECT_NEAR(middle.x, 0.125 * 2 * (2 + 2), 1e-12);
     EXPECT_NEAR(middle.y, 0.5 * (1 + 3), 1e-12);
     // The joint that stands first is below the other: it goes round with it, through the node in between.
-    const std::vector<Affine> maps = joint_maps(s, places_at(s, bend, 9));
+    const std::vector<Affine> maps = joint_maps(s, poses_at(s, bend, 9));
     const Vec3d tip = apply(maps[0], {0, 0, 0});  // its own place 3 up, the node's 0.25
     EXPECT_LT(norm(tip - Vec3d{-3.25, 0, 0}), 1e-6);
-    const std::vector<Affine> rest = joint_maps(s, rest_places(s));
+    const std::vector<Affine> rest = joint_maps(s, rest_poses(s));
     EXPECT_LT(norm(apply(rest[0], {0, 0, 0}) - s.skeleton[0].local.shift), 1e-12);
-    const auto half = blended(rest_places(s), places_at(s, bend, 9), 0.5);
+    const auto half = blended(rest_poses(s), poses_at(s, bend, 9), 0.5);
     EXPECT_NEAR(half[0].translation.y, 0.5 * (0.75 + 3), 1e-12);
     EXPECT_NEAR(half[1].rotation[2], std::sin(0.125 * std::numbers::pi), 1e-7);
 }
