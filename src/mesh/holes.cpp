@@ -2,6 +2,7 @@
 // polyhedron", 1995.
 #include "holes.h"
 
+#include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
 
 #include <cmath>
@@ -128,6 +129,7 @@ std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits)
 
 bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, const std::vector<std::uint32_t>& component)
 {
+    SQMAP_ASSERT(mate.size() == 3 * surface.faces.size() && component.size() == surface.faces.size());
     constexpr double k_fold = 0.5;                            // cosine: a fold turns by more than 60 degrees
     constexpr double k_wall = 4;                              // faces lower than this many thicknesses join two sides
     constexpr double k_least_share = 0.4, k_max_share = 0.6;  // of a component's area

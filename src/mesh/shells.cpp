@@ -1,6 +1,7 @@
 // Winding numbers by solid angles: A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983.
 #include "shells.h"
 
+#include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
 
 #include <cmath>
@@ -87,6 +88,7 @@ bool match(std::span<const EdgeUse> ring, std::vector<std::uint32_t>& mate)
 
 Pairing paired(const Surface& surface, const Orientation& orientation)
 {
+    SQMAP_ASSERT(orientation.region.size() == surface.faces.size());
     Pairing out;
     out.mate.assign(3 * surface.faces.size(), k_none);
     for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
@@ -128,6 +130,7 @@ Pairing paired(const Surface& surface, const Orientation& orientation)
 
 std::uint32_t split_fans(Surface& surface, const std::vector<std::uint32_t>& mate)
 {
+    SQMAP_ASSERT(mate.size() == 3 * surface.faces.size());
     UnionFind corners(3 * surface.faces.size());
     const auto vertex = [&](std::uint32_t corner) { return surface.faces[corner / 3].v[corner % 3]; };
     for (std::uint32_t half = 0; half < mate.size(); ++half) {
@@ -192,6 +195,7 @@ double solid_angle(Vec3d a, Vec3d b, Vec3d c)
 
 Shells turn_outward(Surface& surface, std::span<const Vec3d> points, const std::vector<std::uint32_t>& component)
 {
+    SQMAP_ASSERT(component.size() == surface.faces.size() && points.size() == surface.points.size());
     std::map<std::uint32_t, Shell> shells;
     double total = 0;
     for (std::uint32_t f = 0; f < surface.faces.size(); ++f) {

@@ -2,6 +2,8 @@
 // Powers are taken of ratios in [0, 1] only, so no exponent from 0.1 to 2 overflows, in float either.
 #include "sqmap/shape/superellipse.h"
 
+#include "sqmap/math/assert.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -10,6 +12,7 @@ namespace sqmap::shape {
 template <class Real>
 Arc<Real> arc_through(Real x, Real y, Real eps) noexcept
 {
+    SQMAP_ASSERT(eps > Real(0.0999) && eps < Real(2.001));  // an end of the range, rounded
     const Real ax = std::abs(x), ay = std::abs(y);
     const bool x_is_big = ax >= ay;
     const Real big = x_is_big ? ax : ay, small = x_is_big ? ay : ax;

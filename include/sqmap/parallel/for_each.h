@@ -1,6 +1,8 @@
 // Loops on several threads whose results do not depend on how many there are.
 #pragma once
 
+#include "sqmap/math/assert.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <type_traits>
@@ -41,6 +43,7 @@ void for_each(std::size_t count, unsigned threads, Work&& work)
 template <class Work>
 void for_slices(std::size_t count, std::size_t size, unsigned threads, Work&& work)
 {
+    SQMAP_ASSERT(size > 0);
     for_each((count + size - 1) / size, threads, [&](std::size_t i) { work(Slice{i * size, std::min(size, count - i * size)}); });
 }
 
