@@ -172,13 +172,6 @@ std::uint16_t surface_flag(mesh::Boundary boundary)
     return 0;
 }
 
-std::vector<std::uint16_t> surface_flags(const mesh::Solid& solid)
-{
-    std::vector<std::uint16_t> flags;
-    for (const mesh::Boundary b : solid.boundary()) flags.push_back(surface_flag(b));
-    return flags;
-}
-
 model::ModelData assemble(const model::Header& header, const Assembly& assembly)
 {
     const mesh::Mesh& mesh = assembly.solid.mesh();

@@ -1,8 +1,8 @@
 // One assembly for bake and rebake: from parts, maps and the solid to a model's arrays.
 #pragma once
 
+#include "bake/central/central_map.h"
 #include "bake/parts/part.h"
-#include "central_map.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 
@@ -33,6 +33,5 @@ struct Assembly {
 
 /// model::SurfaceFlag bits of a triangle.
 [[nodiscard]] std::uint16_t surface_flag(mesh::Boundary boundary);
-[[nodiscard]] std::vector<std::uint16_t> surface_flags(const mesh::Solid& solid);
 
 }  // namespace sqmap::bake

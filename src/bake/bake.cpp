@@ -2,12 +2,12 @@
 #include "sqmap/bake/bake.h"
 
 #include "assemble.h"
+#include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
 #include "bake/normal/pack.h"
 #include "bake/parts/refinement.h"
 #include "budget.h"
 #include "candidate_lists.h"
-#include "central_map.h"
 #include "locator.h"
 #include "model/flags.h"
 #include "sqmap/bake/evaluate.h"
@@ -171,15 +171,13 @@ std::vector<CentralMapData> bake_maps(const Subject& subject, const CentralOptio
     std::vector<CentralMapData> maps(subject.fitted.parts.size());
     // Beside normal maps the central map knows the nearest surface where they have none, and leads the locator.
     if (options.projection == model::Projection::Normal && !options.exact) return maps;
-    const std::vector<std::uint16_t> flags = surface_flags(subject.solid);
-    const SurfaceContext context{mesh, subject.solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
     parallel::for_each(maps.size(), options.threads, [&](std::size_t i) {
         const FittedPart& part = subject.fitted.parts[i].fitted;
         const shape::Superquadricd& sq = part.fit.superquadric;
         CentralOptions finer = central;
         if (!coarser.empty()) finer.least_base = coarser[i].base;
-        maps[i] = bake_central_map(context, sq, part.centre, chart_domain(sq, part.centre, corners_of(mesh, part.patch)),
-                                   part.patch.triangles, finer);
+        const ChartDomain domain = chart_domain(sq, part.centre, corners_of(mesh, part.patch));
+        maps[i] = bake_central_map(subject.solid, {sq, part.centre, domain, part.patch.triangles}, finer);
     });
     return maps;
 }
@@ -209,7 +207,7 @@ Draft meet_target(const Subject& subject, double& fineness)
         if (options.progress) options.progress(stage, done);
     };
     progress("map", 0);
-    CentralOptions central = central_options(options.target_error);
+    CentralOptions central = central_options(options.target_error, mesh::largest_vertex_distance(subject.solid.mesh()));
     Draft draft = make_draft(subject, central, {});
     progress("measure", 0);
     const double max_bytes = k_max_refined * byte_budget(subject.solid.mesh().triangles.size(), options.target_error);

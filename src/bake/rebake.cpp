@@ -1,12 +1,12 @@
 #include "sqmap/bake/rebake.h"
 
 #include "assemble.h"
+#include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
 #include "bake/locator/change.h"
 #include "bake/parts/canonical.h"
 #include "bake/parts/fit.h"
 #include "candidate_lists.h"
-#include "central_map.h"
 #include "locator.h"
 #include "model/flags.h"
 #include "sqmap/math/rotation.h"
@@ -293,8 +293,7 @@ struct RemadePart {
 };
 
 /// In the domain that it had, where that still serves.
-CentralMapData remade_map(const Situation& situation, const SurfaceContext& context, const RemadePart& part,
-                          CentralOptions central)
+CentralMapData remade_map(const Situation& situation, const RemadePart& part, CentralOptions central)
 {
     const model::Part& was = situation.before.parts[part.number];
     const FittedPart& fitted = part.fitted;
@@ -305,8 +304,9 @@ CentralMapData remade_map(const Situation& situation, const SurfaceContext& cont
                        fitted.centre == model::vec3(was.chart_centre) && holds(was, corners);
     central.least_base = central.max_base = was.base;
     const KnownMap known{situation.before, was, situation.meshes.before, situation.changed};
-    return bake_central_map(context, sq, fitted.centre, stays ? domain_of(was) : chart_domain(sq, fitted.centre, corners),
-                            fitted.patch.triangles, central, stays ? &known : nullptr);
+    const ChartDomain domain = stays ? domain_of(was) : chart_domain(sq, fitted.centre, corners);
+    return bake_central_map(situation.solid, {sq, fitted.centre, domain, fitted.patch.triangles}, central,
+                            stays ? &known : nullptr);
 }
 
 /// Fits and maps of the parts that a change reaches.
@@ -330,14 +330,12 @@ std::vector<RemadePart> remake(const Situation& situation, const Reach& reach, c
     CanonicalMesh canonical;  // only fits look at it
     if (std::any_of(parts.begin(), parts.end(), [](const RemadePart& part) { return part.refitted; }))
         canonical = canonical_mesh(mesh);
-    CentralOptions central = central_options(options.target_error);
+    CentralOptions central = central_options(options.target_error, mesh::largest_vertex_distance(mesh));
     scale(central, options.fineness);
-    const std::vector<std::uint16_t> flags = surface_flags(situation.solid);
-    const SurfaceContext context{mesh, situation.solid.bvh(), flags, mesh::largest_vertex_distance(mesh)};
     parallel::for_each(parts.size(), options.threads, [&](std::size_t k) {
         RemadePart& part = parts[k];
         if (part.refitted) part.fitted = fit_patch(situation.solid, canonical, std::move(patches[part.number]), options.fit);
-        part.map = remade_map(situation, context, part, central);
+        part.map = remade_map(situation, part, central);
     });
     return parts;
 }

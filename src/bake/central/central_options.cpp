@@ -10,10 +10,11 @@ constexpr double k_first_target = 0.5;
 
 }  // namespace
 
-CentralOptions central_options(double target_error)
+CentralOptions central_options(double target_error, double r_max)
 {
     target_error = std::max(target_error, k_first_target);
     CentralOptions central;
+    central.r_max = r_max;
     central.tolerance = 0.0016 * target_error;
     central.foreign_tolerance = 0.003 * target_error;
     central.finest = 0.02 * target_error;

@@ -8,6 +8,7 @@
 namespace sqmap::bake {
 
 struct CentralOptions {
+    double r_max = 1;                  ///< what the shares below are of, model units
     double tolerance = 0.001;          ///< a cell is split while its certified deviation exceeds this share of R_max
     double foreign_tolerance = 0.003;  ///< the same where no surface is the part's own: only verdicts are read there
     double finest = 0.0055;            ///< cells below this share of R_max are not split for their deviation
@@ -21,8 +22,8 @@ struct CentralOptions {
 };
 
 /// Cell sizes that meet a target error, in percent of R_max, as a rule; measured and corrected after. Targets below half a
-/// percent start from that: cells that are finer than the surface asks for crowd out those that it does.
-[[nodiscard]] CentralOptions central_options(double target_error);
+/// percent start from that: cells that are finer than the surface needs crowd out those that it does.
+[[nodiscard]] CentralOptions central_options(double target_error, double r_max);
 
 /// Multiplies the cell sizes by a factor.
 void scale(CentralOptions& options, double factor);

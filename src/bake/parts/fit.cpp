@@ -1,6 +1,6 @@
 #include "fit.h"
 
-#include "bake/central/chart_frame.h"
+#include "bake/central/chart.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "bake/central/central_options.h"
-#include "bake/central/chart_frame.h"
+#include "bake/central/chart.h"
 #include "model/central_cells.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/solid.h"
 #include "sqmap/model/model.h"
 #include "sqmap/model/model_data.h"
-#include "sqmap/shape/superquadric.h"
 
 #include <cstdint>
 #include <span>
@@ -50,11 +50,11 @@ struct KnownMap {
     std::span<const std::uint32_t> changed;  ///< triangles that are elsewhere now
 };
 
-/// own_triangles: the part's. domain: where the chart must answer: the corners of the part and its caps, which hold all of the
-/// solid that is its. known: cells that no changed triangle reaches are taken from there, where its range of depths still serves.
-[[nodiscard]] CentralMapData bake_central_map(const SurfaceContext& context, const shape::Superquadricd& superquadric,
-                                              Vec3f centre, const ChartDomain& domain,
-                                              std::span<const std::uint32_t> own_triangles, const CentralOptions& options,
+/// solid: of the mesh in model space. known: cells that no changed triangle reaches are taken from there, where its range of
+/// depths still serves; null: none.
+/// @throw mesh::RefusedMesh where the part needs more refined cells than a map can number
+/// Cost: grows with the triangles in the chart's domain and the cells they need; some ten ms. Thread-safe.
+[[nodiscard]] CentralMapData bake_central_map(const mesh::Solid& solid, const PartChart& chart, const CentralOptions& options,
                                               const KnownMap* known = nullptr);
 
 }  // namespace sqmap::bake

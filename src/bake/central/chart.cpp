@@ -1,4 +1,4 @@
-#include "bake/central/chart_frame.h"
+#include "chart.h"
 
 #include "model/chart.h"
 

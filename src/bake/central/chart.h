@@ -1,27 +1,27 @@
 // Where a part's chart stands and answers: its centre and its domain, in the superquadric's frame divided by its axes.
 #pragma once
 
+#include "model/chart.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/shape/superquadric.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace sqmap::bake {
 
-/// What the parts of a model share.
-struct SurfaceContext {
-    const mesh::Mesh& mesh;  ///< model space, every coordinate representable as float
-    const mesh::Bvh& bvh;
-    std::span<const std::uint16_t> flags;  ///< #triangles: model::SurfaceFlag bits
-    double r_max;
-};
-
 /// Where a chart answers: bounds of model::domain_coordinates in the superquadric's frame divided by its axes, relative to the
 /// projection centre.
 struct ChartDomain {
-    float lo[9], hi[9];
+    float lo[model::k_domain_directions], hi[model::k_domain_directions];
+};
+
+/// What a part's map is baked for.
+struct PartChart {
+    shape::Superquadricd superquadric;
+    Vec3f centre;                                  ///< of the projection, model space
+    ChartDomain domain;                            ///< where the chart must answer: all of the solid that is the part's
+    std::span<const std::uint32_t> own_triangles;  ///< the part's
 };
 
 /// Projection centre of a part: inside the solid, with large clearance from the part's own surface in the chart's
