@@ -43,12 +43,10 @@ constexpr double k_least_near_share = 0.4;
 double near_budget(const model::ModelData& data, double target_error)
 {
     const model::ModelView v = data.view();
-    const std::size_t others = v.parts.size_bytes() + v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() +
-                               v.cells.size_bytes() + v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() +
-                               v.pool.size_bytes() + v.vertices.size_bytes() + v.triangles16.size_bytes() +
-                               v.triangles32.size_bytes() + v.triangle_part.size_bytes() + v.piece_triangle.size_bytes() +
-                               v.pieces.size_bytes() + v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() +
-                               v.planes.size_bytes() + v.seeds.size_bytes() + v.rises.size_bytes() + 4 * v.bricks.size();
+    const std::size_t others = v.parts.size_bytes() + model::bytes_of<model::CentralArrays<model::ArrayView>>(v) +
+                               model::bytes_of<model::MeshArrays<model::ArrayView>>(v) +
+                               model::bytes_of<model::LocatorArrays<model::ArrayView>>(v) + v.rises.size_bytes() +
+                               4 * v.bricks.size();
     const double all = model_byte_budget(v.triangle_part.size(), target_error);
     // A large map must not take them all.
     return std::max(all - static_cast<double>(others), k_least_near_share * all);

@@ -206,12 +206,7 @@ public:
         return static_cast<double>(packed_bytes()) * stored / std::max(sampled, 1.0);
     }
 
-    std::size_t packed_bytes() const
-    {
-        const model::ModelView v = data_.view();
-        return v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.planes.size_bytes() +
-               v.seeds.size_bytes();
-    }
+    std::size_t packed_bytes() const { return model::bytes_of<model::LocatorArrays<model::ArrayData>>(data_); }
 
     /// After run: the places of one cell that are not flat, in eighths; at most so many, those with the longest chains first.
     /// among: bits of places that are considered, brick by brick; empty for all.
@@ -330,9 +325,9 @@ private:
         }
         if (!place.planes.empty()) return place;
         std::uint32_t at = cell.first();
-        do place.seeds.push_back(model::as_not_last(data_.locator_seeds[at]));
-        while (!model::is_last_seed(data_.locator_seeds[at++]));
-        if (place.seeds.size() > 1) place.choices = data_.locator_seeds[cell.first() - 1].direction;
+        do place.seeds.push_back(model::as_not_last(data_.seeds[at]));
+        while (!model::is_last_seed(data_.seeds[at++]));
+        if (place.seeds.size() > 1) place.choices = data_.seeds[cell.first() - 1].direction;
         return place;
     }
 
@@ -812,7 +807,7 @@ private:
         data_.places.clear();
         data_.part_lists.clear();
         data_.planes.clear();
-        data_.locator_seeds.clear();
+        data_.seeds.clear();
         data_.rises.clear();
         lists_.clear();
         Place any;
@@ -894,7 +889,7 @@ private:
     /// Returns the index of its first seed.
     std::size_t pack_chain(const Place& place)
     {
-        auto& seeds = data_.locator_seeds;
+        auto& seeds = data_.seeds;
         if (place.seeds.size() > 1) seeds.push_back({place.choices, 0});
         const std::size_t first = seeds.size();
         seeds.insert(seeds.end(), place.seeds.begin(), place.seeds.end());
@@ -921,10 +916,7 @@ void bake_locator(const mesh::Solid& solid, std::span<const std::uint32_t> part_
     if (data.parts.size() >= model::k_no_part) return;
     for (const model::Part& part : data.parts)
         if (part.base == 0) return;
-    const model::ModelView v = data.view();
-    const auto maps =
-        static_cast<double>(v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
-                            v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes());
+    const auto maps = static_cast<double>(model::bytes_of<model::CentralArrays<model::ArrayData>>(data));
     const double all = byte_budget(solid.mesh().triangles.size(), target_error);
     const double budget = std::max(all - maps, k_least_share * all);
     const double undivided = k_undivided_share * budget;

@@ -348,12 +348,7 @@ model::ModelData assemble_again(const Situation& situation, const std::vector<Re
     for (const model::Part& part : before.parts) assembly.parts.push_back({nullptr, nullptr, &part});
     for (const RemadePart& part : remade) assembly.parts[part.number] = {&part.fitted, &part.map, nullptr};
     model::ModelData data = assemble(before.header, assembly);
-    data.locator = before.locator;
-    data.bricks = before.bricks;
-    data.places = before.places;
-    data.part_lists = before.part_lists;
-    data.planes = before.planes;
-    data.locator_seeds = before.locator_seeds;
+    static_cast<model::LocatorArrays<model::ArrayData>&>(data) = before;
     data.rises = before.rises;
     data.made_by = before.made_by;
     data.source = before.source;

@@ -1,8 +1,7 @@
 #include "sqmap/io/model_file.h"
 
+#include "model/schema.h"
 #include "sqmap/io/replace_file.h"
-
-#include "sqmap_generated.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -17,58 +16,65 @@ namespace sqmap::io {
 
 namespace fb = model::fb;
 
+namespace {
+
+/// Offsets of a table's vectors, strings and tables, by field.
+class TableWriter {
+public:
+    TableWriter(flatbuffers::FlatBufferBuilder& builder, const flatbuffers::TypeTable& fields)
+        : builder_(builder), fields_(fields), offsets_(fields.num_elems, 0)
+    {
+    }
+    /// A vector: in the visits of model/arrays.h.
+    template <class T>
+    void operator()(const char* name, const std::vector<T>& values)
+    {
+        builder_.StartVector(values.size() * (sizeof(T) / alignof(T)), alignof(T));
+        if (!values.empty()) builder_.PushBytes(reinterpret_cast<const std::uint8_t*>(values.data()), values.size() * sizeof(T));
+        offsets_.at(model::field_of(fields_, name)) = builder_.EndVector(values.size());
+    }
+    template <class T>
+    void set(const char* name, flatbuffers::Offset<T> offset)
+    {
+        offsets_.at(model::field_of(fields_, name)) = offset.o;
+    }
+    /// As generated writers do, from the last field to the first. add(field): fields that are no offsets.
+    template <class Add>
+    void add_fields(Add&& add)
+    {
+        for (std::size_t field = offsets_.size(); field-- > 0;) {
+            if (offsets_[field] != 0)
+                builder_.AddOffset(model::directory_offset(field), flatbuffers::Offset<void>(offsets_[field]));
+            else
+                add(model::directory_offset(field));
+        }
+    }
+
+private:
+    flatbuffers::FlatBufferBuilder& builder_;
+    const flatbuffers::TypeTable& fields_;
+    std::vector<flatbuffers::uoffset_t> offsets_;
+};
+
+flatbuffers::Offset<fb::NormalMaps> write_normal_maps(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
+{
+    if (data.normal.parts.empty()) return {};
+    TableWriter writer(builder, *fb::NormalMapsTypeTable());
+    model::NormalArrays<model::ArrayData>::each(writer, data.normal);
+    fb::NormalMapsBuilder table(builder);
+    writer.add_fields([](flatbuffers::voffset_t) {});
+    return table.Finish();
+}
+
+}  // namespace
+
 std::vector<std::byte> serialize(const model::ModelData& data)
 {
-    const model::ModelView view = data.view();
     flatbuffers::FlatBufferBuilder builder(1 << 20);
-    fb::Header header;
-    static_assert(sizeof(header) == sizeof(model::Header));
-    std::memcpy(static_cast<void*>(&header), &data.header, sizeof(header));
-    const auto parts = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Part*>(data.parts.data()), data.parts.size());
-    const auto samples = builder.CreateVector(data.samples);
-    const auto offsets = builder.CreateVector(data.offsets);
-    const auto smoothing = builder.CreateVector(data.smoothing);
-    const auto cells = builder.CreateVector(data.cells);
-    const auto blocks = builder.CreateVectorOfStructs(reinterpret_cast<const fb::Block*>(data.blocks.data()), data.blocks.size());
-    const auto splits = builder.CreateVector(data.splits);
-    const auto specials = builder.CreateVector(data.specials);
-    const auto pool = builder.CreateVector(data.pool);
-    const auto vertices = builder.CreateVector(data.vertices);
-    const auto triangles16 = builder.CreateVector(data.triangles16);
-    const auto triangles32 = builder.CreateVector(data.triangles32);
-    const auto triangle_part = builder.CreateVector(data.triangle_part);
-    const auto piece_triangle = builder.CreateVector(data.piece_triangle);
-    const auto pieces = builder.CreateVector(data.pieces);
-    flatbuffers::Offset<fb::NormalMaps> normal_maps;
-    if (!data.normal_parts.empty()) {
-        const auto structs = [&](const auto& values, auto* as) {
-            return builder.CreateVectorOfStructs(reinterpret_cast<decltype(as)>(values.data()), values.size());
-        };
-        const auto normal_parts = structs(data.normal_parts, static_cast<const fb::NormalPart*>(nullptr));
-        const auto distance = builder.CreateVector(data.normal_distance);
-        const auto normal = builder.CreateVector(data.normal_normal);
-        const auto cuts = builder.CreateVector(data.normal_cuts);
-        const auto offset = builder.CreateVector(data.normal_offset);
-        const auto correction_rows = builder.CreateVector(data.correction_rows);
-        const auto gap_rows = builder.CreateVector(data.gap_rows);
-        const auto corrections = structs(data.corrections, static_cast<const fb::VertexCorrection*>(nullptr));
-        const auto gaps = structs(data.gaps, static_cast<const fb::MapGap*>(nullptr));
-        const auto seeds = structs(data.seeds, static_cast<const fb::FootSeed*>(nullptr));
-        const auto smoothed = structs(data.normal_smoothed, static_cast<const fb::SmoothedSample*>(nullptr));
-        normal_maps = fb::CreateNormalMaps(builder, normal_parts, distance, normal, cuts, offset, correction_rows, gap_rows,
-                                           corrections, gaps, seeds, smoothed);
-    }
-    fb::Locator locator;
-    std::memcpy(static_cast<void*>(&locator), &data.locator, sizeof(locator));
-    const auto bricks = builder.CreateVector(data.bricks);
-    const auto places = builder.CreateVector(data.places);
-    const auto part_lists = builder.CreateVector(data.part_lists);
-    const auto planes = builder.CreateVector(data.planes);
-    const auto seeds =
-        builder.CreateVectorOfStructs(reinterpret_cast<const fb::Seed*>(data.locator_seeds.data()), data.locator_seeds.size());
-    const auto near_bricks = builder.CreateVector(data.near_bricks);
-    const auto near = builder.CreateVector(data.near);
-    const auto rises = builder.CreateVector(data.rises);
+    TableWriter writer(builder, *fb::ModelTypeTable());
+    model::each_array_before_normal(writer, data);
+    writer.set("normal_maps", write_normal_maps(builder, data));
+    model::each_array_behind_normal(writer, data);
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
                                              m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share,
@@ -76,11 +82,24 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     const auto made_by = builder.CreateString(data.made_by);
     const auto source = builder.CreateString(data.source);
     const auto options = builder.CreateString(data.options);
-    fb::FinishModelBuffer(
-        builder, fb::CreateModel(builder, model::k_format_version, model::content_hash(view), &header, parts, samples, offsets,
-                                 smoothing, cells, blocks, splits, specials, pool, vertices, triangles16, triangles32,
-                                 triangle_part, piece_triangle, pieces, normal_maps, &locator, bricks, places, part_lists, planes,
-                                 seeds, near_bricks, near, rises, measured, made_by, source, options, data.mesh_hash));
+    writer.set("measured", measured);
+    writer.set("made_by", made_by);
+    writer.set("source", source);
+    writer.set("options", options);
+    fb::Header header;
+    fb::Locator locator;
+    static_assert(sizeof(header) == sizeof(model::Header) && sizeof(locator) == sizeof(model::Locator));
+    std::memcpy(static_cast<void*>(&header), &data.header, sizeof(header));
+    std::memcpy(static_cast<void*>(&locator), &data.locator, sizeof(locator));
+    fb::ModelBuilder table(builder);
+    table.add_mesh_hash(data.mesh_hash);
+    table.add_content_hash(model::content_hash(data.view()));
+    writer.add_fields([&](flatbuffers::voffset_t field) {
+        if (field == fb::Model::VT_LOCATOR) table.add_locator(&locator);
+        if (field == fb::Model::VT_HEADER) table.add_header(&header);
+        if (field == fb::Model::VT_VERSION) table.add_version(model::k_format_version);
+    });
+    fb::FinishModelBuffer(builder, table.Finish());
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
 }
@@ -90,17 +109,11 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     SectionBytes s;
     s.total = total;
     s.superquadrics = v.parts.size_bytes();
-    const model::NormalArrays& n = v.normal;
-    s.normal_map = n.parts.size_bytes() + n.distance.size_bytes() + n.normal.size_bytes() + n.cuts.size_bytes() +
-                   n.offset.size_bytes() + n.correction_rows.size_bytes() + n.gap_rows.size_bytes() + n.corrections.size_bytes() +
-                   n.gaps.size_bytes() + n.seeds.size_bytes() + n.smoothed.size_bytes();
-    s.map = v.samples.size_bytes() + v.offsets.size_bytes() + v.smoothing.size_bytes() + v.cells.size_bytes() +
-            v.blocks.size_bytes() + v.splits.size_bytes() + v.specials.size_bytes() + v.pool.size_bytes();
-    s.locator =
-        v.bricks.size_bytes() + v.places.size_bytes() + v.part_lists.size_bytes() + v.planes.size_bytes() + v.seeds.size_bytes();
-    s.exact = v.near_bricks.size_bytes() + v.near.size_bytes() + v.rises.size_bytes();
-    s.mesh = v.vertices.size_bytes() + v.triangles16.size_bytes() + v.triangles32.size_bytes() + v.triangle_part.size_bytes() +
-             v.piece_triangle.size_bytes() + v.pieces.size_bytes();
+    s.normal_map = model::bytes_of(v.normal);
+    s.map = model::bytes_of<model::CentralArrays<model::ArrayView>>(v);
+    s.locator = model::bytes_of<model::LocatorArrays<model::ArrayView>>(v);
+    s.exact = model::bytes_of<model::CandidateArrays<model::ArrayView>>(v);
+    s.mesh = model::bytes_of<model::MeshArrays<model::ArrayView>>(v);
     return s;
 }
 

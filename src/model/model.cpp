@@ -23,7 +23,7 @@ shape::Superquadricf superquadric_of(const Part& part) noexcept
 NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
 {
     const NormalPart& p = view.normal.parts[part];
-    const NormalArrays& a = view.normal;
+    const NormalArrays<ArrayView>& a = view.normal;
     const std::size_t samples = static_cast<std::size_t>(p.eta_count) * p.omega_count;
     NormalMapView map;
     map.superquadric = superquadric_of(view.parts[part]);

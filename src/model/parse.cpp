@@ -4,8 +4,7 @@
 #include "model/central_cells.h"
 #include "model/flags.h"
 #include "model/locator_cells.h"
-
-#include "sqmap_generated.h"
+#include "model/schema.h"
 
 #include <algorithm>
 #include <bit>
@@ -31,11 +30,25 @@ constexpr std::uint32_t k_max_base = 256;
 constexpr float k_max_taper = 0.951f;
 constexpr std::int32_t k_max_winding = 1 << 20;  // sums of it and any list's crossings stay within 32 bits
 
-template <class T, class Vector>
-std::span<const T> span_of(const Vector* v)
-{
-    return v == nullptr ? std::span<const T>{} : std::span<const T>{reinterpret_cast<const T*>(v->Data()), v->size()};
-}
+/// Sets spans to the vectors of a verified table that are called so; a field that is not there makes an empty span.
+class TableReader {
+public:
+    TableReader(const void* table, const flatbuffers::TypeTable& fields)
+        : table_(static_cast<const flatbuffers::Table*>(table)), fields_(fields)
+    {
+    }
+    template <class T>
+    void operator()(const char* name, std::span<const T>& to) const
+    {
+        const auto* vector =
+            table_->GetPointer<const flatbuffers::Vector<std::uint8_t>*>(directory_offset(field_of(fields_, name)));
+        if (vector != nullptr) to = {reinterpret_cast<const T*>(vector->Data()), vector->size()};
+    }
+
+private:
+    const flatbuffers::Table* table_;
+    const flatbuffers::TypeTable& fields_;
+};
 
 bool finite(std::span<const float> values)
 {
@@ -115,7 +128,7 @@ ParseStatus check_part(const Part& part, const ModelView& view)
 ParseStatus check_normal_part(const ModelView& view, std::size_t index)
 {
     const NormalPart& p = view.normal.parts[index];
-    const NormalArrays& a = view.normal;
+    const NormalArrays<ArrayView>& a = view.normal;
     const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
     const bool inside =
         p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
@@ -293,42 +306,11 @@ std::uint64_t content_hash(const ModelView& view) noexcept
 {
     std::uint64_t hash = 0xcbf29ce484222325ull;
     hash_bytes(hash, std::span<const Header>(&view.header, 1));
-    hash_bytes(hash, view.parts);
-    hash_bytes(hash, view.samples);
-    hash_bytes(hash, view.offsets);
-    hash_bytes(hash, view.smoothing);
-    hash_bytes(hash, view.cells);
-    hash_bytes(hash, view.blocks);
-    hash_bytes(hash, view.splits);
-    hash_bytes(hash, view.specials);
-    hash_bytes(hash, view.pool);
-    hash_bytes(hash, view.vertices);
-    hash_bytes(hash, view.triangles16);
-    hash_bytes(hash, view.triangles32);
-    hash_bytes(hash, view.triangle_part);
-    hash_bytes(hash, view.piece_triangle);
-    hash_bytes(hash, view.pieces);
-    const NormalArrays& n = view.normal;
-    hash_bytes(hash, n.parts);
-    hash_bytes(hash, n.distance);
-    hash_bytes(hash, n.normal);
-    hash_bytes(hash, n.cuts);
-    hash_bytes(hash, n.offset);
-    hash_bytes(hash, n.correction_rows);
-    hash_bytes(hash, n.gap_rows);
-    hash_bytes(hash, n.corrections);
-    hash_bytes(hash, n.gaps);
-    hash_bytes(hash, n.seeds);
-    hash_bytes(hash, n.smoothed);
+    const auto add = [&](const char*, const auto& array) { hash_bytes(hash, array); };
+    each_array_before_normal(add, view);
+    NormalArrays<ArrayView>::each(add, view.normal);
     hash_bytes(hash, std::span<const Locator>(&view.locator, 1));
-    hash_bytes(hash, view.bricks);
-    hash_bytes(hash, view.places);
-    hash_bytes(hash, view.part_lists);
-    hash_bytes(hash, view.planes);
-    hash_bytes(hash, view.seeds);
-    hash_bytes(hash, view.near_bricks);
-    hash_bytes(hash, view.near);
-    hash_bytes(hash, view.rises);
+    each_array_behind_normal(add, view);
     const Measured& m = view.measured;
     const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
                               m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
@@ -356,44 +338,12 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
 
     ModelView v;
     std::memcpy(&v.header, model->header(), sizeof(Header));
-    v.parts = span_of<Part>(model->parts());
-    v.samples = span_of<std::uint16_t>(model->samples());
-    v.offsets = span_of<std::uint8_t>(model->offsets());
-    v.smoothing = span_of<std::int8_t>(model->smoothing());
-    v.cells = span_of<std::uint16_t>(model->cells());
-    v.blocks = span_of<Block>(model->blocks());
-    v.splits = span_of<std::uint16_t>(model->splits());
-    v.specials = span_of<std::uint32_t>(model->specials());
-    v.pool = span_of<std::uint16_t>(model->pool());
-    v.vertices = span_of<float>(model->vertices());
-    v.triangles16 = span_of<std::uint16_t>(model->triangles16());
-    v.triangles32 = span_of<std::uint32_t>(model->triangles32());
-    v.triangle_part = span_of<std::uint16_t>(model->triangle_part());
-    v.piece_triangle = span_of<std::uint32_t>(model->piece_triangle());
-    v.pieces = span_of<float>(model->pieces());
-
+    const TableReader read(model, *fb::ModelTypeTable());
+    each_array_before_normal(read, v);
     if (const fb::NormalMaps* n = model->normal_maps(); n != nullptr)
-        v.normal = {span_of<NormalPart>(n->parts()),
-                    span_of<std::uint16_t>(n->distance()),
-                    span_of<std::uint16_t>(n->normal()),
-                    span_of<std::uint8_t>(n->cuts()),
-                    span_of<std::uint8_t>(n->offset()),
-                    span_of<std::uint32_t>(n->correction_rows()),
-                    span_of<std::uint32_t>(n->gap_rows()),
-                    span_of<VertexCorrection>(n->corrections()),
-                    span_of<MapGap>(n->gaps()),
-                    span_of<FootSeed>(n->seeds()),
-                    span_of<SmoothedSample>(n->smoothed())};
-
+        NormalArrays<ArrayView>::each(TableReader(n, *fb::NormalMapsTypeTable()), v.normal);
     if (model->locator() != nullptr) std::memcpy(&v.locator, model->locator(), sizeof(Locator));
-    v.bricks = span_of<std::uint32_t>(model->bricks());
-    v.places = span_of<std::uint32_t>(model->places());
-    v.part_lists = span_of<std::uint32_t>(model->part_lists());
-    v.planes = span_of<std::uint32_t>(model->planes());
-    v.seeds = span_of<Seed>(model->seeds());
-    v.near_bricks = span_of<std::uint32_t>(model->near_bricks());
-    v.near = span_of<std::uint16_t>(model->near());
-    v.rises = span_of<std::uint8_t>(model->rises());
+    each_array_behind_normal(read, v);
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
         v.measured = {m->points(),        m->missed(),       m->false_contacts(),   m->eq35_mean(),       m->eq35_p99(),

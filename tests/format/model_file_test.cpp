@@ -4,10 +4,12 @@
 #include "model/candidate_lists.h"
 #include "model/central_cells.h"
 #include "model/locator_cells.h"
+#include "model/schema.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/query.h"
 #include "support/baked_shapes.h"
 
+#include <flatbuffers/minireflect.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -138,33 +140,48 @@ bool same_array(std::span<const T> a, const std::vector<T>& b)
 
 TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
 {
-    const ModelData& data = torus_model();
-    Bytes bytes(serialize(data));
-    ModelView v;
-    ASSERT_EQ(model::parse(bytes.span(), v), ParseStatus::Ok);
-    EXPECT_EQ(std::memcmp(&v.header, &data.header, sizeof v.header), 0);
-    EXPECT_TRUE(same_array(v.parts, data.parts));
-    EXPECT_TRUE(same_array(v.samples, data.samples));
-    EXPECT_TRUE(same_array(v.cells, data.cells));
-    EXPECT_TRUE(same_array(v.blocks, data.blocks));
-    EXPECT_TRUE(same_array(v.splits, data.splits));
-    EXPECT_TRUE(same_array(v.specials, data.specials));
-    EXPECT_TRUE(same_array(v.pool, data.pool));
-    EXPECT_TRUE(same_array(v.vertices, data.vertices));
-    EXPECT_TRUE(same_array(v.triangles16, data.triangles16));
-    EXPECT_TRUE(same_array(v.triangles32, data.triangles32));
-    EXPECT_TRUE(same_array(v.triangle_part, data.triangle_part));
-    EXPECT_EQ(std::memcmp(&v.locator, &data.locator, sizeof v.locator), 0);
-    EXPECT_TRUE(same_array(v.bricks, data.bricks));
-    EXPECT_TRUE(same_array(v.places, data.places));
-    EXPECT_TRUE(same_array(v.part_lists, data.part_lists));
-    EXPECT_TRUE(same_array(v.planes, data.planes));
-    EXPECT_TRUE(same_array(v.seeds, data.locator_seeds));
-    EXPECT_TRUE(same_array(v.near_bricks, data.near_bricks));
-    EXPECT_TRUE(same_array(v.near, data.near));
-    EXPECT_TRUE(same_array(v.rises, data.rises));
-    EXPECT_TRUE(model::has_locator(v));
-    interrogate(v, 3);
+    const test::Baked normal = test::baked(test::small_torus(), {.projection = model::Projection::Normal});
+    for (const ModelData* data : {&torus_model(), &normal.result.model}) {
+        Bytes bytes(serialize(*data));
+        ModelView v;
+        ASSERT_EQ(model::parse(bytes.span(), v), ParseStatus::Ok);
+        EXPECT_EQ(std::memcmp(&v.header, &data->header, sizeof v.header), 0);
+        EXPECT_EQ(std::memcmp(&v.locator, &data->locator, sizeof v.locator), 0);
+        const auto expect_same = [](const char* name, const auto& read, const auto& written) {
+            EXPECT_TRUE(same_array(read, written)) << name;
+        };
+        model::each_array_before_normal(expect_same, v, *data);
+        model::NormalArrays<model::ArrayView>::each(expect_same, v.normal, data->normal);
+        model::each_array_behind_normal(expect_same, v, *data);
+        interrogate(v, 3);
+    }
+    EXPECT_TRUE(model::has_locator(torus_model().view()));
+    EXPECT_FALSE(normal.result.model.normal.parts.empty());
+}
+
+/// Of a vector's element, by the schema; 0: there is no such vector.
+std::size_t element_size(const flatbuffers::TypeTable& table, const char* name)
+{
+    const std::size_t field = model::field_of(table, name);
+    if (field == table.num_elems || table.type_codes[field].is_repeating == 0) return 0;
+    const flatbuffers::TypeCode type = table.type_codes[field];
+    if (type.base_type != flatbuffers::ET_SEQUENCE)
+        return flatbuffers::InlineSize(static_cast<flatbuffers::ElementaryType>(type.base_type), nullptr);
+    const flatbuffers::TypeTable& of = *table.type_refs[type.sequence_ref]();
+    return static_cast<std::size_t>(of.values[of.num_elems]);
+}
+
+TEST(ModelFile, EveryArrayIsAFieldOfTheSchemaOfTheSameSize)
+{
+    const ModelView v;
+    const flatbuffers::TypeTable* table = model::fb::ModelTypeTable();
+    const auto expect_field = [&](const char* name, const auto& array) {
+        EXPECT_EQ(element_size(*table, name), sizeof(array[0])) << name;
+    };
+    model::each_array_before_normal(expect_field, v);
+    model::each_array_behind_normal(expect_field, v);
+    table = model::fb::NormalMapsTypeTable();
+    model::NormalArrays<model::ArrayView>::each(expect_field, v.normal);
 }
 
 TEST(ModelFile, TheSameDataGivesTheSameBytes)
@@ -330,7 +347,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                     damage(data.part_lists);
                     break;
                 case 10:
-                    damage(data.locator_seeds);
+                    damage(data.seeds);
                     damage(data.planes);
                     break;
                 case 11: {
@@ -414,14 +431,14 @@ std::uint32_t& flat_place(ModelData& m)
 std::uint32_t& place_of_a_chain(ModelData& m)
 {
     const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
-        return model::LocatorCell{p}.has_seeds() && !model::is_last_seed(m.locator_seeds[model::LocatorCell{p}.first()]);
+        return model::LocatorCell{p}.has_seeds() && !model::is_last_seed(m.seeds[model::LocatorCell{p}.first()]);
     });
     if (it != m.places.end()) return *it;
     // Planes answer everywhere: one place asks two seeds instead.
-    m.locator_seeds.push_back({0, 0});
-    const auto first = static_cast<std::uint32_t>(m.locator_seeds.size());
-    m.locator_seeds.push_back({0, 0x8000});
-    for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) m.locator_seeds.push_back({0, 0x8000 | model::k_last_seed});
+    m.seeds.push_back({0, 0});
+    const auto first = static_cast<std::uint32_t>(m.seeds.size());
+    m.seeds.push_back({0, 0x8000});
+    for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) m.seeds.push_back({0, 0x8000 | model::k_last_seed});
     std::uint32_t& place = flat_place(m);
     place = (place & 0x7ffu) | first << 14;
     return place;
@@ -555,7 +572,7 @@ const Lie k_lies[] = {
          m.places.clear();
          m.part_lists.clear();
          m.planes.clear();
-         m.locator_seeds.clear();
+         m.seeds.clear();
      }},
     {"places_without_bricks",
      [](ModelData& m) {
@@ -619,7 +636,7 @@ const Lie k_lies[] = {
     {"place_seed_beyond_end",
      [](ModelData& m) {
          std::uint32_t& place = place_of_a_chain(m);
-         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.locator_seeds.size()) << 14;
+         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.seeds.size()) << 14;
      }},
     {"place_planes_beyond_end",
      [](ModelData& m) {
@@ -640,32 +657,32 @@ const Lie k_lies[] = {
     {"seeds_missing",
      [](ModelData& m) {
          (void)place_of_a_chain(m);
-         m.locator_seeds.clear();
+         m.seeds.clear();
      }},
     {"seed_of_no_part",
      [](ModelData& m) {
-         std::uint32_t& direction = m.locator_seeds[model::LocatorCell{place_of_a_chain(m)}.first()].direction;
+         std::uint32_t& direction = m.seeds[model::LocatorCell{place_of_a_chain(m)}.first()].direction;
          direction = (direction & ~0xffu) | static_cast<std::uint32_t>(m.parts.size());
      }},
     {"seed_chain_without_end",
      [](ModelData& m) {
          (void)place_of_a_chain(m);
-         m.locator_seeds.back().extent &= ~model::k_last_seed;
+         m.seeds.back().extent &= ~model::k_last_seed;
      }},
     {"seed_chain_too_long",
      [](ModelData& m) {
          const std::uint32_t first = model::LocatorCell{place_of_a_chain(m)}.first();
          for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) {
-             m.locator_seeds[first + k].extent &= ~model::k_last_seed;
-             m.locator_seeds[first + k].direction &= ~0xffu;
+             m.seeds[first + k].extent &= ~model::k_last_seed;
+             m.seeds[first + k].direction &= ~0xffu;
          }
      }},
-    {"seed_choice_beyond_chain", [](ModelData& m) { m.locator_seeds[model::LocatorCell{place_of_a_chain(m)}.first() - 1].direction |= 7u << 21; }},
+    {"seed_choice_beyond_chain", [](ModelData& m) { m.seeds[model::LocatorCell{place_of_a_chain(m)}.first() - 1].direction |= 7u << 21; }},
     {"seed_chain_without_choices",
      [](ModelData& m) {
          // The chain starts the array, so that nothing stands before it.
          std::uint32_t& place = place_of_a_chain(m);
-         m.locator_seeds.erase(m.locator_seeds.begin(), m.locator_seeds.begin() + model::LocatorCell{place}.first());
+         m.seeds.erase(m.seeds.begin(), m.seeds.begin() + model::LocatorCell{place}.first());
          const std::uint32_t kept = place & 0x3fffu;
          for (std::uint32_t& p : m.places) p = model::LocatorCell{p}.is_free() ? p : kept;
      }},
@@ -732,17 +749,17 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     m.places = central.places;
     m.part_lists = central.part_lists;
     m.planes = central.planes;
-    m.locator_seeds = central.locator_seeds;
+    m.seeds = central.seeds;
     // Whatever that model's parts: the first alone.
     for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
-    for (model::Seed& seed : m.locator_seeds) seed.direction &= ~0xffu;
+    for (model::Seed& seed : m.seeds) seed.direction &= ~0xffu;
     for (std::uint32_t& plane : m.planes) plane &= ~(3u << 29);
     for (std::uint32_t& p : m.places)
         if (model::LocatorCell{p}.is_divided()) {
             p = 0;
         } else if (!model::LocatorCell{p}.is_free() && model::LocatorCell{p}.planes() == 0) {
             std::uint32_t last = model::LocatorCell{p}.first();
-            while (!model::is_last_seed(m.locator_seeds[last])) ++last;
+            while (!model::is_last_seed(m.seeds[last])) ++last;
             p = (p & 0x3fffu) | last << 14;
         }
     for (model::Part& part : m.parts) part.base = 0;

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "sqmap/math/vec.h"
+#include "sqmap/model/arrays.h"
 #include "sqmap/model/normal_map.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string_view>
 
 namespace sqmap::model {
@@ -66,54 +66,6 @@ struct Header {
     std::uint32_t reserved;
 };
 
-/// A block of two by two base cells: the least and greatest stored w of the part's own surface over it; lo > hi:
-/// none.
-struct Block {
-    std::uint16_t lo, hi;
-};
-
-/// Where one part's normal map lies in the model's arrays; see NormalMapView for what each holds. Layout equals the
-/// FlatBuffers struct NormalPart.
-struct NormalPart {
-    std::uint32_t eta_count, omega_count, subdivisions, vertex_count;
-    float distance_scale, offset_scale, quantization_error;
-    std::uint32_t first_sample;  ///< of distance and normal: eta_count * omega_count
-    std::uint32_t first_cut, cut_count;
-    std::uint32_t first_correction_row, correction_row_count, first_correction, correction_count;
-    std::uint32_t first_gap_row, gap_row_count, first_gap, gap_count;
-    std::uint32_t first_offset, offset_count;
-    std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
-};
-
-/// A uniform grid over the object that says, for a place in space, which part's chart answers there and on which chart
-/// the nearest surface lies. Four by four by four cells are a brick; one that is free as a whole is not stored, one that
-/// lies deep inside is a single place.
-/// Layout equals the FlatBuffers struct Locator.
-struct Locator {
-    float origin[3];          ///< lowest corner, model space
-    float cell;               ///< side of a cell, model units
-    std::uint32_t bricks[3];  ///< along x, y, z; 0: the model has no locator
-    float plane_reach;        ///< how far the planes' distances go, and one, in cells; see plane_distance
-};
-/// A plane that touches the surface where it is nearest to some point of a place, and the part whose chart shows it: the start
-/// of the search for the nearest surface where the place is not flat. A place may have a chain of several, up to and with the
-/// one that has k_last_seed; then the words before the chain say which comes first in an octant of the place.
-struct Seed {
-    std::uint32_t direction;  ///< 8 bits part, 12 + 12 bits outward unit normal, octahedral
-    std::uint32_t extent;     ///< 16 bits signed distance of the centre below the plane, 8 bits reach, flag
-};
-/// The arrays of all normal maps; empty in a model of the central projection.
-struct NormalArrays {
-    std::span<const NormalPart> parts;
-    std::span<const std::uint16_t> distance, normal;
-    std::span<const std::uint8_t> cuts, offset;
-    std::span<const std::uint32_t> correction_rows, gap_rows;
-    std::span<const VertexCorrection> corrections;
-    std::span<const MapGap> gaps;
-    std::span<const FootSeed> seeds;
-    std::span<const SmoothedSample> smoothed;  ///< beside offset
-};
-
 /// Figures measured on a finished model, lengths in percent of R_max (see bake/evaluate.h for what each means).
 struct Measured {
     std::uint32_t points = 0;
@@ -125,38 +77,15 @@ struct Measured {
     double layer1_depth_p99 = 0, layer2_depth_p99 = 0;  ///< as depth_p99, of those layers; 0: not measured
 };
 
-/// Everything a query reads, and what a reader wants to know. Copyable; valid as long as the blob it was parsed from.
-struct ModelView {
+/// Everything a query reads, and what a reader wants to know: spans over a blob that the caller owns, which are valid as long as
+/// it is. Copyable; any number of threads may read one at a time.
+struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArrays<ArrayView>, CandidateArrays<ArrayView> {
     Header header{};
-    std::span<const Part> parts;
-    std::span<const std::uint16_t> samples;  ///< base samples, a part: face by row by column, (base+1)^2 a face
-    std::span<const std::uint8_t> offsets;   ///< beside samples: the triangle-tunnelling offset (eq. 12), outwards
-    std::span<const std::int8_t> smoothing;  ///< beside samples: smoothed map less the map
-    std::span<const std::uint16_t> cells;    ///< base cells, a part: face by row by column, base^2 a face
-    std::span<const Block> blocks;
-    std::span<const std::uint16_t> splits;
-    std::span<const std::uint32_t> specials;  ///< offsets into a part's pool
-    std::span<const std::uint16_t> pool;
-    // Exact layer; empty when the model was baked without it.
-    std::span<const float> vertices;                ///< #vertices by 3, model space
-    std::span<const std::uint16_t> triangles16;     ///< #triangles by 3, where the model has at most 65536 vertices
-    std::span<const std::uint32_t> triangles32;     ///< #triangles by 3, where it has more
-    std::span<const std::uint16_t> triangle_part;   ///< #triangles: see part_of_triangle
-    std::span<const std::uint32_t> piece_triangle;  ///< #pieces, ascending: the crossed triangle of which each is visible
-    std::span<const float> pieces;                  ///< nine a piece: its corners, turned as the triangle is
-    NormalArrays normal;
-    Locator locator{};
-    std::span<const std::uint32_t> bricks;      ///< x fastest
-    std::span<const std::uint32_t> places;      ///< 64 a stored brick, x fastest
-    std::span<const std::uint32_t> part_lists;  ///< four parts each, lowest byte first
-    std::span<const std::uint32_t> planes;      ///< of flat places
-    std::span<const Seed> seeds;
-    std::span<const std::uint32_t> near_bricks;  ///< with the exact layer: where a brick's record is in near
-    std::span<const std::uint16_t> near;         ///< records of candidate lists
-    std::span<const std::uint8_t> rises;         ///< with near: beside places
-    Measured measured{};                         ///< by bake
-    std::string_view made_by, source, options;   ///< provenance
-    std::uint64_t mesh_hash = 0;                 ///< mesh::content_hash of the mesh that was baked; 0: not known
+    ArrayView<Part> parts;
+    NormalArrays<ArrayView> normal;             ///< empty in a model of the central projection
+    Measured measured{};                        ///< by bake
+    std::string_view made_by, source, options;  ///< provenance
+    std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
 };
 
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }

@@ -13,7 +13,7 @@ namespace sqmap::bake {
 
 namespace {
 
-void append_map(const NormalMap& m, model::ModelData& data)
+void append_map(const NormalMap& m, model::NormalArrays<model::ArrayData>& all)
 {
     model::NormalPart p{};
     p.eta_count = m.eta_count;
@@ -32,17 +32,17 @@ void append_map(const NormalMap& m, model::ModelData& data)
     p.seeds_along = m.seed_count;
     p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
     p.seed_count = static_cast<std::uint32_t>(m.seeds.size());
-    p.first_sample = append(m.distance, data.normal_distance);
-    append(m.normal, data.normal_normal);
-    p.first_cut = append(m.cuts, data.normal_cuts);
-    p.first_correction_row = append(m.correction_rows, data.correction_rows);
-    p.first_correction = append(m.corrections, data.corrections);
-    p.first_gap_row = append(m.gap_rows, data.gap_rows);
-    p.first_gap = append(m.gaps, data.gaps);
-    p.first_offset = append(m.offset, data.normal_offset);
-    append(m.smoothed, data.normal_smoothed);
-    p.first_seed = append(m.seeds, data.seeds);
-    data.normal_parts.push_back(p);
+    p.first_sample = append(m.distance, all.distance);
+    append(m.normal, all.normal);
+    p.first_cut = append(m.cuts, all.cuts);
+    p.first_correction_row = append(m.correction_rows, all.correction_rows);
+    p.first_correction = append(m.corrections, all.corrections);
+    p.first_gap_row = append(m.gap_rows, all.gap_rows);
+    p.first_gap = append(m.gaps, all.gaps);
+    p.first_offset = append(m.offset, all.offset);
+    append(m.smoothed, all.smoothed);
+    p.first_seed = append(m.seeds, all.seeds);
+    all.parts.push_back(p);
 }
 
 }  // namespace
@@ -59,7 +59,7 @@ void append_normal_maps(const mesh::Mesh& mesh, std::span<const MeasuredPart> pa
         normal.target_error = options.target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
         maps[i] = bake_normal_map(rays, parts[i].fitted.patch.triangles, sq, normal);
     });
-    for (const NormalMap& m : maps) append_map(m, data);
+    for (const NormalMap& m : maps) append_map(m, data.normal);
 }
 
 }  // namespace sqmap::bake

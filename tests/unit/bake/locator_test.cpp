@@ -291,10 +291,10 @@ TEST(Locator, IsTheSameOnAnyNumberOfThreads)
     EXPECT_EQ(a.near, b.near);
     EXPECT_EQ(a.planes, b.planes);
     EXPECT_EQ(a.rises, b.rises);
-    ASSERT_EQ(a.locator_seeds.size(), b.locator_seeds.size());
-    for (std::size_t i = 0; i < a.locator_seeds.size(); ++i) {
-        ASSERT_EQ(a.locator_seeds[i].direction, b.locator_seeds[i].direction);
-        ASSERT_EQ(a.locator_seeds[i].extent, b.locator_seeds[i].extent);
+    ASSERT_EQ(a.seeds.size(), b.seeds.size());
+    for (std::size_t i = 0; i < a.seeds.size(); ++i) {
+        ASSERT_EQ(a.seeds[i].direction, b.seeds[i].direction);
+        ASSERT_EQ(a.seeds[i].extent, b.seeds[i].extent);
     }
 }
 

@@ -1,0 +1,191 @@
+// The arrays of a model, each described once: a query sees them as spans, bake fills them as vectors, and the file, the parser
+// and the hash visit them by name. A new array is a member here, a line in its group's each(), and a field of src/model/sqmap.fbs
+// with the same name and type; a new group is listed at the end of this file too. What the words mean is known to the library
+// alone: queries read them.
+#pragma once
+
+#include "sqmap/model/normal_map.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace sqmap::model {
+
+template <class T>
+using ArrayView = std::span<const T>;
+
+/// Least and greatest stored w of a part's own surface over two by two base cells; lo > hi: none.
+struct Block {
+    std::uint16_t lo, hi;
+};
+
+/// Where the locator's cells are. Layout equals the FlatBuffers struct Locator.
+struct Locator {
+    float origin[3];          ///< lowest corner, model space
+    float cell;               ///< side of a cell, model units
+    std::uint32_t bricks[3];  ///< of four by four by four cells, along x, y, z; 0: the model has no locator
+    float plane_reach;        ///< greatest distance that a plane can have, and one, in cells
+};
+
+/// A plane that touches the surface where it is nearest to some point of a locator cell, and the part whose chart shows it: the
+/// start of the search for the nearest surface where the cell has no planes. Layout equals the FlatBuffers struct Seed.
+struct Seed {
+    std::uint32_t direction;  ///< part and outward normal
+    std::uint32_t extent;     ///< distance and reach
+};
+
+/// Where one part's normal map lies in the arrays; see NormalMapView for what each holds. Layout equals the FlatBuffers struct
+/// NormalPart.
+struct NormalPart {
+    std::uint32_t eta_count, omega_count, subdivisions, vertex_count;
+    float distance_scale, offset_scale, quantization_error;
+    std::uint32_t first_sample;  ///< of distance and normal: eta_count * omega_count
+    std::uint32_t first_cut, cut_count;
+    std::uint32_t first_correction_row, correction_row_count, first_correction, correction_count;
+    std::uint32_t first_gap_row, gap_row_count, first_gap, gap_count;
+    std::uint32_t first_offset, offset_count;
+    std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
+};
+
+// Each group's each(visit, of...) calls visit(name, array of every of...) for its arrays, in the file's order.
+
+/// Central maps of all parts, part after part.
+template <template <class> class Array>
+struct CentralArrays {
+    Array<std::uint16_t> samples;  ///< base samples, a part: face by row by column, (base + 1)^2 a face
+    Array<std::uint8_t> offsets;   ///< beside samples: the triangle-tunnelling offset (eq. 12), outwards
+    Array<std::int8_t> smoothing;  ///< beside samples: smoothed map less the map
+    Array<std::uint16_t> cells;    ///< base cells, a part: face by row by column, base^2 a face
+    Array<Block> blocks;
+    Array<std::uint16_t> splits;    ///< records of split cells
+    Array<std::uint32_t> specials;  ///< offsets into a part's pool
+    Array<std::uint16_t> pool;      ///< layered records
+
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("samples", of.samples...);
+        visit("offsets", of.offsets...);
+        visit("smoothing", of.smoothing...);
+        visit("cells", of.cells...);
+        visit("blocks", of.blocks...);
+        visit("splits", of.splits...);
+        visit("specials", of.specials...);
+        visit("pool", of.pool...);
+    }
+};
+
+/// The mesh of the exact layer; empty in a model that was baked without it.
+template <template <class> class Array>
+struct MeshArrays {
+    Array<float> vertices;                ///< #vertices by 3, model space
+    Array<std::uint16_t> triangles16;     ///< #triangles by 3, where the model has at most 65536 vertices
+    Array<std::uint32_t> triangles32;     ///< #triangles by 3, where it has more
+    Array<std::uint16_t> triangle_part;   ///< #triangles: see part_of_triangle
+    Array<std::uint32_t> piece_triangle;  ///< #pieces, ascending: the crossed triangle of which each is visible
+    Array<float> pieces;                  ///< nine a piece: its corners, turned as the triangle is
+
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("vertices", of.vertices...);
+        visit("triangles16", of.triangles16...);
+        visit("triangles32", of.triangles32...);
+        visit("triangle_part", of.triangle_part...);
+        visit("piece_triangle", of.piece_triangle...);
+        visit("pieces", of.pieces...);
+    }
+};
+
+/// The paper's normal maps of all parts.
+template <template <class> class Array>
+struct NormalArrays {
+    Array<NormalPart> parts;
+    Array<std::uint16_t> distance, normal;
+    Array<std::uint8_t> cuts, offset;
+    Array<std::uint32_t> correction_rows, gap_rows;
+    Array<VertexCorrection> corrections;
+    Array<MapGap> gaps;
+    Array<FootSeed> seeds;
+    Array<SmoothedSample> smoothed;  ///< beside offset
+
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("parts", of.parts...);
+        visit("distance", of.distance...);
+        visit("normal", of.normal...);
+        visit("cuts", of.cuts...);
+        visit("offset", of.offset...);
+        visit("correction_rows", of.correction_rows...);
+        visit("gap_rows", of.gap_rows...);
+        visit("corrections", of.corrections...);
+        visit("gaps", of.gaps...);
+        visit("seeds", of.seeds...);
+        visit("smoothed", of.smoothed...);
+    }
+};
+
+/// The locator; empty in a model without one.
+template <template <class> class Array>
+struct LocatorArrays {
+    Locator locator{};                ///< the grid; no array
+    Array<std::uint32_t> bricks;      ///< x fastest
+    Array<std::uint32_t> places;      ///< cells, 64 a stored brick, x fastest
+    Array<std::uint32_t> part_lists;  ///< four parts each, lowest byte first
+    Array<std::uint32_t> planes;      ///< of flat cells
+    Array<Seed> seeds;
+
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("bricks", of.bricks...);
+        visit("places", of.places...);
+        visit("part_lists", of.part_lists...);
+        visit("planes", of.planes...);
+        visit("seeds", of.seeds...);
+    }
+};
+
+/// The exact layer's candidate lists; empty without a locator or a mesh.
+template <template <class> class Array>
+struct CandidateArrays {
+    Array<std::uint32_t> near_bricks;  ///< beside bricks: where a brick's record is in near
+    Array<std::uint16_t> near;         ///< records of candidate lists
+    Array<std::uint8_t> rises;         ///< beside places
+
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("near_bricks", of.near_bricks...);
+        visit("near", of.near...);
+        visit("rises", of.rises...);
+    }
+};
+
+/// visit(name, array of every of...) for the arrays of a model before the normal maps, and behind them.
+template <class Visit, class... Of>
+constexpr void each_array_before_normal(Visit&& visit, Of&... of)
+{
+    visit("parts", of.parts...);
+    CentralArrays<ArrayView>::each(visit, of...);
+    MeshArrays<ArrayView>::each(visit, of...);
+}
+template <class Visit, class... Of>
+constexpr void each_array_behind_normal(Visit&& visit, Of&... of)
+{
+    LocatorArrays<ArrayView>::each(visit, of...);
+    CandidateArrays<ArrayView>::each(visit, of...);
+}
+
+/// Bytes of a group's arrays, say bytes_of<CentralArrays<ArrayView>>(view).
+template <class Group>
+constexpr std::size_t bytes_of(const Group& group)
+{
+    std::size_t bytes = 0;
+    Group::each([&](const char*, const auto& array) { bytes += array.size() * sizeof(array[0]); }, group);
+    return bytes;
+}
+
+}  // namespace sqmap::model
