@@ -119,7 +119,7 @@ def _scan(code, begin, end, scope, public, in_class, line_of, found):
             i = _closing(code, i) + 1
             continue
         if c == ";":
-            head = code[start:i]
+            head = re.sub(r"\{.*\}", "", code[start:i], flags=re.DOTALL)  # the value of a variable
             if not re.match(r"\s*(using|typedef|friend\s+(class|struct)|static_assert|extern\s+template)\b", head):
                 called = _function(head)
                 if called and _is_declaration(head, in_class):

@@ -5,21 +5,16 @@ The animals come from the data of CGAL, which Debian packages as libcgal-demo; t
 input profiles, from npm, subdivided once. Both are fetched once into build/demo/cache and never committed. Where npm or
 the network is missing, a hand that the program makes itself stands in.
 """
-import os
-import pathlib
 import shutil
-import subprocess
 import sys
 import tarfile
 
+import animals
 import measure
 
 ROOT = measure.ROOT
-DEMO = ROOT / "build" / "demo"
-CACHE = DEMO / "cache"
-MESHES = DEMO / "meshes"
+DEMO, CACHE, MESHES = animals.DEMO, animals.CACHE, animals.MESHES
 
-ANIMALS = "libcgal-demo"
 HAND = "@webxr-input-profiles/assets@1.0.20"
 HAND_FILE = "package/dist/profiles/generic-hand/right.glb"
 # Name of the mesh -> its upward axis, for the pictures.
@@ -32,34 +27,6 @@ def say(text):
     print(f"\n==> {text}", flush=True)
 
 
-def tried(*command, cwd=None):
-    """True if a command succeeded; its words are shown where it did not."""
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True)
-    if done.returncode != 0:
-        print(f"    {' '.join(command)}: {(done.stderr or done.stdout).strip().splitlines()[-1:]}")
-    return done.returncode == 0
-
-
-def fetch_animals():
-    names = [n for n in SUBJECTS if n != "hand" and not (MESHES / f"{n}.off").exists()]
-    if not names:
-        return
-    say(f"fetching {', '.join(names)} (Debian package {ANIMALS}, 24 MB, once)")
-    if not list(CACHE.glob("libcgal-demo_*.deb")):
-        if not tried("apt-get", "download", ANIMALS, cwd=CACHE):
-            update = ["apt-get", "update", "-qq"]
-            tried(*(update if os.geteuid() == 0 else ["sudo", *update]))
-            tried("apt-get", "download", ANIMALS, cwd=CACHE)
-    for package in CACHE.glob("libcgal-demo_*.deb"):
-        if not tried("dpkg-deb", "-x", str(package), str(CACHE / "cgal")):
-            return
-        with tarfile.open(next((CACHE / "cgal").rglob("data.tar.gz"))) as archive:
-            for name in names:
-                with archive.extractfile(f"data/meshes/{name}.off") as source:
-                    (MESHES / f"{name}.off").write_bytes(source.read())
-        shutil.rmtree(CACHE / "cgal")
-
-
 def fetch_hand():
     target = MESHES / "hand.obj"
     if target.exists():
@@ -67,7 +34,7 @@ def fetch_hand():
     packages = list(CACHE.glob("webxr-input-profiles-assets-*.tgz"))
     if not packages and shutil.which("npm"):
         say("fetching the hand (npm package @webxr-input-profiles/assets, 94 MB for a file of 94 kB, once)")
-        tried("npm", "pack", "--silent", HAND, cwd=CACHE)
+        animals.tried("npm", "pack", "--silent", HAND, cwd=CACHE)
         packages = list(CACHE.glob("webxr-input-profiles-assets-*.tgz"))
     if packages:
         with tarfile.open(packages[0]) as archive, archive.extractfile(HAND_FILE) as source:
@@ -112,7 +79,7 @@ def print_table(rows):
 def main():
     for folder in (CACHE, MESHES):
         folder.mkdir(parents=True, exist_ok=True)
-    fetch_animals()
+    animals.fetch()
     fetch_hand()
     meshes = [p for n in SUBJECTS for p in (MESHES / f"{n}.off", MESHES / f"{n}.obj") if p.exists()]
     if len(meshes) == 1:

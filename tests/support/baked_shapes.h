@@ -123,11 +123,11 @@ inline std::vector<Shape> small_shapes()
         {"torus", small_torus()},   {"dumbbell", mesh::dumbbell({.segments = 24})},     {"hand", small_hand()}};
 }
 
-/// A mesh of the shared folder, as the gate lets it through; nothing where the file is absent.
+/// A real mesh, as the gate lets it through; nothing where there is no file (see real_mesh_file).
 inline std::optional<mesh::Mesh> shared_mesh(const std::string& name)
 {
-    const std::filesystem::path path = shared_folder() / "meshes" / name;
-    if (!std::filesystem::exists(path)) return std::nullopt;
+    const std::filesystem::path path = real_mesh_file(name);
+    if (path.empty()) return std::nullopt;
     const io::ReadResult read = io::read_mesh_file(path);
     if (read.error) return std::nullopt;
     const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
@@ -137,7 +137,7 @@ inline std::optional<mesh::Mesh> shared_mesh(const std::string& name)
 
 inline void skip_without(const std::string& name)
 {
-    GTEST_SKIP() << "done but for " << name << ": it is not in " << shared_folder();
+    GTEST_SKIP() << "done but for " << name << ": it is not in " << shared_folder() << ", and nothing like it could be fetched";
 }
 
 /// For tests that ask it beside shapes of our own: where it is absent they do the rest, and count as skipped.

@@ -1,8 +1,10 @@
-// Where the real meshes are that tests ask for. A test without them is skipped, and says why.
+// Where the real meshes are that tests are about. A test without them is skipped, and says why.
 #pragma once
 
 #include <cstdlib>
 #include <filesystem>
+#include <map>
+#include <string>
 
 namespace sqmap::test {
 
@@ -11,6 +13,19 @@ inline std::filesystem::path shared_folder()
 {
     const char* folder = std::getenv("SQMAP_SHARED_DIR");
     return folder != nullptr ? folder : SQMAP_SHARED_DIR;
+}
+
+/// The file of a mesh such as "horse_5946.obj": that of the shared folder, or a mesh like it among the animals that ./dev test
+/// fetches, or an empty path.
+inline std::filesystem::path real_mesh_file(const std::string& name)
+{
+    static const std::map<std::string, std::string> k_like{
+        {"horse_5946", "cow"}, {"camel_4512", "dino"}, {"bull_7154", "bull"}, {"elephant_10272", "elephant"}};
+    if (const std::filesystem::path shared = shared_folder() / "meshes" / name; std::filesystem::exists(shared)) return shared;
+    const auto like = k_like.find(std::filesystem::path(name).stem().string());
+    if (like == k_like.end()) return {};
+    const std::filesystem::path animal = std::filesystem::path(SQMAP_ANIMALS_DIR) / (like->second + ".off");
+    return std::filesystem::exists(animal) ? animal : std::filesystem::path();
 }
 
 }  // namespace sqmap::test
