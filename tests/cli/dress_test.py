@@ -19,7 +19,7 @@ import rig  # noqa: E402: beside the program's other scripts
 
 
 def run(*arguments):
-    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120)
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=600)
 
 
 class Dress(unittest.TestCase):
