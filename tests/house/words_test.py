@@ -12,6 +12,7 @@ CASES = [
     ("two words apart", {"src/a.cpp": "int near_the_list;\n"}, None),
     ("part of a longer word", {"src/a.cpp": "int mushroom, almost, rooms_;\n"}, None),
     ("comments and strings", {"src/a.cpp": '// a room\nconst char* a = "room";\n#include "room.h"\n'}, None),
+    ("the name of a test", {"tests/a.cpp": "TEST(Ball, HasMostRoom)\n{\n}\n"}, None),
     ("an identifier that may stay", {"src/a.cpp": "int at_most, left_most;\n"}, None),
     ("words of another table", {"src/a.cpp": "int b;\n"}, None),
     ("no table", {"CONTRIBUTING.md": "nothing\n"}, "no table"),
