@@ -1,6 +1,7 @@
 #include "slide.h"
 
 #include "../frames.h"
+#include "sqmap/haptic/safety.h"
 #include "sqmap/math/random.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
-// Contacts of a zone with a solid, summed up, and the force that the sum stands for (section 6.1, impact zones).
+// The sum of a zone's contacts with a touched body, and its force (section 6.1, impact zones).
 #pragma once
 
-#include "sqmap/haptic/step.h"
+#include "sqmap/haptic/zone.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,19 +20,19 @@ struct Spring {
     double weight = 0;  ///< area
 };
 
-/// What a zone feels of one solid.
-struct Felt {
-    double depth = 0;  ///< effective
-    double exact = 0;  ///< before smoothing: how far out the surface is; of a patch the effective one
-    Vec3d force{};     ///< over the stiffness: depth times the way out, or less (see Shading)
-    Vec3d torque{};    ///< over the stiffness, about the pose's centre
-    Vec3d lever{};     ///< centre of the contact, from the pose's centre
+/// The force of one touched body on a zone, over the stiffness.
+struct ContactForce {
+    double depth = 0;  ///< m, effective
+    double exact = 0;  ///< m, before smoothing: distance out to the surface; of a patch the effective one
+    Vec3d force{};     ///< m: depth times the outward direction, or less (see Shading)
+    Vec3d torque{};    ///< m^2, about the pose's centre
+    Vec3d lever{};     ///< m, centre of the contact, from the pose's centre
     std::uint32_t contacts = 0;
-    double deepest = 0;
-    double reach = 0;  ///< of a patch: how far from the pose's centre it touches
+    double deepest = 0;  ///< m
+    double reach = 0;    ///< m, of a patch: farthest contact from the pose's centre
 };
 
-/// Moments of the contacts: weights times powers of depth. Whatever enters or leaves does so with weight zero.
+/// Moments of the contacts: weights times powers of depth. A contact enters and leaves with weight zero.
 class ContactSum {
 public:
     explicit ContactSum(const ZoneOptions& options)
@@ -60,26 +60,26 @@ public:
     }
 
     /// Means over the contacts. Consistent: minus the gradient of half the square of sum w d^3 / sum w d^2.
-    [[nodiscard]] Felt felt() const
+    [[nodiscard]] ContactForce force() const
     {
         if (!(weight_ > 0) || !(first_ > 0)) return {};
-        Felt felt;
-        felt.contacts = count_;
-        felt.deepest = deepest_;
-        felt.lever = point_ / weight_;
-        felt.reach = std::sqrt(reach_sq_);
+        ContactForce out;
+        out.contacts = count_;
+        out.deepest = deepest_;
+        out.lever = point_ / weight_;
+        out.reach = std::sqrt(reach_sq_);
         if (shading_ == Shading::Consistent) {
-            felt.exact = felt.depth = second_ / first_;
-            const double a = 3 * felt.depth / first_, b = -2 * felt.depth * felt.depth / first_;
-            felt.force = a * normal1_ + b * normal0_;
-            felt.torque = a * turn1_ + b * turn0_;
-            return felt;
+            out.exact = out.depth = second_ / first_;
+            const double a = 3 * out.depth / first_, b = -2 * out.depth * out.depth / first_;
+            out.force = a * normal1_ + b * normal0_;
+            out.torque = a * turn1_ + b * turn0_;
+            return out;
         }
-        felt.exact = felt.depth = first_ / weight_;
+        out.exact = out.depth = first_ / weight_;
         const double coherence = norm(normal1_) / first_, gain = 1 / (weight_ * std::max(coherence, k_least_coherence));
-        felt.force = gain * normal1_;
-        felt.torque = gain * turn1_;
-        return felt;
+        out.force = gain * normal1_;
+        out.torque = gain * turn1_;
+        return out;
     }
 
 private:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 namespace sqmap::haptic {
 
@@ -9,12 +11,17 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// False where more than `most` points would be needed.
-bool divide(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, double spacing, std::size_t most,
-            PatchPoints& out)
+struct Surface {
+    std::span<const Vec3d> vertices;
+    std::span<const Triangle> triangles;
+};
+
+/// Nothing where more than max_points would be needed.
+std::optional<PatchPoints> divide(const Surface& surface, double spacing, std::size_t max_points)
 {
-    out.points.assign(vertices.begin(), vertices.end());
-    out.weights.assign(vertices.size(), 0.f);
+    PatchPoints out;
+    out.points.assign(surface.vertices.begin(), surface.vertices.end());
+    out.weights.assign(surface.vertices.size(), 0.f);
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
         const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.points.size()));
@@ -25,7 +32,7 @@ bool divide(std::span<const Vec3d> vertices, std::span<const Triangle> triangles
         return at->second;
     };
     std::vector<Triangle> left;
-    for (const Triangle& whole : triangles) {
+    for (const Triangle& whole : surface.triangles) {
         left.assign(1, whole);
         while (!left.empty()) {
             const Triangle t = left.back();
@@ -38,31 +45,31 @@ bool divide(std::span<const Vec3d> vertices, std::span<const Triangle> triangles
                 continue;
             }
             const std::uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
-            if (out.points.size() > most) return false;
+            if (out.points.size() > max_points) return std::nullopt;
             left.insert(left.end(), {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
         }
     }
-    return true;
+    return out;
 }
 
 }  // namespace
 
-PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, double spacing, std::size_t most)
+PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, double spacing,
+                         std::size_t max_points)
 {
-    PatchPoints out;
-    while (!divide(vertices, triangles, spacing, most, out)) spacing *= 1.2;
-    return out;
+    for (;; spacing *= 1.2)
+        if (std::optional<PatchPoints> points = divide({vertices, triangles}, spacing, max_points)) return std::move(*points);
 }
 
-DenserSets::DenserSets(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, std::size_t most)
+DenserSets::DenserSets(std::span<const Vec3d> vertices, std::span<const Triangle> triangles, std::size_t max_points)
 {
     std::size_t before = vertices.size();
     for (const double spacing : {0.0025, 0.002, 0.0015}) {
-        PatchPoints patch;
-        if (!divide(vertices, triangles, spacing, most, patch)) break;
-        if (patch.points.size() == before) continue;
-        before = patch.points.size();
-        sets_.push_back(std::make_unique<Set>(Set{query::Probe(patch.points), std::move(patch.weights)}));
+        std::optional<PatchPoints> patch = divide({vertices, triangles}, spacing, max_points);
+        if (!patch) break;
+        if (patch->points.size() == before) continue;
+        before = patch->points.size();
+        sets_.push_back(std::make_unique<Set>(Set{query::Probe(patch->points), std::move(patch->weights)}));
     }
     for (const auto& set : sets_) points_.push_back({&set->probe, set->weights});
 }

@@ -1,22 +1,23 @@
-// What a state sets up outside the loop: the allocating half.
+// Construction and destruction of a state: the half that allocates.
 #include "memory.h"
 
 namespace sqmap::haptic {
 
-State::State(std::span<const Zone> zones, const StateOptions& options)
-    : zones_(zones.begin(), zones.end()),
-      reports_(zones.size()),
-      memory_(zones.size()),
-      touches_(zones.size() * options.max_touched),
-      max_touched_(options.max_touched),
-      found_(options.max_contacts * options.max_touched),
-      asked_(options.max_touched)
+State::State(std::span<const Zone> zones, const StateOptions& options) : data_(std::make_unique<Data>())
 {
-    std::size_t most = 0;
-    for (const Zone& zone : zones_)
-        if (zone.probe != nullptr && zone.options.averaging != Averaging::Patch) most = std::max(most, zone.probe->size());
-    samples_.resize(most);
-    trails_.resize(touches_.size() * most);
+    Data& d = *data_;
+    d.zones.assign(zones.begin(), zones.end());
+    d.reports.resize(zones.size());
+    d.memory.resize(zones.size());
+    d.touches.resize(zones.size() * options.max_touched);
+    d.max_touched = options.max_touched;
+    d.found.resize(options.max_contacts * options.max_touched);
+    d.queries.resize(options.max_touched);
+    std::size_t samples = 0;
+    for (const Zone& zone : d.zones)
+        if (zone.probe != nullptr && zone.options.averaging != Averaging::Patch) samples = std::max(samples, zone.probe->size());
+    d.samples.resize(samples);
+    d.trails.resize(d.touches.size() * samples);
 }
 
 State::State(State&&) noexcept = default;

@@ -3,6 +3,8 @@
 // lines of tick() that name a step, one at a time, and expects that step's test to fail: keep them one a line.
 #include "sqmap/haptic/safety.h"
 
+#include "haptic/sane.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,15 +12,14 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_absurd = 1e9;        // no metre, newton or second of a haptic device: counts as not finite
 constexpr double k_rotation = 1e-3;     // how far a rotation's rows may be from orthonormal: seven digits are
 constexpr double k_smoothing = 0.003;   // s, of the velocity
 constexpr double k_glitch = 0.02;       // s after a motion above the top speed in which the velocity is not believed
-constexpr double k_store = 0.2;         // J, most that a zone may save up: 2 N over 10 cm
-constexpr double k_debt = 0.02;         // J, most that it may owe: more takes longer to be forgiven
-constexpr double k_ramp_store = 0.05;   // J, most that a ramp may give: half of 2 N over 5 cm
+constexpr double k_store = 0.2;         // J, maximum that a zone may store: 2 N over 10 cm
+constexpr double k_debt = 0.02;         // J, maximum that it may owe: more takes longer to be forgiven
+constexpr double k_ramp_store = 0.05;   // J, maximum that a ramp may give: half of 2 N over 5 cm
 constexpr double k_slack = 1.25;        // of what its springs hold: what a delay and an encoder may hide
-constexpr double k_damping = 5;         // N s/m, most that the passivity step adds
+constexpr double k_damping = 5;         // N s/m, maximum that the passivity step adds
 constexpr double k_least_valve = 1e-4;  // J, over which the valve closes where the margin is less
 constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
 constexpr double k_left = 0.25;                       // s without force: out of contact
@@ -31,13 +32,6 @@ constexpr double k_duty_slack = 0.01;                 // what steps of a tick co
 constexpr double k_grain = 1e-6;                      // s, of a clock: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
-// False for NaN, and quiet: no floating-point exception.
-bool sane(double x) { return std::islessequal(std::fabs(x), k_absurd); }
-bool sane(const Vec3d& v) { return sane(v.x) && sane(v.y) && sane(v.z); }
-bool sane(const Pose& p)
-{
-    return sane(p.translation) && sane(p.rotation.row[0]) && sane(p.rotation.row[1]) && sane(p.rotation.row[2]);
-}
 /// Rows orthonormal and right-handed; false for NaN. What is merely finite may scale or mirror a tool.
 bool is_rotation(const Mat3d& m)
 {
@@ -49,18 +43,16 @@ bool is_rotation(const Mat3d& m)
     }
     return true;
 }
-bool sane(const Twist& t) { return sane(t.linear) && sane(t.angular); }
-bool sane(const Wrench& w) { return sane(w.force) && sane(w.torque); }
 
 bool is_zero(const Wrench& w) { return w == Wrench{}; }
 double power(const Wrench& w, const Vec3d& velocity, const Vec3d& turn) { return dot(w.force, velocity) + dot(w.torque, turn); }
 
-/// v no longer than most; zero for a v that cannot be measured.
-Vec3d shortened(const Vec3d& v, double most)
+/// v no longer than max_length; zero for a v that cannot be measured.
+Vec3d shortened(const Vec3d& v, double max_length)
 {
     const double length = norm(v);
-    if (length <= most) return v;
-    return length <= k_absurd * 2 ? std::max(most, 0.) / length * v : Vec3d{};
+    if (length <= max_length) return v;
+    return length <= k_absurd * 2 ? std::max(max_length, 0.) / length * v : Vec3d{};
 }
 
 /// The rotation vector from a to b: unit axis times angle, the world's axes.
@@ -83,14 +75,13 @@ Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
     return norm(rest) <= step ? to : kept + shortened(rest, step);
 }
 
-/// What a spring of stiffness K holds that asks for a force, where no more than most is exerted.
-double stored(double commanded, double most, double stiffness)
+/// J in a spring of stiffness K that commands a force, where no more than max_force is exerted.
+double stored(double commanded, double max_force, double stiffness)
 {
     if (!(stiffness > 0)) return 0;
-    return commanded <= most ? 0.5 * commanded * commanded / stiffness : most * (commanded - 0.5 * most) / stiffness;
+    return commanded <= max_force ? 0.5 * commanded * commanded / stiffness
+                                  : max_force * (commanded - 0.5 * max_force) / stiffness;
 }
-
-double or_unknown(double told, double unknown) { return told > 0 ? told : unknown; }
 
 }  // namespace
 
@@ -111,55 +102,6 @@ const char* describe(SetupVerdict verdict) noexcept
             return "a tick must be between 0.1 and 20 ms";
     }
     return "unknown verdict";
-}
-
-const char* describe(StiffnessReason reason) noexcept
-{
-    switch (reason) {
-        case StiffnessReason::Sampling:
-            return "the device's damping is too little for the tick: b > K T/2 + |B|";
-        case StiffnessReason::Quantisation:
-            return "the device's friction is too little for its encoder: K <= 2 f_c/Delta";
-        case StiffnessReason::Delay:
-            return "the device's damping is too little for its delay: K (T/2 + delay) + |B| < b";
-        case StiffnessReason::VirtualDamping:
-            return "virtual damping is as much as the device's own: |B| < b";
-    }
-    return "unknown reason";
-}
-
-DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept
-{
-    DeviceLimits d = device;
-    d.damping = or_unknown(device.damping, 0.1);
-    d.coulomb_friction = or_unknown(device.coulomb_friction, 0.02);
-    d.resolution = or_unknown(device.resolution, 50e-6);
-    d.period = or_unknown(device.period, 1e-3);
-    return d;
-}
-
-StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping) noexcept
-{
-    StiffnessCheck check;
-    const bool told = device.damping > 0 && device.coulomb_friction > 0 && device.resolution > 0;
-    check.assumed = !told;
-    const DeviceLimits d = with_careful_numbers(device);
-    const double b = d.damping, friction = d.coulomb_friction, resolution = d.resolution, period = d.period,
-                 delay = std::max(device.delay, 0.), left = b - std::fabs(virtual_damping);
-    if (!(sane(b) && sane(friction) && sane(resolution) && sane(period) && sane(device.delay) && left > 0)) {
-        check.reason = StiffnessReason::VirtualDamping;
-        return check;
-    }
-    const double by_encoder = 2 * friction / resolution;
-    // Strictly less: a share that rounding cannot eat.
-    const double by_damping = (1 - 1e-9) * left / (period / 2 + delay);
-    check.largest = std::min(by_encoder, by_damping);
-    if (by_encoder <= by_damping)
-        check.reason = StiffnessReason::Quantisation;
-    else
-        check.reason = delay > 0 ? StiffnessReason::Delay : StiffnessReason::Sampling;
-    check.safe = stiffness >= 0 && stiffness <= check.largest;
-    return check;
 }
 
 SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept : device_(device)
@@ -192,8 +134,8 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     per_heat_force_ = 1 / (continuous * continuous);
     per_heat_torque_ = per_heat_force_ * (force_limit_ / torque_limit_) * (force_limit_ / torque_limit_);
     // Force alone may begin at its limit; both at their limits have twice the heat.
-    const double most = force_limit_ * force_limit_ * per_heat_force_;
-    peak_ = std::max(most, std::min(2 * most, 2.));
+    const double heat = force_limit_ * force_limit_ * per_heat_force_;
+    peak_ = std::max(heat, std::min(2 * heat, 2.));
     if (peak_ > 1) duty_time_ = std::min(k_duty_window, (1 - k_duty_slack) * 2 * k_duty_window * peak_ / (peak_ * peak_ - 1));
     force_slew_ = options.slew;
     torque_slew_ = options.slew * torque_limit_ / force_limit_;
@@ -205,7 +147,7 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     delay_ticks_ = std::min(static_cast<std::size_t>(device.delay / device.period + 0.5), k_history - 2);
 }
 
-/// What one tick knows and the wrenches that the steps pass on.
+/// State of one tick and the wrenches that the steps pass on.
 struct SafetyFilter::Tick {
     std::size_t zones = 0;
     double dt = 0;         // s since the last tick
@@ -215,14 +157,14 @@ struct SafetyFilter::Tick {
     bool fresh = false;    // a new sample
     bool off = false;      // all zero
     std::uint32_t acted = 0;
-    std::uint32_t waiting = 0;  // zones that ask for force before they have been free
+    std::uint32_t waiting = 0;  // zones with a force commanded before they have been free
     std::array<Wrench, k_max_safe_zones> wrench{};
     std::array<double, k_max_safe_zones> share;             // of the limits: ramp, heat
     std::array<Vec3d, k_max_safe_zones> moved{}, turned{};  // since the last fresh sample
     std::array<double, k_max_safe_zones> speed{}, spin{};
     std::array<bool, k_max_safe_zones> jumped{};
-    std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in what is commanded
-    std::array<double, k_max_safe_zones> springs{};    // J, most that the springs behind what is commanded hold
+    std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in the commanded wrench
+    std::array<double, k_max_safe_zones> springs{};    // J, maximum that the springs behind the commanded wrench hold
     std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp adds to them where they are
 };
 
@@ -282,12 +224,12 @@ Wrench SafetyFilter::slewed(const Wrench& from, const Wrench& to, double dt) con
 }
 
 /// Time, freshness, and what the user and the device allow.
-SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t room) noexcept
+SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t capacity) noexcept
 {
     Tick tick;
     ++ticks_;
     ++counters_.ticks;
-    tick.zones = std::min({in.poses.size(), in.commanded.size(), room, k_max_safe_zones});
+    tick.zones = std::min({in.poses.size(), in.commanded.size(), capacity, k_max_safe_zones});
     tick.share.fill(1);
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.commanded[z];
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
@@ -552,10 +494,10 @@ void SafetyFilter::duty(Tick& tick) noexcept
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
         const double e = zones_[z].spare;
-        const double most = 1 - e + std::min(peak_ * e * e * e, e * duty_time_ / dt), commanded = heat(tick.wrench[z]);
-        if (!(commanded > most)) continue;
+        const double max_heat = 1 - e + std::min(peak_ * e * e * e, e * duty_time_ / dt), commanded = heat(tick.wrench[z]);
+        if (!(commanded > max_heat)) continue;
         acted = true;
-        tick.wrench[z] = std::sqrt(most / commanded) * tick.wrench[z];
+        tick.wrench[z] = std::sqrt(max_heat / commanded) * tick.wrench[z];
     }
     if (!acted) return;
     tick.acted |= k_acted_duty;

@@ -1,4 +1,4 @@
-// What the samples on a sphere feel together.
+// The force of samples on a sphere.
 #pragma once
 
 #include "contact_sum.h"
@@ -7,15 +7,15 @@ namespace sqmap::haptic {
 
 /// A sample on the sphere.
 struct Sample {
-    Vec3d place{};    ///< from the centre
-    Vec3d surface{};  ///< nearest one found, from the centre
+    Vec3d position{};  ///< from the centre, world axes
+    Vec3d surface{};   ///< nearest one found, from the centre
     Vec3d normal{};
     double depth = 0;  ///< 0: free, and then the rest is not known
 };
 
-/// What a sample found in the last tick.
+/// A sample's contact in the last tick.
 struct Trail {
-    Vec3d surface{};   ///< solid's frame
+    Vec3d surface{};   ///< body's frame
     double depth = 0;  ///< 0: free
     bool known = false;
 };
@@ -44,15 +44,15 @@ struct StencilSum {
     std::span<Sample> samples;  ///< on the sphere
     Sample centre{};
     bool searched = false;  ///< the centre is exact
-    double depth = 0;       ///< of a stencil's centre; of a ball's deepest place
-    Vec3d nearest{};        ///< unit, the way out there
+    double depth = 0;       ///< of a stencil's centre; of a ball's deepest point
+    Vec3d nearest{};        ///< unit, outwards there
 
     /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
     /// the centre or the sample itself in the last tick found bound it; what is found wrong only now is put right over some
-    /// ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart. trail: one a sample, then the centre; `place`
-    /// takes the solid's frame to the samples'.
-    template <class Place>
-    void trust_the_least(std::span<const Trail> trail, const Passed& passed, Place&& place)
+    /// ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart. trail: one per sample, then the centre;
+    /// to_world takes the body's frame to the samples'.
+    template <class ToWorld>
+    void trust_the_least(std::span<const Trail> trail, const Passed& passed, ToWorld&& to_world)
     {
         constexpr std::size_t steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
         for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -61,18 +61,18 @@ struct StencilSum {
             const double found = std::max(s.depth - k_rounding, 0.), found_sq = found * found;
             double bound_sq = found_sq;
             const auto try_surface = [&](Vec3d surface) {
-                const double d = norm_sq(s.place - surface);
+                const double d = norm_sq(s.position - surface);
                 if (d < bound_sq) bound_sq = d, s.surface = surface;
             };
             if (centre.depth > 0) try_surface(centre.surface);
-            if (trail[i].known && trail[i].depth > 0) try_surface(place(trail[i].surface));
+            if (trail[i].known && trail[i].depth > 0) try_surface(to_world(trail[i].surface));
             for (const std::size_t step : steps) {
                 if (i >= step && samples[i - step].depth > 0) try_surface(samples[i - step].surface);
                 if (i + step < samples.size() && samples[i + step].depth > 0) try_surface(samples[i + step].surface);
             }
             if (bound_sq < found_sq) {
                 s.depth = std::sqrt(bound_sq);
-                if (s.depth > 1e-9) s.normal = (s.surface - s.place) / s.depth;
+                if (s.depth > 1e-9) s.normal = (s.surface - s.position) / s.depth;
             }
             s.depth = without_jump(s.depth, trail[i], passed);
         }
@@ -100,72 +100,72 @@ struct StencilSum {
         if (depth > 0) depth = without_jump(depth, before, passed);
     }
 
-    /// The smoothed depth, as far as it stays within `most` of the true one; force begins where the true one does. A point's
+    /// The smoothed depth, as far as it stays within max_error of the true one; force begins where the true one does. A point's
     /// counts little until they differ by twice that: by less they do on facets that turn mildly, where it rises and falls with
     /// every edge and the true one does not. A ball's counts as little while so few samples touch that each that enters changes
     /// it. reach: radius of a ball, 0 for a point.
-    [[nodiscard]] double near_the_true(double smooth, double most, double reach) const
+    [[nodiscard]] double near_the_true(double smooth, double max_error, double reach) const
     {
-        if (!(most > 0)) return depth;
-        const double x = (smooth - depth) / most, cube = std::abs(x * x * x);
+        if (!(max_error > 0)) return depth;
+        const double x = (smooth - depth) / max_error, cube = std::abs(x * x * x);
         const double careful = std::copysign(cube / (8 + cube), x);
         const double touching = reach > 0 ? static_cast<double>(samples.size()) * depth / (2 * reach) : 0;  // on flat ground
         const double u = std::clamp(touching / k_few_samples - 1, 0., 1.), trust = u * u * (3 - 2 * u);
         const double share = careful + trust * (x / std::sqrt(1 + x * x) - careful);
-        return std::max(depth + most * (std::isfinite(cube) ? share : 0), 0.);
+        return std::max(depth + max_error * (std::isfinite(cube) ? share : 0), 0.);
     }
 
-    [[nodiscard]] Felt felt(const ZoneOptions& o) const
+    [[nodiscard]] ContactForce force(const ZoneOptions& o) const
     {
         const bool ball = o.averaging == Averaging::Ball;
         const double r = o.smoothing.radius, total = static_cast<double>(samples.size());
         double first = 0, second = 0, third = 0, fourth = 0;  // means of powers of the depths
         Vec3d normal{}, inwards1{}, inwards2{};
-        Felt felt;
+        ContactForce out;
         for (const Sample& s : samples) {
             if (!(s.depth > 0)) continue;
             const double d = s.depth / total, dd = d * s.depth;
-            ++felt.contacts;
+            ++out.contacts;
             first += d;
             second += dd;
             third += dd * s.depth;
             fourth += dd * s.depth * s.depth;
             normal += d * s.normal;
-            inwards1 += (d / r) * s.place;
-            inwards2 += (dd / r) * s.place;
+            inwards1 += (d / r) * s.position;
+            inwards2 += (dd / r) * s.position;
         }
-        felt.exact = felt.deepest = std::max(depth, 0.);
-        if (!(second > 0)) return felt;
+        out.exact = out.deepest = std::max(depth, 0.);
+        if (!(second > 0)) return out;
         const StencilDepth flat = depth_of_stencil(r, second);
         if (o.shading == Shading::Consistent) {
-            felt.depth = std::max(flat.depth + (ball ? r : 0), 0.);
-            felt.force = (2 * felt.depth * flat.slope) * normal;
-            return felt;
+            out.depth = std::max(flat.depth + (ball ? r : 0), 0.);
+            out.force = (2 * out.depth * flat.slope) * normal;
+            return out;
         }
-        if (!(depth > 0)) return felt;
+        if (!(depth > 0)) return out;
         // A ball's depths on flat ground are evenly spread from 0 to its own, or, where all of it is inside, about that of its
         // centre: either of these is then exact, the other too large. Where walls meet it lies between their depths, never above
         // them all, and so changes no faster than they do.
         const double smooth = ball ? std::min(1.25 * fourth / third, first + r) : flat.depth;
-        felt.depth = near_the_true(smooth, std::min(o.smoothing.tolerance, depth), ball ? r : 0);
+        out.depth = near_the_true(smooth, std::min(o.smoothing.tolerance, depth), ball ? r : 0);
         // A ball weighs a wall by the square of how deep it is in it, a stencil, whose centre is inside, by the cube: the mean of
         // the normals, or of depth times normal, over what is inside.
         const bool shell = o.smoothing.kernel == Kernel::Shell;
         const Vec3d sum = shell ? normal : -1. * (ball ? inwards1 : inwards2);
-        const double size = norm(sum), inside = static_cast<double>(felt.contacts) / total;
+        const double size = norm(sum), inside = static_cast<double>(out.contacts) / total;
         // On flat ground the greater of these shares is 2/3 or more, however deep; opposite walls within the sphere cancel.
         const double coherence = shell  ? size / first
                                  : ball ? std::max(size / first, 2 * size / (r * inside))
                                         : std::max(size / second, 1.5 * size / (r * first));
         Vec3d direction = size > 0 ? sum / size : Vec3d{};
         if (const double u = (coherence - 0.2) / 0.3; u < 1) {
-            // Thinner than the sphere: the nearest surface alone says which way is out.
+            // Thinner than the sphere: the nearest surface alone tells the outward direction.
             const double share = u > 0 ? u * u * (3 - 2 * u) : 0;
             direction = share * direction + (1 - share) * nearest;
             if (norm(direction) > 0.5) direction = normalized(direction);
         }
-        felt.force = felt.depth * direction;
-        return felt;
+        out.force = out.depth * direction;
+        return out;
     }
 };
 

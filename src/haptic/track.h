@@ -8,7 +8,7 @@
 
 namespace sqmap::haptic {
 
-/// The last poses of a device that tells no velocity.
+/// The last poses of a device that reports no velocity. One thread.
 class Track {
 public:
     /// dt: s since the one before
@@ -20,14 +20,14 @@ public:
         count_ = std::min(count_ + 1, k_max + 1);
     }
 
-    /// Whether from the last pose to this one is further than any motion: more than `way`, m, or `turn`, rad, and than the top
-    /// speeds make of dt.
-    [[nodiscard]] bool jumps(const Pose& pose, double way, double turn, double dt) const
+    /// Whether this pose is farther from the last one than any motion: more than k_teleport or k_teleport_turn, and than the top
+    /// speeds make of dt, s.
+    [[nodiscard]] bool jumps(const Pose& pose, double dt) const
     {
         if (count_ == 0) return false;
         const Pose& before = past_[0].pose;
-        return norm(pose.translation - before.translation) > std::max(way, k_top_speed * dt) ||
-               norm(rotation_vector(pose.rotation * transpose(before.rotation))) > std::max(turn, k_top_turn * dt);
+        return norm(pose.translation - before.translation) > std::max(k_teleport, k_top_speed * dt) ||
+               norm(rotation_vector(pose.rotation * transpose(before.rotation))) > std::max(k_teleport_turn, k_top_turn * dt);
     }
 
     /// m since the last tick
@@ -42,16 +42,16 @@ public:
     /// resolution: m, of the encoder; 0: the difference of the last two poses. A turn counts at k_arm.
     [[nodiscard]] Twist twist(double resolution) const
     {
-        Vec3d way[k_max + 1], turn[k_max + 1];
+        Vec3d shift[k_max + 1], turn[k_max + 1];
         Twist twist;
         bool moves = true, turns = true;
         for (int n = 1; n < count_ && (moves || turns); ++n) {
             const Past& then = past_[n];
-            way[n] = past_[0].pose.translation - then.pose.translation;
+            shift[n] = past_[0].pose.translation - then.pose.translation;
             turn[n] = rotation_vector(past_[0].pose.rotation * transpose(then.pose.rotation));
-            moves = moves && (n == 1 || fits(way, n, resolution));
+            moves = moves && (n == 1 || fits(shift, n, resolution));
             turns = turns && (n == 1 || fits(turn, n, resolution / k_arm));
-            if (moves) twist.linear = way[n] / then.age;
+            if (moves) twist.linear = shift[n] / then.age;
             if (turns) twist.angular = turn[n] / then.age;
             if (!(resolution > 0)) break;
         }
@@ -68,10 +68,10 @@ private:
     };
 
     /// What lies between is within a step of the straight line from n ticks ago until now, along every axis.
-    [[nodiscard]] bool fits(const Vec3d (&way)[k_max + 1], int n, double step) const
+    [[nodiscard]] bool fits(const Vec3d (&shift)[k_max + 1], int n, double step) const
     {
         for (int i = 1; i < n; ++i) {
-            const Vec3d off = way[i] - (past_[i].age / past_[n].age) * way[n];
+            const Vec3d off = shift[i] - (past_[i].age / past_[n].age) * shift[n];
             // A hair more: steps are compared with steps.
             for (int k = 0; k < 3; ++k)
                 if (!(std::fabs(off[k]) <= 1.001 * step)) return false;

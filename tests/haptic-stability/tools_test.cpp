@@ -3,6 +3,7 @@
 #include "loop.h"
 #include "places.h"
 #include "sqmap/device/hand_skin.h"
+#include "sqmap/haptic/coupling.h"
 #include "sqmap/haptic/step.h"
 #include "support/parsed.h"
 #include "support/tube_hand.h"

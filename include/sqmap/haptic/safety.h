@@ -1,6 +1,7 @@
-// What stands between an algorithm and a hand: eight steps and a last clamp, every tick, none of which can be switched off.
+// The safety filter between an algorithm and a hand: eight steps and a last clamp in every tick; none can be switched off.
 #pragma once
 
+#include "sqmap/haptic/stiffness.h"
 #include "sqmap/haptic/wrench.h"
 
 #include <array>
@@ -17,44 +18,32 @@ inline constexpr std::size_t k_max_safe_zones = 16;
 inline constexpr double k_stale_hold = 0.005;   ///< s after the last sample: the wrench is held, then it falls
 inline constexpr double k_stale_zero = 0.020;   ///< s after the last sample: the wrench is zero
 inline constexpr double k_stale_fault = 0.100;  ///< s after the last sample: FAULT
-inline constexpr double k_engage_force = 0.2;   ///< N: an algorithm that asks for less for more than k_engage_ticks may begin
+inline constexpr double k_engage_force = 0.2;   ///< N: forces begin after more than k_engage_ticks ticks with less commanded
 inline constexpr int k_engage_ticks = 3;
 inline constexpr double k_engage_ramp = 0.5;      ///< s from nothing to all of what is commanded
-inline constexpr double k_teleport = 0.05;        ///< m between samples: not a motion
-inline constexpr double k_teleport_turn = 1.0;    ///< rad between samples
+inline constexpr double k_teleport = 0.05;        ///< m between samples: more is a jump, not a motion
+inline constexpr double k_teleport_turn = 1.0;    ///< rad between samples, likewise
 inline constexpr double k_top_speed = 1.0;        ///< m/s: above it damping only
 inline constexpr double k_top_turn = 20.0;        ///< rad/s
 inline constexpr double k_fast_fault = 0.020;     ///< s above the top speed: FAULT
 inline constexpr double k_duty_window = 10.0;     ///< s over which the root mean square of the force is kept
-inline constexpr double k_default_force = 2.0;    ///< N, where the user does not say
+inline constexpr double k_default_force = 2.0;    ///< N, without a limit of the user
 inline constexpr double k_default_torque = 0.1;   ///< N m
-inline constexpr double k_unknown_force = 1.0;    ///< N, most for a device that does not say what it can hold
+inline constexpr double k_unknown_force = 1.0;    ///< N, maximum of a device whose own is unknown
 inline constexpr double k_unknown_torque = 0.05;  ///< N m
 
-/// What the device can take, as its maker says; zero means unknown, and then a careful number stands in.
-struct DeviceLimits {
-    double max_force = 0;         ///< N
-    double max_torque = 0;        ///< N m
-    double continuous_force = 0;  ///< N, root mean square over 10 s; unknown: half the limit in force
-    double damping = 0;           ///< b, N s/m
-    double coulomb_friction = 0;  ///< f_c, N
-    double resolution = 0;        ///< Delta, m
-    double delay = 0;             ///< s from a pose to the force that answers it, besides the tick itself
-    double period = 1e-3;         ///< T, s, of a tick
-    double sample_period = 1e-3;  ///< s between fresh poses
-};
-
-/// What a user may choose. A choice can make the filter stricter than the device allows, never laxer.
+/// Choices of the user. A choice can make the filter stricter than the device allows, never laxer.
 struct SafetyOptions {
-    std::optional<double> force_limit{};   ///< N; default: 2 N or the device's most, whichever is less
-    std::optional<double> torque_limit{};  ///< N m; default: 0.1 N m or the device's most, whichever is less
-    double slew = 250;            ///< N/s, most growth of a force; at most 1000; of a torque, the same share of its limit
+    std::optional<double> force_limit{};   ///< N; default: 2 N or the device's maximum, whichever is less
+    std::optional<double> torque_limit{};  ///< N m; default: 0.1 N m or the device's maximum, whichever is less
+    double slew = 250;            ///< N/s, maximum growth of a force; at most 1000; of a torque, the same share of its limit
     double energy_margin = 1e-3;  ///< J that a zone may give before the passivity step acts; at most 10 mJ
-    /// N/m, the softest spring that the algorithm shows: what a zone can have saved up follows from it. At least 20.
+    /// N/m, the softest spring that the algorithm shows: it bounds the energy that a zone can store. At least 20.
     double softest = 100;
     bool dead_man = false;  ///< force only while SafetyInput::held
 };
 
+/// Whether the limits can be held.
 enum class SetupVerdict : std::uint8_t {
     Ok,
     NotFinite,         ///< a limit or a number of the device is NaN, infinite or negative
@@ -63,31 +52,8 @@ enum class SetupVerdict : std::uint8_t {
     BadOption,         ///< slew, margin or softest spring outside its range
     BadPeriod,         ///< a tick that is not between 0.1 and 20 ms
 };
+/// A sentence for people. Any thread.
 [[nodiscard]] const char* describe(SetupVerdict verdict) noexcept;
-
-/// Which of the bounds of a stable wall is the least.
-enum class StiffnessReason : std::uint8_t {
-    Sampling,        ///< b > K T/2 + |B| (Colgate and Schenkel 1997): too little damping for the period
-    Quantisation,    ///< K <= 2 f_c/Delta (Abbott and Okamura 2005): too little friction for the encoder
-    Delay,           ///< K (T/2 + delay) + |B| < b: too little damping for the delay
-    VirtualDamping,  ///< |B| >= b: no stiffness at all is safe
-};
-[[nodiscard]] const char* describe(StiffnessReason reason) noexcept;
-
-struct StiffnessCheck {
-    bool safe = false;                                   ///< the requested stiffness is at most largest
-    double largest = 0;                                  ///< N/m, the largest safe K
-    StiffnessReason reason = StiffnessReason::Sampling;  ///< of the bound that largest comes from
-    bool assumed = false;  ///< the device does not tell a number that this needs: a careful one stands in
-};
-
-/// The stiffness that a device can show without ever being able to give energy, whoever holds it: the least of 2 f_c/Delta and
-/// (b - |B|)/(T/2 + delay), which without delay is Colgate's bound and without B Abbott and Okamura's 2b/T. virtual_damping is B,
-/// N s/m. Unknown b, f_c, Delta: 0.1 N s/m, 0.02 N, 50 um.
-[[nodiscard]] StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping = 0) noexcept;
-
-/// The same with the careful numbers of check_stiffness where the device tells none.
-[[nodiscard]] DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept;
 
 /// One tick's input.
 struct SafetyInput {
@@ -96,9 +62,9 @@ struct SafetyInput {
     std::uint64_t sequence = 0;           ///< of the newest sample; the same number again is a stale one
     std::span<const Pose> poses{};        ///< one a zone
     std::span<const Twist> twists{};      ///< one a zone; empty where the device measures none
-    std::span<const Wrench> commanded{};  ///< one a zone: what the algorithm wants
-    /// N, one a zone, where the algorithm knows: what its springs push with before those of opposite walls cancel, or it would be
-    /// forgotten that they hold what the hand has put in; empty: as much as is commanded.
+    std::span<const Wrench> commanded{};  ///< per zone, by the algorithm, world
+    /// N, per zone, where the algorithm knows: the push of its springs before those of opposite walls cancel, since they hold the
+    /// energy that the hand has put in; empty: as much as is commanded.
     std::span<const double> pushes{};
     bool connected = true;  ///< false: the device is gone
     bool held = true;       ///< the dead-man switch
@@ -107,7 +73,7 @@ struct SafetyInput {
     bool restart = false;   ///< scene changed, reconnected: engage anew
 };
 
-/// Bits of SafetyReport::acted: which step changed the wrench.
+/// Bits of SafetyReport::acted: the steps that changed the wrench.
 enum SafetyStep : std::uint32_t {
     k_acted_finite = 1u << 0,
     k_acted_stale = 1u << 1,
@@ -119,7 +85,7 @@ enum SafetyStep : std::uint32_t {
     k_acted_duty = 1u << 7,
     k_acted_last = 1u << 8,     ///< the final clamp
     k_acted_off = 1u << 9,      ///< FAULT, STOP, dead-man switch or no device: zero
-    k_acted_inside = 1u << 10,  ///< of k_acted_engage: some zone asks for force before it has been free: see waiting
+    k_acted_inside = 1u << 10,  ///< of k_acted_engage: some zone has a force commanded before it has been free: see waiting
 };
 
 /// Bits of SafetyReport::faults; any of them means zero until the user acts.
@@ -131,17 +97,18 @@ enum SafetyFault : std::uint32_t {
     k_fault_stop = 1u << 4,        ///< the user's STOP
 };
 
+/// A tick's outcome.
 struct SafetyReport {
     std::uint32_t acted = 0;   ///< bits of SafetyStep
     std::uint32_t faults = 0;  ///< bits of SafetyFault
-    bool engaged = false;      ///< every zone gets all of what is commanded, within limits
+    bool engaged = false;      ///< every zone gets all that is commanded, within limits
     double age = 0;            ///< s since the last sample
-    /// A bit a zone: it was inside an object when forces were to begin, and has none until it has left (k_engage_force). The
+    /// A bit per zone: it was inside a body when forces were to begin, and has none until it has left (k_engage_force). The
     /// cure is to lift it out once.
     std::uint32_t waiting = 0;
 };
 
-/// A report in a word, as traces and devices get it: acted, and faults from bit 16 on.
+/// A report in a word, for traces and devices: acted, and faults from bit 16 on. Any thread.
 [[nodiscard]] constexpr std::uint32_t bits(const SafetyReport& report) noexcept { return report.acted | report.faults << 16; }
 
 /// Ticks in which each thing happened, since construction.
@@ -153,21 +120,24 @@ struct SafetyCounters {
 /// Deterministic: the same inputs give the same wrenches, bit for bit. Total, noexcept, no allocation; cost: linear in the zones.
 /// Promises, for any input whatever: |force| and |torque| never exceed the limits; both are exactly zero in the tick in which
 /// anything is not finite or a rotation is none, from 20 ms after the last sample on, and while a fault is latched. A filter that
-/// was set up with refused limits always answers zero. Steps, defaults and what is not promised: docs/algorithms/safety.md.
+/// was set up with refused limits always answers zero. Steps, defaults and limits: docs/algorithms/safety.md.
+/// Thread safety: none; one thread at a time, const functions included (the servo's, where one runs it).
 class SafetyFilter {
 public:
+    /// Refused limits: verdict() says why, and every wrench is zero.
     SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept;
 
+    /// Of the construction.
     [[nodiscard]] SetupVerdict verdict() const noexcept { return verdict_; }
     [[nodiscard]] double force_limit() const noexcept { return force_limit_; }    ///< N, in force
     [[nodiscard]] double torque_limit() const noexcept { return torque_limit_; }  ///< N m
     [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }
-    /// J given by a zone to the hand since it came into contact, less what the device's own damping took; what the passivity step
-    /// watches.
+    /// J given by a zone to the hand since it came into contact, less what the device's own damping took: the quantity that the
+    /// passivity step bounds. 0 for a zone that there is not.
     [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_max_safe_zones ? zones_[zone].energy : 0; }
 
-    /// safe[i] is what may be sent to zone i. As many zones as the shortest of poses, commanded and safe has; the rest of safe is
-    /// zero.
+    /// safe[i]: the wrench that may be sent to zone i. As many zones as the shortest of poses, commanded and safe has; the rest
+    /// of safe is zero.
     SafetyReport tick(const SafetyInput& in, std::span<Wrench> safe) noexcept;
 
 private:
@@ -194,7 +164,7 @@ private:
     };
     struct Tick;
 
-    Tick begin(const SafetyInput& in, std::size_t room) noexcept;
+    Tick begin(const SafetyInput& in, std::size_t capacity) noexcept;
     void finite(const SafetyInput& in, Tick& tick) noexcept;
     void observe(const SafetyInput& in, Tick& tick) noexcept;
     void stale(const SafetyInput& in, Tick& tick) noexcept;
@@ -209,7 +179,7 @@ private:
 
     void disengage() noexcept;
     void latch(std::uint32_t fault) noexcept;
-    /// J that the zone's springs hold when they ask for this at a share of their stiffness.
+    /// J that springs hold that command this at a share of their stiffness.
     [[nodiscard]] double stored(const Wrench& commanded, double share) const noexcept;
     [[nodiscard]] double heat(const Wrench& wrench) const noexcept;
     [[nodiscard]] Wrench slewed(const Wrench& from, const Wrench& to, double dt) const noexcept;

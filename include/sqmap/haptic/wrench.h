@@ -1,4 +1,4 @@
-// What goes to a hand: force and torque, in newtons and metres.
+// Force and torque, velocity and angular velocity. SI units, world axes.
 #pragma once
 
 #include "sqmap/math/pose.h"

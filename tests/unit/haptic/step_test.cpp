@@ -1,6 +1,7 @@
 #include "sqmap/haptic/step.h"
 
 #include "haptic/rigid.h"
+#include "sqmap/haptic/coupling.h"
 #include "sqmap/mesh/solid.h"
 #include "touching.h"
 

@@ -1,17 +1,22 @@
-// The body of Mode::Coupled: joined to the device by springs and dampers, pushed by contacts, stepped implicitly.
+// What pushes the body of Mode::Coupled.
 #pragma once
 
 #include "rigid.h"
-#include "sqmap/haptic/step.h"
 
 namespace sqmap::haptic {
 
-/// What pushes the body: force and torque about its centre now, and how they weaken as it yields.
+/// A damper of b, N s/m, along a unit normal at a lever; away: velocity, m/s, of what it is fixed to, negated.
+struct Damper {
+    double b = 0;
+    Vec3d away{}, normal{}, lever{};
+};
+
+/// Force and torque about the body's centre now, and how they weaken as it yields.
 struct BodyLoad {
     Wrench wrench{};
     double stiffness[6][6] = {};  ///< positive semi-definite: minus the derivative by (translation, rotation)
 
-    /// A spring along unit n at the lever r.
+    /// A spring of k, N/m, along unit n at the lever r.
     void stiffen(double k, Vec3d n, Vec3d r)
     {
         const Vec3d t = cross(r, n);
@@ -37,17 +42,13 @@ struct BodyLoad {
         for (int a = 0; a < 6; ++a)
             for (int b = 0; b < 6; ++b) stiffness[a][b] += k * other.stiffness[a][b];
     }
-    /// Dampers where other's springs are, to what moves by minus `away` along n at r: what they do at the end of a step of dt.
-    void damp(double b, double dt, Vec3d away, Vec3d n, Vec3d r, const BodyLoad& other)
+    /// Dampers where other's springs are: their force at the end of a step of dt.
+    void damp(const Damper& d, double dt, const BodyLoad& other)
     {
-        add(b / dt, other);
-        const Vec3d push = -b * dot(away, n) * n;
-        wrench = wrench + Wrench{push, cross(r, push)};
+        add(d.b / dt, other);
+        const Vec3d push = -d.b * dot(d.away, d.normal) * d.normal;
+        wrench = wrench + Wrench{push, cross(d.lever, push)};
     }
 };
-
-/// Moves the body one step of dt; the wrench on the hand. False where the numbers have left the finite: nothing is moved.
-bool step_body(const ZoneOptions& options, const Pose& device, const Twist& device_twist, const BodyLoad& load, double dt,
-               Pose& body, Twist& body_twist, Wrench& on_hand) noexcept;
 
 }  // namespace sqmap::haptic

@@ -1,0 +1,107 @@
+// What a tool touches, and the zones that feel it: materials, modes, options (section 6.1).
+#pragma once
+
+#include "sqmap/haptic/stencil.h"
+#include "sqmap/haptic/texture.h"
+#include "sqmap/haptic/wrench.h"
+#include "sqmap/math/friction.h"
+#include "sqmap/model/model.h"
+#include "sqmap/query/probe.h"
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+namespace sqmap::haptic {
+
+/// The surface of a touched body.
+struct Material {
+    Friction friction = Friction::Coulomb;
+    double mu_static = 0.4, mu_dynamic = 0.3;
+    double f_c = 0.2;                  ///< N, eq. 33
+    double k_f = 100;                  ///< 1/m, eq. 33
+    const Texture* texture = nullptr;  ///< eq. 34; outlives the step
+};
+
+/// A baked model in metres, posed in the world. It may move: its twist counts, and it gets a wrench of its own.
+struct TouchedBody {
+    const model::ModelView* model = nullptr;  ///< from model::parse, in metres (see in_metres)
+    Pose pose{};                              ///< mesh frame -> world, rigid
+    Twist twist{};                            ///< of the mesh frame's origin; m/s and rad/s, world axes
+    Material material{};
+};
+
+/// How a zone follows the device.
+enum class Mode : std::uint8_t {
+    Direct,   ///< the zone's points are at the device's pose; the paper's
+    Proxy,    ///< a proxy stays outside the surface and the device pulls it: for thin bodies and deep presses. Turns with it
+    Coupled,  ///< a simulated body, joined to the device by springs and dampers in position and rotation
+};
+
+/// How a zone's contacts become one force. None depends on the number of points.
+enum class Averaging : std::uint8_t {
+    Patch,    ///< mean over the contacts, weighted by area; a new contact begins with weight zero (entry_depth)
+    Stencil,  ///< the points are stencil_points: the force at the zone's tip, smoothed over a small sphere about it
+    Ball,     ///< the same points: a ball about the zone's tip, as deep as its deepest point
+};
+
+/// The trade-off between full force at edges and conserved energy; see docs/algorithms/haptics.md.
+enum class Shading : std::uint8_t {
+    Levelled,    ///< full spring force across edges: size from the mean depth, direction from the mean of the normals
+    Consistent,  ///< the gradient of one potential, so that a closed path gives no energy: weaker at edges
+};
+
+/// Forces of a zone. SI units.
+struct ZoneOptions {
+    Mode mode = Mode::Direct;
+    Averaging averaging = Averaging::Patch;
+    Smoothing smoothing{};  ///< Stencil and Ball: the one that the probe's points were made with
+    Shading shading = Shading::Levelled;
+    double entry_depth = 0.0005;               ///< m, Patch: depth of full weight; 0: every contact has it, the paper's mean
+    query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
+    double stiffness = 500;                    ///< k of eqs. 21 and 32, N/m (errata 10)
+    double damping = 0;                        ///< N s/m along the normal while pressing in; never pulls
+    double tangential_stiffness = 500;         ///< of the sticking spring of Coulomb friction, N/m
+    double torque_share = 1;                   ///< of the torque that goes out; 0: force only
+    /// Pre-contact braking: N s/m against the approach, from where the zone will be after brake_ahead seconds; 0: none. Costs
+    /// a second query.
+    double brake = 0, brake_ahead = 0.005;
+    /// s: a jump of the force, as at the medial axis, decays to 1/e in this time; 0: jumps pass.
+    double blend_time = 0.010;
+    /// m, of the device's encoder, where twists are not measured: velocity is taken over the longest past that one velocity
+    /// explains to within it; 0: over the last tick.
+    double resolution = 0;
+    /// m, Proxy with a Patch or a Ball (at most a fifth of its radius): the depth at which the proxy rests, so that many points
+    /// bear it. The force is then smooth and the torque soft: as the tool turns, the bearing point moves across it. A Patch in
+    /// something thinner rises until it no longer touches the far side. 0: it rests on one point.
+    double proxy_depth = 0.002;
+    /// Coupled: spring and damper between device and body, and the body. Defaults: for a light desktop stylus (b 1 N s/m, a tick
+    /// of delay); choose_coupling takes a device's own numbers. A light body is not noticed in free air.
+    double coupling_stiffness = 450, coupling_rotational = 0.18;        ///< N/m, N m/rad
+    double mass = 0.005, inertia = 2e-6;                                ///< kg, kg m^2 about every axis
+    double coupling_damping = 0.2, coupling_rotational_damping = 8e-5;  ///< N s/m, N m s/rad
+};
+
+/// The same surface with more points.
+struct DenserPoints {
+    const query::Probe* probe = nullptr;  ///< in metres, the zone's frame
+    std::span<const float> weights{};     ///< area per point; outlives the state
+};
+
+/// An impact zone (section 6.1): a part of the tool with one force.
+struct Zone {
+    const query::Probe* probe = nullptr;  ///< in metres; adjacent zones with one probe and one pose share a query
+    bool in_world = false;                ///< the probe's points are in the world (Probe::move), not in the zone's frame
+    std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
+    Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
+    std::span<const float> weights{};  ///< Patch: area per point, #points of the probe; empty: all alike. Outlives the state
+    /// Patch, and only a zone that has all of its probe: ever more points; at most one set is exchanged per tick. The next
+    /// denser set follows while it would not have more than max_touching points in contact, so that large triangles are felt
+    /// between their corners and small ones cost no more. The change of force is blended. Outlives the state.
+    std::span<const DenserPoints> denser{};
+    std::uint32_t max_touching = 1200;
+    double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
+    ZoneOptions options{};
+};
+
+}  // namespace sqmap::haptic

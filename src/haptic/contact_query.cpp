@@ -1,0 +1,67 @@
+#include "contact_query.h"
+
+namespace sqmap::haptic {
+
+namespace {
+
+constexpr double k_denser_share = 0.75;  ///< of max_touching: so many points of a denser set are expected to touch at most
+
+/// Memory for the contacts with a body.
+std::span<query::ProbeContact> contact_memory(State::Data& state, std::size_t s)
+{
+    const std::size_t size = state.found.size() / state.max_touched;
+    return std::span(state.found).subspan(s * size, size);
+}
+
+/// Pose of the probe when the zone stands at `at`.
+Pose probe_pose(const ZoneTick& tick, const Pose& at)
+{
+    if (!tick.zone.in_world) return at;
+    if (same_pose(at, tick.device())) return {};
+    return compose(at, inverse(tick.device()));
+}
+
+}  // namespace
+
+DenserPoints points(const ZoneTick& tick)
+{
+    const std::uint32_t i = tick.memory.points;
+    return i > 0 ? tick.zone.denser[i - 1] : DenserPoints{tick.zone.probe, tick.zone.weights};
+}
+
+// Denser points for the next tick while few touch, fewer where many do; the zone's own again once it is free, since what comes
+// next may be a wall. Between the bounds nothing changes.
+void choose_points(ZoneTick& tick)
+{
+    const Zone& zone = tick.zone;
+    ZoneMemory& m = tick.memory;
+    const std::size_t touching = tick.report.contacts;
+    if (touching == 0) {
+        m.points = 0;
+    } else if (m.points > 0 && touching > zone.max_touching) {
+        --m.points;
+    } else if (m.points < zone.denser.size() && zone.options.averaging == Averaging::Patch && zone.first == 0 &&
+               zone.count >= zone.probe->size()) {
+        const query::Probe* next = zone.denser[m.points].probe;
+        const double growth = next == nullptr ? INFINITY : double(next->size()) / double(points(tick).probe->size());
+        if (growth * static_cast<double>(touching) < k_denser_share * zone.max_touching) ++m.points;
+    }
+}
+
+std::span<const query::ProbeContact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at)
+{
+    const query::Probe* probe = points(tick).probe;
+    const Pose pose = compose(inverse(tick.body(s).pose), probe_pose(tick, at));
+    const query::Layer layer = tick.options.layer == query::Layer::One ? query::Layer::Two : tick.options.layer;
+    const std::span<query::ProbeContact> memory = contact_memory(tick.state, s);
+    CachedQuery& cached = tick.state.queries[s];
+    if (probe != cached.probe || layer != cached.layer || !same_pose(pose, cached.pose)) {
+        const query::ProbeResult r = query::query_probe(*tick.body(s).model, *probe, pose, {.layer = layer}, memory);
+        cached = {probe, pose, layer, r};
+    }
+    if (cached.result.contacts > memory.size()) tick.report.status |= k_step_full;
+    if ((cached.result.status & query::k_probe_not_finite) != 0) tick.report.status |= k_step_not_finite;
+    return memory.first(std::min<std::size_t>(cached.result.contacts, memory.size()));
+}
+
+}  // namespace sqmap::haptic

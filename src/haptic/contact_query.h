@@ -1,0 +1,40 @@
+// Which points of a zone are in contact with a touched body: the probe query, once per body, pose and probe in a tick.
+#pragma once
+
+#include "zone_tick.h"
+
+namespace sqmap::haptic {
+
+/// The points that a zone has in this tick.
+[[nodiscard]] DenserPoints points(const ZoneTick& tick);
+/// Chooses those of the next tick.
+void choose_points(ZoneTick& tick);
+
+/// The contacts of the zone's probe with body s while the zone stands at `at`; other zones' too, where they share a probe.
+[[nodiscard]] std::span<const query::ProbeContact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at);
+
+/// One contact.
+struct PointContact {
+    Vec3d surface, normal;  ///< body's frame, m
+    double depth = 0;       ///< m
+    Vec3d point;            ///< of the zone, from the pose's centre, world axes
+};
+
+/// False: another zone's point, or one without a surface to push to.
+inline bool read_contact(ZoneTick& tick, std::size_t s, const Pose& at, const query::ProbeContact& c, PointContact& out)
+{
+    const Zone& zone = tick.zone;
+    const TouchedBody& body = tick.body(s);
+    if (tick.memory.points == 0 && (c.index < zone.first || c.index - zone.first >= zone.count)) return false;
+    if ((c.status & query::k_no_surface) != 0) {
+        tick.report.status |= k_step_no_surface;
+        return false;
+    }
+    out.surface = model::to_mesh_units(body.model->header, c.point);
+    out.normal = cast<double>(c.normal);
+    out.depth = body.model->header.unit * static_cast<double>(c.depth);
+    out.point = apply(body.pose, out.surface - out.depth * out.normal) - at.translation;
+    return true;
+}
+
+}  // namespace sqmap::haptic
