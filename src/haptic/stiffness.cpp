@@ -10,7 +10,7 @@ namespace sqmap::haptic {
 
 namespace {
 
-double or_unknown(double told, double unknown) { return told > 0 ? told : unknown; }
+double or_unknown(double reported, double unknown) { return reported > 0 ? reported : unknown; }
 
 }  // namespace
 
@@ -42,8 +42,8 @@ DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept
 StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping) noexcept
 {
     StiffnessCheck check;
-    const bool told = device.damping > 0 && device.coulomb_friction > 0 && device.resolution > 0;
-    check.assumed = !told;
+    const bool reported = device.damping > 0 && device.coulomb_friction > 0 && device.resolution > 0;
+    check.assumed = !reported;
     const DeviceLimits d = with_careful_numbers(device);
     const double b = d.damping, friction = d.coulomb_friction, resolution = d.resolution, period = d.period,
                  delay = std::max(device.delay, 0.), left = b - std::fabs(virtual_damping);

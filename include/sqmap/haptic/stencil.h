@@ -38,10 +38,11 @@ struct Smoothing {
 /// samples outside count as depth zero. m^2. Any thread.
 [[nodiscard]] double mean_square_depth(double r, double t) noexcept;
 
-/// The inverse of mean_square_depth and its slope: the depth of the centre, at least -r. Any thread.
+/// A depth and its derivative.
 struct StencilDepth {
     double depth = 0, slope = 0;  ///< m, and d depth / d mean_square, 1/m; zero where nothing is inside
 };
+/// The inverse of mean_square_depth and its slope: the depth of the centre, at least -r. Any thread.
 [[nodiscard]] StencilDepth depth_of_stencil(double r, double mean_square) noexcept;
 
 }  // namespace sqmap::haptic

@@ -83,6 +83,7 @@ public:
     State& operator=(State&&) noexcept;
     ~State();
 
+    /// Number of zones.
     [[nodiscard]] std::size_t zones() const noexcept;
     /// To be changed between ticks; not the averaging, which the state has allocated for. @pre zone < zones()
     [[nodiscard]] ZoneOptions& options(std::size_t zone) noexcept;

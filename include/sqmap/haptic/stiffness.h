@@ -25,6 +25,7 @@ enum class StiffnessReason : std::uint8_t {
     Delay,           ///< K (T/2 + delay) + |B| < b: too little damping for the delay
     VirtualDamping,  ///< |B| >= b: no stiffness at all is safe
 };
+/// A sentence for people. Any thread.
 [[nodiscard]] const char* describe(StiffnessReason reason) noexcept;
 
 struct StiffnessCheck {

@@ -36,12 +36,13 @@ struct Relief {
 /// too short. No allocation. Any thread.
 [[nodiscard]] Relief relief_at(const Texture& texture, Vec3d p, Vec3d normal) noexcept;
 
-/// Depth and unit normal of a contact in the carved surface: eq. 34 with the sign that makes n_g a distance further in, and
-/// the normal tilted by the relief's slope along the surface. Never deeper than without. m, any one frame. Any thread.
+/// A contact in the carved surface.
 struct Carved {
     double depth = 0;
     Vec3d normal{};
 };
+/// Depth and unit normal of a contact in the carved surface: eq. 34 with the sign that makes n_g a distance further in, and
+/// the normal tilted by the relief's slope along the surface. Never deeper than without. m, any one frame. Any thread.
 [[nodiscard]] Carved carved(const Relief& relief, double depth, Vec3d normal) noexcept;
 
 // Tables: made outside the loop. They allocate, are deterministic and may be called by any thread.

@@ -19,6 +19,7 @@ struct Twist {
     friend constexpr bool operator==(const Twist&, const Twist&) = default;
 };
 
+/// Sums and multiples; about one centre.
 [[nodiscard]] constexpr Wrench operator+(const Wrench& a, const Wrench& b) { return {a.force + b.force, a.torque + b.torque}; }
 [[nodiscard]] constexpr Wrench operator*(double s, const Wrench& w) { return {s * w.force, s * w.torque}; }
 

@@ -13,6 +13,26 @@ using sqmap::test::mapped;
 using sqmap::test::rotation_about;
 using sqmap::test::shifted;
 
+inline constexpr double k = 500;  ///< N/m
+inline const ZoneOptions exact{.layer = query::Layer::Exact, .stiffness = k};
+
+inline ZoneOptions with(Averaging averaging, ZoneOptions options = exact)
+{
+    options.averaging = averaging;
+    return options;
+}
+
+inline double angle_between(Vec3d a, Vec3d b) { return std::acos(std::clamp(dot(normalized(a), normalized(b)), -1., 1.)); }
+
+/// The top of a box, as a tool: a flat square of 2 cm, n by n points, z = 0.
+inline std::vector<Vec3d> square(int n)
+{
+    std::vector<Vec3d> points;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) points.push_back({0.02 * (i / (n - 1.) - 0.5), 0.02 * (j / (n - 1.) - 0.5), 0});
+    return points;
+}
+
 /// A box of 10 x 10 x 6 cm about the origin, its top flat: z = 3 cm for |x|, |y| < 4 cm.
 inline const sqmap::test::Solid& box()
 {
