@@ -107,8 +107,8 @@ void fill(Part& part, std::uint32_t samples, bool own)
 }
 
 /// Depth and normal by trilinear interpolation, for every node. Returns the contacts.
-std::size_t ask_field(const bench::DistanceGrid& g, const sqmap::Pose& pose, std::span<const Vec3d> nodes,
-                      std::vector<query::ProbeContact>& out)
+std::size_t query_field(const bench::DistanceGrid& g, const sqmap::Pose& pose, std::span<const Vec3d> nodes,
+                        std::vector<query::ProbeContact>& out)
 {
     Mat3f to_cells;
     Vec3f origin;
@@ -198,7 +198,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
     rows["dense field"] = timed(clock, c, [&](const Frame& f) {
         std::size_t contacts = 0;
         for (std::size_t p = 0; p < parts.size(); ++p)
-            contacts += ask_field(parts[p].grid, sqmap::inverse(f.poses[p]), f.nodes, found);
+            contacts += query_field(parts[p].grid, sqmap::inverse(f.poses[p]), f.nodes, found);
         return contacts;
     });
     const auto cloth = tree_of(c.frames.front().nodes, c.triangles);

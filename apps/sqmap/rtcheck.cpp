@@ -21,7 +21,7 @@ ordered_json as_json(const std::optional<Jitter>& j)
 {
     if (!j) return nullptr;
     return {{"ticks", j->ticks},      {"late", j->late},          {"p50_us", 1e6 * j->p50},
-            {"p99_us", 1e6 * j->p99}, {"p999_us", 1e6 * j->p999}, {"max_us", 1e6 * j->most}};
+            {"p99_us", 1e6 * j->p99}, {"p999_us", 1e6 * j->p999}, {"max_us", 1e6 * j->max}};
 }
 
 const char* word(Holds holds) { return holds == Holds::Steadily ? "steadily" : holds == Holds::Mostly ? "mostly" : "not"; }
@@ -33,7 +33,7 @@ void print(const char* policy, const std::optional<Jitter>& j)
         return;
     }
     std::printf("  %-14s %8.0f %8.0f %8.0f %8.0f   %llu of %llu (%.3f %%)\n", policy, 1e6 * j->p50, 1e6 * j->p99, 1e6 * j->p999,
-                1e6 * j->most, static_cast<unsigned long long>(j->late), static_cast<unsigned long long>(j->ticks),
+                1e6 * j->max, static_cast<unsigned long long>(j->late), static_cast<unsigned long long>(j->ticks),
                 100. * static_cast<double>(j->late) / static_cast<double>(j->ticks));
 }
 

@@ -20,7 +20,7 @@ struct SlideCommand {
     std::vector<std::filesystem::path> meshes;
     std::filesystem::path csv;
     SlideOptions options;
-    int places = 500;
+    int positions = 500;
 };
 
 void run_slide(const SlideCommand& c)
@@ -36,14 +36,14 @@ void run_slide(const SlideCommand& c)
         const Steps mild = steps_of(s, false), sharp = steps_of(s, true);
         std::vector<double> off;
         for (const SlideTick& t : s.ticks)
-            if (t.true_depth > 0) off.push_back(1e3 * std::abs(t.felt_depth - t.true_depth));
+            if (t.true_depth > 0) off.push_back(1e3 * std::abs(t.effective_depth - t.true_depth));
         std::sort(off.begin(), off.end());
         const auto at = [&](double q) {
             return off.empty() ? 0.
                                : off[std::min(off.size() - 1, static_cast<std::size_t>(q * static_cast<double>(off.size())))];
         };
-        const Onset o = onset(object, c.options, c.places);
-        const NormalError n = normal_error(object, c.options, c.places);
+        const Onset o = onset(object, c.options, c.positions);
+        const NormalError n = normal_error(object, c.options, c.positions);
         const auto ratio = [](double a, double b) { return b > 0 ? a / b : 0.; };
         std::printf("%-18s %6zu", file.stem().string().c_str(), s.ticks.size());
         for (const Steps& k : {mild, sharp})
@@ -82,7 +82,7 @@ void add_slide(CLI::App& app)
     command->add_option("--planes", c->options.planes, "Sections along each axis")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    command->add_option("--places", c->places, "For onset and normal")->check(CLI::Range(1, 1000000))->capture_default_str();
+    command->add_option("--places", c->positions, "For onset and normal")->check(CLI::Range(1, 1000000))->capture_default_str();
     command->add_option("--kernel", zone.smoothing.kernel, "shell or ball")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, haptic::Kernel>{{"shell", haptic::Kernel::Shell}, {"ball", haptic::Kernel::Ball}}));
@@ -101,7 +101,7 @@ void add_energy(CLI::App& app)
         app.add_subcommand("energy", "Work of the force around closed paths of 3 mm, as a share of the work it moves");
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
-    command->add_option("--places", c->places, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
+    command->add_option("--places", c->positions, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
     c->options.zone.layer = query::Layer::Exact;
     command->add_option("--layer", c->options.zone.layer, "3 or exact")
         ->transform(CLI::CheckedTransformer(app::layers_by_name({query::Layer::Three, query::Layer::Exact})));
@@ -124,7 +124,7 @@ void add_energy(CLI::App& app)
             for (const haptic::Shading shading : {haptic::Shading::Consistent, haptic::Shading::Levelled}) {
                 if (paper && shading == haptic::Shading::Consistent) continue;  // the mean of one point is the point
                 c->options.zone.shading = shading;
-                const Energy e = energy(object, c->options, c->places);
+                const Energy e = energy(object, c->options, c->positions);
                 std::printf(" | %9.6f %9.6f %9.6f %11.4f %10.4f", e.median, e.least, e.worst, 1e3 * e.commanded, 1e3 * e.sent);
                 if (paper) std::printf(" | %11.4f %10.4f", 1e3 * e.rubbed_commanded, 1e3 * e.rubbed_sent);
             }

@@ -166,19 +166,19 @@ std::vector<Vec3d> slide_path(const TouchObject& object, Vec3d plane_normal, dou
         const double u = static_cast<double>(j) * k_step / k_hand_sigma;
         kernel.push_back(std::exp(-0.5 * u * u));
     }
-    std::vector<Vec3d> way;
+    std::vector<Vec3d> smoothed;
     for (std::ptrdiff_t i = 0; i < n; ++i) {
         Vec3d mean{};
         for (std::ptrdiff_t j = -reach; j <= reach; ++j)
             mean += kernel[static_cast<std::size_t>(j + reach)] * normal[static_cast<std::size_t>((i + j + n) % n)];
-        way.push_back(at[static_cast<std::size_t>(i)] - depth * normalized(mean));
+        smoothed.push_back(at[static_cast<std::size_t>(i)] - depth * normalized(mean));
     }
     // Again even: turning about an edge has stretched and pressed it together.
-    std::vector<Vec3d> path{way.front()};
-    for (std::size_t i = 1; i < way.size(); ++i)
-        while (norm(way[i] - path.back()) >= k_step) {
-            // Forward along the way's own piece.
-            const Vec3d a = way[i - 1], d = way[i] - a, to = a - path.back();
+    std::vector<Vec3d> path{smoothed.front()};
+    for (std::size_t i = 1; i < smoothed.size(); ++i)
+        while (norm(smoothed[i] - path.back()) >= k_step) {
+            // Forward along the smoothed curve's own piece.
+            const Vec3d a = smoothed[i - 1], d = smoothed[i] - a, to = a - path.back();
             const double dd = norm_sq(d), b = dot(to, d), c = norm_sq(to) - k_step * k_step, root = b * b - dd * c;
             const double s = root > 0 && dd > 0 ? std::clamp((-b + std::sqrt(root)) / dd, 0., 1.) : 1.;
             path.push_back(a + s * d);

@@ -63,18 +63,18 @@ private:
     double per_depth_ = 0;
 };
 
-struct Place {
+struct TouchPoint {
     Vec3d point, normal;
 };
 /// Random places of the surface, by area, on the boundary of the solid.
-std::vector<Place> random_places(const TouchObject& object, int count)
+std::vector<TouchPoint> random_points(const TouchObject& object, int count)
 {
     std::vector<double> sum;
     double total = 0;
     for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) sum.push_back(total += mesh::triangle_area(object.mesh, t));
     SplitMix64 random(5);
-    std::vector<Place> places;
-    while (places.size() < static_cast<std::size_t>(count)) {
+    std::vector<TouchPoint> positions;
+    while (positions.size() < static_cast<std::size_t>(count)) {
         const auto t =
             static_cast<std::uint32_t>(std::lower_bound(sum.begin(), sum.end(), total * random.uniform()) - sum.begin());
         if (t >= sum.size()) continue;
@@ -83,9 +83,9 @@ std::vector<Place> random_places(const TouchObject& object, int count)
         const auto& k = object.mesh.triangles[t];
         const Vec3d a = object.mesh.vertices[k[0]];
         const Vec3d p = a + u * (object.mesh.vertices[k[1]] - a) + v * (object.mesh.vertices[k[2]] - a);
-        if (object.solid->boundary()[t] == mesh::Boundary::Whole) places.push_back({p, object.face_normals[t]});
+        if (object.solid->boundary()[t] == mesh::Boundary::Whole) positions.push_back({p, object.face_normals[t]});
     }
-    return places;
+    return positions;
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ Slide slide(const TouchObject& object, const SlideOptions& options)
                 t.mesh = (options.stiffness * t.true_depth) * e.face_normal;
                 t.shaded = (options.stiffness * t.true_depth) * e.shaded_normal;
                 t.ours = tool.force(at);
-                t.felt_depth = tool.depth_of(t.ours);
+                t.effective_depth = tool.depth_of(t.ours);
                 t.sharp = object.near_sharp_edge(e.point, reach);
                 out.ticks.push_back(t);
             }
@@ -158,11 +158,11 @@ Steps steps_of(const Slide& slide, bool sharp)
     return out;
 }
 
-Onset onset(const TouchObject& object, const SlideOptions& options, int places)
+Onset onset(const TouchObject& object, const SlideOptions& options, int positions)
 {
     Tool tool(object, options);
     std::vector<double> found;
-    for (const Place& p : random_places(object, places)) {
+    for (const TouchPoint& p : random_points(object, positions)) {
         const double radius = options.sphere ? k_sphere : 0;
         // A sphere that would be in the solid elsewhere does not touch here first.
         if (options.sphere && object.exact(p.point + radius * p.normal).distance < radius * (1 - 1e-6)) continue;
@@ -180,11 +180,11 @@ Onset onset(const TouchObject& object, const SlideOptions& options, int places)
     return {percentile(found, 0.5), percentile(found, 0.99), *std::max_element(found.begin(), found.end())};
 }
 
-NormalError normal_error(const TouchObject& object, const SlideOptions& options, int places)
+NormalError normal_error(const TouchObject& object, const SlideOptions& options, int positions)
 {
     Tool tool(object, options);
     std::vector<double> angles;
-    for (const Place& p : random_places(object, places)) {
+    for (const TouchPoint& p : random_points(object, positions)) {
         const double radius = options.sphere ? k_sphere : 0;
         const Vec3d at = p.point + (radius - 0.001) * p.normal;
         const TouchObject::Exact e = object.exact(at);
@@ -255,17 +255,17 @@ private:
     }
     static Work trapezium(const End& a, const End& b)
     {
-        const Vec3d mean = 0.5 * (a.force + b.force), way = b.at - a.at;
-        return {dot(mean, way), norm(mean) * norm(way)};
+        const Vec3d mean = 0.5 * (a.force + b.force), path = b.at - a.at;
+        return {dot(mean, path), norm(mean) * norm(path)};
     }
     Work piece(const End& a, const End& b, int halvings)
     {
-        constexpr int most = 8;  // 0.2 um: below that depths are floats
+        constexpr int largest = 8;  // 0.2 um: below that depths are floats
         const End m = end(0.5 * (a.s + b.s));
         const Work whole = trapezium(a, b);
         Work halves = trapezium(a, m);
         halves += trapezium(m, b);
-        if (halvings == most || std::abs(whole.done - halves.done) <= 1e-5 * halves.moved) return halves;
+        if (halvings == largest || std::abs(whole.done - halves.done) <= 1e-5 * halves.moved) return halves;
         Work sum = piece(a, m, halvings + 1);
         sum += piece(m, b, halvings + 1);
         return sum;
@@ -284,40 +284,40 @@ Given given(Tool& tool, const Round& round, int rounds)
 {
     constexpr int wait = 700, around = 134;  // ticks; 0.1 m/s
     haptic::SafetyFilter filter({.max_force = 4, .continuous_force = 4}, {.softest = tool.stiffness()});
-    Given most;
+    Given largest;
     double commanded = 0, sent = 0, time = 0;
-    haptic::Wrench ask{}, safe{};
+    haptic::Wrench command{}, safe{};
     tool.reset();
     Vec3d before = round.at(0);
     for (int i = 0; i < wait + rounds * around; ++i) {
         const Vec3d at = round.at(i < wait ? 0 : static_cast<double>((i - wait) % around) / around);
-        commanded += dot(ask.force, at - before);
+        commanded += dot(command.force, at - before);
         sent += dot(safe.force, at - before);
         before = at;
-        most.commanded = std::max(most.commanded, commanded);
-        most.sent = std::max(most.sent, sent);
-        ask.force = i < wait ? Vec3d{} : tool.force(at);
+        largest.commanded = std::max(largest.commanded, commanded);
+        largest.sent = std::max(largest.sent, sent);
+        command.force = i < wait ? Vec3d{} : tool.force(at);
         time += 0.001;
         const sqmap::Pose pose{{}, at};
         filter.tick({.time = time,
                      .sample_time = time,
                      .sequence = static_cast<std::uint64_t>(i) + 1,
                      .poses = std::span(&pose, 1),
-                     .commanded = std::span(&ask, 1)},
+                     .commanded = std::span(&command, 1)},
                     std::span(&safe, 1));
     }
-    return most;
+    return largest;
 }
 
 }  // namespace
 
-Energy energy(const TouchObject& object, const SlideOptions& options, int places)
+Energy energy(const TouchObject& object, const SlideOptions& options, int positions)
 {
     constexpr std::size_t repeated = 10;
     Tool tool(object, options);
     SplitMix64 random(11);
     std::vector<std::pair<double, Round>> found;
-    for (const Place& p : random_places(object, places)) {
+    for (const TouchPoint& p : random_points(object, positions)) {
         const Vec3d side = normalized(cross(p.normal, std::abs(p.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
         const double tilt = random.between(0, 6.283185307);
         const double out = options.sphere ? k_sphere : 0;
@@ -328,7 +328,7 @@ Energy energy(const TouchObject& object, const SlideOptions& options, int places
     }
     if (found.empty()) return {};
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    Energy e{.worst = found.front().first, .least = found.back().first, .ways = found.size()};
+    Energy e{.worst = found.front().first, .least = found.back().first, .paths = found.size()};
     for (std::size_t i = 0; i < std::min(repeated, found.size()); ++i) {
         tool.rub(Friction::None);
         const Given g = given(tool, found[i].second, 100);
@@ -350,14 +350,14 @@ std::string slide_csv(const Slide& slide)
 {
     std::string text =
         "way,x,y,z,mesh_x,mesh_y,mesh_z,shaded_x,shaded_y,shaded_z,ours_x,ours_y,ours_z,true_depth,felt_depth,sharp\n";
-    std::size_t way = 0;
+    std::size_t path = 0;
     for (std::size_t i = 0; i < slide.ticks.size(); ++i) {
         const SlideTick& t = slide.ticks[i];
-        while (way < slide.first.size() && slide.first[way] <= i) ++way;
+        while (path < slide.first.size() && slide.first[path] <= i) ++path;
         char row[500];
-        std::snprintf(row, sizeof row, "%zu,%.7g,%.7g,%.7g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%d\n", way,
+        std::snprintf(row, sizeof row, "%zu,%.7g,%.7g,%.7g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%d\n", path,
                       t.at.x, t.at.y, t.at.z, t.mesh.x, t.mesh.y, t.mesh.z, t.shaded.x, t.shaded.y, t.shaded.z, t.ours.x,
-                      t.ours.y, t.ours.z, t.true_depth, t.felt_depth, t.sharp ? 1 : 0);
+                      t.ours.y, t.ours.z, t.true_depth, t.effective_depth, t.sharp ? 1 : 0);
         text += row;
     }
     return text;

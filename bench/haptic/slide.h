@@ -21,7 +21,7 @@ struct SlideOptions {
 struct SlideTick {
     Vec3d at{};
     Vec3d mesh{}, shaded{}, ours{};  ///< N
-    double true_depth = 0, felt_depth = 0;
+    double true_depth = 0, effective_depth = 0;
     bool sharp = false;  ///< an edge that turns by 45 degrees or more is in reach, or the nearest face flips
 };
 
@@ -43,15 +43,15 @@ struct Steps {
 struct Onset {
     double median = 0, p99 = 0, max = 0;  ///< of the absolute value, m
 };
-[[nodiscard]] Onset onset(const TouchObject& object, const SlideOptions& options, int places);
+[[nodiscard]] Onset onset(const TouchObject& object, const SlideOptions& options, int positions);
 
 /// Angle between the force of a point 1 mm deep and the true normal, degrees, at places where the surface is smooth: no edge
 /// within 2 mm turns by more than 10 degrees.
 struct NormalError {
     double median = 0, p95 = 0, max = 0;
-    std::size_t places = 0;
+    std::size_t positions = 0;
 };
-[[nodiscard]] NormalError normal_error(const TouchObject& object, const SlideOptions& options, int places);
+[[nodiscard]] NormalError normal_error(const TouchObject& object, const SlideOptions& options, int positions);
 
 /// Energy that the force gives around closed ways of 3 mm about places of the surface, share of what it moves: positive is
 /// gained. Of the field: at every place without memory of the last, and along pieces so short that their number does not count.
@@ -61,9 +61,9 @@ struct Energy {
     double worst = 0, median = 0, least = 0;       ///< greatest, of the absolute value, and least
     double commanded = 0, sent = 0;                ///< J
     double rubbed_commanded = 0, rubbed_sent = 0;  ///< the same with the friction of eq. 33
-    std::size_t ways = 0;
+    std::size_t paths = 0;
 };
-[[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int places);
+[[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int positions);
 
 [[nodiscard]] std::string slide_csv(const Slide& slide);
 

@@ -67,16 +67,16 @@ std::size_t zone_of(std::size_t joint)
 struct Axes {
     Vec3d x, y, z;
 };
-Axes axes_of(const std::array<Vec3d, k_hand_joints>& places)
+Axes axes_of(const std::array<Vec3d, k_hand_joints>& positions)
 {
     Axes a;
-    a.y = normalized(places[k_middle_knuckle] - places[0]);
-    const Vec3d across = places[k_index_knuckle] - places[k_little_knuckle];
+    a.y = normalized(positions[k_middle_knuckle] - positions[0]);
+    const Vec3d across = positions[k_index_knuckle] - positions[k_little_knuckle];
     a.x = normalized(across - dot(across, a.y) * a.y);
     // Which side the back is, only the thumb and the fingers' bend tell: they lie towards the palm.
-    Vec3d palm = places[k_tip_joints[0]] - places[0];
+    Vec3d palm = positions[k_tip_joints[0]] - positions[0];
     for (const Bones& bones : k_bones)
-        palm += places[bones.knuckle + static_cast<std::size_t>(bones.count)] - places[bones.knuckle];
+        palm += positions[bones.knuckle + static_cast<std::size_t>(bones.count)] - positions[bones.knuckle];
     a.z = cross(a.x, a.y);
     if (dot(palm, a.z) > 0) a.z = -1. * a.z;
     return a;
@@ -92,23 +92,23 @@ HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
     std::array<Vec3d, k_hand_joints> bones;
     const auto joints = hand_joints({}, length);
     for (std::size_t j = 0; j < k_hand_joints; ++j) bones[j] = joints[j].translation;
-    const Axes from = axes_of(mesh.places), to = axes_of(bones);
-    const Vec3d wrist = mesh.places[0];
-    const double scale = norm(bones[k_middle_tip]) / norm(mesh.places[k_middle_tip] - wrist);
+    const Axes from = axes_of(mesh.positions), to = axes_of(bones);
+    const Vec3d wrist = mesh.positions[0];
+    const double scale = norm(bones[k_middle_tip]) / norm(mesh.positions[k_middle_tip] - wrist);
     const auto in_hand = [&](const Vec3d& p) {
         const Vec3d d = scale * (p - wrist);
         return dot(d, from.x) * to.x + dot(d, from.y) * to.y + dot(d, from.z) * to.z;
     };
-    for (std::size_t j = 0; j < k_hand_joints; ++j) places_[j] = in_hand(mesh.places[j]);
+    for (std::size_t j = 0; j < k_hand_joints; ++j) positions_[j] = in_hand(mesh.positions[j]);
     for (std::size_t f = 0; f < k_bones.size(); ++f) {
-        const Vec3d bone = places_[k_bones[f].knuckle + 1] - places_[k_bones[f].knuckle];
+        const Vec3d bone = positions_[k_bones[f].knuckle + 1] - positions_[k_bones[f].knuckle];
         axis_[f] = normalized(cross(Vec3d{0, 0, 1}, bone));
     }
 
     std::vector<std::size_t> zones(mesh.points.size()), order(mesh.points.size());
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-        const auto most = std::max_element(mesh.shares[i].begin(), mesh.shares[i].end()) - mesh.shares[i].begin();
-        zones[i] = zone_of(mesh.joints[i][static_cast<std::size_t>(most)]);
+        const auto largest = std::max_element(mesh.shares[i].begin(), mesh.shares[i].end()) - mesh.shares[i].begin();
+        zones[i] = zone_of(mesh.joints[i][static_cast<std::size_t>(largest)]);
     }
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return zones[a] < zones[b]; });
@@ -149,9 +149,9 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
         Pose map = posture.wrist;
         for (int b = 0; b < bones.count; ++b) {
             const std::size_t joint = bones.knuckle + static_cast<std::size_t>(b);
-            const Vec3d centre = apply(map, places_[joint]);
+            const Vec3d centre = apply(map, positions_[joint]);
             map.rotation = map.rotation * rotation_by(bones.follow[b] * posture.curl[f] * axis_[f]);
-            map.translation = centre - map.rotation * places_[joint];
+            map.translation = centre - map.rotation * positions_[joint];
             maps[joint] = {map.rotation, map.translation + (b + 1.) / bones.count * off};
         }
         maps[k_tip_joints[f]] = maps[k_tip_joints[f] - 1];

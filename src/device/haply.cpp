@@ -154,10 +154,10 @@ private:
         if (closing_) return io_.stop();
         ws_.emplace(io_);
         buffer_.clear();
-        resolver_.async_resolve(settings_.host, settings_.port, [this](error_code error, const auto& places) {
+        resolver_.async_resolve(settings_.host, settings_.port, [this](error_code error, const auto& decimals) {
             if (error) return fail();
             beast::get_lowest_layer(*ws_).expires_after(std::chrono::seconds(1));
-            beast::get_lowest_layer(*ws_).async_connect(places, [this](error_code failed, const auto&) {
+            beast::get_lowest_layer(*ws_).async_connect(decimals, [this](error_code failed, const auto&) {
                 if (failed) return fail();
                 beast::get_lowest_layer(*ws_).expires_never();
                 // A service that says nothing for a second is gone.
@@ -258,10 +258,10 @@ bool answers(const std::string& host, const std::string& port, std::chrono::mill
     asio::ip::tcp::resolver resolver(io);
     beast::tcp_stream stream(io);
     bool open = false;
-    resolver.async_resolve(host, port, [&](error_code error, const auto& places) {
+    resolver.async_resolve(host, port, [&](error_code error, const auto& decimals) {
         if (error) return;
         stream.expires_after(limit);
-        stream.async_connect(places, [&](error_code failed, const auto&) { open = !failed; });
+        stream.async_connect(decimals, [&](error_code failed, const auto&) { open = !failed; });
     });
     io.run_for(limit);
     return open;

@@ -79,7 +79,7 @@ std::optional<Jitter> measure_jitter(const JitterOptions& options)
     j.p50 = quantile(late, 0.5);
     j.p99 = quantile(late, 0.99);
     j.p999 = quantile(late, 0.999);
-    j.most = late.back();
+    j.max = late.back();
     j.late = static_cast<std::uint64_t>(late.end() - std::upper_bound(late.begin(), late.end(), options.period));
     return j;
 }

@@ -68,7 +68,7 @@ Capabilities capabilities_of(const Numbers& n, std::string name)
 struct Shared {
     std::atomic<int> state{k_opening};
     std::array<char, 256> text{};  // the device's name, or why it could not be opened
-    Numbers told;
+    Numbers reported;
     Newest<Sample> samples;
     Newest<Wrenches> wrenches;
     std::atomic<std::int64_t> last_write{0};
@@ -168,7 +168,7 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
         if (device == nullptr) throw std::runtime_error("no device");
         const Capabilities& c = device->capabilities();
         set_text(shared, c.name.c_str());
-        shared.told = numbers_of(c);
+        shared.reported = numbers_of(c);
         shared.state = k_open;
         keep(shared, *device, options, program);
     } catch (const std::exception& e) {
@@ -205,7 +205,7 @@ std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, cons
         munmap(memory, sizeof(Shared));
         throw std::runtime_error(why);
     }
-    Capabilities capabilities = capabilities_of(shared->told, std::string(shared->text.data()) + ", in a process of its own");
+    Capabilities capabilities = capabilities_of(shared->reported, std::string(shared->text.data()) + ", in a process of its own");
     capabilities.delay += options.period;
     return std::make_unique<KeptDevice>(shared, keeper, std::move(capabilities));
 }

@@ -94,7 +94,7 @@ private:
     std::size_t size_ = 0;
 };
 
-bool same_place(const sockaddr_in& a, const sockaddr_in& b)
+bool same_address(const sockaddr_in& a, const sockaddr_in& b)
 {
     return a.sin_addr.s_addr == b.sin_addr.s_addr && a.sin_port == b.sin_port;
 }
@@ -164,15 +164,15 @@ class NetworkDevice final : public ThreadedDevice {
 public:
     explicit NetworkDevice(const NetworkOptions& options) : fd_(listen_on(options))
     {
-        const std::string place = options.address + ":" + std::to_string(options.port);
-        if (fd_ < 0) throw DeviceError("network: cannot listen on " + place + ": " + std::strerror(errno));
+        const std::string address = options.address + ":" + std::to_string(options.port);
+        if (fd_ < 0) throw DeviceError("network: cannot listen on " + address + ": " + std::strerror(errno));
         start([this] { run(); });
         if (wait_for_sample(options.wait)) return;
         stop();
         ::close(fd_);
         char seconds[32];
         std::snprintf(seconds, sizeof seconds, "%g", options.wait);
-        throw DeviceError("network: no client said hello and sent a pose to " + place + " within " + seconds +
+        throw DeviceError("network: no client said hello and sent a pose to " + address + " within " + seconds +
                           " s\n  cure: start it, or wait longer with network:wait=60; see docs/network-device.md");
     }
     ~NetworkDevice() override
@@ -217,7 +217,7 @@ private:
         const auto sequence = in.take<std::uint64_t>();
         if (!in.ok || magic != k_magic) return;  // no answer: it may be anything
         if (kind == k_hello) return hello(version, in, from);
-        if (version != k_network_version || !client_ || !same_place(*client_, from) || in.take<std::uint64_t>() != token_ ||
+        if (version != k_network_version || !client_ || !same_address(*client_, from) || in.take<std::uint64_t>() != token_ ||
             !in.ok)
             return;
         if (kind == k_bye) return forget();
@@ -230,7 +230,7 @@ private:
         if (version != k_network_version) return refuse(from, k_version);
         const std::optional<Capabilities> said = capabilities_of(in);
         if (!said) return refuse(from, k_bad_hello);
-        if (client_ && !same_place(*client_, from)) return refuse(from, k_busy);
+        if (client_ && !same_address(*client_, from)) return refuse(from, k_busy);
         if (known_ && !same(*said, capabilities_)) return refuse(from, k_other_device);
         if (!known_) capabilities_ = *said;  // before the first publish, which is what the opener waits for
         known_ = true;

@@ -102,9 +102,9 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
 namespace {
 
 /// How far a tool reaches a model along a line.
-class Feeler {
+class ToolProbe {
 public:
-    Feeler(const model::ModelView& model, const query::Probe& tool) : model_(model), tool_(tool)
+    ToolProbe(const model::ModelView& model, const query::Probe& tool) : model_(model), tool_(tool)
     {
         const Sphere sphere = tool.sphere();
         // Beyond this from the origin neither tool nor model reaches.
@@ -114,10 +114,10 @@ public:
     [[nodiscard]] Vec3d origin() const { return {model_.header.origin[0], model_.header.origin[1], model_.header.origin[2]}; }
     [[nodiscard]] double far() const { return far_; }
 
-    [[nodiscard]] bool touches(Vec3d place) const
+    [[nodiscard]] bool touches(Vec3d position) const
     {
         query::ProbeContact contact[1];
-        return query::query_probe(model_, tool_, {{}, place}, {.first_only = true}, contact).contacts > 0;
+        return query::query_probe(model_, tool_, {{}, position}, {.first_only = true}, contact).contacts > 0;
     }
 
     /// The greatest height up to from at which the tool, at base + height along normal, touches; false where it never does.
@@ -142,10 +142,10 @@ public:
         return false;
     }
 
-    /// Surface point and outward normal below a place that is a little inside; false where it is outside.
-    bool surface(Vec3d place, Vec3d& point, Vec3d& normal) const
+    /// Surface point and outward normal below a position a little inside; false where it is outside.
+    bool surface(Vec3d at, Vec3d& point, Vec3d& normal) const
     {
-        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, place), query::Layer::Exact);
+        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, at), query::Layer::Exact);
         if (!c.contact || norm(c.normal) == 0) return false;
         point = model::to_mesh_units(model_.header, c.point);
         normal = normalized(cast<double>(c.normal));
@@ -158,33 +158,33 @@ private:
     double far_;
 };
 
-struct Place {
+struct SurfacePoint {
     Vec3d point, normal;
 };
 
 /// Where the line from outside to the origin first meets the surface; false where it does not.
-bool meets(const Feeler& feeler, const model::ModelView& model, Vec3d direction, Place& place)
+bool meets(const ToolProbe& probe, const model::ModelView& model, Vec3d direction, SurfacePoint& start)
 {
     const Vec3d out = normalized(direction);
     const query::Probe point(std::vector<Vec3d>{{}});
-    const Feeler needle(model, point);
+    const ToolProbe needle(model, point);
     double height = 0;
     if (!needle.height(needle.origin(), out, needle.far(), height)) return false;
     // A little inside, more where the map and the frame's locator differ about a hair's breadth.
-    for (double inside = 1e-4 * feeler.far(); inside < 1e-2 * feeler.far(); inside *= 2)
-        if (feeler.surface(needle.origin() + (height - inside) * out, place.point, place.normal)) return true;
+    for (double inside = 1e-4 * probe.far(); inside < 1e-2 * probe.far(); inside *= 2)
+        if (probe.surface(needle.origin() + (height - inside) * out, start.point, start.normal)) return true;
     return false;
 }
 
-Place anchor(const Feeler& feeler, const model::ModelView& model, Vec3d direction)
+SurfacePoint anchor(const ToolProbe& probe, const model::ModelView& model, Vec3d direction)
 {
-    Place place;
+    SurfacePoint start;
     if (norm_sq(direction) > 0) {
-        if (meets(feeler, model, direction, place)) return place;
+        if (meets(probe, model, direction, start)) return place;
         throw DeviceError("no surface lies in that direction of the model's origin: choose another, or none");
     }
     for (const Vec3d axis : {Vec3d{0, 0, 1}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, -1}, Vec3d{-1, 0, 0}, Vec3d{0, -1, 0}})
-        if (meets(feeler, model, axis, place)) return place;
+        if (meets(probe, model, axis, start)) return place;
     throw DeviceError("no surface lies along the axes through the model's origin: choose a direction");
 }
 
@@ -215,62 +215,62 @@ std::vector<Vec3d> averaged(const std::vector<Vec3d>& values, std::size_t half)
     return out;
 }
 
-/// Places of a tool that has just not touched, and the directions away from the surface there.
+/// Positions of a tool that has just not touched, and the directions away from the surface there.
 struct Travel {
-    std::vector<Vec3d> places, ways_out;
-    Vec3d binormal{};  ///< unit, where the way lies in a plane: binormal x way points out
+    std::vector<Vec3d> positions, outwards;
+    Vec3d binormal{};  ///< unit, where the path lies in a plane: binormal x path points out
 };
 
 /// Round a circle about an axis: as high as the tool touches along it, and no lower than a slope of 45 degrees lets it fall from
 /// there on either side, so that it hovers over drops. Where it meets nothing, as high as before.
-Travel circle(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
+Travel circle(const ToolProbe& probe, const SurfacePoint& start, const ScriptOptions& o, std::size_t ticks)
 {
-    const Vec3d u = tangent(o.travel, place.normal), v = cross(place.normal, u);
+    const Vec3d u = tangent(o.travel, start.normal), v = cross(start.normal, u);
     const double step = o.speed / o.rate;
     std::vector<Vec3d> bases(ticks);
     std::vector<double> heights(ticks);
     double height = 0;
     for (std::size_t k = 0; k < ticks; ++k) {
         const double angle = step * static_cast<double>(k) / o.radius;
-        bases[k] = place.point + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
-        if (!feeler.height(bases[k], place.normal, height + feeler.far() / 100, height))
-            (void)feeler.height(bases[k], place.normal, feeler.far(), height);
+        bases[k] = start.point + o.radius * (std::cos(angle) * u + std::sin(angle) * v);
+        if (!probe.height(bases[k], start.normal, height + probe.far() / 100, height))
+            (void)probe.height(bases[k], start.normal, probe.far(), height);
         heights[k] = height;
     }
     for (std::size_t k = 1; k < ticks; ++k) heights[k] = std::max(heights[k], heights[k - 1] - step);
     for (std::size_t k = ticks - 1; k > 0; --k) heights[k - 1] = std::max(heights[k - 1], heights[k] - step);
     Travel travel;
-    for (std::size_t k = 0; k < ticks; ++k) travel.places.push_back(bases[k] + heights[k] * place.normal);
-    travel.ways_out.assign(ticks, place.normal);
+    for (std::size_t k = 0; k < ticks; ++k) travel.positions.push_back(bases[k] + heights[k] * start.normal);
+    travel.outwards.assign(ticks, start.normal);
     return travel;
 }
 
-/// In the plane of normal and travel, always with the surface on the same side: from each place the next one lies a step away
+/// In the plane of normal and travel, always with the surface on the same side: from each position the next one lies a step away
 /// in the first direction, turning inwards, in which the tool would touch. Creases, edges and limbs are followed, never jumped.
-Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, std::size_t ticks)
+Travel slide(const ToolProbe& probe, const SurfacePoint& start, const ScriptOptions& o, std::size_t ticks)
 {
     constexpr int k_directions = 25;
     constexpr double k_first = 2.0, k_last = -2.6;      // rad from straight ahead: outwards, inwards
     constexpr std::size_t k_lately = 60, k_stride = 8;  // ticks
     const double pace = o.speed / o.rate;
     std::size_t strides = 0;
-    Vec3d out = place.normal, ahead = tangent(o.travel, out);
+    Vec3d out = start.normal, ahead = tangent(o.travel, out);
     Travel travel;
     double height = 0;
-    if (!feeler.height(place.point, out, feeler.far(), height))
+    if (!probe.height(start.point, out, probe.far(), height))
         throw DeviceError("the tool does not reach the surface in that direction: choose another");
     travel.binormal = cross(ahead, out);
-    Vec3d at = place.point + (height + 1e-9 * feeler.far()) * out;
-    while (travel.places.size() < ticks) {
+    Vec3d at = start.point + (height + 1e-9 * probe.far()) * out;
+    while (travel.positions.size() < ticks) {
         // Who has gone to and fro lately goes on in longer strides, for which the pit or ledge that held him is none.
-        const std::size_t gone = travel.places.size();
-        if (gone >= k_lately && norm(at - travel.places[gone - k_lately]) < 0.25 * static_cast<double>(k_lately) * pace)
+        const std::size_t gone = travel.positions.size();
+        if (gone >= k_lately && norm(at - travel.positions[gone - k_lately]) < 0.25 * static_cast<double>(k_lately) * pace)
             strides = k_lately;
         const std::size_t ticks_of_stride = strides > 0 ? k_stride : 1;
         if (strides > 0) --strides;
         const double step = static_cast<double>(ticks_of_stride) * pace;
         const auto direction = [&](double angle) { return std::cos(angle) * ahead + std::sin(angle) * out; };
-        const auto blocked = [&](double angle) { return feeler.touches(at + step * direction(angle)); };
+        const auto blocked = [&](double angle) { return probe.touches(at + step * direction(angle)); };
         const double turn = (k_last - k_first) / (k_directions - 1);
         double free = k_first;
         int i = 1;
@@ -285,9 +285,9 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
         const Vec3d next = direction(free);
         out = normalized(std::cos(free) * out - std::sin(free) * ahead);
         ahead = normalized(next);
-        for (std::size_t k = 0; k < ticks_of_stride && travel.places.size() < ticks; ++k) {
-            travel.places.push_back(at);
-            travel.ways_out.push_back(out);
+        for (std::size_t k = 0; k < ticks_of_stride && travel.positions.size() < ticks; ++k) {
+            travel.positions.push_back(at);
+            travel.outwards.push_back(out);
             at += pace * ahead;
         }
     }
@@ -297,24 +297,24 @@ Travel slide(const Feeler& feeler, const Place& place, const ScriptOptions& o, s
 constexpr std::size_t k_half = 25;     // ticks to either side that travels are smoothed over
 constexpr double k_least_rate = 1000;  // Hz, of ways: slower ones leave some of their poses out, and go the same way
 
-/// The places of a travel, smoothed and pressed in; it starts at the gap. The first and the last k_half are only there to smooth
-/// the others.
+/// The positions of a travel, smoothed and pressed in; it starts at the gap. The first and the last k_half are only there to
+/// smooth the others.
 std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 {
-    std::vector<Vec3d> places = averaged(travel.places, k_half);
-    std::vector<Vec3d> ways_out = travel.ways_out;
+    std::vector<Vec3d> positions = averaged(travel.positions, k_half);
+    std::vector<Vec3d> outwards = travel.outwards;
     if (norm_sq(travel.binormal) > 0)
         // From the smoothed way itself: the map's little steps would throw the direction about.
-        for (std::size_t k = 0; k < places.size(); ++k) {
-            const Vec3d along = places[std::min(k + 1, places.size() - 1)] - places[k > 0 ? k - 1 : 0];
-            if (norm_sq(along) > 0) ways_out[k] = normalized(cross(travel.binormal, along));
+        for (std::size_t k = 0; k < positions.size(); ++k) {
+            const Vec3d along = positions[std::min(k + 1, positions.size() - 1)] - positions[k > 0 ? k - 1 : 0];
+            if (norm_sq(along) > 0) outwards[k] = normalized(cross(travel.binormal, along));
         }
-    ways_out = averaged(ways_out, k_half);
+    outwards = averaged(outwards, k_half);
     const double in = k_hurry * (o.gap + o.depth) / o.speed;
     std::vector<Vec3d> out;
-    for (std::size_t k = k_half; k + k_half < places.size(); ++k)
-        out.push_back(places[k] + (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k - k_half) / o.rate / in)) *
-                                      normalized(ways_out[k]));
+    for (std::size_t k = k_half; k + k_half < positions.size(); ++k)
+        out.push_back(positions[k] + (o.gap - (o.gap + o.depth) * smooth(static_cast<double>(k - k_half) / o.rate / in)) *
+                                         normalized(outwards[k]));
     return out;
 }
 
@@ -345,16 +345,16 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
     const double seconds = o.seconds - o.wait;
     const auto all = static_cast<std::size_t>(std::max(1.0, std::round(o.seconds * o.rate)));
     const std::size_t waiting = std::min(all - 1, static_cast<std::size_t>(std::round(o.wait * o.rate))), ticks = all - waiting;
-    const Feeler feeler(model, tool);
-    const Place place = anchor(feeler, model, o.direction);
-    std::vector<Vec3d> places;
+    const ToolProbe probe(model, tool);
+    const SurfacePoint start = anchor(probe, model, o.direction);
+    std::vector<Vec3d> positions;
     if (script == Script::Slide) {
-        places = pressed(slide(feeler, place, o, ticks + 2 * k_half), o);
+        positions = pressed(slide(probe, start, o, ticks + 2 * k_half), o);
     } else if (script == Script::Circle) {
-        places = pressed(circle(feeler, place, o, ticks + 2 * k_half), o);
+        positions = pressed(circle(probe, start, o, ticks + 2 * k_half), o);
     } else {
         double height = 0;
-        if (!feeler.height(place.point, place.normal, feeler.far(), height))
+        if (!probe.height(start.point, start.normal, probe.far(), height))
             throw DeviceError("the tool does not reach the surface in that direction: choose another");
         const double stroke = o.gap + o.depth, in = k_hurry * stroke / o.speed;
         for (std::size_t k = 0; k < ticks; ++k) {
@@ -364,11 +364,11 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
                 above = o.gap - 0.5 * stroke * (1 - std::cos(2 * o.speed / stroke * t));
             else
                 above = o.gap - stroke * std::min(smooth(t / in), smooth((seconds - t) / in));
-            places.push_back(place.point + (height + above) * place.normal);
+            positions.push_back(start.point + (height + above) * start.normal);
         }
     }
     std::vector<Pose> poses(all);
-    for (std::size_t k = 0; k < all; ++k) poses[k].translation = places[k > waiting ? k - waiting : 0];
+    for (std::size_t k = 0; k < all; ++k) poses[k].translation = positions[k > waiting ? k - waiting : 0];
     return poses;
 }
 

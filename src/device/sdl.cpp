@@ -144,7 +144,7 @@ private:
         pad_ = nullptr;
         joystick_ = nullptr;
         effect_ = -1;
-        felt_ = {};
+        force_shown_ = {};
         strength_ = 0;
     }
 
@@ -184,14 +184,14 @@ private:
     void exert(Vec3d force, double time)
     {
         if (effect_ >= 0) {
-            if (force == felt_ && (force == Vec3d{} || time - renewed_ < 0.5e-3 * k_effect_length)) return;
+            if (force == force_shown_ && (force == Vec3d{} || time - renewed_ < 0.5e-3 * k_effect_length)) return;
             SDL_HapticEffect effect = constant_force(force, settings_.full);
             SDL_HapticUpdateEffect(haptic_, effect_, &effect);
             if (force == Vec3d{})
                 SDL_HapticStopEffect(haptic_, effect_);
             else
                 SDL_HapticRunEffect(haptic_, effect_, 1);
-            felt_ = force;
+            force_shown_ = force;
             renewed_ = time;
         } else if (capabilities_.rumble_out) {
             const auto strength = static_cast<Uint16>(std::lround(65535 * std::clamp(norm(force) / settings_.full, 0.0, 1.0)));
@@ -209,7 +209,7 @@ private:
     SDL_Haptic* haptic_ = nullptr;
     SDL_JoystickGUID guid_{};
     int effect_ = -1;
-    Vec3d felt_{};
+    Vec3d force_shown_{};
     Uint16 strength_ = 0;
     double renewed_ = 0;
 };

@@ -21,10 +21,10 @@ double steady_now() noexcept
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Vec3d saturated(const Vec3d& v, double most)
+Vec3d saturated(const Vec3d& v, double max_length)
 {
     const double length = norm(v);
-    return length > most ? most / length * v : v;
+    return length > max_length ? max_length / length * v : v;
 }
 
 }  // namespace
@@ -144,18 +144,18 @@ void SimulatedDevice::pass(double until) noexcept
             fresh_write_ = false;
             for (HeldTool& tool : tools_) tool.zero();
         }
-        double most = 0;
+        double largest = 0;
         for (std::size_t z = 0; z < tools_.size(); ++z) {
             const HandTarget target =
                 options_.script != nullptr ? options_.script(options_.script_context, time_, z) : HandTarget{};
             tools_[z].step(fresh_write_ ? &written_[z] : nullptr, target, k_tick);
-            most = std::max(most, norm(tools_[z].exerted().force));
+            largest = std::max(largest, norm(tools_[z].exerted().force));
         }
         fresh_write_ = false;
         time_ += k_tick;
-        const double before = motors_.force.exchange(most);
-        if (before > 0 && most == 0) motors_.let_go = begin_ + time_;
-        if (most > motors_.most) motors_.most = most;
+        const double before = motors_.force.exchange(largest);
+        if (before > 0 && largest == 0) motors_.let_go = begin_ + time_;
+        if (largest > motors_.max_force) motors_.max_force = largest;
     }
 }
 

@@ -15,37 +15,37 @@ std::string DeviceSpec::text(std::string_view name, std::string_view otherwise) 
 
 namespace {
 
-double number_of(const std::string& value, const std::string& what, double least, double most, bool whole)
+double number_of(const std::string& value, const std::string& what, double min, double max, bool whole)
 {
     double number = 0;
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error == std::errc() && end == value.data() + value.size() && number >= least && number <= most &&
+    if (error == std::errc() && end == value.data() + value.size() && number >= min && number <= max &&
         (!whole || number == std::floor(number)))
         return number;
     char limits[64];
-    std::snprintf(limits, sizeof limits, "%g to %g", least, most);
+    std::snprintf(limits, sizeof limits, "%g to %g", min, max);
     throw DeviceError(what + " must be a " + (whole ? "whole " : "") + "number from " + limits + ", found '" + value + "'");
 }
 
 }  // namespace
 
-double DeviceSpec::number(std::string_view name, double otherwise, double least, double most) const
+double DeviceSpec::number(std::string_view name, double otherwise, double min, double max) const
 {
     for (const auto& [known, value] : options)
-        if (known == name) return number_of(value, kind + ": " + known, least, most, false);
+        if (known == name) return number_of(value, kind + ": " + known, min, max, false);
     return otherwise;
 }
 
-int DeviceSpec::whole(std::string_view name, int otherwise, int least, int most) const
+int DeviceSpec::whole(std::string_view name, int otherwise, int min, int max) const
 {
     for (const auto& [known, value] : options)
-        if (known == name) return static_cast<int>(number_of(value, kind + ": " + known, least, most, true));
+        if (known == name) return static_cast<int>(number_of(value, kind + ": " + known, min, max, true));
     return otherwise;
 }
 
-int DeviceSpec::index(int otherwise, int least, int most) const
+int DeviceSpec::index(int otherwise, int min, int max) const
 {
-    return first.empty() ? otherwise : static_cast<int>(number_of(first, kind + ": the index", least, most, true));
+    return first.empty() ? otherwise : static_cast<int>(number_of(first, kind + ": the index", min, max, true));
 }
 
 void DeviceSpec::only_named() const

@@ -1,7 +1,7 @@
 // Stability on baked models: what the haptic step makes of them, felt by every hand through every delay, at the stiffness that
 // check_stiffness offers.
 #include "loop.h"
-#include "places.h"
+#include "open_positions.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/query/query.h"
 #include "support/parsed.h"
@@ -35,8 +35,8 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
     const Parsed parsed(*mesh);
     const model::ModelView model =
         haptic::in_metres(parsed.view(), k_size / (parsed.view().header.r_max * parsed.view().header.unit));
-    const std::vector<Place> places = open_places(parsed, model, 2);
-    ASSERT_EQ(places.size(), 2u);
+    const std::vector<OpenPosition> positions = open_positions(parsed, model, 2);
+    ASSERT_EQ(positions.size(), 2u);
 
     const query::Probe probe(haptic::stencil_points({}));
     haptic::Zone zone{.probe = &probe};
@@ -48,14 +48,14 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
     haptic::TouchedBody solid;
     solid.model = &model;
 
-    double swing = 0, created = -1, left = -1, gained = -1, most = 0;
+    double swing = 0, created = -1, left = -1, gained = -1, largest = 0;
     std::uint64_t passivity = 0, pressed = 0;
     int runs = 0, swinging = 0, at_bound = 0, swinging_at_bound = 0;
-    const auto touch = [&](const Place& place, Action action, const Setting& setting, double share, double speed) {
+    const auto touch = [&](const OpenPosition& position, Action action, const Setting& setting, double share, double speed) {
         state.options(0).stiffness = state.options(0).tangential_stiffness = setting.stiffness;
         solid.material.friction = action == Action::Slide ? Friction::Coulomb : Friction::None;
         state.reset();
-        const Visit visit{.place = place.point, .out = place.out, .along = place.along, .speed = speed};
+        const Visit visit{.position = position.point, .out = position.out, .along = position.along, .speed = speed};
         const Figures f = run(setting, action, visit, [&](const Pose& pose) {
             Wrench w;
             (void)haptic::step(state, {.touched = std::span(&solid, 1), .poses = std::span(&pose, 1), .dt = k_tick},
@@ -65,7 +65,7 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
         ++runs;
         created = std::max(created, f.created);
         left = std::max(left, f.left);
-        most = std::max(most, f.most);
+        largest = std::max(largest, f.largest);
         passivity += f.filter.passivity;
         pressed += f.mean > 0.1;
         const std::string what = name + ' ' + test::name(action) + ' ' + setting.hand.name + " delay " +
@@ -86,7 +86,7 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
         EXPECT_EQ(f.over, 0u) << what;
         EXPECT_EQ(f.filter.faults, 0u) << what;
     };
-    for (const Place& place : places)
+    for (const OpenPosition& position : positions)
         for (const Action action : {Action::Press, Action::Slide, Action::Tap})
             for (const HandProfile& hand : device::k_hand_profiles)
                 for (const int delay : {1, 2, 3})
@@ -95,7 +95,7 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
                             if (share == 1 && speed == 0.5) continue;
                             Setting setting{.mechanism = {.delay_ticks = delay}, .hand = hand};
                             setting.stiffness = share * haptic::check_stiffness(limits_of(setting.mechanism), 0).largest;
-                            touch(place, action, setting, share, speed);
+                            touch(position, action, setting, share, speed);
                         }
     std::printf(
         "%s: %d runs, %llu pressed at the end; at %.1f of the bound %d of %d swing, at rest at most %.2f of what counts as "
@@ -103,7 +103,7 @@ TEST_P(StabilityOf, EveryTouchOfABakedModel)
         "gained by holding still %.3g J; at the bound %d of %d runs swing; energy created at most %.3g J, left by a contact "
         "%.3g J; greatest force %.3f N; passivity acted in %llu ticks\n",
         name.c_str(), runs, static_cast<unsigned long long>(pressed), k_share, swinging, runs - at_bound, swing, gained,
-        swinging_at_bound, at_bound, created, left, most, static_cast<unsigned long long>(passivity));
+        swinging_at_bound, at_bound, created, left, largest, static_cast<unsigned long long>(passivity));
     EXPECT_EQ(swinging, 0);
     EXPECT_EQ(swinging_at_bound, 0);
     EXPECT_GT(pressed, static_cast<std::uint64_t>(runs) / 2) << "the loops touch at all";

@@ -60,7 +60,7 @@ Mat3d tilted(double angle)
 }
 
 struct Worst {
-    double swing = 0, share = 0, turn = 0, created = -1, left = -1, gained = -1, most = 0, stiffest = 0;
+    double swing = 0, share = 0, turn = 0, created = -1, left = -1, gained = -1, largest = 0, stiffest = 0;
     int runs = 0;
     std::uint64_t passivity = 0;
     void add(const Figures& f, const Setting& s)
@@ -73,7 +73,7 @@ struct Worst {
         left = std::max(left, f.left);
         gained = std::max(gained, f.gained);
         stiffest = std::max(stiffest, s.stiffness);
-        most = std::max(most, f.most);
+        largest = std::max(largest, f.largest);
         passivity += f.filter.passivity;
     }
 };
@@ -112,7 +112,7 @@ void check_everything(const char* name, MakeSurface&& make, const Mat3d& rotatio
         "energy created at most %.3g J, left by a contact %.3g J, by holding still %.3g J; greatest force %.3f N; passivity "
         "acted in %llu ticks\n",
         name, worst.runs, worst.stiffest, worst.swing, worst.share, worst.turn, worst.created, worst.left, worst.gained,
-        worst.most, static_cast<unsigned long long>(worst.passivity));
+        worst.largest, static_cast<unsigned long long>(worst.passivity));
 }
 
 TEST(Stability, OfAPlaneUpToTheBound) { check_everything("plane", plane); }

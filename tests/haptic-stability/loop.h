@@ -22,7 +22,7 @@ inline constexpr double k_tick = 1e-3;
 
 /// Where a hand goes: from free air onto a place of a surface, along it, back.
 struct Visit {
-    Vec3d place{};         ///< on the surface
+    Vec3d position{};      ///< on the surface
     Vec3d out{0, 0, 1};    ///< unit, away from the solid
     Vec3d along{1, 0, 0};  ///< unit, tangential
     double speed = 0.3;    ///< m/s, the hand's greatest
@@ -34,7 +34,7 @@ enum class Action { Press, Slide, Tap };
 inline const char* name(Action action) { return action == Action::Press ? "press" : action == Action::Slide ? "slide" : "tap"; }
 
 struct Figures {
-    double most = 0;        ///< N, that the motors exerted
+    double largest = 0;     ///< N, that the motors exerted
     double swing = 0;       ///< N, peak to peak of the force in the last 0.5 s of holding still
     double turn_swing = 0;  ///< N m, of the torque
     double mean = 0;        ///< N, of the force then
@@ -121,7 +121,7 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
             f.over += norm(w.force) > filter.force_limit() * (1 + 1e-12) || norm(w.torque) > filter.torque_limit() * (1 + 1e-12);
             tools[z].step(&w, target_of(target, z), k_tick);
             const Wrench& exerted = tools[z].exerted();
-            f.most = std::max(f.most, norm(exerted.force));
+            f.largest = std::max(f.largest, norm(exerted.force));
             energy += tools[z].work() - tools[z].dissipated();
             force += norm(exerted.force);
             torque += norm(exerted.torque);
@@ -159,14 +159,14 @@ Figures run_zones(const Setting& setting, Action action, const Visit& visit, con
     };
     // Deep enough that the hand's spring holds the push against the surface's.
     const double depth = visit.push / hand.stiffness + visit.push / setting.stiffness;
-    const Vec3d above = visit.place + 0.02 * visit.out, pressed = visit.place - depth * visit.out;
+    const Vec3d above = visit.position + 0.02 * visit.out, pressed = visit.position - depth * visit.out;
     at.pose = {visit.rotation, above};
     for (std::size_t z = 0; z < zones; ++z) tools[z].reset(target_of(at, z).pose);
     wait(course.wait);
     if (action == Action::Tap)
         for (int i = 0; i < 5; ++i) {
-            move(visit.place - std::min(depth, 0.01) * visit.out, visit.speed);
-            move(visit.place + 0.01 * visit.out, visit.speed);
+            move(visit.position - std::min(depth, 0.01) * visit.out, visit.speed);
+            move(visit.position + 0.01 * visit.out, visit.speed);
         }
     move(pressed, visit.speed);
     if (action == Action::Slide) {

@@ -1,7 +1,7 @@
 // Stability of every kind of tool and mode on baked models: ball, point, hand and glove, followed directly, by a proxy or through
 // a coupling, and of touches that come before the filter's ramp has ended.
 #include "loop.h"
-#include "places.h"
+#include "open_positions.h"
 #include "sqmap/device/hand_skin.h"
 #include "sqmap/haptic/coupling.h"
 #include "sqmap/haptic/step.h"
@@ -122,8 +122,8 @@ TEST_P(StabilityOfTools, InEveryMode)
     haptic::TouchedBody solid;
     solid.model = &model;
     solid.pose.translation = -1. * origin;
-    const std::vector<Place> places = open_places(parsed, model, 2);
-    ASSERT_EQ(places.size(), 2u);
+    const std::vector<OpenPosition> positions = open_positions(parsed, model, 2);
+    ASSERT_EQ(positions.size(), 2u);
 
     for (const Tool& tool : all_tools()) {
         std::optional<device::HandSkin> skin;
@@ -142,7 +142,7 @@ TEST_P(StabilityOfTools, InEveryMode)
             all[z].count = skin->first(z + 1) - skin->first(z);
         }
         haptic::State state(all, {.max_contacts = probe.size(), .max_touched = 1});
-        double swing = 0, turn = 0, created = -1, gained = -1, most = 0, step = 0, air = 0;
+        double swing = 0, turn = 0, created = -1, gained = -1, largest = 0, step = 0, air = 0;
         std::uint64_t passivity = 0;
         int runs = 0, swinging = 0, pressed = 0;
         for (const int delay : {1, 2, 3})
@@ -175,13 +175,13 @@ TEST_P(StabilityOfTools, InEveryMode)
                     if (tool.large) {
                         visit.out = k == 0 ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0};
                         visit.along = k == 0 ? Vec3d{1, 0, 0} : Vec3d{0, 0, 1};
-                        visit.place = first_touch(tool, solid, places[k].point - origin, visit.out);
+                        visit.position = first_touch(tool, solid, positions[k].point - origin, visit.out);
                     } else {
-                        const Place& place = places[k];
+                        const OpenPosition& position = positions[k];
                         const double out = tool.averaging == Averaging::Ball ? tool.smoothing.radius : 0;
-                        visit.out = place.out;
-                        visit.along = place.along;
-                        visit.place = place.point - origin + out * place.out;
+                        visit.out = position.out;
+                        visit.along = position.along;
+                        visit.position = position.point - origin + out * position.out;
                     }
                     const auto touch = [&](double wait) {
                         bool touched = false;
@@ -210,7 +210,7 @@ TEST_P(StabilityOfTools, InEveryMode)
                     turn = std::max(turn, f.turn_swing);
                     created = std::max(created, f.created);
                     gained = std::max(gained, f.gained);
-                    most = std::max(most, f.most);
+                    largest = std::max(largest, f.largest);
                     step = std::max(step, f.step);
                     passivity += f.filter.passivity;
                     pressed += f.mean > 0.3;
@@ -228,7 +228,7 @@ TEST_P(StabilityOfTools, InEveryMode)
             "%s, %s: %d runs, %d pressed at the end, %d swing; at rest force moves by %.4f N at most, %.4f N a tick, torque by "
             "%.5f N m; in free air %.4f N; energy created %.3g J, gained by holding still %.3g J; greatest force %.3f N; "
             "passivity acted in %llu ticks\n",
-            GetParam(), tool.name, runs, pressed, swinging, swing, step, turn, air, created, gained, most,
+            GetParam(), tool.name, runs, pressed, swinging, swing, step, turn, air, created, gained, largest,
             static_cast<unsigned long long>(passivity));
         EXPECT_EQ(swinging, 0) << tool.name;
         EXPECT_LT(air, 0.1) << tool.name << ": free air is free";

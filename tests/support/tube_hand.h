@@ -21,7 +21,7 @@ device::HandMesh tube_hand(double length, Map&& map)
         mesh.joints.push_back({static_cast<std::uint16_t>(joint), 0, 0, 0});
         mesh.shares.push_back({1, 0, 0, 0});
     };
-    for (std::size_t j = 0; j < joints.size(); ++j) mesh.places[j] = map(joints[j].translation);
+    for (std::size_t j = 0; j < joints.size(); ++j) mesh.positions[j] = map(joints[j].translation);
     for (std::size_t j = 1; j + 1 < joints.size(); ++j) {
         if (j == 4 || j == 9 || j == 14 || j == 19) continue;  // a tip: the next joint is another finger's
         for (int ring = 0; ring <= 6; ++ring)

@@ -39,7 +39,7 @@ std::optional<device::HandMesh> read_hand(const std::filesystem::path& path)
         const std::optional<Vec3d> place = bound_place(at->inverse_bind);
         if (!place) return {};
         number[static_cast<std::size_t>(at - skin.skeleton.begin())] = static_cast<std::uint16_t>(j);
-        hand.places[j] = *place;
+        hand.positions[j] = *place;
     }
     hand.points = skin.soup.positions;
     hand.shares = skin.weights;

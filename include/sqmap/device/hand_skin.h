@@ -19,7 +19,7 @@ struct HandMesh {
     std::vector<float> weights;                        ///< area about each point
     std::vector<std::array<std::uint16_t, 4>> joints;  ///< #points, that move it: numbers of hand_joints
     std::vector<std::array<double, 4>> shares;         ///< #points, sum 1
-    std::array<Vec3d, k_hand_joints> places{};         ///< of the joints
+    std::array<Vec3d, k_hand_joints> positions{};      ///< of the joints
 };
 
 /// Linear blend skinning of a HandMesh by the zones of a glove. Wrist and curls follow from how the zones lie, as though its
@@ -47,8 +47,8 @@ private:
     std::vector<float> weights_;
     std::vector<std::array<std::uint16_t, 4>> joints_;
     std::vector<std::array<double, 4>> shares_;
-    std::array<Vec3d, k_hand_joints> places_{};  ///< hand's frame
-    std::array<Vec3d, 5> axis_{};                ///< about which each finger closes, hand's frame
+    std::array<Vec3d, k_hand_joints> positions_{};  ///< hand's frame
+    std::array<Vec3d, 5> axis_{};                   ///< about which each finger closes, hand's frame
     std::array<std::uint32_t, k_glove_zones + 1> first_{};
     std::array<double, k_glove_zones> reach_{};
 };

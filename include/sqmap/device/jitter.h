@@ -17,7 +17,7 @@ struct JitterOptions {
 /// Lateness in seconds after the deadline that the thread slept for.
 struct Jitter {
     std::uint64_t ticks = 0;
-    double p50 = 0, p99 = 0, p999 = 0, most = 0;
+    double p50 = 0, p99 = 0, p999 = 0, max = 0;
     std::uint64_t late = 0;  ///< more than a period
 };
 

@@ -94,8 +94,8 @@ private:
 
 /// What the motors of a SimulatedDevice do, for whoever watches: lock-free, so that it may lie in shared memory.
 struct MotorRecord {
-    std::atomic<double> force{0};  ///< N, of the zone with most, as it is exerted
-    std::atomic<double> most{0};   ///< N, since the start
+    std::atomic<double> force{0};      ///< N, of the zone with most, as it is exerted
+    std::atomic<double> max_force{0};  ///< N, since the start
     std::atomic<std::uint64_t> writes{0}, zeros{0};
     std::atomic<double> last_write{0};  ///< s, steady clock
     std::atomic<double> let_go{0};      ///< s, steady clock: when force became zero after having been more

@@ -21,11 +21,11 @@ struct DeviceSpec {
     /// The value of an option, or the default.
     [[nodiscard]] std::string text(std::string_view name, std::string_view otherwise) const;
     /// @throw DeviceError where it is given and no finite number in [least, most].
-    [[nodiscard]] double number(std::string_view name, double otherwise, double least, double most) const;
+    [[nodiscard]] double number(std::string_view name, double otherwise, double min, double max) const;
     /// @throw DeviceError where it is given and no whole number in [least, most].
-    [[nodiscard]] int whole(std::string_view name, int otherwise, int least, int most) const;
+    [[nodiscard]] int whole(std::string_view name, int otherwise, int min, int max) const;
     /// The argument without a name as a whole number. @throw as whole
-    [[nodiscard]] int index(int otherwise, int least, int most) const;
+    [[nodiscard]] int index(int otherwise, int min, int max) const;
     /// @throw DeviceError where there is an argument without a name.
     void only_named() const;
     /// @throw DeviceError where an option is none of these.

@@ -60,7 +60,7 @@ std::uint16_t free_port()
     return ntohs(address.sin_port);
 }
 
-struct Told {
+struct Reported {
     std::uint32_t zones = 1, flags = 1 | 2 | 4;
     double rate = 1000, max_force = 3, max_torque = 0.1, continuous = 1, damping = 0.5, friction = 0.1, resolution = 1e-5,
            delay = 0;
@@ -98,13 +98,13 @@ public:
         put(bytes, sequence);
         return bytes;
     }
-    static Bytes hello(const Told& told, std::uint16_t version = 1)
+    static Bytes hello(const Reported& reported, std::uint16_t version = 1)
     {
         Bytes bytes = header(1, 1, version);
-        put(bytes, told.zones);
-        put(bytes, told.flags);
-        for (const double x : {told.rate, told.max_force, told.max_torque, told.continuous, told.damping, told.friction,
-                               told.resolution, told.delay})
+        put(bytes, reported.zones);
+        put(bytes, reported.flags);
+        for (const double x : {reported.rate, reported.max_force, reported.max_torque, reported.continuous, reported.damping,
+                               reported.friction, reported.resolution, reported.delay})
             put(bytes, x);
         Bytes name{'t', 'e', 's', 't', 7};
         name.resize(32);
@@ -124,11 +124,11 @@ public:
     }
 
     /// Until welcomed, or refused: then with the reason.
-    std::uint32_t greet(const Told& told = {})
+    std::uint32_t greet(const Reported& reported = {})
     {
         const auto end = std::chrono::steady_clock::now() + 10s;
         while (std::chrono::steady_clock::now() < end) {
-            send(hello(told));
+            send(hello(reported));
             const Bytes answer = receive();
             if (answer.empty()) std::this_thread::sleep_for(5ms);  // nobody listens yet: that is said at once
             if (at<std::uint16_t>(answer, 6) == 3) return at<std::uint32_t>(answer, 16);
@@ -149,11 +149,11 @@ private:
 
 /// A device with its client, greeted and with one pose sent.
 struct Pair {
-    explicit Pair(const Told& told = {}) : port(free_port()), client(port)
+    explicit Pair(const Reported& reported = {}) : port(free_port()), client(port)
     {
         auto opening = std::async(std::launch::async, [this] { return open_network({.port = port, .wait = 20}); });
-        EXPECT_EQ(client.greet(told), 0u);
-        client.send(client.pose(1, 1, told.zones));
+        EXPECT_EQ(client.greet(reported), 0u);
+        client.send(client.pose(1, 1, reported.zones));
         device = opening.get();
         EXPECT_FALSE(client.receive().empty());
     }
@@ -179,7 +179,7 @@ Vec3d force_in(const Bytes& wrench, std::size_t zone = 0)
     return {at<double>(wrench, first), at<double>(wrench, first + 8), at<double>(wrench, first + 16)};
 }
 
-TEST(NetworkDevice, TellsWhatTheClientSaysOfItself)
+TEST(NetworkDevice, ReportsWhatTheClientSaysOfItself)
 {
     Pair pair({.zones = 6, .flags = 2 | 1, .rate = 500, .max_force = 7.5, .delay = 0.002});
     const Capabilities& c = pair.device->capabilities();
@@ -291,7 +291,7 @@ TEST(NetworkDevice, MalformedMessagesChangeNothing)
     EXPECT_FALSE(pair.client.receive().empty()) << "and the good one is heard";
 }
 
-TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndTheFilterIsTold)
+TEST(NetworkDevice, APoseThatCannotBeIsNoForceAtOnceAndReachesTheFilter)
 {
     Pair pair;
     const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
@@ -354,25 +354,25 @@ TEST(NetworkDevice, APoseThatCannotBeIsReadOnceWhereAGoodOneHasFollowed)
     EXPECT_EQ(sample.poses[0].translation.x, 4);
 }
 
-TEST(NetworkDevice, TellsItsClientWhatTheSafetyFilterDid)
+TEST(NetworkDevice, ReportsToItsClientWhatTheSafetyFilterDid)
 {
     Pair pair;
     EXPECT_TRUE(pair.device->write({}));
-    const auto told = [&](std::uint64_t sequence) {
+    const auto reported = [&](std::uint64_t sequence) {
         pair.client.send(pair.client.pose(sequence, 1));
         return at<std::uint32_t>(pair.client.receive(), 28);
     };
-    EXPECT_EQ(told(2), 0u);
+    EXPECT_EQ(reported(2), 0u);
     const std::uint32_t stale = haptic::k_fault_stale << 16 | haptic::k_acted_off;
     pair.device->report(stale);
-    EXPECT_EQ(told(3), 0u) << "of the wrench that goes out, not of the one that will";
+    EXPECT_EQ(reported(3), 0u) << "of the wrench that goes out, not of the one that will";
     EXPECT_TRUE(pair.device->write({}));
-    EXPECT_EQ(told(4), stale);
+    EXPECT_EQ(reported(4), stale);
     pair.device->report(0);
     EXPECT_TRUE(pair.device->write({}));
-    EXPECT_EQ(told(5), 0u);
+    EXPECT_EQ(reported(5), 0u);
     pair.device->zero();
-    EXPECT_EQ(told(6), haptic::k_acted_off) << "cut by a watchdog";
+    EXPECT_EQ(reported(6), haptic::k_acted_off) << "cut by a watchdog";
 }
 
 TEST(NetworkDevice, AResumeOfItsClientComesWithTheNextPose)
@@ -439,9 +439,9 @@ TEST(NetworkDevice, BadHellosAreRefusedWithTheirReason)
     EXPECT_EQ(at<std::uint16_t>(version, 6), 3);
     EXPECT_EQ(at<std::uint32_t>(version, 16), 2u);
     EXPECT_EQ(at<std::uint32_t>(version, 20), 1u) << "the version that is spoken";
-    for (const Told& told : std::vector<Told>{
+    for (const Reported& reported : std::vector<Reported>{
              {.zones = 0}, {.zones = 17}, {.rate = 0.5}, {.rate = std::nan("")}, {.max_force = -1}, {.delay = INFINITY}}) {
-        EXPECT_EQ(other.greet(told), 3u);
+        EXPECT_EQ(other.greet(reported), 3u);
     }
 }
 

@@ -70,10 +70,10 @@ TEST(PathDevice, IsNoStaleDeviceToAServo)
     Servo servo(path, {}, push_up, nullptr);
     ServoTick tick;
     const double end = now() + 30;
-    bool felt = false;
-    while (!felt && now() < end)
-        while (servo.next(tick)) felt |= norm(tick.sent[0].force) > 0;
-    EXPECT_TRUE(felt) << "samples dated from zero would be thousands of seconds old";
+    bool pushed = false;
+    while (!pushed && now() < end)
+        while (servo.next(tick)) pushed |= norm(tick.sent[0].force) > 0;
+    EXPECT_TRUE(pushed) << "samples dated from zero would be thousands of seconds old";
 }
 
 TEST(PathDevice, RefusesWhatIsNoPath)
@@ -129,7 +129,7 @@ test::Parsed* Scripted::ball_ = nullptr;
 
 constexpr double k_map_error = 3e-3;  // of the ball's mesh and map from the sphere
 
-TEST_F(Scripted, TheSameWayIsGoneAtAnyRate)
+TEST_F(Scripted, ThePathIsTheSameAtAnyRate)
 {
     const query::Probe tool(std::vector<Vec3d>{{}});
     for (const Script script : {Script::Press, Script::Tap, Script::Slide, Script::Circle}) {
@@ -155,13 +155,13 @@ TEST_F(Scripted, PressGoesFromTheGapToTheDepthAndBack)
         EXPECT_LE(std::abs(depth[i] - depth[i - 1]), 0.5 / 1000 + 1e-9) << "faster than asked";
 }
 
-TEST_F(Scripted, TapIsASineOfTheSpeedAsked)
+TEST_F(Scripted, TapIsASineOfTheSpeedChosen)
 {
     const ScriptOptions o{.seconds = 4, .speed = 0.3, .depth = 0.1, .gap = 0.1};
     const std::vector<double> depth = depths(Script::Tap, o);
-    const auto [least, most] = std::minmax_element(depth.begin(), depth.end());
+    const auto [least, largest] = std::minmax_element(depth.begin(), depth.end());
     EXPECT_NEAR(*least, -0.1, k_map_error);
-    EXPECT_NEAR(*most, 0.1, k_map_error);
+    EXPECT_NEAR(*largest, 0.1, k_map_error);
     double fastest = 0;
     for (std::size_t i = 1; i < depth.size(); ++i) fastest = std::max(fastest, 1000 * std::abs(depth[i] - depth[i - 1]));
     EXPECT_NEAR(fastest, 0.3, 1e-3);
@@ -182,7 +182,7 @@ TEST_F(Scripted, SlideKeepsDepthAndSpeedRoundTheBall)
     EXPECT_LT(farthest_back, -0.9) << "ten units of way lead round a ball of circumference 6.3";
 }
 
-TEST_F(Scripted, CircleStaysRoundItsPlace)
+TEST_F(Scripted, CircleStaysRoundItsCentre)
 {
     const ScriptOptions o{.seconds = 5, .speed = 0.5, .depth = 0.02, .gap = 0.02, .radius = 0.3, .direction = {0, 0, 1}};
     const query::Probe tool(std::vector<Vec3d>{{}});

@@ -101,7 +101,7 @@ bool writing(Device& device, const Wrench& wrench, Condition condition)
     });
 }
 
-TEST_F(Sdl, AxesPlaceTheToolAndButtonsAreBits)
+TEST_F(Sdl, AxesMoveTheToolAndButtonsAreBits)
 {
     Joystick stick;
     stick.x = 32767;

@@ -57,11 +57,11 @@ public:
         sample.resumes = resumes;
         return true;
     }
-    void report(std::uint32_t filter) noexcept override { told = filter; }
+    void report(std::uint32_t filter) noexcept override { reported = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept override
     {
         force = norm(wrenches[0].force);
-        if (force > most) most = force.load();
+        if (force > largest) largest = force.load();
         ++writes;
         return plugged;
     }
@@ -71,10 +71,10 @@ public:
         ++zeros;
     }
 
-    std::atomic<double> force{0}, most{0};
+    std::atomic<double> force{0}, largest{0};
     std::atomic<std::uint64_t> writes{0}, zeros{0};
     std::atomic<bool> plugged{true};
-    std::atomic<std::uint32_t> told{0}, resumes{0};
+    std::atomic<std::uint32_t> reported{0}, resumes{0};
 
 private:
     Capabilities capabilities_;
@@ -100,8 +100,8 @@ TEST(Servo, RunsTicksFiltersThemAndHandsOnEveryOne)
     EXPECT_TRUE(wait_for([&] {
         while (servo.next(tick)) {
             ticks.push_back(tick.tick);
-            const double most = norm(tick.sent[1].force);
-            wrong += most > 1 || tick.zones != 2 || !(tick.dt > 0) || tick.sent[2].force.z != 0;
+            const double largest = norm(tick.sent[1].force);
+            wrong += largest > 1 || tick.zones != 2 || !(tick.dt > 0) || tick.sent[2].force.z != 0;
             wrong += tick.status != (tick.tick % 1000 < 20 ? 7u : 8u);
         }
         if (servo.newest(tick)) {
@@ -124,15 +124,15 @@ TEST(Servo, StopIsZeroAtOnceAndHoldsUntilResume)
     servo.stop();
     std::uint64_t writes = device.writes;
     ASSERT_TRUE(wait_for([&] { return device.writes > writes + 3; }));
-    device.most = 0;
+    device.largest = 0;
     writes = device.writes;
     ASSERT_TRUE(wait_for([&] { return device.writes > writes + 50; }));
-    EXPECT_EQ(device.most, 0);
+    EXPECT_EQ(device.largest, 0);
     servo.resume();
     EXPECT_TRUE(wait_for([&] { return device.force > 0.5; }));
 }
 
-TEST(Servo, AFaultIsToldToTheDeviceWhereTheUserResumesToo)
+TEST(Servo, AFaultIsReportedToTheDeviceWhereTheUserResumesToo)
 {
     Listener device;
     std::atomic<bool> broken{false};
@@ -143,16 +143,16 @@ TEST(Servo, AFaultIsToldToTheDeviceWhereTheUserResumesToo)
     };
     Servo servo(device, k_quiet, tick, &broken);
     ASSERT_TRUE(wait_for([&] { return device.force > 0.5; }));
-    EXPECT_EQ(device.told >> 16, 0u);
+    EXPECT_EQ(device.reported >> 16, 0u);
     broken = true;
-    EXPECT_TRUE(wait_for([&] { return (device.told >> 16 & haptic::k_fault_not_finite) != 0; }));
+    EXPECT_TRUE(wait_for([&] { return (device.reported >> 16 & haptic::k_fault_not_finite) != 0; }));
     broken = false;
-    device.most = 0;
+    device.largest = 0;
     const std::uint64_t writes = device.writes;
     ASSERT_TRUE(wait_for([&] { return device.writes > writes + 50; }));
-    EXPECT_EQ(device.most, 0) << "until the user acts";
+    EXPECT_EQ(device.largest, 0) << "until the user acts";
     ++device.resumes;
-    EXPECT_TRUE(wait_for([&] { return device.force > 0.5 && device.told >> 16 == 0; }));
+    EXPECT_TRUE(wait_for([&] { return device.force > 0.5 && device.reported >> 16 == 0; }));
 }
 
 TEST(Servo, WithADeadMansSwitchNobodyHoldsThereIsNoForce)
@@ -160,7 +160,7 @@ TEST(Servo, WithADeadMansSwitchNobodyHoldsThereIsNoForce)
     Listener device;
     Servo servo(device, {.signals = false, .safety = {.dead_man = true}}, newton, nullptr);
     ASSERT_TRUE(wait_for([&] { return device.writes > 100; }));
-    EXPECT_EQ(device.most, 0);
+    EXPECT_EQ(device.largest, 0);
     servo.hold(true);
     EXPECT_TRUE(wait_for([&] { return device.force > 0.5; }));
     servo.hold(false);
@@ -197,11 +197,11 @@ TEST(Servo, TheWatchdogZeroesWhileATickHangsAndTheServoEngagesAnew)
     EXPECT_GT(hanging.force, 0.0) << "hangs with force on";
     EXPECT_TRUE(wait_for([&] { return device.force == 0; })) << "only the watchdog can do this";
     EXPECT_GE(servo.counters().watchdog, 1u);
-    device.most = 0;
+    device.largest = 0;
     const std::uint64_t writes = device.writes;
     hanging.hang = false;
     ASSERT_TRUE(wait_for([&] { return device.writes > writes + 5; }));
-    EXPECT_EQ(device.most, 0) << "what was answered before it hung is not sent";
+    EXPECT_EQ(device.largest, 0) << "what was answered before it hung is not sent";
 }
 
 TEST(Servo, ATickThatTakesTooLongMakesTheNextOneDegraded)
@@ -231,7 +231,7 @@ TEST(Servo, ATickThatTakesTooLongMakesTheNextOneDegraded)
     EXPECT_GE(servo.counters().missed, 10u) << "no burst to catch up";
 }
 
-TEST(Servo, AnUnpluggedDeviceIsToldNothingButZero)
+TEST(Servo, AnUnpluggedDeviceGetsNothingButZero)
 {
     Listener device;
     Servo servo(device, k_quiet, newton, nullptr);
@@ -284,7 +284,7 @@ TEST(Servo, DrivesASimulatedDeviceThroughFaultsToZero)
         if (*fault == 'f') device.freeze(true);
         if (*fault == 'u') device.unplug();
         EXPECT_TRUE(wait_for([&] { return motors.force == 0; })) << fault;
-        EXPECT_LE(motors.most, 1 + 1e-9) << fault;
+        EXPECT_LE(motors.max_force, 1 + 1e-9) << fault;
     }
 }
 
@@ -347,16 +347,16 @@ TEST(ServoProcess, SigtermAndSigintZeroTheDeviceThenEndTheProcess)
     }
 }
 
-std::atomic<bool> g_asked_to_leave{false};
+std::atomic<bool> g_interrupted{false};
 
 TEST(ServoProcess, AProgramsOwnHandlerStillRunsAfterTheDeviceWasZeroed)
 {
     SharedWith<MotorRecord> motors;
     const pid_t child = child_that([&] {
-        std::signal(SIGINT, [](int) { g_asked_to_leave = true; });
+        std::signal(SIGINT, [](int) { g_interrupted = true; });
         SimulatedDevice device({.motors = &*motors});
         Servo servo(device, {}, newton, nullptr);
-        while (!g_asked_to_leave) std::this_thread::sleep_for(1ms);
+        while (!g_interrupted) std::this_thread::sleep_for(1ms);
         _exit(motors->force == 0 ? 42 : 43);
     });
     ASSERT_TRUE(wait_for([&] { return motors->force > 0.5; }));
@@ -380,7 +380,7 @@ TEST(ServoProcess, TerminateAndExitZeroTheDevice)
         });
         const int status = status_of(child);
         EXPECT_TRUE(terminate ? WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT : WIFEXITED(status)) << status;
-        EXPECT_GT(motors->most, 0.5);
+        EXPECT_GT(motors->max_force, 0.5);
         EXPECT_GT(motors->zeros, 0u);
         EXPECT_EQ(motors->force, 0);
     }
@@ -414,7 +414,7 @@ TEST(ServoProcess, WhenTheProgramIsKilledTheKeeperLetsTheDeviceGo)
         EXPECT_TRUE(wait_for([&] { return kept->motors.force == 0; }));
         std::this_thread::sleep_for(50ms);
         EXPECT_EQ(kept->motors.force, 0) << "and it stays so";
-        EXPECT_LE(kept->motors.most, 1 + 1e-9);
+        EXPECT_LE(kept->motors.max_force, 1 + 1e-9);
         RecordProperty(signal == SIGKILL ? "let_go_ms_after_sigkill" : "let_go_ms_after_sigstop",
                        std::to_string(1e3 * (kept->motors.let_go - kept->motors.last_write)));
         if (signal == SIGSTOP) kill(child, SIGKILL);

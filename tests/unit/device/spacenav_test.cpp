@@ -101,12 +101,12 @@ TEST_F(Spacenav, DeflectionIsSpeed)
     EXPECT_DOUBLE_EQ(sample.twists[0].linear.z, 0.05) << "the daemon's z points away from the user";
     const Sample first = sample;
     ASSERT_TRUE(within(5s, [&] { return device->read(sample) && sample.time > first.time + 0.1; }));
-    const Vec3d way = sample.poses[0].translation - first.poses[0].translation;
+    const Vec3d direction = sample.poses[0].translation - first.poses[0].translation;
     const double time = sample.time - first.time;
     // Time that the thread did not get is not made up for beyond 50 ms, so never farther.
-    EXPECT_LE(way.x, 0.1 * time + 1e-9);
-    EXPECT_GT(way.x, 0.02 * time);
-    EXPECT_NEAR(way.z, 0.5 * way.x, 1e-12);
+    EXPECT_LE(direction.x, 0.1 * time + 1e-9);
+    EXPECT_GT(direction.x, 0.02 * time);
+    EXPECT_NEAR(direction.z, 0.5 * direction.x, 1e-12);
     daemon.move(0, 0, 0);
     ASSERT_TRUE(within(5s, [&] { return device->read(sample) && sample.twists[0].linear == Vec3d{}; }));
     const Vec3d rest = sample.poses[0].translation;

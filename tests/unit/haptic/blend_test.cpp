@@ -18,19 +18,19 @@ TEST(Step, ATouchThatCrossesTheMedialAxisIsBlended)
         o.blend_time = blend;
         Tool tool({{0, 0, 0}}, o);
         Vec3d before = tool.touch(frictionless(plate()), Vec3d{0, 0, 0.0009}).force;
-        double most = 0;
+        double largest = 0;
         bool blended = false;
         for (double z = 0.00085; z > -0.0008; z -= 5e-5) {
             const Vec3d f = tool.touch(frictionless(plate()), Vec3d{0, 0, z}).force;
-            most = std::max(most, norm(f - before));
+            largest = std::max(largest, norm(f - before));
             blended = blended || (tool.result.status & k_step_blended) != 0;
             before = f;
         }
         const double jump = 2 * k * 0.001;
         if (blend > 0)
-            EXPECT_LT(most, 0.2 * jump);
+            EXPECT_LT(largest, 0.2 * jump);
         else
-            EXPECT_GT(most, 0.9 * jump);
+            EXPECT_GT(largest, 0.9 * jump);
         EXPECT_EQ(blended, blend > 0);
         // And then it is gone.
         for (int i = 0; i < 200; ++i) before = tool.touch(frictionless(plate()), Vec3d{0, 0, -0.0008}).force;
@@ -56,7 +56,7 @@ TEST(Step, AJumpOfTheFootPointLeavesForceAndTorqueAsTheyWereWithFrictionAndDampi
     Vec3d at{-0.01, 0, 0.034};
     Wrench before = tool.touch(solid, at);
     bool jumped = false;
-    double most = 0, rubbed = 0;
+    double largest = 0, rubbed = 0;
     for (int i = 0; i < 500; ++i) {
         at += motion;
         const Wrench w = tool.touch(solid, at);
@@ -68,12 +68,12 @@ TEST(Step, AJumpOfTheFootPointLeavesForceAndTorqueAsTheyWereWithFrictionAndDampi
         }
         EXPECT_LT(force, explained + fade);
         EXPECT_LT(torque, 0.003);
-        most = std::max(most, norm(w.force));
+        largest = std::max(largest, norm(w.force));
         rubbed = std::max(rubbed, norm(w.torque));
         before = w;
     }
     EXPECT_TRUE(jumped);
-    EXPECT_GT(most, 17);
+    EXPECT_GT(largest, 17);
     EXPECT_GT(rubbed, 0.02) << "it rubs";
     EXPECT_LT(before.force.z, -9) << "and in the end the way out is down";
 }
@@ -87,18 +87,18 @@ TEST(Step, ATorqueThatJumpsWhereTheForceDoesNotIsBlended)
         Tool tool({{0.03, 0, 0}, {-0.03, 0, 0}}, o);
         const auto at = [](double angle, double x) { return Pose{rotation_about({0, 1, 0}, angle), {x, 0, 1e-6}}; };
         Wrench before = tool.touch(frictionless(plate()), at(-0.00205, 0));
-        double most = 0, force = 0;
+        double largest = 0, force = 0;
         for (int i = 1; i <= 41; ++i) {
             const Wrench w = tool.touch(frictionless(plate()), at(-0.00205 + 1e-4 * i, 1e-5 * i));
-            most = std::max(most, norm(w.torque - before.torque));
+            largest = std::max(largest, norm(w.torque - before.torque));
             force = std::max(force, norm(w.force));
             before = w;
         }
         EXPECT_LT(force, 0.01);
         if (blend > 0)
-            EXPECT_LT(most, 0.01);
+            EXPECT_LT(largest, 0.01);
         else
-            EXPECT_GT(most, 0.05);
+            EXPECT_GT(largest, 0.05);
     }
 }
 

@@ -48,18 +48,18 @@ TEST(Step, ACoupledBodyThatLeapsIsBlended)
         o.blend_time = blend;
         Tool tool(stencil_points(smoothing), o);
         Wrench before = tool.touch(frictionless(box()), Vec3d{0, 0, 0.036});
-        double most = 0, strongest = 0;
+        double largest = 0, strongest = 0;
         for (int i = 0; i < 800; ++i) {
             const Wrench w = tool.touch(frictionless(box()), Vec3d{0, 0, 0.036 - 1e-4 * i});
-            most = std::max(most, norm(w.force - before.force));
+            largest = std::max(largest, norm(w.force - before.force));
             strongest = std::max(strongest, norm(w.force));
             before = w;
         }
         EXPECT_GT(strongest, 8);
         if (blend > 0)
-            EXPECT_LT(most, 250 * 0.001 + 3 * 2000 * 1e-4);
+            EXPECT_LT(largest, 250 * 0.001 + 3 * 2000 * 1e-4);
         else
-            EXPECT_GT(most, 1.5);
+            EXPECT_GT(largest, 1.5);
     }
 }
 
@@ -77,8 +77,8 @@ TEST(Step, ACoupledBodyTurnsOffAnEdge)
 
 TEST(Step, CouplingDampingLeavesTheDevicePassive)
 {
-    const double most = coupling_damping({.stiffness = 800, .mass = 0.05, .period = 0.001, .device_damping = 2});
-    EXPECT_DOUBLE_EQ(most, 2 - 0.5 * 800 * 0.001);  // b - K T / 2
+    const double largest = coupling_damping({.stiffness = 800, .mass = 0.05, .period = 0.001, .device_damping = 2});
+    EXPECT_DOUBLE_EQ(largest, 2 - 0.5 * 800 * 0.001);  // b - K T / 2
     EXPECT_DOUBLE_EQ(coupling_damping({.stiffness = 800, .mass = 0.05, .period = 0.001, .device_damping = 100}),
                      2 * std::sqrt(800 * 0.05));
     EXPECT_DOUBLE_EQ(coupling_damping({.stiffness = 8000, .mass = 0.05, .period = 0.001, .device_damping = 2}), 0);
@@ -130,17 +130,17 @@ TEST(Step, ACouplingHidesAnEncodersSteps)
 {
     // In free air at 5 mm/s an encoder of 25 um gives one step in 5 ticks: 25 mm/s for one tick, 0 for four.
     double worst[2] = {};
-    for (const bool told : {false, true}) {
+    for (const bool reported : {false, true}) {
         ZoneOptions o = with(Averaging::Patch);
         o.mode = Mode::Coupled;
         o.coupling_damping = 5;
-        o.resolution = told ? 25e-6 : 0;
+        o.resolution = reported ? 25e-6 : 0;
         o.blend_time = 0;  // or the steps would be taken for jumps
         Tool tool(square(4), o);
         for (int i = 0; i < 400; ++i) {
             const double x = 25e-6 * std::round(5e-6 * i / 25e-6);
             const Wrench w = tool.touch(frictionless(box()), Vec3d{x, 0, 0.06});
-            if (i > 100) worst[told] = std::max(worst[told], norm(w.force));
+            if (i > 100) worst[reported] = std::max(worst[reported], norm(w.force));
         }
     }
     EXPECT_GT(worst[0], 0.04);

@@ -129,8 +129,8 @@ TEST(Step, ADamperTakesTheDevicesVelocityAndNotItsEncodersSteps)
         Tool tool(stencil_points({}), o);
         for (int i = 0; i < 60; ++i) {
             const double z = step * std::round((0.029 - speed * 0.001 * i) / step);
-            const double felt = tool.touch(frictionless(box()), Vec3d{0, 0, z}).force.z;
-            const double damped = felt - o.stiffness * tool.report().depth;
+            const double force = tool.touch(frictionless(box()), Vec3d{0, 0, z}).force.z;
+            const double damped = force - o.stiffness * tool.report().depth;
             if (i < 20) continue;
             EXPECT_NEAR(damped, 2 * speed, 0.4 * 2 * step / 0.001) << speed << ' ' << i;
         }

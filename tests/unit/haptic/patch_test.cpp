@@ -59,19 +59,19 @@ TEST(PatchPoints, OfACoarseAndAFinerMeshOfOneSurfaceAreTheSame)
     const PatchPoints a = patch_points(coarse.vertices, coarse.triangles, 0.004);
     const PatchPoints b = patch_points(fine.vertices, fine.triangles, 0.004);
     // The finer one does not share its corners: what lies in one place is one point.
-    const auto by_place = [](const PatchPoints& p) {
+    const auto by_position = [](const PatchPoints& p) {
         std::vector<std::pair<std::array<double, 3>, double>> all, out;
         for (std::size_t i = 0; i < p.points.size(); ++i)
             all.push_back({{p.points[i].x, p.points[i].y, p.points[i].z}, p.weights[i]});
         std::sort(all.begin(), all.end());
-        for (const auto& [place, weight] : all)
-            if (!out.empty() && out.back().first == place)
+        for (const auto& [position, weight] : all)
+            if (!out.empty() && out.back().first == position)
                 out.back().second += weight;
             else
-                out.push_back({place, weight});
+                out.push_back({position, weight});
         return out;
     };
-    const auto x = by_place(a), y = by_place(b);
+    const auto x = by_position(a), y = by_position(b);
     ASSERT_EQ(x.size(), y.size());
     ASSERT_GT(x.size(), 4 * coarse.vertices.size());
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -80,7 +80,7 @@ TEST(PatchPoints, OfACoarseAndAFinerMeshOfOneSurfaceAreTheSame)
     }
 }
 
-TEST(PatchPoints, AreNeverMoreThanAsked)
+TEST(PatchPoints, AreNeverMoreThanTheLimit)
 {
     const mesh::Mesh ball = mesh::sphere(0.05, 2);
     const PatchPoints p = patch_points(ball.vertices, ball.triangles, 1e-9, 5000);
@@ -88,7 +88,7 @@ TEST(PatchPoints, AreNeverMoreThanAsked)
     EXPECT_GT(p.points.size(), 1000u);
 }
 
-TEST(DenserSets, HaveMorePointsEachAndNeverMoreThanAsked)
+TEST(DenserSets, HaveMorePointsEachAndNeverMoreThanTheLimit)
 {
     const mesh::Mesh ball = mesh::sphere(0.02, 2);
     std::size_t before = ball.vertices.size();
@@ -133,7 +133,7 @@ struct Pressed {
     State state;
 };
 
-TEST(DenserPoints, FeelALightContactAsItsSurfaceIsAndNotAsItsMeshIs)
+TEST(DenserPoints, PressLightlyAsTheSurfaceIsAndNotAsItsMeshIs)
 {
     Pressed coarse(0, 0), chosen(0, 600), fine(0.0005, 0);
     Vec3d a, b, c;
@@ -166,10 +166,10 @@ TEST(DenserPoints, AreTakenWithoutAJumpOfTheForce)
     Pressed ball(0, 600);
     std::vector<double> forces;
     for (int i = 0; i < 200; ++i) forces.push_back(norm(ball.force(0.001)));
-    const auto [least, most] = std::minmax_element(forces.begin(), forces.end());
-    ASSERT_GT(*most - *least, 0.01);
+    const auto [least, largest] = std::minmax_element(forces.begin(), forces.end());
+    ASSERT_GT(*largest - *least, 0.01);
     // What is left of a change after each 10 ms is 1/e: a tenth a tick.
-    for (std::size_t i = 1; i < forces.size(); ++i) EXPECT_LT(std::fabs(forces[i] - forces[i - 1]), 0.12 * (*most - *least));
+    for (std::size_t i = 1; i < forces.size(); ++i) EXPECT_LT(std::fabs(forces[i] - forces[i - 1]), 0.12 * (*largest - *least));
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST(Step, AProxyFollowsASurface)
     o.mode = Mode::Proxy;
     Tool tool = Tool::point(o);
     const mesh::Solid solid(hand().mesh);
-    double most = 0;
+    double largest = 0;
     Vec3d before{};
     // Along a finger, 3 mm below its skin.
     for (int i = 0; i < 600; ++i) {
@@ -108,9 +108,9 @@ TEST(Step, AProxyFollowsASurface)
         (void)tool.touch(frictionless(hand()), i == 0 ? before : c.point - 0.003 * n);
         const Vec3d p = tool.report().body.translation;
         const double off = solid.closest_boundary(p).distance;
-        if (i > 20) most = std::max(most, off);
+        if (i > 20) largest = std::max(largest, off);
     }
-    EXPECT_LT(most, 5e-4);
+    EXPECT_LT(largest, 5e-4);
 }
 
 TEST(Step, AProxyBallKeepsItsForceAlongACurvedSurface)

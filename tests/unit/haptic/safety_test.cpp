@@ -355,7 +355,7 @@ TEST(SafetyEngage, WaitsForNextToNothingThenRampsForHalfASecond)
     EXPECT_TRUE(bench.report.engaged);
 }
 
-TEST(SafetyEngage, TellsWhichZonesAreInsideWhereForcesAreToBegin)
+TEST(SafetyEngage, ReportsWhichZonesAreInsideWhereForcesAreToBegin)
 {
     Bench bench(strong(), {}, 3);
     EXPECT_EQ(bench.tick().waiting, 0u) << "nobody asks for anything";
@@ -565,7 +565,7 @@ TEST(SafetySlew, NeitherALateNorAnEarlyTickGrowsMore)
     EXPECT_LE(bench.force().x - before, 0.025 + 1e-12);
 }
 
-TEST(SafetySlew, NeverMoreThanAskedAndNeverGrowsTooFastWhateverIsAsked)
+TEST(SafetySlew, NeverMoreThanCommandedAndNeverGrowsTooFastWhateverIsCommanded)
 {
     Bench bench(strong(), {}, 2);
     bench.engage();
@@ -684,20 +684,20 @@ double driven_energy(Bench& bench, double strength, bool turning)
     double work = 0;
     double last = 0;
     for (int i = 0; i < 4000; ++i) {
-        const double phase = 2 * 3.14159265358979 * 2 * i * k_tick, place = 0.01 * std::sin(phase), speed = std::cos(phase);
+        const double phase = 2 * 3.14159265358979 * 2 * i * k_tick, position = 0.01 * std::sin(phase), speed = std::cos(phase);
         const Wrench before = bench.safe[0];
         if (turning) {
-            const double angle = 20 * place;
+            const double angle = 20 * position;
             bench.poses[0].rotation = {
                 {{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
-            work += before.torque.z * 20 * (place - last);
+            work += before.torque.z * 20 * (position - last);
             bench.commanded[0].torque = {0, 0, 0.05 * strength * speed};
         } else {
-            bench.poses[0].translation.x = place;
-            work += before.force.x * (place - last);
+            bench.poses[0].translation.x = position;
+            work += before.force.x * (position - last);
             bench.commanded[0].force = {strength * speed, 0, 0};
         }
-        last = place;
+        last = position;
         bench.tick();
     }
     return work;
@@ -725,10 +725,10 @@ TEST(SafetyPassivity, AMotorThatLetsGoBetweenItsPushesIsHeldNearTheMarginToo)
     bench.engage();
     double work = 0, last = 0;
     for (int i = 0; i < 8000; ++i) {  // a circle of 1 cm, four times a second; pushed along for half of it
-        const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, place = 0.01 * std::sin(phase);
-        bench.poses[0].translation = {place, 0.01 * std::cos(phase), 0};
-        work += bench.force().x * (place - last);
-        last = place;
+        const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, position = 0.01 * std::sin(phase);
+        bench.poses[0].translation = {position, 0.01 * std::cos(phase), 0};
+        work += bench.force().x * (position - last);
+        last = position;
         bench.commanded[0].force = {std::max(0., std::cos(phase)), 0, 0};
         bench.tick();
     }
@@ -786,11 +786,11 @@ TEST(SafetyPassivity, ASpringPressedBeyondTheLimitGivesBackWhatItTook)
 TEST(SafetyPassivity, WhatSpringsHoldThatCancelIsNotForgotten)
 {
     // 2 cm into a wall of 500 N/m and into the middle between it and its back, where next to nothing is commanded; and out again.
-    for (const bool told : {false, true}) {
+    for (const bool reported : {false, true}) {
         Bench bench(strong(), {.softest = 500});
         bench.engage();
         std::vector<double> push(1);
-        if (told) bench.input.pushes = push;
+        if (reported) bench.input.pushes = push;
         double least = 1;
         for (int i = 0; i < 1200; ++i) {
             const double phase = std::clamp((i - 100) / 1000., 0., 1.),
@@ -802,14 +802,14 @@ TEST(SafetyPassivity, WhatSpringsHoldThatCancelIsNotForgotten)
             bench.tick();
             if (i > 640) least = std::min(least, commanded > 0 ? bench.force().z / std::min(commanded, 2.) : 1);
         }
-        if (told)
+        if (reported)
             EXPECT_GT(least, 1 - 1e-12);
         else
             EXPECT_LT(least, 0.1);
     }
 }
 
-TEST(SafetyPassivity, ToBeToldOfSpringsIsNoCreditForAMotor)
+TEST(SafetyPassivity, ReportedSpringsAreNoCreditForAMotor)
 {
     DeviceLimits device = strong();
     device.damping = 0;
@@ -828,18 +828,18 @@ TEST(SafetyPassivity, MotionAboveTheTopSpeedIsCountedToo)
     device.damping = 0;
     Bench bench(device);
     for (int i = 0; i < 100; ++i) bench.tick(true, 0.01);
-    double work = 0, most = 0, before = 0;
+    double work = 0, largest = 0, before = 0;
     for (int i = 0; i < 1200; ++i) {
-        const double place = i % 20 < 10 ? 0. : -0.011;
-        work += bench.force().z * (place - before);
-        most = std::max(most, work);
-        before = place;
-        bench.poses[0].translation.z = place;
-        bench.commanded[0].force = {0, 0, place < 0 ? 5. : 0.};
+        const double position = i % 20 < 10 ? 0. : -0.011;
+        work += bench.force().z * (position - before);
+        largest = std::max(largest, work);
+        before = position;
+        bench.poses[0].translation.z = position;
+        bench.commanded[0].force = {0, 0, position < 0 ? 5. : 0.};
         bench.tick(true, 0.01);
     }
     // One sample of a held force, and the valve: without it 60 x 22 mJ.
-    EXPECT_LT(most, 2 * 0.011 + 3e-3);
+    EXPECT_LT(largest, 2 * 0.011 + 3e-3);
 }
 
 TEST(SafetyPassivity, AGlitchOwesNothing)
@@ -865,21 +865,21 @@ TEST(SafetyPassivity, TheDelayOfTheDeviceIsCounted)
         device.delay = delay;
         Bench bench(device, {.energy_margin = 0.01});
         bench.engage();
-        double work = 0, most = 0;
-        std::vector<double> places, forces;
+        double work = 0, largest = 0;
+        std::vector<double> positions, forces;
         for (int i = 0; i < 245; ++i) {  // one contact
             const double phase = 2 * 3.14159265358979 * 4 * i * k_tick, depth = 0.002 * (1 - std::cos(phase));
-            places.push_back(-depth);
+            positions.push_back(-depth);
             bench.poses[0].translation.z = -depth;
             bench.commanded[0].force = {0, 0, 300 * depth};
             bench.tick();
             forces.push_back(bench.force().z);
             const int then = i - 1 - static_cast<int>(std::lround(delay / k_tick));
-            if (i > 0 && then >= 0) work += forces[then] * (places[i] - places[i - 1]);
-            most = std::max(most, std::fabs(bench.filter.energy(0) - work));
+            if (i > 0 && then >= 0) work += forces[then] * (positions[i] - positions[i - 1]);
+            largest = std::max(largest, std::fabs(bench.filter.energy(0) - work));
             if (bench.filter.counters().passivity > 0) break;
         }
-        EXPECT_LT(most, 1e-9) << delay;
+        EXPECT_LT(largest, 1e-9) << delay;
     }
 }
 
@@ -942,14 +942,14 @@ TEST(SafetyDuty, WhatIsHeldAboveTheContinuousForceFallsSmoothlyToItAndNotToNothi
         std::vector<double> squares;
         double sum = 0, worst = 0, before = bench.force().x, fall = 0;
         double lowest = 2, highest = 0;
-        bool told = true;
+        bool reported = true;
         for (int i = 0; i < 90000; ++i) {
             bench.tick();
             const double f = bench.force().x;
             lowest = std::min(lowest, f);
             if (i > 10000) {
                 highest = std::max(highest, f);
-                told = told && (bench.report.acted & k_acted_duty) != 0;
+                reported = reported && (bench.report.acted & k_acted_duty) != 0;
             }
             fall = std::max(fall, before - f);
             before = f;
@@ -960,7 +960,7 @@ TEST(SafetyDuty, WhatIsHeldAboveTheContinuousForceFallsSmoothlyToItAndNotToNothi
         }
         EXPECT_GE(lowest, 0.82 * continuous);
         EXPECT_LE(highest, continuous);
-        EXPECT_TRUE(told);
+        EXPECT_TRUE(reported);
         EXPECT_LE(worst, continuous);
         EXPECT_LT(fall, 0.02 * 2) << "no step";
         EXPECT_GT(bench.force().x, 0.9 * continuous) << "it rises again to what can be held";
@@ -1006,7 +1006,7 @@ TEST(SafetyLast, WhatTheDampersAddNeverExceedsTheLimit)
     Bench bench(device, {.force_limit = 0.3, .energy_margin = 0.01, .softest = 1e6});
     bench.engage();
     // Turns along a torque, which gives energy; then is torn away, and the damper asks for 2 N s/m times 0.9 m/s.
-    double most = 0, angle = 0;
+    double largest = 0, angle = 0;
     for (int i = 0; i < 60; ++i) {
         if (i < 40)
             angle += 0.01;
@@ -1015,9 +1015,9 @@ TEST(SafetyLast, WhatTheDampersAddNeverExceedsTheLimit)
         bench.poses[0].rotation = {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
         bench.commanded[0] = {{0.1, 0, 0}, {0, 0, 0.1}};
         bench.tick();
-        most = std::max(most, norm(bench.force()));
+        largest = std::max(largest, norm(bench.force()));
     }
-    EXPECT_LE(most, 0.3 + 1e-12);
+    EXPECT_LE(largest, 0.3 + 1e-12);
     EXPECT_GT(bench.filter.counters().passivity, 0u);
     EXPECT_GT(bench.filter.counters().last_clamped, 0u);
 }
@@ -1089,7 +1089,7 @@ TEST(SafetyUser, AFaultWhoseCauseStaysCannotBeCleared)
 /// Inputs of every kind, sane and not.
 class Monkey {
 public:
-    explicit Monkey(std::uint64_t seed, std::size_t zones) : random_(seed), poses_(zones), twists_(zones), asked_(zones) {}
+    explicit Monkey(std::uint64_t seed, std::size_t zones) : random_(seed), poses_(zones), twists_(zones), commanded_(zones) {}
     const SafetyInput& next()
     {
         const auto rare = [&](std::uint64_t one_in) { return random_.bits() % one_in == 0; };
@@ -1105,15 +1105,15 @@ public:
             if (rare(2000)) poses_[z].translation.z = 0.1;
             if (rare(2000)) poses_[z].rotation.row[1].y = any();
             if (rare(100)) poses_[z].rotation = {};
-            if (rare(200)) asked_[z].force = {random_.between(-4, 4), random_.between(-4, 4), random_.between(-1, 1)};
-            if (rare(200)) asked_[z].torque = {0, random_.between(-0.3, 0.3), 0};
-            if (rare(2000)) asked_[z].force.y = any();
-            if (rare(200)) asked_[z] = {};
+            if (rare(200)) commanded_[z].force = {random_.between(-4, 4), random_.between(-4, 4), random_.between(-1, 1)};
+            if (rare(200)) commanded_[z].torque = {0, random_.between(-0.3, 0.3), 0};
+            if (rare(2000)) commanded_[z].force.y = any();
+            if (rare(200)) commanded_[z] = {};
             twists_[z].linear = {rare(3000) ? any() : 0., 0, 0};
         }
         in_.twists = twists_;
         in_.poses = poses_;
-        in_.commanded = asked_;
+        in_.commanded = commanded_;
         in_.connected = !rare(3000);
         in_.stop = rare(5000);
         in_.resume = rare(50);
@@ -1125,7 +1125,7 @@ public:
     {
         const auto sane = [](const Vec3d& v) { return std::fabs(v.x) <= 1e9 && std::fabs(v.y) <= 1e9 && std::fabs(v.z) <= 1e9; };
         for (std::size_t z = 0; z < poses_.size(); ++z)
-            if (!sane(poses_[z].translation) || !sane(poses_[z].rotation.row[1]) || !sane(asked_[z].force) ||
+            if (!sane(poses_[z].translation) || !sane(poses_[z].rotation.row[1]) || !sane(commanded_[z].force) ||
                 !sane(twists_[z].linear))
                 return false;
         return true;
@@ -1136,7 +1136,7 @@ private:
     SafetyInput in_;
     std::vector<Pose> poses_;
     std::vector<Twist> twists_;
-    std::vector<Wrench> asked_;
+    std::vector<Wrench> commanded_;
 };
 
 TEST(SafetyFilter, NoInputWhateverGetsMoreThanTheLimitsOrForceFromWhatIsNotFinite)

@@ -226,16 +226,16 @@ TEST(Step, ALateTickHasTheTextureToo)
                 other(patch ? square(4) : stencil_points(o.smoothing), o);
             TouchedBody rough = frictionless(box());
             rough.material.texture = &texture;
-            double most = 0, flat = 0;
+            double largest = 0, flat = 0;
             for (int i = 0; i < 400; ++i) {
                 const Vec3d at{-0.02 + 1e-4 * i, 0, 0.029};
                 late.input.degraded = i % 5 == 4;
                 const double a = late.touch(rough, at).force.z, b = other.touch(rough, at).force.z;
-                most = std::max(most, std::fabs(a - b));
+                largest = std::max(largest, std::fabs(a - b));
                 flat = std::max(flat, std::fabs(k * 0.001 - b));
             }
             EXPECT_GT(flat, patch ? 0.02 : 0.1) << "the relief is felt";
-            EXPECT_LT(most, 0.02) << int(mode) << patch;
+            EXPECT_LT(largest, 0.02) << int(mode) << patch;
         }
 }
 
@@ -246,7 +246,7 @@ TEST(Step, TextureKeepsItsPositionAndIsNeverOutside)
     Tool tool(square(3), exact);
     TouchedBody rough = frictionless(box()), smooth = rough;
     rough.material.texture = &texture;
-    double least = 1e9, most = 0;
+    double least = 1e9, largest = 0;
     for (int i = 0; i < 200; ++i) {
         const Vec3d at{-0.01 + 1e-4 * i, 0, 0.029};
         tool.state().reset();
@@ -255,9 +255,9 @@ TEST(Step, TextureKeepsItsPositionAndIsNeverOutside)
         EXPECT_EQ(tool.touch(rough, at), first);
         tool.state().reset();
         EXPECT_LE(first.force.z, tool.touch(smooth, at).force.z);
-        least = std::min(least, first.force.z), most = std::max(most, first.force.z);
+        least = std::min(least, first.force.z), largest = std::max(largest, first.force.z);
     }
-    EXPECT_GT(most - least, 0.02);
+    EXPECT_GT(largest - least, 0.02);
     EXPECT_EQ(tool.touch(rough, Vec3d{0, 0, 0.0301}), Wrench{});
 }
 

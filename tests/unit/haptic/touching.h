@@ -51,7 +51,7 @@ inline const sqmap::test::Solid& plate()
 }
 /// A bar along y whose top is two slopes that meet at the origin, each tilted by k_roof: a ridge (1) or a valley (-1).
 inline constexpr double k_roof = 0.35;
-inline const sqmap::test::Solid& roof(int way)
+inline const sqmap::test::Solid& roof(int side)
 {
     const auto bar = [](double slope) {
         // The outline in x and z, from the top's middle on; a fan about that sees all of it.
@@ -70,7 +70,7 @@ inline const sqmap::test::Solid& roof(int way)
         return m;
     };
     static const sqmap::test::Solid ridge(bar(k_roof)), valley(bar(-k_roof));
-    return way > 0 ? ridge : valley;
+    return side > 0 ? ridge : valley;
 }
 /// A hand of 20 cm.
 inline const sqmap::test::Solid& hand()

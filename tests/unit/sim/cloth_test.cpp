@@ -197,14 +197,14 @@ TEST(Cloth, ASolidThatCatchesUpWithClothFromBehindDoesNotEnterIt)
     options.gravity = {0, 2, 0};
     Cloth cloth(sheet({{0, 0.1, 0}, 0.5, 0.5, 0, 0, 400}), fabric("cotton"), options);
     Collider solid = still(plate());
-    std::size_t most = 0;
+    std::size_t largest = 0;
     for (int i = 0; i < 120; ++i) {
         solid.previous = solid.pose;
         solid.pose.translation.y += 0.7 * k_dt;
-        most = std::max(most, cloth.step(k_dt, {&solid, 1}).contacts);
+        largest = std::max(largest, cloth.step(k_dt, {&solid, 1}).contacts);
         ASSERT_LT(penetration(cloth.positions(), {}, {&solid, 1}, 1).nodes, 1e-4) << "step " << i;
     }
-    EXPECT_EQ(most, cloth.size());
+    EXPECT_EQ(largest, cloth.size());
 }
 
 TEST(Cloth, OverlappingSolidsAreOne)
@@ -284,7 +284,7 @@ TEST(Cloth, SleevesCloseRoundTheArmsInThem)
     EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&body, 1}, 4).interiors, 0.001);
 }
 
-TEST(Cloth, AToolFeelsTheWeightOfWhatItHolds)
+TEST(Cloth, AToolBearsTheWeightOfWhatItHolds)
 {
     const Fabric f = fabric("denim");
     Cloth cloth(sheet({{0, 1, 0}, 0.2, 0.2, 0, 0, 100}), f);
@@ -314,7 +314,7 @@ TEST(Cloth, StrainIsWhatTheStartIsStretchedBy)
     for (const double s : cloth.strain()) EXPECT_NEAR(s, 0.1, 1e-5);
 }
 
-TEST(Cloth, PenetrationIsTheDepthOfPlacesWithinTriangles)
+TEST(Cloth, PenetrationIsTheDepthOfPointsWithinTriangles)
 {
     // A triangle whose corners are outside the ball and whose middle is 0.1 below its top.
     const std::array corners{Vec3d{-1, 0.2, -1}, Vec3d{1, 0.2, -1}, Vec3d{0, 0.2, 2}};
@@ -409,7 +409,7 @@ TEST(Cloth, ASharpTipHardlyStaysInATriangle)
     EXPECT_GE(on_it, 3);
 }
 
-TEST(Cloth, BetweenTwoSolidsItGivesWayToBoth)
+TEST(Cloth, BetweenTwoCollidersItYieldsToBoth)
 {
     // Two plates close on a sheet until there is half as much room as its thickness takes on one side.
     Cloth cloth(sheet({{0, 0.03, 0}, 0.4, 0.4, 0, 0, 400}), fabric("cotton"));

@@ -61,7 +61,7 @@ TEST(Garment, ASkirtIsARingWhoseWaistIsItsInnerEdge)
     for (const std::uint32_t v : g.waist) EXPECT_NEAR(std::hypot(g.start[v].x, g.start[v].z), 0.15, 1e-12);
 }
 
-TEST(Garment, AShirtsSeamsJoinTheSamePlacesOfBothPanelsAndLeaveOpenings)
+TEST(Garment, AShirtsSeamsJoinTheSamePositionsOfBothPanelsAndLeaveOpenings)
 {
     const ShirtPattern p;
     const Garment g = shirt(p);

@@ -33,7 +33,7 @@ std::size_t folded(bool self)
     }
     cloth.pin(left, Cloth::k_world, {});
     cloth.grasp(right, 0.05, g.start[right]);
-    std::size_t most = 0;
+    std::size_t largest = 0;
     std::uint32_t status = 0;
     constexpr int k_steps = 480;
     for (int i = 1; i <= k_steps; ++i) {
@@ -41,11 +41,11 @@ std::size_t folded(bool self)
         cloth.drag({0.27 * std::cos(turn) + 0.03, 0.25 * std::sin(turn) + 0.01, 0});
         if (i == k_steps) cloth.release();
         status |= cloth.step(k_dt, {}).status;
-        most = std::max(most, cloth.crossings());
+        largest = std::max(largest, cloth.crossings());
     }
     for (int i = 0; i < 120; ++i) status |= cloth.step(k_dt, {}).status;
     EXPECT_EQ(status, 0u);
-    return std::max(most, cloth.crossings());
+    return std::max(largest, cloth.crossings());
 }
 
 TEST(SelfContacts, ASheetThatIsFoldedOverNeverGoesThroughItself)
@@ -71,15 +71,15 @@ TEST(SelfContacts, WhatComesFastDoesNotPass)
         cotton.damping = 0;
         Cloth cloth(g, cotton, {.self_collision = self});
         cloth.pin(rim, Cloth::k_world, {});
-        std::size_t most = 0;
+        std::size_t largest = 0;
         for (int i = 0; i < 240; ++i) {
             cloth.step(k_dt, {});
-            most = std::max(most, cloth.crossings());
+            largest = std::max(largest, cloth.crossings());
         }
         double lowest = INFINITY;
         for (std::uint32_t i = first; i < cloth.size(); ++i) lowest = std::min(lowest, cloth.positions()[i].y);
         EXPECT_EQ(lowest > -0.3, self) << lowest;
-        EXPECT_EQ(most == 0, self) << most;
+        EXPECT_EQ(largest == 0, self) << largest;
     }
 }
 

@@ -58,7 +58,7 @@ TEST(Walker, StandsThenStepsLeftAndRightAlike)
     EXPECT_GT(swing, 0.2);
 }
 
-TEST(Walker, HasTheHeightAskedFor)
+TEST(Walker, HasTheHeightChosen)
 {
     double top = 0, bottom = 1;
     for (const Bone& bone : capsule_human(1.2))

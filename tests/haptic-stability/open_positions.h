@@ -10,11 +10,11 @@
 namespace sqmap::test {
 
 /// Where a tool of 2 cm can come and go along the normal without meeting anything.
-struct Place {
+struct OpenPosition {
     Vec3d point, out, along;
 };
 
-inline std::vector<Place> open_places(const Parsed& parsed, const model::ModelView& model, std::size_t count)
+inline std::vector<OpenPosition> open_positions(const Parsed& parsed, const model::ModelView& model, std::size_t count)
 {
     const auto free = [&](const Vec3d& metres) {
         return !query::query_point(model, model::to_model_space(model.header, metres), query::Layer::Three).contact;
@@ -24,8 +24,8 @@ inline std::vector<Place> open_places(const Parsed& parsed, const model::ModelVi
     const mesh::Mesh& mesh = parsed.mesh();
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) sum.push_back(total += mesh::triangle_area(mesh, t));
     Random random(17);
-    std::vector<Place> places;
-    for (int tries = 0; tries < 20000 && places.size() < count; ++tries) {
+    std::vector<OpenPosition> positions;
+    for (int tries = 0; tries < 20000 && positions.size() < count; ++tries) {
         const auto t = static_cast<std::size_t>(std::lower_bound(sum.begin(), sum.end(), total * random.uniform()) - sum.begin());
         if (t >= mesh.triangles.size()) continue;
         const auto& k = mesh.triangles[t];
@@ -35,9 +35,9 @@ inline std::vector<Place> open_places(const Parsed& parsed, const model::ModelVi
         const Vec3d at = model.header.unit * centre + Vec3d{o[0], o[1], o[2]};
         bool open = !free(at - 0.002 * out);
         for (int i = 2; i <= 50 && open; ++i) open = free(at + 0.0005 * i * out);
-        if (open) places.push_back({at, out, normalized(b - a)});
+        if (open) positions.push_back({at, out, normalized(b - a)});
     }
-    return places;
+    return positions;
 }
 
 }  // namespace sqmap::test
