@@ -180,11 +180,11 @@ SurfacePoint anchor(const ToolProbe& probe, const model::ModelView& model, Vec3d
 {
     SurfacePoint start;
     if (norm_sq(direction) > 0) {
-        if (meets(probe, model, direction, start)) return place;
+        if (meets(probe, model, direction, start)) return start;
         throw DeviceError("no surface lies in that direction of the model's origin: choose another, or none");
     }
     for (const Vec3d axis : {Vec3d{0, 0, 1}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, -1}, Vec3d{-1, 0, 0}, Vec3d{0, -1, 0}})
-        if (meets(probe, model, axis, start)) return place;
+        if (meets(probe, model, axis, start)) return start;
     throw DeviceError("no surface lies along the axes through the model's origin: choose a direction");
 }
 
