@@ -260,7 +260,7 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
     }
     for (const Vec3d& p : cloth.positions())
         for (int k = 0; k < 3; ++k) c.hash = std::rotl((c.hash ^ std::bit_cast<std::uint64_t>(p[k])) * 0x9e3779b97f4a7c15ull, 29);
-    c.deep = sim::penetration(cloth.positions(), cloth.triangles(), solids, 4);
+    c.deep = sim::penetration(cloth.positions(), cloth.triangles(), solids, {.steps = 4});
     return c;
 }
 

@@ -11,12 +11,13 @@ namespace {
 
 constexpr std::uint32_t k_none = 0xffffffffu;
 constexpr double k_speed_matters = 1e-6;  ///< m a step: below it a motion has no direction
-constexpr double k_deeper = 1.25;  ///< times thickness: asked below a node that touches, so that rounding does not let it go
-constexpr std::uint8_t k_remembered = 8;  ///< steps for which a node that left a surface is asked along its normal
-constexpr double k_creep = 0.1;           ///< times thickness: how far a node may creep until it is asked again
-// How fast the surface under a node that was held before may rise or fall: shares of thickness a step and of the node's way.
+constexpr double k_deeper =
+    1.25;  ///< times thickness: depth of the query point below a node in contact, so that rounding does not let it go
+constexpr std::uint8_t k_remembered = 8;  ///< steps for which the query point of a node that left a surface is along its normal
+constexpr double k_creep = 0.1;           ///< times thickness: how far a node may creep until its next query
+// How fast the surface under a node that was held before may rise or fall: shares of thickness per step and of the node's path.
 // Layer 3 is not continuous, and a node that rests where it jumps would go up and down for ever.
-constexpr double k_settle = 0.01, k_settle_way = 0.25;
+constexpr double k_settle = 0.01, k_settle_path = 0.25;
 // How far beside a surface point, in thicknesses, a node may be held by its plane alone.
 constexpr double k_beside = 1;
 constexpr float k_same_surface = 0.97f;  ///< cosine between normals
@@ -26,9 +27,9 @@ constexpr std::uint8_t k_max_kept = 2;  ///< steps
 constexpr std::size_t k_sample = 16;    ///< of nodes one in so many tells whether it is worth while to look at each
 constexpr std::size_t k_block = 32;
 constexpr std::size_t k_fetched = 8;        ///< contacts ahead
-constexpr std::size_t k_max_colliders = 4;  ///< half-spaces a node has workspace for, on average
+constexpr std::size_t k_max_colliders = 4;  ///< half-spaces per node that there is memory for, on average
 
-/// How far a collider's surface moves in the step at most.
+/// Bound of how far a collider's surface moves in the step, m.
 double motion_bound(const Collider& collider)
 {
     const Sphere sphere = query::sphere_of({collider.model, nullptr, {}});
@@ -46,10 +47,10 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
       found_(points.size()),
       spaces_(k_max_colliders * points.size()),
       head_(points.size(), k_none),
-      asked_(points.size()),
-      touched_(points.size()),
+      query_points_(points.size()),
+      normals_(points.size()),
       free_for_(points.size()),
-      asked_from_(points.size()),
+      queried_from_(points.size()),
       last_(spaces_.size()),
       last_head_(points.size(), k_none),
       stale_(points.size(), 1),
@@ -74,23 +75,24 @@ bool Contacts::mark_stale(std::span<const Vec3d> now, bool still) noexcept
     }
     const double max_sq = k_creep * thickness_ * k_creep * thickness_;
     std::size_t moved = 0;
-    for (std::size_t i = 0; i < now.size(); i += k_sample) moved += norm_sq(now[i] - asked_from_[i]) <= max_sq ? 0 : 1;
+    for (std::size_t i = 0; i < now.size(); i += k_sample) moved += norm_sq(now[i] - queried_from_[i]) <= max_sq ? 0 : 1;
     const bool few = 2 * k_sample * moved < now.size(), all_kept = kept_ == Kept::All;
     kept_ = few ? Kept::All : Kept::Samples;
     if (!few || !all_kept) return false;
     stale_count_ = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
-        stale_[i] = norm_sq(now[i] - asked_from_[i]) <= max_sq ? 0 : 1;
+        stale_[i] = norm_sq(now[i] - queried_from_[i]) <= max_sq ? 0 : 1;
         stale_count_ += stale_[i];
     }
     return true;
 }
 
-double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Vec3d> now, bool some, bool stand) noexcept
+double Contacts::set_query_points(const Nodes& nodes, bool some, bool stand) noexcept
 {
-    // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node is asked about
-    // a place that much below it: along the normal it last felt, or ahead on its way where it felt none. Where colliders move,
-    // that is asked where it is: a thigh that comes up behind it, faster, is not ahead, and would be felt 2 mm deep only.
+    const std::span<const Vec3d> previous = nodes.previous, now = nodes.now;
+    // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node's query point
+    // is that much below it: along the normal of its last contact, or ahead on its path where it had none. Where colliders move,
+    // such a node's query point is its position: a thigh that comes up behind it, faster, is not ahead of it.
     constexpr auto k_least_sq = static_cast<float>(k_speed_matters * k_speed_matters);
     const auto deeper = static_cast<float>(k_deeper * thickness_), ahead_by = stand ? static_cast<float>(thickness_) : 0.f;
     const std::size_t keep_every = kept_ == Kept::All ? 1 : k_sample;
@@ -98,32 +100,32 @@ double Contacts::place_asked(std::span<const Vec3d> previous, std::span<const Ve
     for (std::size_t first = 0; first < now.size(); first += k_block) {
         // In blocks, so that the compiler takes several at once.
         const std::size_t count = std::min(k_block, now.size() - first);
-        float way[3][k_block] = {}, touched[3][k_block] = {}, ahead[3][k_block], way_sq[k_block];
+        float path[3][k_block] = {}, normal[3][k_block] = {}, ahead[3][k_block], path_sq[k_block];
         for (std::size_t j = 0; j < count; ++j) {
             const Vec3d w = now[first + j] - previous[first + j];
-            const Vec3f t = touched_[first + j];
+            const Vec3f t = normals_[first + j];
             const float side = turned(first + j) ? -1.f : 1.f;
             for (int k = 0; k < 3; ++k) {
-                way[k][j] = static_cast<float>(w[k]);
-                touched[k][j] = side * t[k];
+                path[k][j] = static_cast<float>(w[k]);
+                normal[k][j] = side * t[k];
             }
         }
         for (std::size_t j = 0; j < k_block; ++j) {
-            const float sq = way[0][j] * way[0][j] + way[1][j] * way[1][j] + way[2][j] * way[2][j];
+            const float sq = path[0][j] * path[0][j] + path[1][j] * path[1][j] + path[2][j] * path[2][j];
             const float held =
-                touched[0][j] * touched[0][j] + touched[1][j] * touched[1][j] + touched[2][j] * touched[2][j] > 0.f ? 1.f : 0.f;
+                normal[0][j] * normal[0][j] + normal[1][j] * normal[1][j] + normal[2][j] * normal[2][j] > 0.f ? 1.f : 0.f;
             const float along = (1.f - held) * (sq > k_least_sq ? ahead_by : 0.f) / std::sqrt(sq > k_least_sq ? sq : 1.f);
-            for (int k = 0; k < 3; ++k) ahead[k][j] = along * way[k][j] - deeper * touched[k][j];
-            way_sq[j] = sq;
+            for (int k = 0; k < 3; ++k) ahead[k][j] = along * path[k][j] - deeper * normal[k][j];
+            path_sq[j] = sq;
         }
         for (std::size_t j = 0; j < count; ++j) {
             const std::size_t i = first + j;
             if (some && stale_[i] == 0) continue;
             const Vec3d n = now[i];
-            asked_[i] = {n.x + static_cast<double>(ahead[0][j]), n.y + static_cast<double>(ahead[1][j]),
-                         n.z + static_cast<double>(ahead[2][j])};
-            longest_sq = std::max(longest_sq, way_sq[j]);
-            if (kept_ != Kept::Nothing && i % keep_every == 0) asked_from_[i] = n;
+            query_points_[i] = {n.x + static_cast<double>(ahead[0][j]), n.y + static_cast<double>(ahead[1][j]),
+                                n.z + static_cast<double>(ahead[2][j])};
+            longest_sq = std::max(longest_sq, path_sq[j]);
+            if (kept_ != Kept::Nothing && i % keep_every == 0) queried_from_[i] = n;
         }
     }
     return std::sqrt(static_cast<double>(longest_sq)) * (1 + 1e-6);
@@ -172,7 +174,7 @@ void Contacts::keep_pressed(std::uint32_t node, Vec3d now) noexcept
 
 bool Contacts::turned(std::size_t node) const noexcept { return colliders_ > 1 && (node + step_) % k_turned == 0; }
 
-void Contacts::keep_unasked(std::uint32_t node, Vec3d now) noexcept
+void Contacts::keep_unseen(std::uint32_t node, Vec3d now) noexcept
 {
     const std::uint32_t found = head_[node];
     const bool other_side = turned(node);
@@ -180,7 +182,7 @@ void Contacts::keep_unasked(std::uint32_t node, Vec3d now) noexcept
     for (std::uint32_t s = last_head_[node]; s != k_none && count_ < spaces_.size(); s = last_[s].next) {
         const HalfSpace& was = last_[s];
         if (was.kept >= k_max_kept || dot(was.normal, x) - was.offset > static_cast<float>((k_deeper - 1) * thickness_)) continue;
-        // A node is asked in one direction: a surface that faces what was found there is not seen.
+        // A query looks in one direction: it does not see a surface that faces the one found there.
         const bool faces =
             found != k_none && was.collider != spaces_[found].collider && dot(was.normal, spaces_[found].normal) < k_facing;
         if (!faces && !(found == k_none && other_side)) continue;
@@ -199,8 +201,8 @@ void Contacts::squeeze(std::uint32_t node, Vec3d now) noexcept
         for (std::uint32_t t = spaces_[s].next; t != k_none; t = spaces_[t].next) {
             HalfSpace &a = spaces_[s], &b = spaces_[t];
             if (dot(a.normal, b.normal) > k_facing) continue;
-            touched_[node] = a.normal;
-            // Where there is no workspace for the thickness, both give half of what is missing.
+            normals_[node] = a.normal;
+            // Where there is no space for the thickness, both give half of what is missing.
             const float missing = a.offset + b.offset - dot(a.normal + b.normal, x) + a.give + b.give;
             const float give = std::clamp(0.5f * missing, 0.f, static_cast<float>(thickness_));
             for (HalfSpace* side : {&a, &b}) {
@@ -210,9 +212,9 @@ void Contacts::squeeze(std::uint32_t node, Vec3d now) noexcept
         }
 }
 
-std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Vec3d> now, std::span<const Collider> colliders,
-                             StepReport& report) noexcept
+std::uint32_t Contacts::find(const Nodes& nodes, std::span<const Collider> colliders, StepReport& report) noexcept
 {
+    const std::span<const Vec3d> now = nodes.now;
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
     bool stand = true;
@@ -220,16 +222,16 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     const bool still = stand && colliders.size() == colliders_;
     colliders_ = colliders.size();
     ++step_;
-    // What was asked within a hair of where it is, of colliders that stand still, has its answer.
+    // A node within a hair of its last query has its answer, where the colliders stand still.
     const bool some = mark_stale(now, still);
     if (!some) std::fill(stale_.begin(), stale_.end(), std::uint8_t{1});
     double longest = 0;
     if (stale_count_ > 0) {
-        longest = place_asked(previous, now, some, stand);
+        longest = set_query_points(nodes, some, stand);
         if (some)
-            probe_.move(asked_, stale_);
+            probe_.move(query_points_, stale_);
         else
-            probe_.move(asked_);
+            probe_.move(query_points_);
     }
     const double moved = cpu_seconds();
 
@@ -237,19 +239,19 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     if (stale_count_ > 0) {
         turn_over(some);
         for (std::size_t k = 0; k < colliders.size(); ++k)
-            status |= ask(static_cast<std::uint32_t>(k), colliders[k], previous, now, longest, report);
+            status |= query_rigid(static_cast<std::uint32_t>(k), {nodes, colliders, longest}, report);
         if (voided_) drop_void();
-        for (std::size_t i = 0; i < touched_.size(); ++i) {
+        for (std::size_t i = 0; i < normals_.size(); ++i) {
             if (last_head_[i] != k_none && stale_[i] != 0) {
                 if (colliders.size() > 1 && (head_[i] == k_none || spaces_[head_[i]].next == k_none))
-                    keep_unasked(static_cast<std::uint32_t>(i), now[i]);
+                    keep_unseen(static_cast<std::uint32_t>(i), now[i]);
                 if (head_[i] == k_none) keep_pressed(static_cast<std::uint32_t>(i), now[i]);
             }
             const std::uint32_t first = head_[i];
             if (first != k_none) {
                 ++held;
                 if (stale_[i] == 0) continue;
-                Vec3f& touched = touched_[i];
+                Vec3f& touched = normals_[i];
                 touched = spaces_[first].normal;
                 free_for_[i] = 0;
                 if (spaces_[first].next == k_none) continue;
@@ -257,7 +259,7 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
                 touched = normalized(touched);
                 squeeze(static_cast<std::uint32_t>(i), now[i]);
             } else if (stale_[i] != 0 && free_for_[i] < k_remembered && ++free_for_[i] == k_remembered) {
-                touched_[i] = {};
+                normals_[i] = {};
             }
         }
         held_ = held;
@@ -268,24 +270,25 @@ std::uint32_t Contacts::find(std::span<const Vec3d> previous, std::span<const Ve
     return status;
 }
 
-std::uint32_t Contacts::ask(std::uint32_t number, const Collider& collider, std::span<const Vec3d> previous,
-                            std::span<const Vec3d> now, double longest, StepReport& report) noexcept
+std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, StepReport& report) noexcept
 {
+    const Collider& collider = search.colliders[number];
+    const std::span<const Vec3d> previous = search.nodes.previous, now = search.nodes.now;
     if (collider.model == nullptr) return k_cloth_ok;
-    if (collider.skin != nullptr) return ask_skin(number, collider, previous, now, report);
+    if (collider.skin != nullptr) return query_skinned(number, search, report);
     std::uint32_t status = k_cloth_ok;
     const double motion = motion_bound(collider);
     Sphere near = query::sphere_of({collider.model, nullptr, collider.pose});
-    // Places are asked about as far ahead as a node is thick.
-    near.radius += longest + motion + k_deeper * thickness_;
+    // Query points are as far ahead as a node is thick.
+    near.radius += search.longest + motion + k_deeper * thickness_;
     if (!probe_.reaches(near)) return k_cloth_ok;
     const Pose to = inverse(collider.pose);
     query::ProbeResult frame;
-    if (longest + motion <= sweep_step_) {
+    if (search.longest + motion <= sweep_step_) {
         frame = query::query_probe(*collider.model, probe_, to, options_, found_);
     } else {
         const query::SweptOptions swept{options_, sweep_step_, 64};
-        const query::SweptResult result = query::query_swept(*collider.model, probe_, previous, asked_,
+        const query::SweptResult result = query::query_swept(*collider.model, probe_, previous, query_points_,
                                                              inverse(collider.previous), to, swept, workspace_, found_);
         frame = result.frame;
         report.caught += result.caught;
@@ -307,19 +310,21 @@ std::uint32_t Contacts::ask(std::uint32_t number, const Collider& collider, std:
         if ((contact.status & query::k_no_surface) != 0 || stale_[contact.index] == 0) continue;
         const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
         const Vec3d at = apply(collider.pose, in_mesh), direction = cast<double>(contact.normal);
-        add({contact.index, number, at, collider.pose.rotation * direction, at - apply(collider.previous, in_mesh),
-             unit * static_cast<double>(contact.depth), in_mesh, direction},
-            previous[contact.index], now[contact.index], status);
+        if (!add({contact.index, number, at, collider.pose.rotation * direction, at - apply(collider.previous, in_mesh),
+                  unit * static_cast<double>(contact.depth), in_mesh, direction},
+                 search.nodes))
+            status |= k_cloth_full;
     }
     return status;
 }
 
-std::uint32_t Contacts::ask_skin(std::uint32_t number, const Collider& collider, std::span<const Vec3d> previous,
-                                 std::span<const Vec3d> now, StepReport& report) noexcept
+std::uint32_t Contacts::query_skinned(std::uint32_t number, const Search& search, StepReport& report) noexcept
 {
+    const Collider& collider = search.colliders[number];
     std::uint32_t status = k_cloth_ok;
-    const query::SweptResult result = query::query_swept_skin(*collider.model, *collider.skin, previous, asked_,
-                                                              {options_, sweep_step_, 64}, *skin_workspace_, skin_found_, stale_);
+    const query::SweptResult result =
+        query::query_swept_skin(*collider.model, *collider.skin, search.nodes.previous, query_points_,
+                                {options_, sweep_step_, 64}, *skin_workspace_, skin_found_, stale_);
     report.caught += result.caught;
     if ((result.frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
     if ((result.frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
@@ -329,9 +334,10 @@ std::uint32_t Contacts::ask_skin(std::uint32_t number, const Collider& collider,
         Affine was, is;
         if (!collider.skin->from().carry_forward(c.bound_point, was) || !collider.skin->to().carry_forward(c.bound_point, is))
             continue;
-        add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth,
-             c.bound_point, c.bound_normal},
-            previous[c.index], now[c.index], status);
+        if (!add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth,
+                  c.bound_point, c.bound_normal},
+                 search.nodes))
+            status |= k_cloth_full;
     }
     return status;
 }
@@ -343,15 +349,15 @@ void Contacts::ride(std::span<const Collider> colliders) noexcept
         s.grip = {};
         if (s.collider >= colliders.size()) continue;
         const Collider& collider = colliders[s.collider];
-        const Vec3d place = cast<double>(s.place);
-        Vec3d at = apply(collider.pose, place), normal = collider.pose.rotation * cast<double>(s.direction);
-        s.motion = cast<float>(at - apply(collider.previous, place));
+        const Vec3d local = cast<double>(s.local_at);
+        Vec3d at = apply(collider.pose, local), normal = collider.pose.rotation * cast<double>(s.local_normal);
+        s.motion = cast<float>(at - apply(collider.previous, local));
         if (collider.skin != nullptr) {
             Affine was, is;
-            if (!collider.skin->from().carry_forward(place, was) || !collider.skin->to().carry_forward(place, is)) continue;
-            at = sqmap::apply(is, place);
-            normal = query::carried_normal(is, cast<double>(s.direction));
-            s.motion = cast<float>(at - sqmap::apply(was, place));
+            if (!collider.skin->from().carry_forward(local, was) || !collider.skin->to().carry_forward(local, is)) continue;
+            at = sqmap::apply(is, local);
+            normal = query::carried_normal(is, cast<double>(s.local_normal));
+            s.motion = cast<float>(at - sqmap::apply(was, local));
         }
         s.at = cast<float>(at);
         s.normal = cast<float>(normal);
@@ -366,41 +372,38 @@ double Contacts::steadied(const HalfSpace& space, Vec3d previous, Vec3d now) con
     const HalfSpace& last = last_[before];
     if (last.collider != space.collider || dot(last.normal, space.normal) < k_same_surface) return 0;
     const auto height = [&](const auto& s) { return dot(cast<double>(s.normal), now) - static_cast<double>(s.offset); };
-    const double fall = height(space) - height(last), most = k_settle * thickness_ + k_settle_way * norm(now - previous);
-    return fall - std::clamp(fall, -most, most);
+    const double fall = height(space) - height(last), max_fall = k_settle * thickness_ + k_settle_path * norm(now - previous);
+    return fall - std::clamp(fall, -max_fall, max_fall);
 }
 
-void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint32_t& status) noexcept
+bool Contacts::add(const Surface& surface, const Nodes& nodes) noexcept
 {
-    if (count_ == spaces_.size()) {
-        status |= k_cloth_full;
-        return;
-    }
-    const Vec3d at = touched.at, normal = touched.normal;
+    if (count_ == spaces_.size()) return false;
+    const Vec3d at = surface.at, normal = surface.normal;
     HalfSpace space;
     space.normal = cast<float>(normal);
     space.offset = static_cast<float>(dot(normal, at) + thickness_);
-    space.motion = cast<float>(touched.motion);
-    space.depth = static_cast<float>(touched.depth);
-    space.node = touched.node;
-    space.collider = touched.collider;
-    space.direction = cast<float>(touched.direction);
+    space.motion = cast<float>(surface.motion);
+    space.depth = static_cast<float>(surface.depth);
+    space.node = surface.node;
+    space.collider = surface.collider;
+    space.local_normal = cast<float>(surface.local_normal);
     space.at = cast<float>(at);
-    const double shift = steadied(space, previous, now);
+    const double shift = steadied(space, nodes.previous[space.node], nodes.now[space.node]);
     space.offset += static_cast<float>(shift);
-    space.place = cast<float>(touched.place + shift * touched.direction);
-    // Colliders are united: what one shows within another is no surface. Of two that hold the node, the one whose surface point
+    space.local_at = cast<float>(surface.local_at + shift * surface.local_normal);
+    // Colliders form a union: a surface of one within another is none. Of two that hold the node, the one whose surface point
     // lies behind the other's tangent plane is left out; the deeper one stays where both do.
     const double slack = 0.25 * thickness_;
     for (std::uint32_t o = head_[space.node]; o != k_none; o = spaces_[o].next) {
         HalfSpace& other = spaces_[o];
         if (other.push < 0.f) continue;
-        const Vec3d p = asked_[space.node];
+        const Vec3d p = query_points_[space.node];
         const Vec3d other_at = p + static_cast<double>(other.depth) * cast<double>(other.normal);
         const bool hidden = dot(at, cast<double>(other.normal)) < dot(other_at, cast<double>(other.normal)) - slack;
         const bool hides = dot(other_at - at, normal) < -slack;
         if (hidden && hides && dot(other.normal, space.normal) < k_facing) continue;
-        if (hidden && (!hides || space.depth <= other.depth)) return;
+        if (hidden && (!hides || space.depth <= other.depth)) return true;
         if (hides) {
             other.push = -1.f;  // void
             voided_ = true;
@@ -409,6 +412,7 @@ void Contacts::add(const Touched& touched, Vec3d previous, Vec3d now, std::uint3
     space.next = head_[space.node];
     head_[space.node] = static_cast<std::uint32_t>(count_);
     spaces_[count_++] = space;
+    return true;
 }
 
 }  // namespace sqmap::sim

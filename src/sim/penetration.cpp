@@ -1,4 +1,4 @@
-// How deep cloth is inside colliders: measured, apart from what the simulation believes.
+// How deep cloth is inside colliders: measured apart from the simulation.
 #include "sqmap/sim/cloth.h"
 
 #include <algorithm>
@@ -26,35 +26,36 @@ double depth_of(Vec3d p, std::span<const Collider> colliders, query::Layer layer
 }  // namespace
 
 Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array<std::uint32_t, 3>> triangles,
-                        std::span<const Collider> colliders, int steps, query::Layer layer)
+                        std::span<const Collider> colliders, const PenetrationOptions& options)
 {
-    std::vector<Vec3d> places(nodes.begin(), nodes.end());
+    const int steps = options.steps;
+    std::vector<Vec3d> points(nodes.begin(), nodes.end());
     for (const auto& t : triangles)
         for (int i = 0; i <= steps; ++i)
             for (int j = 0; j <= steps - i; ++j) {
                 const int k = steps - i - j;
                 if (i == steps || j == steps || k == steps) continue;
                 const double n = steps;
-                places.push_back((i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]]);
+                points.push_back((i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]]);
             }
-    std::vector<double> depth(places.size());
-    for (std::size_t p = 0; p < places.size(); ++p) depth[p] = depth_of(places[p], colliders, layer);
+    std::vector<double> depth(points.size());
+    for (std::size_t p = 0; p < points.size(); ++p) depth[p] = depth_of(points[p], colliders, options.layer);
     for (const Collider& collider : colliders)
         if (collider.model != nullptr && collider.skin != nullptr) {
-            query::SkinWorkspace workspace(collider.skin->lattice(), places);
-            std::vector<query::SkinContact> contacts(places.size());
+            query::SkinWorkspace workspace(collider.skin->lattice(), points);
+            std::vector<query::SkinContact> contacts(points.size());
             const auto found =
-                query::query_skin(*collider.model, collider.skin->to(), places, {.layer = layer}, workspace, contacts);
+                query::query_skin(*collider.model, collider.skin->to(), points, {.layer = options.layer}, workspace, contacts);
             for (const query::SkinContact& c : std::span(contacts).first(std::min(found.contacts, contacts.size())))
                 depth[c.index] = std::max(depth[c.index], c.depth);
         }
     Penetration out;
-    for (std::size_t p = 0; p < places.size(); ++p) {
+    for (std::size_t p = 0; p < points.size(); ++p) {
         const bool node = p < nodes.size();
         double& deepest = node ? out.nodes : out.interiors;
         if (!(depth[p] > deepest)) continue;
         deepest = depth[p];
-        (node ? out.node_at : out.interior_at) = places[p];
+        (node ? out.node_at : out.interior_at) = points[p];
     }
     return out;
 }

@@ -1,13 +1,14 @@
 // Nodes against triangles and edges against edges, swept over a step, as R. Bridson, R. Fedkiw, J. Anderson, "Robust treatment of
-// collisions, contact and friction for cloth animation", SIGGRAPH 2002, found them; what one triangle asks for is as in S.
-// Curtis, R. Tamstorf, D. Manocha, "Fast collision detection for deformable models using representative-triangles", I3D 2008;
-// patches whose normals lie within a cone are not searched, as P. Volino, N. Magnenat-Thalmann, Eurographics 1994.
+// collisions, contact and friction for cloth animation", SIGGRAPH 2002, found them; which triangle represents an edge or a node
+// is as in S. Curtis, R. Tamstorf, D. Manocha, "Fast collision detection for deformable models using representative-triangles",
+// I3D 2008; patches whose normals lie within a cone are not searched, as P. Volino, N. Magnenat-Thalmann, Eurographics 1994.
 #include "self_contacts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 namespace sqmap::sim {
 
@@ -19,7 +20,7 @@ constexpr double k_least = 0.1;           ///< of a thickness: what would go thr
 constexpr double k_touches = 1e-6;        ///< m: what comes so near goes through
 constexpr double k_flat = 1.0;            ///< rad: half a cone of normals within which a patch does not touch itself
 constexpr double k_share_of_edge = 0.25;  ///< what is kept between is no more than this share of the mesh's mean edge
-constexpr double k_every_way = 10;        ///< rad
+constexpr double k_any_direction = 10;    ///< rad
 constexpr double k_held_mass = 1e6;       ///< kg: what is held does not give way
 constexpr int k_searches = 4;
 constexpr int k_zones = 12;  ///< rounds
@@ -56,7 +57,7 @@ std::array<double, 3> nearest_in_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c)
     return {va / sum, vb / sum, vc / sum};
 }
 
-/// The same, 5.1.9: shares of the way along p-q and r-s.
+/// The same, 5.1.9: shares of the path along p-q and r-s.
 std::array<double, 2> nearest_on_edges(Vec3d p, Vec3d q, Vec3d r, Vec3d s)
 {
     const Vec3d d1 = q - p, d2 = s - r, d = p - r;
@@ -99,20 +100,26 @@ double gap(const Four& x, bool edges, Vec3d normal)
     return edges ? std::min(h0, h1) - std::max(h2, h3) : h0 - std::max(h1, std::max(h2, h3));
 }
 
-/// Where four points on straight ways are next in a plane and touch; false where they do not.
-bool meet(const Four& from, const Four& to, bool edges, Nearest& at, double& when)
+/// Where and when, in [0, 1], two features meet.
+struct Meeting {
+    Nearest at;
+    double when = 0;
+};
+
+/// When four points on straight paths are next in a plane and touch; nothing where they do not.
+std::optional<Meeting> meet(const Four& from, const Four& to, bool edges)
 {
     const Vec3d a = from[1] - from[0], b = from[2] - from[0], c = from[3] - from[0];
     const Vec3d da = to[1] - to[0] - a, db = to[2] - to[0] - b, dc = to[3] - to[0] - c;
     const Vec3d ab = cross(a, b), mixed = cross(a, db) + cross(da, b), dd = cross(da, db);
     const double c0 = dot(ab, c), c1 = dot(mixed, c) + dot(ab, dc), c2 = dot(dd, c) + dot(mixed, dc), c3 = dot(dd, dc);
     const auto value = [&](double t) { return ((c3 * t + c2) * t + c1) * t + c0; };
-    const auto touches = [&](double t) {
+    const auto touching = [&](double t) -> std::optional<Meeting> {
         Four x;
         for (std::size_t k = 0; k < 4; ++k) x[k] = from[k] + t * (to[k] - from[k]);
-        at = nearest(x, edges);
-        when = t;
-        return norm_sq(at.difference) <= k_touches * k_touches;
+        const Meeting meeting{nearest(x, edges), t};
+        if (norm_sq(meeting.at.difference) <= k_touches * k_touches) return meeting;
+        return std::nullopt;
     };
     // Between the turns of the cubic there is one root at most.
     double ends[4] = {0, 1, 1, 1};
@@ -131,16 +138,17 @@ bool meet(const Four& from, const Four& to, bool edges, Nearest& at, double& whe
         const double f_low = value(low), f_high = value(high);
         if ((f_low > 0) == (f_high > 0)) {
             // A turn that touches zero but for rounding.
-            if (k > 0 && touches(low)) return true;
+            if (k > 0)
+                if (const auto meeting = touching(low)) return meeting;
             continue;
         }
         for (int i = 0; i < 40; ++i) {
             const double middle = 0.5 * (low + high);
             ((value(middle) > 0) == (f_low > 0) ? low : high) = middle;
         }
-        if (touches(low)) return true;
+        if (const auto meeting = touching(low)) return meeting;
     }
-    return touches(1);
+    return touching(1);
 }
 
 Vec3d normal_of(Vec3d a, Vec3d b, Vec3d c)
@@ -169,7 +177,7 @@ SelfContacts::SelfContacts(std::span<const Vec3d> start, std::span<const Triangl
       now_(start.begin(), start.end()),
       swept_(start.size()),
       zone_(start.size()),
-      zone_way_(start.size()),
+      zone_path_(start.size()),
       zone_mass_(start.size())
 {
     // Joined from above, whatever hangs together; later only its boxes change.
@@ -238,9 +246,9 @@ std::vector<std::uint32_t> SelfContacts::join(const Tree& node, std::span<const 
 auto SelfContacts::around(const Box& a, const Box& b) noexcept -> Box
 {
     const auto least = [](float x, float y) { return x < y ? x : y; };
-    const auto most = [](float x, float y) { return x > y ? x : y; };
+    const auto greatest = [](float x, float y) { return x > y ? x : y; };
     return {{least(a.low.x, b.low.x), least(a.low.y, b.low.y), least(a.low.z, b.low.z)},
-            {most(a.high.x, b.high.x), most(a.high.y, b.high.y), most(a.high.z, b.high.z)}};
+            {greatest(a.high.x, b.high.x), greatest(a.high.y, b.high.y), greatest(a.high.z, b.high.z)}};
 }
 
 void SelfContacts::refit(Tree& node, std::size_t& number)
@@ -265,12 +273,12 @@ void SelfContacts::refit(Tree& node, std::size_t& number)
         normal = normal_of(previous_[t[0]], previous_[t[1]], previous_[t[2]]) + normal_of(now_[t[0]], now_[t[1]], now_[t[2]]);
     }
     const double length = norm(normal);
-    half = length > 1e-3 ? wider + std::acos(std::min(1.0, 0.5 * length)) : k_every_way;
+    half = length > 1e-3 ? wider + std::acos(std::min(1.0, 0.5 * length)) : k_any_direction;
     if (length > 1e-3) normal = normal / length;
     node.normal = to_bullet(normal);
     node.normal.setW(static_cast<btScalar>(half));
     // Bullet goes down where this is more than pi. What is not one piece may lie on itself whatever its normals.
-    node.angle = static_cast<btScalar>((joined ? half : k_every_way) * (SIMD_PI / k_flat));
+    node.angle = static_cast<btScalar>((joined ? half : k_any_direction) * (SIMD_PI / k_flat));
 }
 
 bool SelfContacts::share(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const noexcept
@@ -413,12 +421,12 @@ std::size_t SelfContacts::push_apart(std::span<const Vec3d> previous, std::span<
         if (gap(is, w.edges, normal) >= keep) continue;
         Four was;
         for (std::size_t k = 0; k < 4; ++k) was[k] = previous[w.node[k]];
-        Nearest at;
-        double when = 0;
-        if (!meet(was, is, w.edges, at, when)) continue;
+        const std::optional<Meeting> meeting = meet(was, is, w.edges);
+        if (!meeting) continue;
+        const Nearest& at = meeting->at;
         // Its normal where they meet, on the side they come from.
         Four there;
-        for (std::size_t k = 0; k < 4; ++k) there[k] = was[k] + when * (is[k] - was[k]);
+        for (std::size_t k = 0; k < 4; ++k) there[k] = was[k] + meeting->when * (is[k] - was[k]);
         const Vec3d across =
             w.edges ? cross(there[1] - there[0], there[3] - there[2]) : cross(there[2] - there[1], there[3] - there[1]);
         const double length = norm(across);
@@ -481,9 +489,7 @@ std::size_t SelfContacts::join_zones(std::span<const Vec3d> previous, std::span<
             is[k] = now[w.node[k]];
         }
         if (gap(is, w.edges, cast<double>(w.normal)) > k_touches) continue;
-        Nearest at;
-        double when = 0;
-        if (!meet(was, is, w.edges, at, when)) continue;
+        if (!meet(was, is, w.edges)) continue;
         ++met;
         for (std::size_t k = 1; k < 4; ++k) zone_[zone_of(w.node[k])] = zone_of(w.node[0]);
     }
@@ -492,16 +498,16 @@ std::size_t SelfContacts::join_zones(std::span<const Vec3d> previous, std::span<
 
 void SelfContacts::move_zones(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass) noexcept
 {
-    std::fill(zone_way_.begin(), zone_way_.end(), Vec3d{});
+    std::fill(zone_path_.begin(), zone_path_.end(), Vec3d{});
     std::fill(zone_mass_.begin(), zone_mass_.end(), 0.0);
     for (std::uint32_t i = 0; i < now.size(); ++i) {
         const double m = mass[i].inverse_mass > 0 ? 1 / static_cast<double>(mass[i].inverse_mass) : k_held_mass;
-        zone_way_[zone_of(i)] += m * (now[i] - previous[i]);
+        zone_path_[zone_of(i)] += m * (now[i] - previous[i]);
         zone_mass_[zone_of(i)] += m;
     }
     for (std::uint32_t i = 0; i < now.size(); ++i) {
         const std::uint32_t zone = zone_of(i);
-        if (mass[i].inverse_mass > 0) now[i] = previous[i] + zone_way_[zone] / zone_mass_[zone];
+        if (mass[i].inverse_mass > 0) now[i] = previous[i] + zone_path_[zone] / zone_mass_[zone];
     }
 }
 

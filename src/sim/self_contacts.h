@@ -1,4 +1,4 @@
-// A cloth's contacts with itself: what is near, and what would go through in a step.
+// A cloth's contacts with itself: near pairs, and pairs that would cross in a step.
 #pragma once
 
 #include "sqmap/math/vec.h"
@@ -14,7 +14,7 @@
 
 namespace sqmap::sim {
 
-/// A node while its place is solved for.
+/// A node while its position is solved for.
 struct Moving {
     Vec3f at;
     float inverse_mass;
@@ -22,6 +22,7 @@ struct Moving {
 
 /// A node and a triangle, or two edges, without a vertex in common. Which side of each other they are on is where they were at
 /// the step's beginning, when nothing went through: the contact's normal points from their nearest points then.
+/// One thread at a time; begin, find and stop may allocate.
 class SelfContacts {
 public:
     using Triangle = std::array<std::uint32_t, 3>;
@@ -30,16 +31,16 @@ public:
     SelfContacts(std::span<const Vec3d> start, std::span<const Triangle> triangles, double thickness);
     ~SelfContacts();
 
-    /// Before the iterations: what is near each other now, on the side it is on.
+    /// Before the iterations: near pairs, on the side they are on.
     void begin(std::span<const Vec3d> now);
-    /// One of the iterations: what is near is kept apart, with friction.
+    /// One of the iterations: near pairs are kept apart, with friction.
     void solve(std::span<const Vec3d> previous, std::span<Moving> moving, double friction) noexcept;
-    /// What may touch on the way from previous to where it is; nothing where a place is not finite. same: vertices with equal
+    /// Pairs that may touch on the path from previous to now; none where a position is not finite. same: vertices with equal
     /// numbers are sewn together.
     void find(std::span<const Vec3d> previous, std::span<const Moving> moving, std::span<const std::uint32_t> same);
-    /// Puts back what would go through on the way; how many did.
+    /// Puts back pairs that would cross on their paths; how many would.
     std::size_t push_apart(std::span<const Vec3d> previous, std::span<Moving> moving) noexcept;
-    /// What would still go through, goes the way of its neighbours' mean instead. How many pairs that did not help.
+    /// Pairs that would still cross take the mean path of their neighbours instead. How many pairs that did not help.
     std::size_t stop(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass);
 
 private:
@@ -79,15 +80,15 @@ private:
     double thickness_;
     std::unique_ptr<Tree> root_;
     std::vector<std::uint8_t> joined_;  ///< of the tree's nodes: whether their triangles are one piece
-    std::vector<std::uint8_t> owned_;   ///< of each triangle: the corners and the edges that it asks for, three bits each
+    std::vector<std::uint8_t> owned_;   ///< of each triangle: the corners and the edges that it represents, three bits each
     std::span<const Vec3d> previous_;
     std::span<const std::uint32_t> same_;
     std::vector<Vec3d> now_;
-    std::vector<Box> swept_;  ///< of nodes, half as far outwards as is looked
+    std::vector<Box> swept_;  ///< of nodes, widened by half the distance that is looked at
     std::vector<Near> near_;
     std::vector<Watched> watched_;
     std::vector<std::uint32_t> zone_;
-    std::vector<Vec3d> zone_way_;
+    std::vector<Vec3d> zone_path_;
     std::vector<double> zone_mass_;
 };
 

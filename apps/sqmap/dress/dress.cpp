@@ -165,7 +165,7 @@ Dressing::Dressing(const Arguments& a)
     for (std::size_t g = 0; g < worn_.size(); ++g) {  // once none of them moves in memory any more
         worn_[g].handling = std::make_unique<Handling>(worn_[g].file, a.garments[g], solids_,
                                                        [this](const std::string& name) { return find_bone(name); });
-        worn_[g].began_inside = sim::penetration(worn_[g].cloth.positions(), {}, solids_, 1).nodes;
+        worn_[g].began_inside = sim::penetration(worn_[g].cloth.positions(), {}, solids_, {.steps = 1}).nodes;
     }
     scene_.resize(avatar_.parts.size());
 }
@@ -208,7 +208,7 @@ void Dressing::keep_frame(double time)
             scene_[p].keys.push_back({poses_[p].rotation, poses_[p].translation});
     for (Worn& w : worn_) {
         w.shapes.emplace_back(w.cloth.positions().begin(), w.cloth.positions().end());
-        w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids_, 1).nodes);
+        w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids_, {.steps = 1}).nodes);
     }
     if (a_.pictures.empty()) return;
     char name[32];

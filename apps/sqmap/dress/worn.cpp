@@ -102,7 +102,7 @@ std::string text_of(const sim::DrapeReport& drape)
 
 json report_of(Worn& w, double height, std::span<const sim::Collider> solids, double time)
 {
-    const sim::Penetration deep = sim::penetration(w.cloth.positions(), w.cloth.triangles(), solids, 4);
+    const sim::Penetration deep = sim::penetration(w.cloth.positions(), w.cloth.triangles(), solids, {.steps = 4});
     std::vector<double> strain = w.cloth.strain();
     json map = json::array();
     for (const double s : strain) map.push_back(std::round(1e4 * s) / 1e4);

@@ -1,4 +1,4 @@
-// Cloth on bodies: Bullet's soft body carries the threads, sqmap the contacts.
+// Cloth on bodies: Bullet's soft body holds the threads, sqmap finds the contacts.
 #pragma once
 
 #include "sqmap/math/friction.h"
@@ -13,15 +13,16 @@
 
 namespace sqmap::sim {
 
-/// A collider that cloth lies on: a model and where it is, at the step's beginning and end. x_world = pose x_mesh, m. With a skin
-/// the model is that of the bound mesh, and the skin says where it is, in the world; the poses move what is pinned to it alone.
-/// Without a model there is nothing to lie on: a joint that pins ride.
+/// A body that cloth lies on: a model and its pose at the step's beginning and end. x_world = pose x_mesh, m. With a skin the
+/// model is that of the bound mesh, the skin gives its shape in the world, and the poses move only nodes that are pinned to it.
+/// Without a model there are no contacts: a joint for pins.
 struct Collider {
     const model::ModelView* model = nullptr;
     Pose previous{}, pose{};
     query::MovingSkin* skin = nullptr;
 };
 
+/// Of a cloth. SI units, world axes.
 struct ClothOptions {
     Vec3d gravity{0, -9.81, 0};
     query::Layer layer = query::Layer::Three;
@@ -34,24 +35,25 @@ struct ClothOptions {
     bool self_collision = false;            ///< the cloth keeps thickness from itself, and does not go through itself on the way
 };
 
+/// Bits of StepReport::status.
 enum ClothStatus : std::uint32_t {
     k_cloth_ok = 0,
     k_cloth_not_finite = 1,    ///< a node was NaN or infinite: the cloth was put back to the step before, at rest
     k_cloth_slowed = 2,        ///< a node was faster than max_speed
     k_cloth_full = 4,          ///< more contacts than there is room for
-    k_cloth_coarse_sweep = 8,  ///< a node moved so far that thin parts may have been missed
+    k_cloth_coarse_sweep = 8,  ///< a node moved so far that contacts with thin parts may have been missed
     k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
-    k_cloth_crowded = 32,      ///< more places of a skinned collider at one node than are looked at
+    k_cloth_crowded = 32,      ///< more surfaces of a skinned collider at one node than are looked at
     k_cloth_stretched =
         64,  ///< a quarter of the threads are stretched by more than k_max_stretch: smaller steps, or more iterations
-    k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as where what is held leaves it no way
+    k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as where held nodes leave it no path
 };
 
 /// Of rest length. Stiffness by position has no modulus: what the solver leaves of a strain grows with the square of the step,
-/// and no energy can be given for it. So the threads are looked at, every sixteenth step; the bit stays until the next look.
+/// and it has no energy. So the threads are measured, every sixteenth step; the bit stays until the next measurement.
 constexpr double k_max_stretch = 0.1;
 
-/// Seconds of CPU time.
+/// Seconds of CPU time in a step.
 struct StepTime {
     double predict = 0;   ///< Bullet: forces, integration, its trees
     double move = 0;      ///< sqmap: the probe's points posed and its clusters refitted
@@ -61,10 +63,11 @@ struct StepTime {
     double self = 0;      ///< the cloth against itself
 };
 
+/// A step's outcome.
 struct StepReport {
     std::uint32_t status = k_cloth_ok;
     std::size_t contacts = 0;  ///< nodes with one or more
-    std::size_t caught = 0;    ///< of which the sweep alone saw
+    std::size_t caught = 0;    ///< of these, by the sweep alone
     double deepest = 0;        ///< m below the surface, of nodes at the end of the step; by the planes of their contacts
     double fastest = 0;        ///< m / s
     std::uint32_t fastest_node = 0;
@@ -80,7 +83,7 @@ struct DrapeReport {
     std::uint32_t fastest_node = 0;  ///< whose
 };
 
-/// Tells it from the steps, one after the other.
+/// Decides it from the steps, one after the other. One thread at a time.
 class Drape {
 public:
     static constexpr double k_quiet = 0.25, k_slow = 0.05;  ///< s; m/s
@@ -98,63 +101,77 @@ private:
 };
 
 /// Seams that are sewn at first are drawn together one after the other, in half a second each, in which the cloth has no weight.
-/// Not copyable, movable. Set-up allocates and may throw; a step allocates only where self_collision is on.
+/// Not copyable, movable; a moved-from cloth may only be destroyed or assigned to. Set-up allocates and may throw; a step
+/// allocates only where self_collision is on. Thread safety: one thread at a time, const functions included; several cloths at
+/// once, also on the same models and skins while nobody steps a skin.
 class Cloth {
 public:
-    /// @throw std::invalid_argument for a garment with indices out of range, without a triangle, or with places not finite
+    /// @throw std::invalid_argument for a garment with indices out of range, without a triangle, or with positions not finite
     Cloth(const Garment& garment, const Fabric& fabric, const ClothOptions& options = {});
     ~Cloth();
     Cloth(Cloth&&) noexcept;
     Cloth& operator=(Cloth&&) noexcept;
 
-    /// Before the first step with a collider that has a skin: room for asking it. Allocates, about 2 kB a node.
+    /// Before the first step with a collider that has a skin: the memory of its queries. Allocates, about 2 kB per node.
     void expect(const query::SkinLattice& lattice);
 
-    /// One step of dt seconds. Pinned nodes ride their colliders. Never throws.
+    /// One step of dt seconds. Pinned nodes ride their colliders. Bad input (k_cloth_bad_step) changes nothing.
+    /// Cost: linear in the nodes, threads and contacts, times the iterations.
     StepReport step(double dt, std::span<const Collider> colliders) noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept;
     [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept;
-    [[nodiscard]] std::span<const Vec3d> positions() const noexcept;   ///< world, m
-    [[nodiscard]] std::span<const Vec3d> velocities() const noexcept;  ///< m / s
-    /// Where the last step asked the colliders about each node: a little more than the thickness below it where it touches.
+    [[nodiscard]] std::span<const Vec3d> positions() const noexcept;   ///< world, m; until the next step
+    [[nodiscard]] std::span<const Vec3d> velocities() const noexcept;  ///< m / s, world; until the next step
+    /// Query points of the last step, world, m: a little more than the thickness below each node that is in contact.
     [[nodiscard]] std::span<const Vec3d> query_points() const noexcept;
     /// Of each vertex: the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
     [[nodiscard]] std::vector<double> strain() const;
-    /// How often it goes through itself now (crossings.h); what is sewn together is one.
+    /// Number of its self-crossings now (crossings.h); sewn pairs count as one vertex. Allocates.
     [[nodiscard]] std::size_t crossings() const;
 
-    /// Nodes keep their place relative to a collider (its number at step), as they are now; k_world: where they are.
+    /// Nodes keep their present position relative to a collider (its number at step, pose: its present one); k_world: in the
+    /// world.
+    /// @throw std::invalid_argument for a node that is not there
     static constexpr std::uint32_t k_world = 0xffffffffu;
     void pin(std::span<const std::uint32_t> nodes, std::uint32_t collider, const Pose& pose);
+    /// Nodes that are not pinned stay as they are.
     void unpin(std::span<const std::uint32_t> nodes);
 
     [[nodiscard]] std::size_t seams() const noexcept;
-    void cut(std::size_t seam);  ///< @pre seam < seams(); so below
+    void cut(std::size_t seam);  ///< @throw std::out_of_range unless seam < seams(); so below
     void sew(std::size_t seam);  ///< threads draw the edges together over half a second
     /// Largest distance of a pair of the seam, m.
     [[nodiscard]] double gap(std::size_t seam) const;
 
-    /// Holds a node and what is within radius of it by springs, at their places relative to a tool; tension is what it feels.
-    /// stiffness: N/m, of all of them together; what is held still lies on colliders. Nodes that are pinned are not held.
+    /// Holds a node and those within radius, m, of it by springs, at their positions relative to a tool (world, m). stiffness:
+    /// N/m, of all springs together. Held nodes still have contacts; pinned ones are not held.
+    /// @throw std::invalid_argument for a node that is not there or a stiffness that is not positive
     void grasp(std::uint32_t node, double radius, Vec3d tool, double stiffness = 500);
-    void drag(Vec3d tool) noexcept;
+    void drag(Vec3d tool) noexcept;  ///< moves the tool; ignored where not finite
     void release();
-    [[nodiscard]] Vec3d tension() const noexcept;  ///< N, on the tool, of the springs
+    [[nodiscard]] Vec3d tension() const noexcept;  ///< N, world, on the tool, by the springs
 
 private:
     struct State;
     std::unique_ptr<State> state_;
 };
 
-/// Deepest places of cloth in colliders, asked of the models point by point (skins: all points at once): nodes, and samples
-/// within triangles (a grid of barycentric coordinates with the given steps an edge, corners left out). m; zero where nothing is
-/// inside. Of a union of colliders the deepest collider counts, which bounds the depth in the union from below.
+/// Largest penetration depths of cloth in colliders, m; zero where nothing is inside. Of a union of colliders the deepest one
+/// counts, which bounds the depth in the union from below.
 struct Penetration {
     double nodes = 0, interiors = 0;
-    Vec3d node_at{}, interior_at{};  ///< where, world
+    Vec3d node_at{}, interior_at{};  ///< their positions, world
 };
+/// How triangles are sampled: a grid of barycentric coordinates, corners left out.
+struct PenetrationOptions {
+    int steps = 3;  ///< per edge
+    query::Layer layer = query::Layer::Exact;
+};
+/// Queries the models at the nodes and at samples within the triangles (skins: all points at once). World, m. Allocates.
+/// Cost: an exact query per point and collider. Any thread.
+/// @pre triangles index nodes
 [[nodiscard]] Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array<std::uint32_t, 3>> triangles,
-                                      std::span<const Collider> colliders, int steps, query::Layer layer = query::Layer::Exact);
+                                      std::span<const Collider> colliders, const PenetrationOptions& options = {});
 
 }  // namespace sqmap::sim

@@ -53,7 +53,7 @@ TEST(Cloth, ADrapeOverABallComesToRestOutsideIt)
     EXPECT_TRUE(drape.report().at_rest);
     EXPECT_LT(r.fastest, 0.05);
     EXPECT_GT(r.contacts, 100u);
-    const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 4);
+    const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 4});
     EXPECT_LE(deep.nodes, 0.002 * 0.6);
     EXPECT_LE(deep.interiors, 0.005 * 0.6);
     EXPECT_GT(largest_y(cloth), 0.3);   // it lies on the ball
@@ -202,7 +202,7 @@ TEST(Cloth, ASolidThatCatchesUpWithClothFromBehindDoesNotEnterIt)
         solid.previous = solid.pose;
         solid.pose.translation.y += 0.7 * k_dt;
         largest = std::max(largest, cloth.step(k_dt, {&solid, 1}).contacts);
-        ASSERT_LT(penetration(cloth.positions(), {}, {&solid, 1}, 1).nodes, 1e-4) << "step " << i;
+        ASSERT_LT(penetration(cloth.positions(), {}, {&solid, 1}, {.steps = 1}).nodes, 1e-4) << "step " << i;
     }
     EXPECT_EQ(largest, cloth.size());
 }
@@ -281,7 +281,7 @@ TEST(Cloth, SleevesCloseRoundTheArmsInThem)
     for (int i = 0; i < 300; ++i) cloth.step(k_dt, {&body, 1});
     EXPECT_LT(cloth.gap(0), 0.003);
     EXPECT_LT(cloth.gap(1), 0.003);
-    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&body, 1}, 4).interiors, 0.001);
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&body, 1}, {.steps = 4}).interiors, 0.001);
 }
 
 TEST(Cloth, AToolBearsTheWeightOfWhatItHolds)
@@ -320,7 +320,7 @@ TEST(Cloth, PenetrationIsTheDepthOfPointsWithinTriangles)
     const std::array corners{Vec3d{-1, 0.2, -1}, Vec3d{1, 0.2, -1}, Vec3d{0, 0.2, 2}};
     const std::array<std::array<std::uint32_t, 3>, 1> triangle{{{0, 1, 2}}};
     const Collider solid = still(ball());
-    const Penetration deep = penetration(corners, triangle, {&solid, 1}, 3);
+    const Penetration deep = penetration(corners, triangle, {&solid, 1}, {.steps = 3});
     EXPECT_EQ(deep.nodes, 0);
     EXPECT_NEAR(deep.interiors, 0.1, 0.002);
 }
@@ -363,7 +363,7 @@ TEST(Cloth, LiesOnASkinThatBendsUnderItAndRidesIt)
     }
     EXPECT_GT(r.contacts, 100u);
     EXPECT_GT(largest_y(cloth), 0.1);  // lifted
-    const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 3);
+    const Penetration deep = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 3});
     EXPECT_LT(deep.nodes, 0.002);
     // Against the skinned mesh itself, which nothing of the lattice knows.
     mesh::Mesh posed = bar.mesh;
@@ -387,7 +387,7 @@ TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
     Drape drape;
     for (int i = 0; i < 5 * 240; ++i) drape.add(cloth.step(k_dt, {&solid, 1}), (i + 1) * k_dt);
     EXPECT_TRUE(drape.report().at_rest) << drape.report().fastest;
-    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 1).nodes, 0.002 * 0.28);
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 1}).nodes, 0.002 * 0.28);
 }
 
 TEST(Cloth, ASharpTipHardlyStaysInATriangle)
@@ -402,7 +402,7 @@ TEST(Cloth, ASharpTipHardlyStaysInATriangle)
     for (const double shift : {0.0, 0.003, 0.006, 0.009, 0.012}) {
         Cloth cloth(sheet({{shift, 0.2, 0.5 * shift}, 0.3, 0.3, 0, 0, 900}), fabric("wool"));
         for (int i = 0; i < 2 * 240; ++i) (void)cloth.step(k_dt, {&solid, 1});
-        sum += penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, 8).interiors;
+        sum += penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 8}).interiors;
         if (largest_y(cloth) > 0.1) ++on_it;  // it may slip off
     }
     EXPECT_LE(sum, 0.016);  // 27 mm where only nodes are asked
@@ -423,7 +423,7 @@ TEST(Cloth, BetweenTwoCollidersItYieldsToBoth)
         solids[1].previous = solids[1].pose;
         (void)cloth.step(k_dt, solids);
     }
-    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), solids, 1).nodes, 2e-4);
+    EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), solids, {.steps = 1}).nodes, 2e-4);
     for (const Vec3d& p : cloth.positions()) {
         EXPECT_NEAR(p.y, 0.0205, 4e-4);  // half way
     }

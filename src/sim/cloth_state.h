@@ -1,0 +1,111 @@
+// The state of a cloth: Bullet's soft body with threads, seams and pins, and the contacts that sqmap finds. One thread at a time.
+#pragma once
+
+#include "contacts.h"
+#include "interiors.h"
+#include "self_contacts.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+#include <BulletSoftBody/btSoftBodyInternals.h>
+
+namespace sqmap::sim {
+
+inline constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
+
+[[nodiscard]] inline btVector3 to_bullet(Vec3d v)
+{
+    return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)};
+}
+
+struct Cloth::State {
+    struct SeamLinks {
+        int first = 0, count = 0;  ///< of the body's links
+        bool sewn = true;
+        std::vector<btScalar> gap;  ///< rest lengths at the time of sewing
+        double age = 0;             ///< negative while it waits for those that are sewn before it
+        bool carried = true;        ///< the first sewing
+    };
+    struct Pin {
+        std::uint32_t node, collider;
+        Vec3d local;  ///< position in the collider's frame
+        btScalar mass;
+    };
+    struct Restless {
+        Vec3f path{};                   ///< of the step in which it last stirred
+        float turns = 0, leash = 1e9f;  ///< recent reversals; m
+    };
+    /// A node on a spring to its position in a tool's grip.
+    struct Held {
+        std::uint32_t node;
+        Vec3d offset;  ///< from the tool
+        Vec3d pull;    ///< kg m: the spring's force in this step, times dt^2
+    };
+    /// A link between two nodes: with Moving the data of Bullet's own, in an eighth of the bytes. They are read a dozen times a
+    /// step, and the contacts wait for all that they push out of the caches.
+    struct Thread {
+        std::uint32_t a, b;
+        float stiff, rest_sq;  ///< Bullet's c0: inverse masses over stiffness, not positive where it is cut; c1
+    };
+
+    // cloth_setup.cpp
+    State(const Garment& garment, const Fabric& f, const ClothOptions& o);
+    void add_threads(const Garment& garment);
+    void add_mass(const Garment& garment);
+    void add_seams(const Garment& garment);
+    /// A number for each node, the same for those that are sewn together.
+    std::vector<std::uint32_t> sewn_names() const;
+
+    // cloth_handling.cpp
+    void set_seams(double dt);
+    void place_pins(std::span<const Collider> colliders);
+    /// The springs of the grip, by extended position-based dynamics (Macklin et al. 2016): as stiff as they are said to be,
+    /// whatever the step and the sweeps.
+    void solve_held(double dt);
+
+    // cloth_solver.cpp
+    /// From Bullet's nodes and links, after it has predicted; links alone where one has changed.
+    void take_nodes();
+    void take_links();
+    /// A sweep of Bullet's PSolve_Links.
+    void solve_threads();
+    /// Raises the nodes of triangles in which a collider is, each by its weight at the point.
+    void push_interiors_out();
+    /// last: after the step's new half-spaces were found.
+    void push_out(double dt, bool last);
+    /// No node goes farther in the step than max_speed allows: the sweep has to follow it.
+    void limit(double dt, StepReport& report);
+    /// Nodes that go to and fro without end are stilled, where no collider moves and the cloth as a whole hardly does.
+    void still_restless(double dt, bool colliders_stand);
+    void finish(double dt, bool colliders_stand, StepReport& report);
+    /// Whether a quarter of the threads, diagonals of the weave too, are longer than k_max_stretch allows; looked at now and
+    /// then.
+    bool stretched();
+
+    btSoftBody::Node& node(std::size_t i) { return body->m_nodes[static_cast<int>(i)]; }
+    std::uint32_t number(const btSoftBody::Node* n) const { return static_cast<std::uint32_t>(n - &body->m_nodes[0]); }
+
+    Fabric fabric;
+    ClothOptions options;
+    btSoftBodyWorldInfo info;
+    std::unique_ptr<btSoftBody> body;
+    std::vector<Moving> moving;
+    std::vector<Restless> restless;
+    double last_kinetic = 0;
+    std::vector<std::uint8_t> weak;  ///< links that resist bending alone, and seams
+    std::uint32_t steps = 0;
+    bool was_stretched = false;
+    std::vector<Thread> threads;  ///< Bullet's links, in their order
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<Vec3d> position, previous, good, velocity;
+    std::vector<SeamLinks> seams;
+    std::vector<Pin> pins;
+    std::vector<Held> held;
+    double grip_stiffness = 0;  ///< N / m, of all the springs
+    Vec3d tool{}, tension{};
+    std::unique_ptr<SelfContacts> self;  ///< where wanted
+    std::vector<std::uint32_t> names;    ///< of nodes, as they are sewn
+    Contacts contacts;
+    Interiors interiors;
+};
+
+}  // namespace sqmap::sim
