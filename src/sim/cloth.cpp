@@ -44,7 +44,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
         std::any_of(s.seams.begin(), s.seams.end(), [](const State::SeamLinks& l) { return l.carried && l.age < k_sewing_time; });
     s.info.m_gravity = sewing ? btVector3(0, 0, 0) : to_bullet(s.options.gravity);
     body.predictMotion(static_cast<btScalar>(dt));
-    s.place_pins(colliders);
+    s.move_pins(colliders);
     s.set_seams(dt);
     s.take_nodes();
     s.take_links();

@@ -20,7 +20,7 @@ void Cloth::State::set_seams(double dt)
     }
 }
 
-void Cloth::State::place_pins(std::span<const Collider> colliders)
+void Cloth::State::move_pins(std::span<const Collider> colliders)
 {
     for (const Pin& pin : pins) {
         const Vec3d at = pin.collider < colliders.size() ? apply(colliders[pin.collider].pose, pin.local) : pin.local;

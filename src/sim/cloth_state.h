@@ -57,7 +57,7 @@ struct Cloth::State {
 
     // cloth_handling.cpp
     void set_seams(double dt);
-    void place_pins(std::span<const Collider> colliders);
+    void move_pins(std::span<const Collider> colliders);
     /// The springs of the grip, by extended position-based dynamics (Macklin et al. 2016): as stiff as they are said to be,
     /// whatever the step and the sweeps.
     void solve_held(double dt);

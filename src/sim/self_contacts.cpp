@@ -366,8 +366,8 @@ void SelfContacts::solve(std::span<const Vec3d> previous, std::span<Moving> movi
         Vec3f slip = apart - was;
         slip -= dot(slip, c.normal) * c.normal;
         Vec3f grip = c.grip - slip;
-        const float length = norm(grip), most = mu * c.push;
-        if (length > most) grip = (most / length) * grip;
+        const float length = norm(grip), max_grip = mu * c.push;
+        if (length > max_grip) grip = (max_grip / length) * grip;
         shift += grip - c.grip;
         c.grip = grip;
         for (std::size_t k = 0; k < 4; ++k) {
