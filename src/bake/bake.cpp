@@ -4,11 +4,11 @@
 #include "assemble.h"
 #include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
+#include "bake/exact/candidate_lists.h"
+#include "bake/locator/locator.h"
 #include "bake/normal/pack.h"
 #include "bake/parts/refinement.h"
 #include "budget.h"
-#include "candidate_lists.h"
-#include "locator.h"
 #include "model/flags.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/mesh/error.h"
@@ -276,9 +276,10 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     header.projection = static_cast<std::uint32_t>(options.projection);
     Draft draft = meet_target({solid, parts, header, options}, result.report.fineness);
     lap("map");
-    if (solid_mesh) bake_locator(solid, parts.partition.part_of_triangle, options.target_error, options.threads, draft.model);
+    const LocatorOptions locator{options.target_error, options.threads};
+    if (solid_mesh) bake_locator({solid, parts.partition.part_of_triangle}, locator, draft.model);
     lap("locate");
-    bake_candidate_lists(solid, options.target_error, options.threads, draft.model);
+    bake_candidate_lists(solid, locator, draft.model);
     lap("near");
 
     measure_layers(draft.model, solid, draft.measured);

@@ -3,11 +3,11 @@
 #include "assemble.h"
 #include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
+#include "bake/exact/candidate_lists.h"
 #include "bake/locator/change.h"
+#include "bake/locator/locator.h"
 #include "bake/parts/canonical.h"
 #include "bake/parts/fit.h"
-#include "candidate_lists.h"
-#include "locator.h"
 #include "model/flags.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
@@ -387,10 +387,10 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     lap("pack");
 
     const Change change(std::move(reach.both), before.parts, std::move(reach.remade));
-    const LocatorUpdate update =
-        update_locator(solid, situation.part_of_triangle, options.target_error, change, options.threads, result.model);
+    const LocatorOptions locator{options.target_error, options.threads};
+    const LocatorUpdate update = update_locator({solid, situation.part_of_triangle}, locator, change, result.model);
     lap("locate");
-    update_candidate_lists(solid, before.view(), update, options.target_error, options.threads, result.model);
+    update_candidate_lists(solid, {before.view(), update}, locator, result.model);
     lap("near");
     result.model.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, meshes.now.triangles});
     return result;

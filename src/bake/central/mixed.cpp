@@ -155,7 +155,7 @@ private:
             if (sides.with_first[i] > sides.with_first[worst]) worst = i;
         }
         if (!(undivided > 0)) return std::nullopt;
-        tell_apart(worst, sides);
+        separate(worst, sides);
         const double worthwhile = options_.division * options_.r_max * static_cast<double>(k_rays) / longest_axis();
         return best_line(changes_along_border(first, sides), sides,
                          std::min(k_division_share * undivided, undivided - worthwhile));
@@ -168,7 +168,7 @@ private:
     }
 
     /// Twice: the second time through the ray in the middle of those that the first attempt won.
-    void tell_apart(std::size_t through, Sides& sides) const
+    void separate(std::size_t through, Sides& sides) const
     {
         for (int pass = 0; pass < 2; ++pass) {
             sides.second = planes_through(sides.rays[through]);

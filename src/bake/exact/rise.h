@@ -1,7 +1,8 @@
-// What the exact layer keeps beside a flat place's planes.
+// What the exact layer keeps beside a flat cell's planes.
 #pragma once
 
 #include "bake/locator/clip_to_cube.h"
+#include "bake/locator/grid.h"
 #include "model/locator_cells.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
@@ -12,15 +13,17 @@
 
 namespace sqmap::bake {
 
-/// How far the solid rises above the lowest of a place's planes within the place, as stored. A linear function is greatest at a
-/// corner of the solid's part of the place: at one of the place's own corners, or where the surface is in it.
+/// How far the solid rises above the lowest of a cell's planes within the cell, as stored. A linear function is greatest at a
+/// corner of the solid's part of the cell: at one of the cell's own corners, or where the surface is in it.
 class Rise {
 public:
     explicit Rise(const mesh::Solid& solid) : solid_(solid) {}
 
-    std::uint8_t operator()(const model::ModelData& data, model::LocatorCell flat, Vec3d centre, double h,
+    std::uint8_t operator()(const model::ModelData& data, model::LocatorCell flat, const CellCube& cube,
                             const std::vector<std::uint32_t>& near)
     {
+        const Vec3d centre = cube.centre;
+        const double h = cube.half();
         const double cell = static_cast<double>(data.locator.cell);
         planes_.clear();
         for (std::uint32_t k = 0; k < flat.planes(); ++k) {

@@ -1,4 +1,4 @@
-#include "bake/candidate_lists.h"
+#include "bake/exact/candidate_lists.h"
 
 #include "model/candidate_lists.h"
 #include "model/locator.h"

@@ -1,4 +1,4 @@
-#include "bake/locator.h"
+#include "bake/locator/locator.h"
 
 #include "model/approach.h"
 #include "model/locator.h"

@@ -1,0 +1,88 @@
+#include "cells.h"
+
+#include "bake/locator/domains.h"
+#include "bake/locator/near_triangles.h"
+#include "bake/locator/planes.h"
+#include "bake/locator/samples.h"
+#include "bake/locator/seeds.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace sqmap::bake {
+
+using model::LocatorCellKind;
+
+mesh::ClosestPoint closest_from(const mesh::Solid& solid, Vec3d known, Vec3d p)
+{
+    return solid.closest_boundary(p, 1.000001 * norm(known - p) + 1e-12);
+}
+
+std::vector<std::uint32_t> triangles_near(const mesh::Solid& solid, const CellCube& cube, double distance)
+{
+    thread_local NearTriangles search;  // keeps its memory
+    const double half = 0.5 * k_near_slack * cube.side;
+    search.begin(solid, cube.centre, half, {&cube.centre, 1}, distance);
+    return search(0, cube.centre, half, /*fine=*/false);
+}
+
+CellDraft CellBaker::bake(const CellCube& cube) const { return bake(cube, subject_.solid.closest_boundary(cube.centre)); }
+
+CellDraft CellBaker::bake(const CellCube& cube, const mesh::ClosestPoint& nearest, std::span<const std::uint32_t> near) const
+{
+    CellDraft draft;
+    const bool crossed = nearest.distance <= 0.5 * std::sqrt(3.0) * cube.side * 1.0001;
+    const bool inside = is_inside(subject_.solid, cube.centre, nearest);
+    if (!crossed && !inside) {
+        draft.gap = nearest.distance;
+        return draft;
+    }
+    draft.kind = crossed ? LocatorCellKind::Mixed : LocatorCellKind::Inside;
+    if (crossed && cube.side > 1.5 * subject_.cell()) return draft;  // a brick that is stored cell by cell
+    if (keeps_near_ && near.empty()) {
+        draft.near = triangles_near(subject_.solid, cube, nearest.distance);
+        near = draft.near;
+    }
+    const SurfaceCell cell{subject_, cube, draft.kind, {cube.centre, nearest, inside}, near};
+    CellSampler sampler(cell);
+    const std::vector<Sample> samples = sampler.samples();
+    std::vector<Sample> checked = samples;
+    if (std::optional<std::vector<PartPlane>> planes = flat_planes(cell, sampler, checked)) {
+        draft.planes = std::move(*planes);
+    } else {
+        SeedChain chain = seed_chain(cell, samples);
+        draft.seeds = std::move(chain.seeds);
+        draft.choices = chain.choices;
+    }
+    if (crossed) list_parts(subject_, cube, subject_.part_of_triangle[nearest.triangle], draft);
+    return draft;
+}
+
+std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near) const
+{
+    std::vector<CellDraft> eighths;
+    mesh::ClosestPoint nearest = subject_.solid.closest_boundary(cube.centre);
+    for (std::size_t e = 0; e < 8; ++e) {
+        const CellCube eighth = cube.eighth(e);
+        nearest = closest_from(subject_.solid, nearest.point, eighth.centre);
+        eighths.push_back(bake(eighth, nearest, near));
+    }
+    return eighths;
+}
+
+BrickDraft CellBaker::bake_brick(const Grid& grid, std::size_t brick, bool in_full) const
+{
+    CellDraft whole = bake(grid.brick_cube(brick));
+    // One that planes do not answer for as a whole is stored in full, deep as it is: searching there would take ten times as
+    // long.
+    if (whole.kind == LocatorCellKind::Free || !whole.planes.empty()) {
+        const auto kind = whole.kind == LocatorCellKind::Free ? BrickDraft::Kind::Free : BrickDraft::Kind::Deep;
+        return {kind, {std::move(whole)}};
+    }
+    BrickDraft draft;
+    for (std::size_t i = 0; i < model::k_brick_cells && in_full; ++i) draft.cells.push_back(bake(grid.cell_cube(brick, i)));
+    return draft;
+}
+
+}  // namespace sqmap::bake

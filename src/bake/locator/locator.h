@@ -1,0 +1,45 @@
+// The grid that leads a point in space to the chart that answers it and to where its nearest surface is.
+#pragma once
+
+#include "bake/locator/change.h"
+#include "bake/locator/grid.h"
+#include "sqmap/mesh/solid.h"
+#include "sqmap/model/model_data.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::bake {
+
+/// A solid whose triangles belong to parts.
+struct PartedSolid {
+    const mesh::Solid& solid;                         ///< of the mesh in model space
+    std::span<const std::uint32_t> part_of_triangle;  ///< #triangles
+};
+
+struct LocatorOptions {
+    double target_error = 0.5;  ///< percent of R_max: sets the cell, how flat a flat cell is, and how many bytes may be taken
+    unsigned threads = 0;       ///< 0: one per core; the result does not depend on it
+};
+
+/// Fills data's locator from its finished parts and central maps; leaves it empty where some part has no central map or there are
+/// 255 parts or more. Cost: a closest-point query per cell near the solid.
+void bake_locator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data);
+
+/// What an update of the locator leaves for the candidate lists.
+struct LocatorUpdate {
+    static constexpr std::uint32_t k_no_brick = EnclosingGrid::k_no_brick;
+    std::vector<std::uint32_t> brick_before;  ///< #bricks: which one each was, or k_no_brick
+    std::vector<std::uint64_t>
+        reached;  ///< #bricks: which of its 64 cells (of a deep one: the first) have another nearest surface
+    /// Of each brick nothing, or of each of its cells the triangles near it, where they were looked for.
+    std::vector<std::vector<std::vector<std::uint32_t>>> near;
+};
+
+/// Bakes what a change reaches of data's locator, which was baked before it, anew; data's parts and maps are those after it. The
+/// grid stays, but for bricks that are added about it where the mesh left it. surface: after the change.
+[[nodiscard]] LocatorUpdate update_locator(const PartedSolid& surface, const LocatorOptions& options, const Change& change,
+                                           model::ModelData& data);
+
+}  // namespace sqmap::bake

@@ -1,0 +1,124 @@
+#include "seeds.h"
+
+#include "bake/locator/domains.h"
+#include "model/approach.h"
+#include "model/locator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::bake {
+
+using model::Seed;
+
+namespace {
+
+// By how much of R_max a sample may miss its nearest surface before it gets a seed of its own.
+constexpr double k_tolerance = 0.0005;
+
+double tolerance_of(const SurfaceCell& cell) { return k_tolerance * cell.subject.model.header.r_max; }
+
+/// The plane that touches the surface at the point nearest to a sample, relative to the cell's centre, for a part's chart.
+Seed seed_at(const SurfaceCell& cell, const Sample& sample, std::uint32_t part)
+{
+    const LocatorSubject& subject = cell.subject;
+    const Seed seed = model::make_seed(part, normal_at(subject.solid, sample, subject.cell()));
+    // With the direction as stored.
+    const double distance = dot(cast<double>(model::seed_normal(seed)), sample.nearest.point - cell.cube.centre);
+    return model::with_distance(seed, distance, subject.cell());
+}
+
+/// Distance that the runtime finds from a seed of the cell.
+double reach_from(const SurfaceCell& cell, Seed seed, Vec3d p)
+{
+    const model::ModelView& view = cell.subject.model;
+    const model::Part& part = view.parts[model::seed_part(seed)];
+    const model::CentralMap map(view, part);
+    const Vec3f point = cast<float>(p), n = model::seed_normal(seed);
+    const float gap = model::seed_gap(view.locator, seed, cast<float>(p - cell.cube.centre));
+    return std::sqrt(model::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
+}
+
+struct SeedReach {
+    Seed seed;
+    double distance;
+};
+
+/// The owner's chart as a rule; another's where that one does not see the surface.
+SeedReach best_seed(const SurfaceCell& cell, const Sample& sample)
+{
+    const LocatorSubject& subject = cell.subject;
+    const std::uint32_t owner = subject.part_of_triangle[sample.nearest.triangle];
+    const double enough = sample.nearest.distance + tolerance_of(cell);
+    const auto from_part = [&](std::uint32_t part) {
+        const Seed seed = seed_at(cell, {sample.point, sample.nearest, true}, part);
+        return SeedReach{seed, reach_from(cell, seed, sample.point)};
+    };
+    SeedReach best = from_part(owner);
+    for (std::uint32_t i = 0; i < subject.model.parts.size() && best.distance > enough; ++i) {
+        if (i == owner || !test_domain(subject.model.parts[i], {sample.nearest.point, 0}).holds) continue;
+        if (const SeedReach other = from_part(i); other.distance < best.distance) best = other;
+    }
+    return best;
+}
+
+/// A point on a cell's border belongs to the octants on both sides.
+bool is_in_octant(Vec3d offset, int octant)
+{
+    for (int axis = 0; axis < 3; ++axis) {
+        const double v = (octant >> axis & 1) != 0 ? offset[axis] : -offset[axis];
+        if (!(v > -1e-9)) return false;
+    }
+    return true;
+}
+
+/// Which seed comes first in which octant, and how near a surface found from it must be to end the search.
+void rank(const SurfaceCell& cell, const std::vector<Sample>& samples, SeedChain& chain)
+{
+    const double tolerance = tolerance_of(cell);
+    std::vector<std::vector<double>> found(chain.seeds.size());
+    std::vector<double> best(samples.size(), INFINITY);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        for (std::size_t k = 0; k < chain.seeds.size(); ++k) {
+            found[k].push_back(reach_from(cell, chain.seeds[k], samples[i].point));
+            best[i] = std::min(best[i], found[k].back());
+        }
+    double miss[8][model::k_max_seeds] = {};
+    for (std::size_t k = 0; k < chain.seeds.size(); ++k) {
+        double reach = INFINITY;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            const double here = found[k][i];
+            if (here > best[i] + tolerance) reach = std::min(reach, here);
+            for (int octant = 0; octant < 8; ++octant)
+                if (is_in_octant(samples[i].point - cell.cube.centre, octant))
+                    miss[octant][k] += std::min(here, 1e3) - std::min(best[i], 1e3);
+        }
+        // Between samples it may come half a sample's spacing earlier.
+        chain.seeds[k] = model::with_reach(chain.seeds[k], reach / cell.subject.cell() - 0.25);
+    }
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+        const double* m = miss[octant];
+        const auto first = static_cast<std::uint32_t>(std::min_element(m, m + chain.seeds.size()) - m);
+        chain.choices = model::with_seed_choice(chain.choices, octant, first);
+    }
+}
+
+}  // namespace
+
+SeedChain seed_chain(const SurfaceCell& cell, const std::vector<Sample>& samples)
+{
+    const double tolerance = tolerance_of(cell);
+    SeedChain chain;
+    chain.seeds = {seed_at(cell, cell.centre, cell.subject.part_of_triangle[cell.centre.nearest.triangle])};
+    for (const Sample& sample : samples) {
+        double best = INFINITY;
+        for (const Seed& seed : chain.seeds) best = std::min(best, reach_from(cell, seed, sample.point));
+        if (best <= sample.nearest.distance + tolerance || chain.seeds.size() == model::k_max_seeds) continue;
+        const SeedReach own = best_seed(cell, sample);
+        if (own.distance < best - tolerance) chain.seeds.push_back(own.seed);
+    }
+    if (chain.seeds.size() > 1) rank(cell, samples, chain);
+    return chain;
+}
+
+}  // namespace sqmap::bake
