@@ -199,8 +199,8 @@ ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> 
             const shape::Foot<float> foot = query::find_foot(maps.views()[k], p, query::Projector::Newton, &flags);
             if ((flags & query::k_projection_unproven) != 0) continue;
             const Vec3d n = cast<double>(foot.normal);
-            const bake::MapRays::Surface met =
-                parts.rays.surface_along(cast<double>(foot.point) + lift * n, -n, std::numeric_limits<double>::infinity(), lift);
+            const bake::MapRays::Surface met = parts.rays.surface_along(cast<double>(foot.point) + lift * n, -n,
+                                                                        {std::numeric_limits<double>::infinity(), lift});
             const bool on_mesh = met.kind == bake::MapRays::Kind::Hit, on_map = (answer.flags & k_no_distance) == 0;
             one_sided += on_mesh != on_map ? 1 : 0;
             if (on_mesh && on_map)

@@ -159,7 +159,7 @@ double map_error(const NormalMap& map, const mesh::Mesh& m)
     for (int n = 0; n < 4000; ++n) {
         const shape::SurfaceAngles<double> at{std::asin(0.98 * std::sin(0.37 * n)), 3.1 * std::sin(0.11 * n)};
         const auto s = shape::surface_point(sq, at);
-        const MapRays::Surface exact = rays.surface_along(s.point, -s.normal, 10, 1e-6);
+        const MapRays::Surface exact = rays.surface_along(s.point, -s.normal, {10, 1e-6});
         const query::MapSample stored =
             query::sample_map(map.view(), {static_cast<float>(at.eta), static_cast<float>(at.omega)}, {});
         if (exact.kind != MapRays::Kind::Hit || !std::isfinite(stored.distance)) continue;

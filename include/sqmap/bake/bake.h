@@ -58,12 +58,15 @@ struct BakeResult {
     BakeReport report;
 };
 
-/// mesh: validated, in mesh units. solid: it bounds a volume.
-/// @throw mesh::InvalidInput for options out of range, or a partition that is none of this mesh; or where a part exceeds the
-/// format's limits.
+/// Decomposes, fits, maps and refines until the target error is met or nothing more is gained.
+/// mesh: validated by the gate, in mesh units. solid: it bounds a volume.
+/// @throw mesh::InvalidInput for options out of range, or a partition that is none of this mesh
+/// @throw mesh::RefusedMesh where a part exceeds the format's limits
+/// Cost: seconds for some thousand triangles, on options.threads threads; the same bytes for any number of them. Thread-safe.
 [[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
 
-/// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about.
+/// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about. mesh: in
+/// mesh units, not empty. Linear.
 [[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);
 
 }  // namespace sqmap::bake

@@ -41,8 +41,8 @@ struct Evaluation {
     std::vector<Vec3d> worst;   ///< model space: the points of greatest depth error
 };
 
-/// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: the mesh in model
-/// space. Deterministic for a seed. Cost: about 10 microseconds a point.
+/// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: of bake::model_space of the
+/// mesh that was baked. The same result for the same seed. Cost: about 10 microseconds per point. Thread-safe.
 [[nodiscard]] Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
 
 /// Depth errors of the layers, measured as probes compute.
@@ -50,6 +50,7 @@ struct LayerErrors {
     std::uint32_t points = 0, missed = 0, false_contacts = 0;  ///< of layer 3, as in Evaluation
     Distribution depth[3];                                     ///< of layers 1 to 3, as Evaluation::depth
 };
+/// model, solid and points as for evaluate. Cost: one probe query per layer and the exact distances. Thread-safe.
 [[nodiscard]] LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
 
 /// Containment, checked afresh from the stored parameters.
@@ -57,9 +58,10 @@ struct Containment {
     std::uint32_t certified = 0;  ///< parts whose stored certificate says that patch and caps are held
     std::uint32_t outside = 0;    ///< triangles with a corner, edge middle or centroid outside every superquadric
 };
+/// mesh: bake::model_space of the mesh that was baked. Cost: grows with triangles times parts. Thread-safe.
 [[nodiscard]] Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh);
 
-/// The sample points alone, model space.
+/// The sample points alone, model space. mesh: in model space, not empty; r_max: its largest vertex distance.
 [[nodiscard]] std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const EvaluateOptions& options);
 
 }  // namespace sqmap::bake

@@ -17,6 +17,7 @@ namespace sqmap::bake {
 /// which must outlive it. Const members are thread-safe.
 class MapRays {
 public:
+    /// mesh: closed, model space; outlives it.
     explicit MapRays(const mesh::Mesh& mesh);
     ~MapRays();
     MapRays(MapRays&&) noexcept;
@@ -27,7 +28,7 @@ public:
         std::uint32_t triangle = 0;
         bool entering = false;  ///< the ray meets the triangle's outer side
     };
-    /// First triangle within (from, to) along a unit direction.
+    /// First triangle within (from, to) along a unit direction, model units. Nothing where there is none.
     [[nodiscard]] std::optional<Hit> first_hit(Vec3d origin, Vec3d direction, double from, double to) const;
 
     enum class Kind : std::uint8_t { Hit, Cap, Miss };
@@ -40,14 +41,19 @@ public:
     struct Gap {
         double leave = 0, enter = 0;
     };
-    /// Where a ray from origin first enters the solid within `to`: Cap if it starts inside. Buried surfaces (the solid on
-    /// both sides) do not count. Triangles up to `lift` behind the origin do, at distance 0. Crossings are counted along
-    /// the whole ray; where they contradict each other (a grazed edge) the exact winding number decides.
-    /// gaps: appended to, nearest first, also for a Cap; null where they are not wanted.
-    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, double to, double lift,
-                                        std::vector<Gap>* gaps = nullptr) const;
+    /// How far a ray counts, model units.
+    struct Reach {
+        double to;    ///< where it ends
+        double lift;  ///< triangles so far behind the origin count too, at distance 0
+    };
+    /// Where a ray from origin along a unit direction first enters the solid: Cap if it starts inside. Buried surfaces (the solid
+    /// on both sides) do not count. Crossings are counted along the whole ray; where they contradict each other (a grazed edge)
+    /// the exact winding number decides. gaps: appended to, nearest first, also for a Cap; null where they are not wanted.
+    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, Reach reach, std::vector<Gap>* gaps = nullptr) const;
 
+    /// The mesh that it was made of.
     [[nodiscard]] const mesh::Mesh& mesh() const;
+    /// A tree over its triangles.
     [[nodiscard]] const mesh::Bvh& bvh() const;
 
 private:
@@ -97,13 +103,14 @@ struct NormalMap {
     std::vector<shape::Arc<float>> rows, columns;
     NormalMapReport report;
 
+    /// Valid while this lives and does not change.
     [[nodiscard]] model::NormalMapView view() const;
     /// Bytes that a file needs: all arrays but rows and columns, which model::grid_arcs makes again.
     [[nodiscard]] std::size_t stored_bytes() const;
 };
 
 /// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
-/// part's own and serve step 3 and the Q2 share. Deterministic. Cost: about 3 rays a sample, 1 a vertex.
+/// part's own and serve step 3 and the Q2 share. Thread-safe. Cost: about 3 rays per sample, 1 per vertex.
 /// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi
 [[nodiscard]] NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles,
                                         const shape::Superquadricd& superquadric, const NormalMapOptions& options = {});

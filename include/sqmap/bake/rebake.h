@@ -34,7 +34,7 @@ struct RebakeResult {
 /// keep it, others are fitted again; model space and the locator's grid stay; the model's figures are not measured
 /// (measured.points is 0).
 /// @pre the moved mesh is one that the gate would let through: no triangle without area, not turned inside out
-/// @throw mesh::InvalidInput where before is not of that kind, or a vertex is not finite; mesh::RefusedMesh as bake
+/// @throw mesh::InvalidInput where before is not of that kind, or a vertex is not finite; mesh::RefusedMesh as bake. Thread-safe
 /// Cost: grows with the parts that are reached and the surface that has moved; see docs/algorithms/articulated.md.
 [[nodiscard]] RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> vertices,
                                   const RebakeOptions& options = {});

@@ -68,9 +68,10 @@ struct Decomposition {
 
 /// Cuts a mesh into quasi-convex parts: steps 1 to 3 of section 3.
 /// Any units and frame; the mesh may have several components and borders.
-/// Cost: O(n log n) with ProtrusionSum::Sampled.
+/// Cost: O(n log n) with ProtrusionSum::Sampled. Thread-safe.
 /// Source: paper section 3; departures are listed in docs/algorithms/decompose.md.
 [[nodiscard]] Decomposition decompose_with_diagnostics(const mesh::Mesh& mesh, const DecomposeOptions& options = {});
+/// The same, the partition alone.
 [[nodiscard]] Partition decompose(const mesh::Mesh& mesh, const DecomposeOptions& options = {});
 
 /// The best cut of one part in two (or more, where the cut leaves several pieces), labelled CutKind::Error.

@@ -82,8 +82,9 @@ std::optional<MapRays::Hit> MapRays::first_hit(Vec3d origin, Vec3d direction, do
     return Hit{agree ? fine : coarse, r.hit.primID, along < 0};
 }
 
-MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, double to, double lift, std::vector<Gap>* gaps) const
+MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, Reach reach, std::vector<Gap>* gaps) const
 {
+    const auto [to, lift] = reach;
     constexpr int k_max_crossings = 64;
     constexpr double k_far = 1e6, k_step = 2e-6;
     const Vec3d start = origin - lift * direction;

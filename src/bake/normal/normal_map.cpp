@@ -44,7 +44,7 @@ struct Caster {
     Surface cast(Angles a) const
     {
         const shape::SurfacePoint<double> s = at(a);
-        return rays.surface_along(s.point, -s.normal, reach, lift);
+        return rays.surface_along(s.point, -s.normal, {reach, lift});
     }
 };
 
@@ -286,7 +286,7 @@ void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
             if (grid.at(i, j).kind == Kind::Miss) continue;
             const shape::SurfacePoint<double> s = caster.at(grid.angles(i, j));
             gaps.clear();
-            static_cast<void>(caster.rays.surface_along(s.point, -s.normal, caster.reach, caster.lift, &gaps));
+            static_cast<void>(caster.rays.surface_along(s.point, -s.normal, {caster.reach, caster.lift}, &gaps));
             if (gaps.empty()) continue;
             const double cell = 2 * (norm(s.point - caster.at(grid.angles(i + (i + 1 < grid.rows ? 1 : -1), j)).point) +
                                      norm(s.point - caster.at(grid.angles(i, j + 1)).point));

@@ -241,15 +241,15 @@ TEST(Bake, OrderOfFacesAndVerticesDoesNotMatter)
 {
     const mesh::Mesh mesh = mesh::canonicalized(test::small_hand());
     test::Random random(4);
-    std::vector<std::uint32_t> place(mesh.vertices.size());
-    std::iota(place.begin(), place.end(), 0u);
-    for (std::size_t i = place.size(); i > 1; --i) std::swap(place[i - 1], place[random.below(i)]);
+    std::vector<std::uint32_t> rank(mesh.vertices.size());
+    std::iota(rank.begin(), rank.end(), 0u);
+    for (std::size_t i = rank.size(); i > 1; --i) std::swap(rank[i - 1], rank[random.below(i)]);
     mesh::Mesh shuffled;
     shuffled.vertices.resize(mesh.vertices.size());
-    for (std::size_t v = 0; v < place.size(); ++v) shuffled.vertices[place[v]] = mesh.vertices[v];
+    for (std::size_t v = 0; v < rank.size(); ++v) shuffled.vertices[rank[v]] = mesh.vertices[v];
     for (const mesh::Triangle& t : mesh.triangles) {
         const std::size_t turn = random.below(3);
-        shuffled.triangles.push_back({place[t[turn]], place[t[(turn + 1) % 3]], place[t[(turn + 2) % 3]]});
+        shuffled.triangles.push_back({rank[t[turn]], rank[t[(turn + 1) % 3]], rank[t[(turn + 2) % 3]]});
     }
     for (std::size_t i = shuffled.triangles.size(); i > 1; --i)
         std::swap(shuffled.triangles[i - 1], shuffled.triangles[random.below(i)]);

@@ -229,9 +229,9 @@ TEST(Rebake, WhatLeavesTheGridGetsBricks)
     const Hand& hand = Hand::get();
     Vec3d middle{};
     for (const Vec3d& v : hand.mesh.vertices) middle += v / static_cast<double>(hand.mesh.vertices.size());
-    for (const double way : {-0.5, 0.5}) {
+    for (const double by : {-0.5, 0.5}) {
         std::vector<Vec3d> vertices = hand.mesh.vertices;
-        for (Vec3d& v : vertices) v += way * std::max(0.0, norm(v - middle) / hand.r_max - 0.3) * hand.r_max * Vec3d{1, 1, 1};
+        for (Vec3d& v : vertices) v += by * std::max(0.0, norm(v - middle) / hand.r_max - 0.3) * hand.r_max * Vec3d{1, 1, 1};
         const RebakeResult again = rebake(hand.baked.model, vertices, {.fineness = hand.baked.report.fineness});
         EXPECT_GT(again.model.bricks.size(), hand.baked.model.bricks.size());
         expect_right(again.model, hand.in_model_space(vertices));

@@ -35,10 +35,10 @@ TEST(MapRays, CapIsWhatStartsInsideAndMissWhatMeetsNothing)
     const mesh::Mesh ball = mesh::sphere(1, 4);
     const MapRays rays(ball);
     using Kind = MapRays::Kind;
-    EXPECT_EQ(rays.surface_along({0.1, 0.2, 0}, {1, 0, 0}, 10, 1e-6).kind, Kind::Cap);
-    EXPECT_EQ(rays.surface_along({3, 2, 0}, {-1, 0, 0}, 10, 1e-6).kind, Kind::Miss);
-    EXPECT_EQ(rays.surface_along({3, 0.1, 0.05}, {-1, 0, 0}, 1.5, 1e-6).kind, Kind::Miss);  // beyond its reach
-    const MapRays::Surface hit = rays.surface_along({3, 0.1, 0.05}, {-1, 0, 0}, 10, 1e-6);
+    EXPECT_EQ(rays.surface_along({0.1, 0.2, 0}, {1, 0, 0}, {10, 1e-6}).kind, Kind::Cap);
+    EXPECT_EQ(rays.surface_along({3, 2, 0}, {-1, 0, 0}, {10, 1e-6}).kind, Kind::Miss);
+    EXPECT_EQ(rays.surface_along({3, 0.1, 0.05}, {-1, 0, 0}, {1.5, 1e-6}).kind, Kind::Miss);  // beyond its reach
+    const MapRays::Surface hit = rays.surface_along({3, 0.1, 0.05}, {-1, 0, 0}, {10, 1e-6});
     EXPECT_EQ(hit.kind, Kind::Hit);
     EXPECT_NEAR(hit.distance, 3 - std::sqrt(1 - 0.0125), 2e-3);
 }
@@ -48,11 +48,11 @@ TEST(MapRays, BuriedSurfacesAreNotSurfaces)
     // Two overlapping balls: from between them the second one's surface lies inside the first.
     const mesh::Mesh pair = joined(mesh::sphere(1, 4), mesh::sphere(1, 4), {1, 0, 0});
     const MapRays rays(pair);
-    const MapRays::Surface hit = rays.surface_along({-3, 0.01, 0.02}, {1, 0, 0}, 10, 1e-6);
+    const MapRays::Surface hit = rays.surface_along({-3, 0.01, 0.02}, {1, 0, 0}, {10, 1e-6});
     EXPECT_EQ(hit.kind, MapRays::Kind::Hit);
     EXPECT_NEAR(hit.distance, 2, 5e-3);
     // Inside the first ball only, looking at the second: still inside.
-    EXPECT_EQ(rays.surface_along({-0.5, 0.01, 0.02}, {1, 0, 0}, 10, 1e-6).kind, MapRays::Kind::Cap);
+    EXPECT_EQ(rays.surface_along({-0.5, 0.01, 0.02}, {1, 0, 0}, {10, 1e-6}).kind, MapRays::Kind::Cap);
 }
 
 // Distance from a point outside to a sphere about the origin along a unit direction.
@@ -257,8 +257,8 @@ TEST(NormalMap, CutsKeepTheSheetsApart)
                                        static_cast<float>(3.1 * std::sin(0.11 * n))};
         const query::MapSample s = query::sample_map(map.view(), at, {});
         if (!std::isfinite(s.distance)) continue;
-        const auto place = shape::surface_point(map.superquadric, at);
-        const Vec3d m = cast<double>(place.point - s.distance * place.normal);
+        const auto foot = shape::surface_point(map.superquadric, at);
+        const Vec3d m = cast<double>(foot.point - s.distance * foot.normal);
         EXPECT_LT(std::min(std::abs(norm(m) - 0.4), std::abs(norm(m - Vec3d{1.2, 0, 0}) - 0.4)), 0.02);
     }
 }

@@ -16,17 +16,17 @@ namespace {
 using model::LocatorCellKind;
 using model::ModelView;
 
-/// A place that is not Free, an eighth of one that is divided, and the list that it shares.
-struct Place {
+/// A cell that is not Free, an eighth of one that is divided, and the list that it shares.
+struct Cell {
     Vec3d centre;
     double half;
     std::uint32_t index, word;
     model::CandidateList near;
 };
 
-std::vector<Place> places_of(const ModelView& v)
+std::vector<Cell> cells_of(const ModelView& v)
 {
-    std::vector<Place> out;
+    std::vector<Cell> out;
     const model::Locator& l = v.locator;
     const double cell = l.cell;
     constexpr std::uint32_t n = model::k_brick;
@@ -71,24 +71,24 @@ void each_model(const std::function<void(const std::string&, const test::Parsed&
     if (const auto horse = test::shared_mesh_too("horse_5946.obj")) check("horse", test::Parsed(*horse));
 }
 
-TEST(CandidateLists, HoldTheNearestTriangleOfAnyPointOfTheirPlace)
+TEST(CandidateLists, HoldTheNearestTriangleOfAnyPointOfTheirCell)
 {
     each_model([](const std::string& name, const test::Parsed& m) {
         test::Random random(11);
-        const std::vector<Place> places = places_of(m.view());
-        const std::size_t stride = std::max<std::size_t>(1, places.size() / 1000);
+        const std::vector<Cell> cells = cells_of(m.view());
+        const std::size_t stride = std::max<std::size_t>(1, cells.size() / 1000);
         double listed = 0, lists = 0;
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            const Place& place = places[i];
-            ASSERT_GT(place.near.count, 0u) << name;
-            listed += place.near.count;
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            const Cell& cell = cells[i];
+            ASSERT_GT(cell.near.count, 0u) << name;
+            listed += cell.near.count;
             ++lists;
             for (int k = 0; k < 10; ++k) {
-                const Vec3d p = place.centre + place.half * random.in_box({-1, -1, -1}, {1, 1, 1});
+                const Vec3d p = cell.centre + cell.half * random.in_box({-1, -1, -1}, {1, 1, 1});
                 const double nearest = m.solid().closest_boundary(p).distance;
                 double found = INFINITY;
-                for (std::uint32_t e = 0; e < place.near.count; ++e) {
-                    const mesh::Triangle& t = m.mesh().triangles[place.near[e]];
+                for (std::uint32_t e = 0; e < cell.near.count; ++e) {
+                    const mesh::Triangle& t = m.mesh().triangles[cell.near[e]];
                     const auto& v = m.mesh().vertices;
                     found = std::min(found, norm(closest_point_on_triangle(p, v[t[0]], v[t[1]], v[t[2]]) - p));
                 }
@@ -99,21 +99,21 @@ TEST(CandidateLists, HoldTheNearestTriangleOfAnyPointOfTheirPlace)
     });
 }
 
-TEST(CandidateLists, NoPointOfTheSolidIsAboveAFlatPlacesPlanesByMoreThanItsRise)
+TEST(CandidateLists, NoPointOfTheSolidIsAboveAFlatCellsPlanesByMoreThanItsRise)
 {
     each_model([](const std::string& name, const test::Parsed& m) {
         test::Random random(12);
         const ModelView& v = m.view();
         std::size_t inside = 0, outside = 0, dropped = 0;
-        for (const Place& place : places_of(v)) {
-            if (model::LocatorCell{place.word}.kind() != LocatorCellKind::Mixed) continue;
-            const std::uint8_t code = v.rises[place.index];
-            if (model::LocatorCell{place.word}.planes() == 0 || code == model::k_no_rise) continue;
-            const auto planes = v.planes.subspan(model::LocatorCell{place.word}.first(), model::LocatorCell{place.word}.planes());
+        for (const Cell& cell : cells_of(v)) {
+            if (model::LocatorCell{cell.word}.kind() != LocatorCellKind::Mixed) continue;
+            const std::uint8_t code = v.rises[cell.index];
+            if (model::LocatorCell{cell.word}.planes() == 0 || code == model::k_no_rise) continue;
+            const auto planes = v.planes.subspan(model::LocatorCell{cell.word}.first(), model::LocatorCell{cell.word}.planes());
             const float rise = static_cast<float>(code) * model::k_rise_step * v.locator.cell;
             for (int k = 0; k < 8; ++k) {
-                const Vec3d p = place.centre + place.half * random.in_box({-1, -1, -1}, {1, 1, 1});
-                const float gap = model::flat_gap(v.locator, planes, cast<float>(p - place.centre)).gap;
+                const Vec3d p = cell.centre + cell.half * random.in_box({-1, -1, -1}, {1, 1, 1});
+                const float gap = model::flat_gap(v.locator, planes, cast<float>(p - cell.centre)).gap;
                 const bool is_inside = m.solid().inside(p);
                 (is_inside ? inside : outside) += 1;
                 if (is_inside) {

@@ -17,7 +17,7 @@ using model::LocatorCellKind;
 using model::ModelView;
 
 /// A cell, an eighth of one that is divided, or a brick that is not.
-struct Place {
+struct Cell {
     LocatorCellKind kind = LocatorCellKind::Free;
     Vec3d centre;
     double side = 0;
@@ -25,9 +25,9 @@ struct Place {
     std::uint32_t word = 0;
 };
 
-std::vector<Place> places_of(const ModelView& v)
+std::vector<Cell> cells_of(const ModelView& v)
 {
-    std::vector<Place> out;
+    std::vector<Cell> out;
     const model::Locator& l = v.locator;
     const Vec3d origin = cast<double>(model::vec3(l.origin));
     const double cell = l.cell, step = cell * static_cast<double>(model::k_gap_step);
@@ -63,27 +63,27 @@ std::vector<Place> places_of(const ModelView& v)
     return out;
 }
 
-Vec3d point_in(const Place& place, test::Random& random)
+Vec3d point_in(const Cell& cell, test::Random& random)
 {
-    return place.centre + 0.4999 * place.side * random.in_box({-1, -1, -1}, {1, 1, 1});
+    return cell.centre + 0.4999 * cell.side * random.in_box({-1, -1, -1}, {1, 1, 1});
 }
 
-std::span<const std::uint32_t> planes_of(const ModelView& v, const Place& place)
+std::span<const std::uint32_t> planes_of(const ModelView& v, const Cell& cell)
 {
-    return v.planes.subspan(model::LocatorCell{place.word}.first(), model::LocatorCell{place.word}.planes());
+    return v.planes.subspan(model::LocatorCell{cell.word}.first(), model::LocatorCell{cell.word}.planes());
 }
 
-/// Of a place that is not flat.
-std::vector<model::Seed> chain_of(const ModelView& v, const Place& place)
+/// Of a cell that is not flat.
+std::vector<model::Seed> chain_of(const ModelView& v, const Cell& cell)
 {
     std::vector<model::Seed> chain;
-    for (std::uint32_t i = model::LocatorCell{place.word}.first();; ++i) {
+    for (std::uint32_t i = model::LocatorCell{cell.word}.first();; ++i) {
         chain.push_back(v.seeds[i]);
         if (model::is_last_seed(v.seeds[i])) return chain;
     }
 }
 
-/// Every third place of the horse is enough.
+/// Every third cell of the horse is enough.
 void each_model(const std::function<void(const std::string&, const test::Parsed&, std::size_t stride)>& check)
 {
     check("torus", test::Parsed(test::small_torus()), 1);
@@ -105,60 +105,60 @@ TEST(Locator, HoldsTheWholeObject)
     });
 }
 
-TEST(Locator, FreePlacesHoldNoPointOfTheSolidAndTheirGapIsALowerBound)
+TEST(Locator, FreeCellsHoldNoPointOfTheSolidAndTheirGapIsALowerBound)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
         test::Random random(1);
-        const std::vector<Place> places = places_of(m.view());
+        const std::vector<Cell> cells = cells_of(m.view());
         std::size_t checked = 0;
         double used = 0, possible = 0;
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            const Place& place = places[i];
-            if (place.kind != LocatorCellKind::Free) continue;
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            const Cell& cell = cells[i];
+            if (cell.kind != LocatorCellKind::Free) continue;
             ++checked;
-            ASSERT_FALSE(m.solid().inside(place.centre)) << name;
-            const double distance = m.solid().closest_boundary(place.centre).distance;
-            ASSERT_LE(place.gap, distance) << name;
-            used += place.gap;
+            ASSERT_FALSE(m.solid().inside(cell.centre)) << name;
+            const double distance = m.solid().closest_boundary(cell.centre).distance;
+            ASSERT_LE(cell.gap, distance) << name;
+            used += cell.gap;
             possible += distance;
-            for (int k = 0; k < 6; ++k) ASSERT_FALSE(m.solid().inside(point_in(place, random))) << name;
+            for (int k = 0; k < 6; ++k) ASSERT_FALSE(m.solid().inside(point_in(cell, random))) << name;
         }
         EXPECT_GT(checked, 100u) << name;
         EXPECT_GT(used, 0.9 * possible) << name << ": a gap of nothing would be a lower bound, too";
     });
 }
 
-TEST(Locator, InsidePlacesAreInside)
+TEST(Locator, InsideCellsAreInside)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
         test::Random random(2);
-        const std::vector<Place> places = places_of(m.view());
+        const std::vector<Cell> cells = cells_of(m.view());
         std::size_t checked = 0;
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            if (places[i].kind != LocatorCellKind::Inside) continue;
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            if (cells[i].kind != LocatorCellKind::Inside) continue;
             ++checked;
-            for (int k = 0; k < 8; ++k) ASSERT_TRUE(m.solid().inside(point_in(places[i], random))) << name;
+            for (int k = 0; k < 8; ++k) ASSERT_TRUE(m.solid().inside(point_in(cells[i], random))) << name;
         }
         EXPECT_GT(checked, 100u) << name;
     });
 }
 
-TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
+TEST(Locator, EveryInsidePointOfAMixedCellIsHeldByAListedChart)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
         test::Random random(3);
         const ModelView& v = m.view();
-        const std::vector<Place> places = places_of(v);
-        std::size_t inside = 0, first_right = 0, judged = 0, mixed = 0, asked = 0;
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            const Place& place = places[i];
-            asked += place.kind == LocatorCellKind::Ambiguous ? 1u : 0u;
-            if (place.kind != LocatorCellKind::Mixed) continue;
+        const std::vector<Cell> cells = cells_of(v);
+        std::size_t inside = 0, first_right = 0, judged = 0, mixed = 0, ambiguous = 0;
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            const Cell& cell = cells[i];
+            ambiguous += cell.kind == LocatorCellKind::Ambiguous ? 1u : 0u;
+            if (cell.kind != LocatorCellKind::Mixed) continue;
             ++mixed;
             for (int k = 0; k < 4; ++k) {
-                const Vec3d p = cast<double>(cast<float>(point_in(place, random)));
+                const Vec3d p = cast<double>(cast<float>(point_in(cell, random)));
                 const bool is_inside = m.solid().inside(p);
-                std::uint32_t list = v.part_lists[model::LocatorCell{place.word}.list()];
+                std::uint32_t list = v.part_lists[model::LocatorCell{cell.word}.list()];
                 std::int64_t holder = -1;
                 for (std::uint32_t j = 0; j < model::k_list_length && holder < 0; ++j, list >>= 8) {
                     const std::uint32_t part = list & 0xffu;
@@ -183,11 +183,11 @@ TEST(Locator, EveryInsidePointOfAMixedPlaceIsHeldByAListedChart)
         }
         EXPECT_GT(inside, 100u) << name;
         EXPECT_EQ(first_right, judged) << name << ": verdicts of the first chart beyond 0.5 % of R_max";
-        EXPECT_LT(asked, mixed / 10) << name << ": places that ask all parts should be rare";
+        EXPECT_LT(ambiguous, mixed / 10) << name << ": cells that ask all parts should be rare";
     });
 }
 
-TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
+TEST(Locator, ThePlanesOfAFlatCellAreTheSurface)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
         test::Random random(4);
@@ -195,17 +195,17 @@ TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
         const double tolerance = 0.002 * m.r_max();  // 0.4 of the default target error
         std::vector<double> errors;
         std::size_t flat = 0, all = 0;
-        const std::vector<Place> places = places_of(v);
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            const Place& place = places[i];
-            if (place.kind == LocatorCellKind::Free) continue;
+        const std::vector<Cell> cells = cells_of(v);
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            const Cell& cell = cells[i];
+            if (cell.kind == LocatorCellKind::Free) continue;
             ++all;
-            if (model::LocatorCell{place.word}.planes() == 0) continue;
+            if (model::LocatorCell{cell.word}.planes() == 0) continue;
             ++flat;
             for (int k = 0; k < 3; ++k) {
-                const Vec3d p = point_in(place, random);
+                const Vec3d p = point_in(cell, random);
                 if (!m.solid().inside(p)) continue;
-                const float lowest = model::flat_gap(v.locator, planes_of(v, place), cast<float>(p - place.centre)).gap;
+                const float lowest = model::flat_gap(v.locator, planes_of(v, cell), cast<float>(p - cell.centre)).gap;
                 errors.push_back(std::abs(static_cast<double>(lowest) - m.solid().closest_boundary(p).distance));
             }
         }
@@ -213,7 +213,7 @@ TEST(Locator, ThePlanesOfAFlatPlaceAreTheSurface)
         std::sort(errors.begin(), errors.end());
         const auto within = static_cast<double>(std::upper_bound(errors.begin(), errors.end(), tolerance) - errors.begin()) /
                             static_cast<double>(errors.size());
-        std::cout << name << ": " << flat << " of " << all << " places flat; " << 100 * within
+        std::cout << name << ": " << flat << " of " << all << " cells flat; " << 100 * within
                   << " % of points within the tolerance, median " << 100 * errors[errors.size() / 2] / m.r_max() << " %, p99 "
                   << 100 * errors[errors.size() * 99 / 100] / m.r_max() << " %, worst " << 100 * errors.back() / m.r_max()
                   << " % of R_max\n";
@@ -228,14 +228,14 @@ TEST(Locator, APlaneIsOfThePartThatOwnsItsSurface)
         test::Random random(6);
         const ModelView& v = m.view();
         std::size_t checked = 0, right = 0;
-        const std::vector<Place> places = places_of(v);
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            const Place& place = places[i];
-            if (place.kind == LocatorCellKind::Free || model::LocatorCell{place.word}.planes() != 1) continue;
-            const std::uint32_t plane = planes_of(v, place).front();
+        const std::vector<Cell> cells = cells_of(v);
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            const Cell& cell = cells[i];
+            if (cell.kind == LocatorCellKind::Free || model::LocatorCell{cell.word}.planes() != 1) continue;
+            const std::uint32_t plane = planes_of(v, cell).front();
             const std::uint32_t part =
-                model::part_in_list(v.part_lists[model::LocatorCell{place.word}.list()], model::LocatorPlane{plane}.slot());
-            const mesh::ClosestPoint nearest = m.solid().closest_boundary(place.centre);
+                model::part_in_list(v.part_lists[model::LocatorCell{cell.word}.list()], model::LocatorPlane{plane}.slot());
+            const mesh::ClosestPoint nearest = m.solid().closest_boundary(cell.centre);
             ++checked;
             right += model::part_of_triangle(v, nearest.triangle) == part ? 1u : 0u;
         }
@@ -245,24 +245,24 @@ TEST(Locator, APlaneIsOfThePartThatOwnsItsSurface)
     });
 }
 
-TEST(Locator, TheSearchFromSomeSeedOfAPlaceFindsTheNearestSurface)
+TEST(Locator, TheSearchFromSomeSeedOfACellFindsTheNearestSurface)
 {
     each_model([](const std::string& name, const test::Parsed& m, std::size_t stride) {
         test::Random random(5);
         const ModelView& v = m.view();
         std::vector<double> errors;
-        const std::vector<Place> places = places_of(v);
-        for (std::size_t i = 0; i < places.size(); i += stride) {
-            const Place& place = places[i];
-            if (place.kind == LocatorCellKind::Free || model::LocatorCell{place.word}.planes() > 0) continue;
-            const std::vector<model::Seed> chain = chain_of(v, place);
-            const Vec3d p = point_in(place, random);
+        const std::vector<Cell> cells = cells_of(v);
+        for (std::size_t i = 0; i < cells.size(); i += stride) {
+            const Cell& cell = cells[i];
+            if (cell.kind == LocatorCellKind::Free || model::LocatorCell{cell.word}.planes() > 0) continue;
+            const std::vector<model::Seed> chain = chain_of(v, cell);
+            const Vec3d p = point_in(cell, random);
             if (!m.solid().inside(p)) continue;
             double best = INFINITY;
             for (const model::Seed& seed : chain) {
                 const model::Part& part = v.parts[model::seed_part(seed)];
                 const model::CentralMap map(v, part);
-                const float gap = model::seed_gap(v.locator, seed, cast<float>(p - place.centre));
+                const float gap = model::seed_gap(v.locator, seed, cast<float>(p - cell.centre));
                 const Vec3f point = cast<float>(p), foot = point + gap * model::seed_normal(seed);
                 best = std::min<double>(
                     best, std::sqrt(model::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
@@ -285,7 +285,7 @@ TEST(Locator, IsTheSameOnAnyNumberOfThreads)
     const model::ModelData a = bake(test::small_hand(), true, one).model, b = bake(test::small_hand(), true, three).model;
     EXPECT_FALSE(a.bricks.empty());
     EXPECT_EQ(a.bricks, b.bricks);
-    EXPECT_EQ(a.places, b.places);
+    EXPECT_EQ(a.cells, b.cells);
     EXPECT_EQ(a.part_lists, b.part_lists);
     EXPECT_EQ(a.near_bricks, b.near_bricks);
     EXPECT_EQ(a.near, b.near);
