@@ -28,10 +28,11 @@ struct Grid {
     }
 };
 
-template <class Keep, class Place>
-Grid add_panel(Garment& garment, int columns, int rows, double pitch_x, double pitch_y, Keep&& keep, Place&& place)
+/// keep(i, j): whether a cell is cloth; start(i, j): the initial position of a corner.
+template <class Keep, class Start>
+Grid add_panel(Garment& garment, Grid grid, Keep&& keep, Start&& start)
 {
-    Grid grid{columns, rows, pitch_x, pitch_y, {}};
+    const int columns = grid.columns, rows = grid.rows;
     grid.vertex.assign(static_cast<std::size_t>(columns + 1) * static_cast<std::size_t>(rows + 1), -1);
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i) {
@@ -40,8 +41,8 @@ Grid add_panel(Garment& garment, int columns, int rows, double pitch_x, double p
                 std::int64_t& v = grid.at(i + di, j + dj);
                 if (v >= 0) continue;
                 v = static_cast<std::int64_t>(garment.flat.size());
-                garment.flat.push_back({(i + di) * pitch_x, (j + dj) * pitch_y, 0});
-                garment.start.push_back(place(i + di, j + dj));
+                garment.flat.push_back({(i + di) * grid.pitch_x, (j + dj) * grid.pitch_y, 0});
+                garment.start.push_back(start(i + di, j + dj));
             }
             const auto a = static_cast<std::uint32_t>(grid.at(i, j)), b = static_cast<std::uint32_t>(grid.at(i + 1, j)),
                        c = static_cast<std::uint32_t>(grid.at(i + 1, j + 1)), d = static_cast<std::uint32_t>(grid.at(i, j + 1));
@@ -81,7 +82,7 @@ Garment sheet(const SheetPattern& p)
     const double px = p.width / columns, pz = p.depth / rows;
     Garment out;
     add_panel(
-        out, columns, rows, px, pz,
+        out, {columns, rows, px, pz, {}},
         [&](int i, int j) {
             if (p.hole_x <= 0 || p.hole_z <= 0) return true;
             const double x = ((i + 0.5) * px - 0.5 * p.width) / p.hole_x, z = ((j + 0.5) * pz - 0.5 * p.depth) / p.hole_z;
@@ -141,7 +142,7 @@ Garment shirt(const ShirtPattern& p)
     };
     Garment out;
     const auto panel = [&](double z) {
-        return add_panel(out, columns, rows, px, py, kept, [&](int i, int j) {
+        return add_panel(out, {columns, rows, px, py, {}}, kept, [&](int i, int j) {
             return p.collar + Vec3d{i * px - 0.5 * p.span, -j * py, z};
         });
     };

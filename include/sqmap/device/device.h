@@ -1,4 +1,4 @@
-// The one interface to every haptic device: poses in, wrenches out, and what the device can do.
+// The one interface to every haptic device: poses in, wrenches out, and the device's capabilities.
 #pragma once
 
 #include "sqmap/haptic/wrench.h"
@@ -19,7 +19,7 @@ using haptic::Wrench;
 /// One zone is a stylus' tip or a tool; a glove has five fingers and a palm.
 inline constexpr std::size_t k_max_zones = 16;
 
-/// What a device can do; the safety filter takes its limits from here. Zero means unknown, and then the careful default holds.
+/// Capabilities of a device; the safety filter takes its limits from here. Zero means unknown: the careful default holds.
 struct Capabilities {
     std::string name;         ///< for people: "Haply Inverse3 (service on localhost)"
     bool simulated = false;   ///< no hardware: never shown as though it were
@@ -27,7 +27,7 @@ struct Capabilities {
     bool rotates_in = false;  ///< reports orientation
     bool force_out = false;   ///< directional force
     bool torque_out = false;
-    bool rumble_out = false;      ///< only the force's magnitude can be felt
+    bool rumble_out = false;      ///< only the force's magnitude is shown
     double max_force = 0;         ///< N
     double max_torque = 0;        ///< N m
     double continuous_force = 0;  ///< N, root mean square over 10 s
@@ -46,30 +46,32 @@ struct Sample {
     std::array<Twist, k_max_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
     bool has_twist = false;
     std::uint32_t buttons = 0;  ///< a bit each
-    std::uint32_t resumes = 0;  ///< how often the user has, at the device, asked to go on after a fault or STOP of the filter
+    std::uint32_t resumes = 0;  ///< times that the user has, at the device, chosen to go on after a fault or STOP of the filter
 };
 
-/// A device that cannot be opened: no such kind, not there, or wrong arguments; what() says why and what to do.
+/// A device that cannot be opened: no such kind, not there, or wrong arguments; what() gives the reason and the remedy.
 class DeviceError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// Implementations: one file a family in src/device. A device is used by one thread at a time, the servo's, except zero().
-/// read, write and zero never wait, allocate or throw: what waits for hardware is done by a thread of the device's own. That
-/// thread exerts nothing where the last write is older than 20 ms, and the destructor leaves the hardware without force.
+/// Implementations: one file per family in src/device.
+/// Thread safety: one thread at a time, the servo's; zero() may be called by any thread at any time. read, write, report and zero
+/// never wait, allocate or throw: a thread of the device's own waits for the hardware. That thread exerts nothing where the last
+/// write is older than 20 ms, and the destructor leaves the hardware without force.
 class Device {
 public:
     virtual ~Device() = default;
+    /// The same for the device's whole life.
     [[nodiscard]] virtual const Capabilities& capabilities() const noexcept = 0;
     /// The newest reading. False when the device is gone; sample is then unchanged.
     virtual bool read(Sample& sample) noexcept = 0;
-    /// One wrench a zone. False when the device is gone.
+    /// One wrench per zone, N and N m, world axes. False when the device is gone.
     virtual bool write(std::span<const Wrench> wrenches) noexcept = 0;
-    /// What the safety filter did to the wrenches of the next write, as haptic::bits has it: for devices that can show it.
+    /// The safety filter's report on the wrenches of the next write (haptic::bits): for devices that can show it.
     virtual void report(std::uint32_t /*filter*/) noexcept {}
-    /// No force, now: may be called by any thread, at any time, also twice. What a watchdog calls. It cancels every wrench
-    /// written before it; a later write() counts again, so whoever stops for good must also keep the servo from writing.
+    /// No force, now: any thread, any time, also twice; for watchdogs. It cancels every wrench written before it; a later write()
+    /// counts again, so that to stop for good the servo must be kept from writing.
     virtual void zero() noexcept = 0;
 };
 

@@ -1,4 +1,4 @@
-// A hand of 25 joints that nobody wears: postures, where its joints are, and a simulated glove of five fingers and a palm.
+// A hand of 25 joints without a wearer: postures, poses of its joints, and a simulated glove of five fingers and a palm.
 #pragma once
 
 #include "sqmap/device/simulated.h"
@@ -16,18 +16,18 @@ inline constexpr std::size_t k_hand_joints = 25;
 inline constexpr std::size_t k_glove_zones = 6;
 inline constexpr std::array<std::size_t, 5> k_tip_joints{4, 9, 14, 19, 24};
 
-/// What the muscles do. Angles in radians; zero is a flat hand with the fingers together.
+/// Angles of the fingers, radians; zero is a flat hand with the fingers together.
 struct HandPosture {
     Pose wrist{};  ///< hand -> world. The hand's frame: x to the thumb's side, y along the middle finger, z out of the back
     std::array<double, 5> curl{};    ///< of each finger at its proximal joint; the joints beyond follow by 0.8 and 0.6 of it
     std::array<double, 5> spread{};  ///< of each finger at its proximal joint, towards the thumb's side
 };
 
-/// Where every joint is, and how the bone that begins there lies: its y axis along the bone. right-handed; length: m, wrist to
+/// World pose of every joint, m; the y axis lies along the bone that begins there. right-handed; length: m, wrist to
 /// middle fingertip. Bones are about as long as Buchholz, Armstrong and Goldstein (1992) found, as shares of the hand's length.
 [[nodiscard]] std::array<Pose, k_hand_joints> hand_joints(const HandPosture& posture, double length = 0.19) noexcept;
 
-/// Where the zones of a glove are for these joints: the tips, and the middle of the palm.
+/// Poses of a glove's zones for these joints: the tips, and the middle of the palm. Any thread.
 [[nodiscard]] std::array<Pose, k_glove_zones> glove_zones(const std::array<Pose, k_hand_joints>& joints) noexcept;
 
 /// A hand that opens and closes while it goes to and fro.
@@ -39,6 +39,7 @@ struct GloveMotion {
     double curl_period = 2;  ///< s
     double length = 0.19;    ///< m, of the hand
 };
+/// time: s. Any thread.
 [[nodiscard]] HandPosture posture_at(const GloveMotion& motion, double time) noexcept;
 /// A HandScript; its context is a GloveMotion.
 HandTarget glove_script(const void* motion, double time, std::size_t zone) noexcept;

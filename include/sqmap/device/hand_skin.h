@@ -10,7 +10,7 @@
 
 namespace sqmap::device {
 
-/// WebXR's names of the joints, in the order of hand_joints.
+/// WebXR's names of the joints, in the order of hand_joints; "" beyond them. Any thread.
 [[nodiscard]] const char* hand_joint_name(std::size_t joint) noexcept;
 
 /// A hand as it was bound: flat or nearly so, either side. Any unit, any frame.
@@ -24,7 +24,8 @@ struct HandMesh {
 
 /// Linear blend skinning of a HandMesh by the zones of a glove. Wrist and curls follow from how the zones lie, as though its
 /// bones were those of hand_joints; what the tips then are off by, as when a force holds them back, moves the finger's bones, in
-/// thirds from the knuckle on: a fingertip moves as the glove says.
+/// thirds from the knuckle on: a fingertip moves with its zone.
+/// Thread safety: one thread at a time; const functions by many while nobody poses it.
 class HandSkin {
 public:
     /// Scaled to `length`, m, from wrist to middle fingertip; a right hand becomes a left one, which hand_joints is.

@@ -9,8 +9,9 @@
 
 namespace sqmap::device {
 
-/// The newest of a stream of values (triple buffer): one writer, one reader, neither ever waits. Where the reader is slower,
-/// values in between are lost. No pointers inside, so that it may lie in shared memory.
+/// The newest of a stream of values (triple buffer). Where the reader is slower, values in between are lost. No pointers inside,
+/// so that it may lie in shared memory.
+/// Thread safety: one writing and one reading thread (or process) at once; neither ever waits.
 template <class T>
 class Newest {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -42,8 +43,8 @@ private:
     alignas(64) std::atomic<std::uint32_t> shared_{2};
 };
 
-/// Every value in order (ring): one writer, one reader, neither ever waits. Where the reader falls N behind, new values are
-/// refused, and the writer knows.
+/// Every value in order (ring). Where the reader falls N behind, new values are refused, and push() says so.
+/// Thread safety: one writing and one reading thread at once; neither ever waits.
 template <class T, std::size_t N>
 class Ring {
     static_assert(std::is_trivially_copyable_v<T> && (N & (N - 1)) == 0);

@@ -1,4 +1,4 @@
-// How late a thread wakes that wants to wake every millisecond: what a machine can hold, and what stands in its way.
+// The lateness of a thread that wakes every millisecond: whether a machine can hold the rate, and what hinders it.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 
 namespace sqmap::device {
 
+/// Of measure_jitter.
 struct JitterOptions {
     double seconds = 10;   ///< 0.1 to 3600
     double period = 1e-3;  ///< s, 0.1 to 20 ms
@@ -21,14 +22,16 @@ struct Jitter {
     std::uint64_t late = 0;  ///< more than a period
 };
 
-/// Runs the servo's own sleep for a while, without work. Nothing where the priority is not granted.
+/// Runs the servo's own sleep for a while, without work, in a thread of its own; returns when it has ended. Nothing where the
+/// priority is not granted. Any thread.
 /// @throw std::invalid_argument for options out of range
 [[nodiscard]] std::optional<Jitter> measure_jitter(const JitterOptions& options);
 
-/// The p-quantile (0 to 1) of sorted values, by the nearest rank: an observed value, no interpolation. @pre not empty
+/// The p-quantile (0 to 1) of sorted values, by the nearest rank: an observed value, no interpolation. Any thread.
+/// @pre not empty
 [[nodiscard]] double quantile(const std::vector<double>& sorted, double p);
 
-/// What the machine says of itself; empty or -1 where it does not.
+/// Properties of the machine; empty or -1 where unknown.
 struct Machine {
     std::string kernel;      ///< release
     std::string preemption;  ///< "PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT" or ""
@@ -39,16 +42,19 @@ struct Machine {
     long long memory_lock = -1;  ///< bytes that this user may lock (ulimit -l), -1: unlimited
     double load = -1;            ///< average of the last minute
 };
+/// Reads them from the system. Any thread.
 [[nodiscard]] Machine machine();
 
+/// Whether a machine holds the servo's rate.
 enum class Holds : std::uint8_t {
     Steadily,  ///< under 0.1 % of the ticks late, 99.9 % within half a millisecond
     Mostly,    ///< under 1 % late: works, with ticks that the servo answers from the last contacts
     Not,
 };
+/// Any thread.
 [[nodiscard]] Holds judge(const Jitter& jitter);
 
-/// What to do, most useful first; empty where there is nothing to gain.
+/// Remedies, most useful first; empty where there is nothing to gain. Any thread.
 [[nodiscard]] std::vector<std::string> advice(const Machine& machine, const Jitter& plain, const std::optional<Jitter>& fifo);
 
 }  // namespace sqmap::device

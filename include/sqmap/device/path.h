@@ -13,7 +13,7 @@
 namespace sqmap::device {
 
 /// Plays poses: each read() is the next one, whatever the clock says, so that runs repeat; a sample's time is that of reading it,
-/// as of any device. After the last one the device is gone. Wrenches go nowhere.
+/// as of any device. After the last one the device is gone. Wrenches are ignored. Thread safety: as every Device.
 class PathDevice final : public Device {
 public:
     /// poses: #ticks by #zones, a tick's zones side by side. rate: Hz at which they were taken, for capabilities().
@@ -24,6 +24,7 @@ public:
     bool read(Sample& sample) noexcept override;
     bool write(std::span<const Wrench> wrenches) noexcept override;
     void zero() noexcept override {}
+    /// Number of poses per zone.
     [[nodiscard]] std::size_t ticks() const noexcept { return poses_.size() / capabilities_.zones; }
 
 private:
@@ -34,14 +35,14 @@ private:
 
 /// Reads a CSV with the header r00,r01,r02,r10,...,r22,tx,ty,tz and a pose a row: x in the world = rotation x + translation.
 /// @throw DeviceError that names the line: no such file, another header, not twelve finite numbers, rows that are not a
-/// rotation within 1e-4, no row at all.
+/// rotation within 1e-4, no row at all. Any thread.
 [[nodiscard]] std::vector<Pose> read_path(const std::filesystem::path& path);
 
 enum class Script {
     Press,   ///< in along the normal, a hold, out again
-    Tap,     ///< in and out as a sine, its greatest speed as asked
+    Tap,     ///< in and out as a sine, its greatest speed as chosen
     Slide,   ///< along the surface, in the plane of its normal and travel, round the object again and again
-    Circle,  ///< round the place that a press would touch
+    Circle,  ///< round the point that a press would touch
 };
 
 /// Lengths in mesh units, times in seconds.
@@ -53,19 +54,19 @@ struct ScriptOptions {
     double depth = 0.002;  ///< of the deepest point of the tool
     double gap = 0.005;    ///< from where the tool starts
     double radius = 0.02;  ///< of the circle
-    /// From the model's origin to the place that is touched, any length; zero: the first of z, x, y, -z, -x, -y where there is
+    /// From the model's origin to the point that is touched, any length; zero: the first of z, x, y, -z, -x, -y where there is
     /// one.
     Vec3d direction{};
     Vec3d travel{1, 0, 0};  ///< where a slide or circle sets out to, as far as the surface lets it
 };
 
 /// s from the start until the tool is as deep as it is to be; of a press or a tap, until it is out again. Less time cuts the
-/// script short.
+/// script short. Any thread.
 [[nodiscard]] double script_needs(Script script, const ScriptOptions& options) noexcept;
 
 /// Poses of a tool over a model, in the mesh's frame and units: the tool is never turned. Slides and circles are smoothed over 50
-/// ticks, so depth is met on the average. A circle is felt along one direction and hovers where the surface drops away from it.
-/// Neither ever jumps. Deterministic. Cost: some 40 queries a tick of a slide or circle.
+/// ticks, so depth is met on the average. A circle follows the surface along one direction and hovers where it drops away.
+/// Neither ever jumps. Deterministic. Cost: some 40 queries per tick of a slide or circle. Any thread.
 /// @throw DeviceError where no surface lies in the direction, or for options out of range.
 [[nodiscard]] std::vector<Pose> scripted_path(const model::ModelView& model, const query::Probe& tool, Script script,
                                               const ScriptOptions& options);

@@ -1,4 +1,4 @@
-// The 1 kHz loop: reads a device, runs a tick, passes the result through the safety filter, writes. And who watches it.
+// The 1 kHz loop: reads a device, runs a tick, passes the result through the safety filter, writes; and its watchdog.
 #pragma once
 
 #include "sqmap/device/device.h"
@@ -12,7 +12,7 @@
 
 namespace sqmap::device {
 
-/// What a tick gets. References hold during the call only.
+/// Input of a tick. References hold during the call only.
 struct TickInput {
     const Sample& sample;
     double time = 0;        ///< s, steady clock
@@ -21,16 +21,17 @@ struct TickInput {
     std::uint64_t tick = 0;
     std::span<double> pushes{};  ///< to be filled, where known, zero at first: haptic::SafetyInput::pushes
 };
-/// wrenches: one a zone, zero at first. Runs on the servo's thread: must not wait, allocate or throw. What it returns is handed
-/// on as ServoTick::status. A plain function and a context: no indirection that could allocate.
+/// wrenches: one per zone, zero at first. Runs on the servo's thread: must not wait, allocate or throw. Its result becomes
+/// ServoTick::status. A plain function and a context: no indirection that could allocate.
 using TickFunction = std::uint32_t (*)(void* context, const TickInput& input, std::span<Wrench> wrenches) noexcept;
 
+/// Of a servo.
 struct ServoOptions {
     double period = 1e-3;      ///< s, 0.1 to 20 ms
     double budget = 0.8;       ///< share of the period that a tick may work; more makes the next one degraded
     int priority = 0;          ///< SCHED_FIFO 1 to 98, its watchdog one more; 0: as other threads. Needs the right: sqmap rtcheck
     bool lock_memory = false;  ///< mlockall, so that no tick waits for a page
-    bool signals = true;       ///< zero on SIGINT and SIGTERM, then whatever they did before
+    bool signals = true;       ///< zero on SIGINT and SIGTERM, then their earlier handlers
     haptic::SafetyOptions safety{};
 };
 
@@ -49,6 +50,7 @@ struct ServoTick {
     std::array<Wrench, k_max_zones> commanded{}, sent{};
 };
 
+/// Since the servo's start.
 struct ServoCounters {
     std::uint64_t ticks = 0;
     std::uint64_t late = 0;      ///< more than a period after their deadline
@@ -56,17 +58,19 @@ struct ServoCounters {
     std::uint64_t overruns = 0;  ///< ticks that worked longer than their budget
     std::uint64_t degraded = 0;
     std::uint64_t watchdog = 0;  ///< times the watchdog found no heartbeat for 20 ms
-    std::uint64_t dropped = 0;   ///< ticks that next() never shows, because nobody asked for them in time
+    std::uint64_t dropped = 0;   ///< ticks that next() never shows, because nobody read them in time
     double worst_late = 0;       ///< s
 };
 
-/// Limits of the filter from what a device says of itself.
+/// Limits of the filter from a device's capabilities; period: s. Any thread.
 [[nodiscard]] haptic::DeviceLimits safety_limits(const Capabilities& capabilities, double period) noexcept;
 
 /// Runs from construction to destruction. The device exerts nothing: before the filter engages, after stop(), when the heartbeat
 /// is more than 20 ms old (a thread of its own watches, with its own timer), in the destructor, on SIGINT, SIGTERM, std::exit and
 /// std::terminate. What acts when the process is killed: the device's own time-out, or keep_in_own_process.
 /// The loop is in docs/realtime.md. At most 8 servos at a time.
+/// Thread safety: stop, resume, hold, restart and counters may be called by any thread at once; newest by one thread at a time
+/// and next by one thread at a time; construction and destruction by the owner alone. None of them waits for the loop.
 class Servo {
 public:
     /// @throw std::invalid_argument for limits that the filter refuses, with its reason, or a period or priority out of range;
@@ -82,7 +86,7 @@ public:
     void resume() noexcept;         ///< the user's act that clears STOP and FAULT
     void hold(bool held) noexcept;  ///< the dead-man switch, where SafetyOptions::dead_man
     void restart() noexcept;        ///< the scene has changed: engage anew
-    [[nodiscard]] ServoCounters counters() const noexcept;
+    [[nodiscard]] ServoCounters counters() const noexcept;  ///< each is right; together they may be of two ticks
 
     // One thread each.
     bool newest(ServoTick& tick) noexcept;  ///< the last one; false where there is none since the last call

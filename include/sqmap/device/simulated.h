@@ -58,9 +58,10 @@ struct HandTarget {
 };
 
 /// One zone of the device in a hand, in steps of any length; no clock, no thread, no allocation. The same steps give the same
-/// bits. Semi-implicit Euler in substeps of at most 50 us.
+/// bits. Semi-implicit Euler in substeps of at most 50 us. Thread safety: one thread at a time.
 class HeldTool {
 public:
+    /// At rest at the origin.
     HeldTool(const Mechanism& mechanism, const HandProfile& hand) noexcept : mechanism_(mechanism), hand_(hand) {}
 
     /// At rest there, without force.
@@ -73,7 +74,7 @@ public:
     [[nodiscard]] Pose measured() const noexcept;  ///< as the encoder sees it
     [[nodiscard]] const Pose& pose() const noexcept { return pose_; }
     [[nodiscard]] const Twist& twist() const noexcept { return twist_; }
-    /// What the motors exert now.
+    /// Wrench of the motors now.
     [[nodiscard]] const Wrench& exerted() const noexcept { return exerted_; }
     /// J that the motors have given since reset, and what of it the mechanism's own friction took.
     [[nodiscard]] double work() const noexcept { return work_; }
@@ -92,7 +93,8 @@ private:
     double work_ = 0, dissipated_ = 0;
 };
 
-/// What the motors of a SimulatedDevice do, for whoever watches: lock-free, so that it may lie in shared memory.
+/// The motors of a SimulatedDevice, for watching. Any number of threads or processes may read it: lock-free, so that it may lie
+/// in shared memory.
 struct MotorRecord {
     std::atomic<double> force{0};      ///< N, of the zone with most, as it is exerted
     std::atomic<double> max_force{0};  ///< N, since the start
@@ -114,7 +116,8 @@ struct SimulatedOptions {
     MotorRecord* motors = nullptr;  ///< null: nobody watches
 };
 
-/// By the steady clock: read() lets the time pass that has passed. zero() may be called by any thread. capabilities().simulated.
+/// By the steady clock: read() simulates the time since the last one. capabilities().simulated.
+/// Thread safety: as every Device; unplug, freeze and poison by any thread.
 class SimulatedDevice final : public Device {
 public:
     /// @throw std::invalid_argument for zones outside 1 to k_max_zones
@@ -146,7 +149,7 @@ private:
     std::atomic<bool> cancelled_{false}, plugged_{true}, frozen_{false}, poisoned_{false};
 };
 
-/// What Mechanism and hand say of themselves.
+/// Capabilities of a mechanism with so many zones. Any thread.
 [[nodiscard]] Capabilities capabilities_of(const Mechanism& mechanism, std::size_t zones);
 
 }  // namespace sqmap::device

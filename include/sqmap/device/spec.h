@@ -1,4 +1,4 @@
-// Devices by name, as on a command line, and what a list of them says.
+// Devices by name, as on a command line, and the entries of their list.
 #pragma once
 
 #include "sqmap/device/device.h"
@@ -36,13 +36,14 @@ struct DeviceSpec {
 /// @throw DeviceError for an empty kind, an empty argument, an option without a name or one given twice.
 [[nodiscard]] DeviceSpec parse_spec(std::string_view text);
 
+/// Whether a device can be opened.
 enum class Presence {
     Here,      ///< can be opened now
     Absent,    ///< supported by this build, but not there: unplugged, or its service does not run
     NotBuilt,  ///< this build has no support: what is missing is said
 };
 
-/// What `sqmap devices` prints a line for.
+/// A line of `sqmap devices`.
 struct DeviceListing {
     std::string spec;  ///< what to pass to open_device
     Presence presence = Presence::Absent;

@@ -25,7 +25,7 @@ public:
 
 inline constexpr int k_trace_version = 1;
 
-/// What was recorded and how: a zone count, and everything that a replay needs, as key and value, in order; a key may repeat.
+/// The recording's setting: a zone count, and all that a replay needs, as key and value, in order; a key may repeat.
 struct TraceHeader {
     std::size_t zones = 1;
     std::vector<std::pair<std::string, std::string>> fields{};  ///< a key has no blank, neither has a line break
@@ -34,7 +34,7 @@ struct TraceHeader {
     [[nodiscard]] std::optional<std::string> find(std::string_view key) const;
 };
 
-/// How the forces of a tick were asked for.
+/// How the forces of a tick were computed; bits.
 enum TraceInput : std::uint32_t {
     k_trace_measured_twist = 1,  ///< with the device's twists, not with differences of poses
     k_trace_degraded = 2,        ///< from the last tangent planes
@@ -59,9 +59,9 @@ struct TraceRow {
     std::array<Wrench, k_max_zones> sent{};      ///< to the device, behind the safety filter
 };
 
-/// Equal to the bit in everything but cpu (any NaN equals any other).
+/// Equal to the bit in everything but cpu (any NaN equals any other). Any thread.
 [[nodiscard]] bool same_bits(const TraceRow& a, const TraceRow& b, std::size_t zones) noexcept;
-/// Names of the columns in which they differ, separated by blanks; empty where same_bits.
+/// Names of the columns in which they differ, separated by blanks; empty where same_bits. Any thread.
 [[nodiscard]] std::string differences(const TraceRow& a, const TraceRow& b, std::size_t zones);
 
 /// Whether a TraceWriter could write there; leaves nothing. @throw TraceError where not
@@ -70,6 +70,8 @@ void check_recording(const std::filesystem::path& path);
 /// Writes a trace. Rows go to PATH.recording, which becomes PATH on finish(): PATH is never partly there, and a recording that
 /// is killed keeps all but its last moments under the other name, which a reader takes too. A PATH that exists and is no
 /// regular file (a pipe) is written to in place.
+/// Thread safety: one thread pushes (the servo's); dropped() by any thread; a thread of the writer's own writes the file.
+/// finish() and destruction after the last push.
 class TraceWriter {
 public:
     /// @throw TraceError where the file cannot be made, or an earlier recording that was cut short lies there.
@@ -96,7 +98,7 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Reads a trace row by row: the memory does not grow with the file.
+/// Reads a trace row by row: the memory does not grow with the file. Thread safety: one thread at a time.
 class TraceReader {
 public:
     /// @throw TraceError: no such file, not a trace, another version, a column that is missing or unknown.
@@ -105,6 +107,7 @@ public:
     TraceReader(const TraceReader&) = delete;
     TraceReader& operator=(const TraceReader&) = delete;
 
+    /// Read by the constructor.
     [[nodiscard]] const TraceHeader& header() const noexcept;
     /// False at the end. A last row without its line break is left out: the recording was cut short in it.
     /// @throw TraceError naming the line.

@@ -119,9 +119,9 @@ public:
     /// Cost: linear in the nodes, threads and contacts, times the iterations.
     StepReport step(double dt, std::span<const Collider> colliders) noexcept;
 
-    [[nodiscard]] std::size_t size() const noexcept;
-    [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept;
-    [[nodiscard]] std::span<const Vec3d> positions() const noexcept;   ///< world, m; until the next step
+    [[nodiscard]] std::size_t size() const noexcept;                                         ///< number of nodes
+    [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept;  ///< of the garment
+    [[nodiscard]] std::span<const Vec3d> positions() const noexcept;                         ///< world, m; until the next step
     [[nodiscard]] std::span<const Vec3d> velocities() const noexcept;  ///< m / s, world; until the next step
     /// Query points of the last step, world, m: a little more than the thickness below each node that is in contact.
     [[nodiscard]] std::span<const Vec3d> query_points() const noexcept;
@@ -138,9 +138,9 @@ public:
     /// Nodes that are not pinned stay as they are.
     void unpin(std::span<const std::uint32_t> nodes);
 
-    [[nodiscard]] std::size_t seams() const noexcept;
-    void cut(std::size_t seam);  ///< @throw std::out_of_range unless seam < seams(); so below
-    void sew(std::size_t seam);  ///< threads draw the edges together over half a second
+    [[nodiscard]] std::size_t seams() const noexcept;  ///< number of the garment's seams
+    void cut(std::size_t seam);                        ///< @throw std::out_of_range unless seam < seams(); so below
+    void sew(std::size_t seam);                        ///< threads draw the edges together over half a second
     /// Largest distance of a pair of the seam, m.
     [[nodiscard]] double gap(std::size_t seam) const;
 
@@ -148,8 +148,8 @@ public:
     /// N/m, of all springs together. Held nodes still have contacts; pinned ones are not held.
     /// @throw std::invalid_argument for a node that is not there or a stiffness that is not positive
     void grasp(std::uint32_t node, double radius, Vec3d tool, double stiffness = 500);
-    void drag(Vec3d tool) noexcept;  ///< moves the tool; ignored where not finite
-    void release();
+    void drag(Vec3d tool) noexcept;                ///< moves the tool; ignored where not finite
+    void release();                                ///< ends the grasp; the tension is zero then
     [[nodiscard]] Vec3d tension() const noexcept;  ///< N, world, on the tool, by the springs
 
 private:

@@ -14,7 +14,7 @@ namespace sqmap::sim {
 /// two triangles counts once. What merely touches does not count, nor does what lies in one plane.
 /// positions: #vertices by 3, m. triangles: #triangles by 3, each index less than #vertices.
 /// same: #vertices, vertices with equal numbers are one (a sewn seam's pairs lie on each other); empty: each is its own.
-/// Cost: O(n log n) in the triangles for cloth that is not heaped up, on Bullet's trees; allocates.
+/// Cost: O(n log n) in the triangles for cloth that is not heaped up, on Bullet's trees; allocates. Any thread.
 [[nodiscard]] std::size_t crossings(std::span<const Vec3d> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
                                     std::span<const std::uint32_t> same = {});
 

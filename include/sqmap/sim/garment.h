@@ -1,4 +1,5 @@
-// Garments from patterns: flat panels, the seams that join them, and what they are made of.
+// Garments from patterns: flat panels, the seams that join them, and their fabric. Functions may be called by any thread; they
+// allocate.
 #pragma once
 
 #include "sqmap/math/vec.h"
@@ -11,7 +12,7 @@
 
 namespace sqmap::sim {
 
-/// What cloth is made of. SI units.
+/// Material of cloth. SI units.
 struct Fabric {
     double density = 0.15;     ///< kg / m^2
     double stretch = 1;        ///< share of a thread's strain that an iteration removes, (0, 1]
@@ -50,6 +51,7 @@ struct SheetPattern {
     double width = 1.2, depth = 1.2, hole_x = 0, hole_z = 0;
     std::uint32_t vertices = 2500;
 };
+/// Deterministic.
 [[nodiscard]] Garment sheet(const SheetPattern& pattern);
 
 /// A circle skirt: a ring, level, at the waist; its inner edge is the waistband.
@@ -58,6 +60,7 @@ struct SkirtPattern {
     double waist_radius = 0.15, length = 0.5;
     std::uint32_t vertices = 2500;
 };
+/// Deterministic.
 [[nodiscard]] Garment skirt(const SkirtPattern& pattern);
 
 /// A T-shirt of two panels, upright, in front of and behind the body (+z and -z), sewn along shoulders and sleeves' tops, and
@@ -72,6 +75,7 @@ struct ShirtPattern {
     double gap = 0.16;              ///< from the middle plane to each panel
     std::uint32_t vertices = 4000;  ///< of both panels
 };
+/// Deterministic.
 [[nodiscard]] Garment shirt(const ShirtPattern& pattern);
 
 }  // namespace sqmap::sim

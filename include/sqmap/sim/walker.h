@@ -15,6 +15,7 @@ struct BoneCapsule {
     double radius_a, radius_b;
 };
 
+/// Of a figure.
 struct Bone {
     std::string name;
     int parent = -1;                 ///< stands before it
