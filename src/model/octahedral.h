@@ -35,4 +35,31 @@ inline std::uint32_t octahedral_code(Vec3d n)
     return code(x) | code(y) << bits;
 }
 
+/// The normal maps' code: 8 + 8 bits whose ends are the octahedron's corners; error below 1 degree.
+inline std::uint16_t encode_normal(Vec3f n) noexcept
+{
+    const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
+    if (!(sum > 0)) return encode_normal({0, 0, 1});
+    float u = n.x / sum, v = n.y / sum;
+    if (n.z < 0) {
+        const float fold = (1 - std::abs(v)) * (u < 0 ? -1.0f : 1.0f);
+        v = (1 - std::abs(u)) * (v < 0 ? -1.0f : 1.0f);
+        u = fold;
+    }
+    const auto code = [](float w) { return static_cast<unsigned>(std::lround(std::clamp((w + 1) * 127.5f, 0.0f, 255.0f))); };
+    return static_cast<std::uint16_t>(code(u) | code(v) << 8);
+}
+
+inline Vec3f decode_normal(std::uint16_t code) noexcept
+{
+    float u = static_cast<float>(code & 255u) / 127.5f - 1, v = static_cast<float>(code >> 8) / 127.5f - 1;
+    const float z = 1 - std::abs(u) - std::abs(v);
+    if (z < 0) {
+        const float fold = (1 - std::abs(v)) * (u < 0 ? -1.0f : 1.0f);
+        v = (1 - std::abs(u)) * (v < 0 ? -1.0f : 1.0f);
+        u = fold;
+    }
+    return normalized(Vec3f{u, v, z});
+}
+
 }  // namespace sqmap::model

@@ -61,7 +61,7 @@ struct CentralArrays {
     Array<std::uint16_t> splits;    ///< records of split cells
     Array<std::uint32_t> specials;  ///< offsets into a part's pool
     Array<std::uint16_t> pool;      ///< layered records
-
+    /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
@@ -85,7 +85,7 @@ struct MeshArrays {
     Array<std::uint16_t> triangle_part;   ///< #triangles: see part_of_triangle
     Array<std::uint32_t> piece_triangle;  ///< #pieces, ascending: the crossed triangle of which each is visible
     Array<float> pieces;                  ///< nine a piece: its corners, turned as the triangle is
-
+    /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
@@ -109,7 +109,7 @@ struct NormalArrays {
     Array<MapGap> gaps;
     Array<FootSeed> seeds;
     Array<SmoothedSample> smoothed;  ///< beside offset
-
+    /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
@@ -136,7 +136,7 @@ struct LocatorArrays {
     Array<std::uint32_t> part_lists;  ///< four parts each, lowest byte first
     Array<std::uint32_t> planes;      ///< of flat cells
     Array<Seed> seeds;
-
+    /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
@@ -154,7 +154,7 @@ struct CandidateArrays {
     Array<std::uint32_t> near_bricks;  ///< beside bricks: where a brick's record is in near
     Array<std::uint16_t> near;         ///< records of candidate lists
     Array<std::uint8_t> rises;         ///< beside places
-
+    /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {

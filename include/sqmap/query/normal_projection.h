@@ -120,8 +120,4 @@ struct MapSample {
 /// 3 as it is where the smoothed map has a hole.
 [[nodiscard]] MapSample sample_smoothed(const NormalMapView& map, shape::SurfaceAnglesf angles) noexcept;
 
-/// Unit vectors in 16 bits: octahedral, 8 + 8 bits, error below 1 degree.
-[[nodiscard]] std::uint16_t encode_normal(Vec3f unit) noexcept;
-[[nodiscard]] Vec3f decode_normal(std::uint16_t code) noexcept;
-
 }  // namespace sqmap::query

@@ -28,7 +28,7 @@ enum class Side : std::uint8_t { A, B };
 /// A vertex of one body in the other. World frame and units.
 struct PairContact {
     Vec3d on_a{}, on_b{};     ///< the vertex and the nearest surface point: on_b = on_a - depth normal
-    Vec3f normal{};           ///< unit, the way b leaves a; zero with k_no_surface
+    Vec3f normal{};           ///< unit, the direction in which b leaves a; zero with k_no_surface
     float depth = 0;          ///< >= 0
     std::uint32_t index = 0;  ///< of the vertex in its body's probe
     std::int16_t part = -1;   ///< of the other body's model
@@ -46,7 +46,7 @@ struct PairOptions {
     float merge_cosine = 0.7f;
 };
 
-/// What a pair query works in, made outside the frame: one a thread.
+/// What a pair query works in, made outside the tick: one for each thread that queries.
 class PairWorkspace {
 public:
     /// contacts: the most that are found in one direction; what is beyond it is counted, not written. Allocates.
@@ -55,7 +55,7 @@ public:
 private:
     friend struct PairQuery;
     std::vector<ProbeContact> found_;
-    std::vector<std::uint32_t> head_, next_;  ///< lists of near contacts, by a hash of their place
+    std::vector<std::uint32_t> head_, next_;  ///< lists of near contacts, by a hash of their position
 };
 
 struct PairResult {
@@ -67,7 +67,7 @@ struct PairResult {
 /// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both
 /// sides only the deeper one. Swapping the bodies swaps on_a and on_b and turns the normals round. With first_only the first
 /// contact of either direction ends it. Total, noexcept, no allocation.
-/// contacts: with workspace for both directions before merging.
+/// contacts: with space for both directions before merging. Several threads may query the same bodies, each with its workspace.
 /// @pre a.model, b.model came from model::parse.
 /// Cost: two query_probe, and merging linear in what they find.
 PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace,

@@ -23,7 +23,7 @@ struct ScenePair {
 
 enum SceneStatus : std::uint8_t {
     // The bits of ProbeStatus are also in use: of any pair, and k_probe_not_finite where a body's pose is not.
-    k_scene_pairs_full = 8,  ///< more pairs than the span holds: the rest is counted, not asked
+    k_scene_pairs_full = 8,  ///< more pairs than the span holds: the rest is counted, not queried
 };
 
 struct SceneResult {
@@ -32,8 +32,9 @@ struct SceneResult {
     std::uint8_t status = k_probe_ok;
 };
 
-/// Bodies in one world. Adding and removing them allocates and belongs outside the frame; all the rest is total, noexcept and
-/// allocates nothing. For one thread at a time. Answers depend on the bodies and their poses, not on how they got there
+/// Bodies in one world. Adding and removing them may allocate and belongs outside the tick; all the rest is total, noexcept and
+/// allocates nothing. For one thread at a time, queries included: they sort what has moved. Two scenes share nothing, so each
+/// may have its thread. Answers depend on the bodies and their poses, not on how they got there
 /// (which pairs a span that is too short holds may).
 class Scene {
 public:
@@ -42,12 +43,14 @@ public:
 
     /// model, probe: as in Body; they outlive the body. The id of a removed body is given out again.
     BodyId add(const model::ModelView* model, const Probe* probe, const Pose& pose = {});
+    /// Nothing happens where there is no such body. Cost: linear in the bodies.
     void remove(BodyId id);
 
     /// False where the pose is not finite or there is no such body: a body without a finite pose is near nothing, and queries
     /// say k_probe_not_finite. Set the pose again when the body's probe has been moved out of its sphere.
     bool set_pose(BodyId id, const Pose& pose) noexcept;
 
+    /// Number of bodies.
     [[nodiscard]] std::size_t size() const noexcept { return order_.size(); }
     /// @pre id is in the scene.
     [[nodiscard]] const Body& body(BodyId id) const noexcept { return bodies_[id]; }

@@ -1,5 +1,5 @@
-// A skinned shape: points are carried back through the blend of its bones to the pose that it was bound in, where a model
-// answers.
+// A skinned shape: points are carried back through the blend of its bones to the pose that it was bound in, where a model is
+// queried.
 #pragma once
 
 #include "sqmap/query/probe.h"
@@ -16,8 +16,8 @@ namespace sqmap::query {
 /// The space about a skinned solid as it was bound, in cells of a grid, each of six tetrahedra (Kuhn 1960: the corner of least
 /// coordinates, then one step along each axis, in the six orders). Cells that one bone moves go with it. The corners of the
 /// others go where bones take them, and what is between the corners linearly with them. So the bound solid is mapped without a
-/// gap, and how often a place is covered, with sign, is the winding number of the posed surface about it. Immutable;
-/// bake::skin_lattice makes it. Bound mesh's frame and units.
+/// gap, and how often a position is covered, with sign, is the winding number of the posed surface about it. Immutable, so any
+/// number of threads may read it; bake::skin_lattice makes it. Bound mesh's frame and units.
 struct SkinLattice {
     static constexpr std::uint32_t k_none = 0xffffffffu;
 
@@ -47,7 +47,7 @@ struct SkinLattice {
     std::uint32_t bones = 0;
 };
 
-/// A place of the bound solid that is now at the place asked for.
+/// A position of the bound solid that is now at the queried one.
 struct PreImage {
     Vec3d bound{};
     Affine local{};         ///< what takes its surroundings there
@@ -57,7 +57,7 @@ struct PreImage {
 struct SkinCluster;
 struct CellHit;
 
-/// A place of the bound solid that is now at the place asked for, and the tetrahedron that took it there.
+/// A position of the bound solid that is now at the queried one, and the tetrahedron that took it there.
 struct SkinPlace {
     Vec3d bound{};
     std::uint32_t leaf = 0;
@@ -65,7 +65,7 @@ struct SkinPlace {
     std::int8_t sign = 1;    ///< as PreImage's
 };
 
-/// A lattice in one pose. One a thread that changes it; reading is safe from several.
+/// A lattice in one pose. pose() needs it alone; the rest may be called from several threads.
 class PosedSkin {
 public:
     /// lattice: outlives this. Bones are at rest. Allocates.
@@ -75,17 +75,19 @@ public:
     /// map cannot be inverted holds nothing. No allocation. Cost: a few operations a blended corner and node of the tree.
     bool pose(std::span<const Affine> maps) noexcept;
 
-    /// All places of the lattice that are now at a place, at most found.size() and 64; returns how many there are. No allocation.
+    /// All bound positions that are now at a posed one, at most found.size() and 64; returns how many there are. No allocation.
     std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
-    /// What takes a bound place to where it is now. False where no cell is.
+    /// What takes a bound position to where it is now. False where no cell is.
     bool carry_forward(Vec3d bound, Affine& local) const noexcept;
     /// A box that holds all of the posed lattice; empty (lo > hi) where nothing is.
     struct Box {
         Vec3d lo{}, hi{};
     };
+    /// Of the present pose, the posed frame.
     [[nodiscard]] Box box() const noexcept { return boxes_.empty() ? Box{{1, 1, 1}, {-1, -1, -1}} : boxes_.front(); }
+    /// Of all bones, bound -> posed, as pose() had them last. Valid while the skin is.
     [[nodiscard]] std::span<const Affine> maps() const noexcept { return maps_; }
-    /// How far a place of the lattice is from where another pose has it, at most. @pre both are of one lattice
+    /// How far a position of the lattice is from where another pose has it, at most. @pre both are of one lattice
     [[nodiscard]] double farthest_from(const PosedSkin& other) const noexcept;
 
 private:
@@ -95,7 +97,7 @@ private:
     /// Of a cluster's points at once, most for each; counts: how many there are.
     void carry_back(const SkinCluster& cluster, std::span<SkinPlace> found, std::size_t most,
                     std::span<std::size_t, Probe::k_cluster> counts) const noexcept;
-    /// What takes a place's surroundings there.
+    /// What takes a position's surroundings there.
     Affine local_at(const SkinPlace& place) const noexcept;
     std::uint32_t leaf_at(Vec3d bound) const noexcept;
 
@@ -106,8 +108,8 @@ private:
     std::vector<Box> boxes_;
 };
 
-/// A skin on its way through a step: where it began, where it ends, and where it is asked about in between. One a thread that
-/// changes it; a swept query changes what is in between.
+/// A skin that moves through a step: where it began, where it ends, and where it is queried in between. One for each thread that
+/// queries: a swept query changes what is in between.
 class MovingSkin {
 public:
     /// lattice: outlives this. Begins and ends at rest. Allocates.
@@ -117,10 +119,13 @@ public:
     /// PosedSkin::pose: then it stands still in this step. No allocation. Cost: of one pose.
     bool step(std::span<const Affine> maps) noexcept;
 
+    /// As it was given.
     [[nodiscard]] const SkinLattice& lattice() const noexcept { return *lattice_; }
+    /// Where the step begins.
     [[nodiscard]] const PosedSkin& from() const noexcept { return from_; }
+    /// Where it ends.
     [[nodiscard]] const PosedSkin& to() const noexcept { return to_; }
-    /// How far a place of the lattice goes in the step at most; zero where it stands still.
+    /// How far a position of the lattice goes in the step at most; zero where it stands still.
     [[nodiscard]] double motion() const noexcept { return motion_; }
 
 private:
@@ -133,22 +138,22 @@ private:
 
 /// One contact of a skinned shape, the posed frame and its units.
 struct SkinContact {
-    Vec3d point{};            ///< on the tangent plane of the nearest surface: where asked + depth normal
+    Vec3d point{};            ///< on the tangent plane of the nearest surface: the queried point + depth normal
     Vec3d normal{};           ///< unit, outward
     Vec3d bound_point{};      ///< the nearest surface point in the bound mesh's frame: rides the skin
     Vec3d bound_normal{};     ///< and its unit normal there
     double depth = 0;         ///< >= 0
-    std::uint32_t index = 0;  ///< of the point asked about
+    std::uint32_t index = 0;  ///< of the queried point
     std::int16_t part = -1;   ///< of the bound model
     std::uint8_t status = k_ok;
 };
 
 enum SkinStatus : std::uint8_t {
     // The bits of ProbeStatus are also in use.
-    k_skin_crowded = 64,  ///< more than SkinWorkspace::k_max places of the bound solid are at one point: the rest was left out
+    k_skin_crowded = 64,  ///< more than SkinWorkspace::k_max positions of the bound solid are at one point: the rest was left out
 };
 
-/// What query_skin works in, made outside the frame: one a thread.
+/// What query_skin works in, made outside the tick: one for each thread that queries.
 class SkinWorkspace {
 public:
     static constexpr std::size_t k_max = 8;
@@ -179,24 +184,24 @@ private:
 /// The unit normal of a surface with this one where a map takes it (the cofactors, as areas go).
 [[nodiscard]] Vec3d carried_normal(const Affine& local, Vec3d normal) noexcept;
 
-/// Which points are in the posed solid (where the winding number of the posed surface is positive), how deep and which way is
-/// out; in order of their index. bound: baked from the bound mesh. points: as many as the workspace was made for, the posed
+/// Which points are in the posed solid (where the winding number of the posed surface is positive), how deep and which direction
+/// leads out; in order of their index. bound: baked from the bound mesh. points: as many as the workspace was made for, the posed
 /// frame; those that are not finite have no contacts. Depth is that to the tangent plane at the nearest surface of the bound
-/// pose, carried forward with the place's surroundings; of several places at a point the deepest counts. Total, noexcept, no
+/// pose, carried forward with its surroundings; of several bound positions at a point the deepest counts. Total, noexcept, no
 /// allocation. first_only stops at the contact of lowest index.
 /// @pre options.offset and margin are off
-/// Cost: a walk down the tree a point, and a frame of the points that it finds something for.
-/// asked: of each point, whether it is asked about; empty for all.
+/// Cost: a walk down the tree a point, and a probe query of the points that it finds something for.
+/// asked: of each point, whether it is queried; empty for all.
 ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
                        const QueryOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
                        std::span<const std::uint8_t> asked = {}) noexcept;
 
 /// Contacts of the points at the end of the skin's step and their own, as query_skin gives them, and of those that crossed the
-/// surface on their way, as query_swept has it: with the surface that was crossed first, carried to where the step ends, and the
+/// surface on their path, as query_swept has it: with the surface that was crossed first, carried to where the step ends, and the
 /// depth behind its tangent plane there. previous, now: the posed frame. In between, bones' maps are blended, which is right to
 /// the square of half the angle that they turn in a step.
 /// @pre as query_skin; previous.size() == now.size(), and the workspace is for as many
-/// Cost: a query, and for each options.step of the longest way a pose and a query of the points that move farther than one.
+/// Cost: a query, and for each options.step of the longest path a pose and a query of the points that move farther than one.
 SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
                              std::span<const Vec3d> now, const SweptOptions& options, SkinWorkspace& workspace,
                              std::span<SkinContact> contacts, std::span<const std::uint8_t> asked = {}) noexcept;

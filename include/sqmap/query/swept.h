@@ -1,4 +1,4 @@
-// A moving probe between two frames: what a frame alone does not see because it happened between them.
+// A moving probe between two ticks: contacts that a query at the end alone misses because they happened on the path.
 #pragma once
 
 #include "sqmap/query/probe.h"
@@ -15,10 +15,10 @@ namespace sqmap::query {
 
 struct SweptOptions {
     QueryOptions frame{};
-    /// Nothing is missed whose chord along a point's way, as the model sees it, is at least this long, where the way meets it at
-    /// more than 15 degrees. Probe units, > 0. Points that move less are asked once.
+    /// Nothing is missed whose chord along a point's path, as the model sees it, is at least this long, where the path meets it
+    /// at more than 15 degrees. Probe units, > 0. Points that move less are queried once.
     double step = 0;
-    std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is asked at longer ones: k_swept_coarse
+    std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is queried at longer ones: k_swept_coarse
 };
 
 enum SweptStatus : std::uint8_t {
@@ -26,12 +26,12 @@ enum SweptStatus : std::uint8_t {
     k_swept_coarse = 32,  ///< max_steps did not suffice
 };
 
-/// What a swept query works in, made outside the frame: one a thread.
+/// What a swept query works in, made outside the tick: one for each thread that queries.
 class SweptWorkspace {
 public:
     /// points: of the probe. Allocates.
     explicit SweptWorkspace(std::size_t points);
-    /// With a second probe in it, like the first, for what is on its way: the first one need not be moved there and back.
+    /// With a second probe in it, like the first, for positions on the path: the first one need not be moved there and back.
     explicit SweptWorkspace(const Probe& probe);
 
 private:
@@ -47,15 +47,15 @@ struct SweptResult {
     ProbeResult frame;
     std::size_t fast = 0;      ///< points that moved farther than a step
     std::size_t caught = 0;    ///< contacts that the last frame alone had missed or had with a surface behind the point
-    std::uint32_t frames = 1;  ///< that were asked
+    std::uint32_t frames = 1;  ///< positions of the path that were queried
 };
 
-/// Contacts of the probe's points at the end of their way, as query_probe gives them, and of those that crossed the surface on
+/// Contacts of the probe's points at the end of their path, as query_probe gives them, and of those that crossed the surface on
 /// it: such a contact is with the surface that was crossed first, and its depth is the distance behind that surface's tangent
-/// plane. Contacts are in model space. previous, now: places in the probe's frame at the poses from and to; the probe stands at
-/// now afterwards. Total, noexcept, no allocation; a point that is not finite has no contacts.
+/// plane. Contacts are in model space. previous, now: positions in the probe's frame at the poses from and to; the probe stands
+/// at now afterwards, so it belongs to one thread. Total, noexcept, no allocation; a point that is not finite has no contacts.
 /// @pre previous.size() == now.size() == probe.size(), and the workspace is for as many.
-/// Cost: a frame, and for each step of the fastest point a frame of the points that move farther than one.
+/// Cost: a probe query, and for each step of the fastest point one of the points that move farther than a step.
 SweptResult query_swept(const model::ModelView& model, Probe& probe, std::span<const Vec3d> previous, std::span<const Vec3d> now,
                         const Pose& from, const Pose& to, const SweptOptions& options, SweptWorkspace& workspace,
                         std::span<ProbeContact> contacts) noexcept;

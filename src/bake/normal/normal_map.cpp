@@ -1,6 +1,8 @@
 // Moustakas, Tzovaras, Strintzis, "SQ-Map", section 4.1 steps 2 and 3, eqs. 9 to 12 and 22 to 27, section 5 for Q2.
 #include "sqmap/bake/normal_map.h"
 
+#include "model/octahedral.h"
+
 #include "sqmap/query/normal_projection.h"
 #include "sqmap/shape/bounding_sphere.h"
 #include "sqmap/shape/foot_point.h"
@@ -260,7 +262,7 @@ void add_smoothing(const Caster& caster, const Grid& finest, double jump_slope, 
             if (!(dot(n, face_normal(caster.rays.mesh(), at(i, j).triangle)) > 0)) continue;
             const double steps = (d - at(i, j).distance) / static_cast<double>(map.distance_scale);
             out.change = static_cast<std::int16_t>(std::lround(std::clamp(steps, -32767.0, 32767.0)));
-            out.normal = query::encode_normal(sqmap::cast<float>(n));
+            out.normal = model::encode_normal(sqmap::cast<float>(n));
         }
 }
 
@@ -551,7 +553,7 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
             if (s.kind == Kind::Hit) {
                 code = static_cast<std::uint16_t>(std::min(std::round(s.distance / scale), double(k_map_largest)));
                 map.report.quantization_error = std::max(map.report.quantization_error, std::abs(code * scale - s.distance));
-                normal = query::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
+                normal = model::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
             }
             (s.kind == Kind::Hit ? map.report.hit_share : (s.kind == Kind::Cap ? map.report.cap_share : map.report.miss_share)) +=
                 share;

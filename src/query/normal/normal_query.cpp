@@ -4,6 +4,7 @@
 
 #include "query/point/central_query.h"
 #include "sqmap/query/normal_projection.h"
+#include "witness_rule.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,31 +36,18 @@ Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOpti
     options.layer = asked.layer;
     options.layer3_gate = asked.layer3_gate;
     options.use_offset = asked.offset;
-    // The witness rule of combine(), one part at a time, so that no array of answers is needed.
-    bool held = false, claimed = false, has_surface = false;
+    WitnessRule rule;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
         const model::Part& part = model.parts[i];
         if (norm_sq(point - model::vec3(part.sphere)) > part.sphere[3] * part.sphere[3]) continue;
-        const PartAnswer answer = project(model::normal_map_of(model, i), point, options);
-        if (answer.verdict == Verdict::Outside) continue;
-        held = true;
-        if (is_witness(answer)) {
-            Contact free;
-            free.point = point;
-            return free;
-        }
-        if (answer.verdict != Verdict::Contact) continue;
-        claimed = true;
-        const bool surface = (answer.flags & (k_projection_cap | k_projection_miss)) == 0;
-        if (!surface || (has_surface && !(answer.depth < contact.depth))) {
-            if (contact.part < 0) contact.part = static_cast<std::int32_t>(i);
-            continue;
-        }
-        has_surface = true;
-        contact.part = static_cast<std::int32_t>(i);
-        contact.depth = std::max(answer.depth, 0.f);
-        contact.normal = answer.normal;
-        contact.point = point + contact.depth * answer.normal;
+        if (!rule.add(static_cast<std::int32_t>(i), project(model::normal_map_of(model, i), point, options))) return contact;
+    }
+    const auto [claimed, has_surface, nearest_part] = rule.combined;
+    contact.part = nearest_part;
+    if (has_surface) {
+        contact.depth = std::max(rule.nearest.depth, 0.f);
+        contact.normal = rule.nearest.normal;
+        contact.point = point + contact.depth * contact.normal;
     }
     contact.contact = claimed;
     if (claimed && has_surface && asked.smoothing)
@@ -80,7 +68,7 @@ Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOpti
     if (!claimed) {
         // Where no part holds the point this is a proof, as the superquadrics cover the solid.
         contact.part = -1;
-        contact.certain = !held;
+        contact.certain = !rule.is_held;
     }
     return contact;
 }

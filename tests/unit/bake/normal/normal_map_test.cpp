@@ -1,5 +1,7 @@
 #include "sqmap/bake/normal_map.h"
 
+#include "model/octahedral.h"
+
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/normal_projection.h"
 
@@ -84,7 +86,7 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
             ++hits;
             ASSERT_LE(code, model::k_map_largest);
             EXPECT_NEAR(double(map.distance_scale) * code, expected, 3 * facet);
-            EXPECT_GT(dot(cast<double>(query::decode_normal(map.normal[std::size_t{i} * map.omega_count + j])), m) / 0.6,
+            EXPECT_GT(dot(cast<double>(model::decode_normal(map.normal[std::size_t{i} * map.omega_count + j])), m) / 0.6,
                       std::cos(0.07));
         }
     EXPECT_GT(hits, static_cast<int>(map.distance.size() / 2));
