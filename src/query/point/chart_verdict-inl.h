@@ -37,14 +37,6 @@ public:
         }
     }
 
-private:
-    static std::int32_t first_of(I values, M mask)
-    {
-        HWY_ALIGN std::int32_t lanes[k_lanes];
-        hn::Store(values, di, lanes);
-        return lanes[hn::FindFirstTrue(df, mask)];
-    }
-
     /// One part's verdict on the lanes of a mask that its chart holds; returns those.
     HWY_NOINLINE M decide_by(std::size_t index, const V3& p, M active, M& inside, M& certain) const
     {
@@ -68,6 +60,14 @@ private:
         inside = hn::Or(inside, hn::And(held, in));
         certain = hn::Or(certain, hn::And(held, sure));
         return held;
+    }
+
+private:
+    static std::int32_t first_of(I values, M mask)
+    {
+        HWY_ALIGN std::int32_t lanes[k_lanes];
+        hn::Store(values, di, lanes);
+        return lanes[hn::FindFirstTrue(df, mask)];
     }
 
     /// Cells of several surfaces, a lane at a time.

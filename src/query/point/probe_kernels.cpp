@@ -14,6 +14,7 @@
 #include "flat-inl.h"
 #include "probe_walk-inl.h"
 #include "seed_queue-inl.h"
+#include "superquadric-inl.h"
 
 #include <limits>
 
@@ -188,7 +189,16 @@ private:
     /// Layer 1: of the points that are not in free cells those that a superquadric holds.
     HWY_NOINLINE void try_superquadrics(std::size_t first, M occupied)
     {
-        each_lane(occupied, [&](std::size_t i) {
+        if (job_.first_only && contacts_.count() > 0) return;
+        const V3 p = LocatedPoints::load(located_.p, first);
+        M held = none();
+        for (const model::Part& part : model_.parts) {
+            const float radius = 1.0001f * part.sphere[3];
+            const V3 d{hn::Sub(p.x, set(part.sphere[0])), hn::Sub(p.y, set(part.sphere[1])), hn::Sub(p.z, set(part.sphere[2]))};
+            const M near = hn::And(hn::AndNot(held, occupied), hn::Le(dot(d, d), set(radius * radius)));
+            if (any(near)) held = hn::Or(held, may_hold(part, p, near));
+        }
+        each_lane(held, [&](std::size_t i) {
             const std::size_t k = first + i;
             if (job_.first_only && contacts_.count() > 0) return;
             const Contact c = query_point(model_, Vec3f{located_.p[0][k], located_.p[1][k], located_.p[2][k]}, job_.layer);
