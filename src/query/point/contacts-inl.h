@@ -60,15 +60,15 @@ public:
                               df, high);
         hn::Store(hn::Compress(ninth, hn::RebindMask(di, which)), di, last);
         const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, out_.size()),
-                          room = std::min(count, out_.size() - at);
+                          space = std::min(count, out_.size() - at);
         auto* to = reinterpret_cast<std::byte*>(out_.data() + at);
-        for (std::size_t i = 0; i < room; ++i, to += sizeof(ProbeContact)) {
+        for (std::size_t i = 0; i < space; ++i, to += sizeof(ProbeContact)) {
             std::memcpy(to, low + 4 * i, 16);
             std::memcpy(to + 16, high + 4 * i, 16);
             std::memcpy(to + 32, last + i, 4);
         }
         result_.contacts += count;
-        if (room < count) result_.status |= k_probe_full;
+        if (space < count) result_.status |= k_probe_full;
     }
 
 private:
