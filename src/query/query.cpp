@@ -20,6 +20,21 @@ namespace {
 using model::ModelView;
 using model::Part;
 
+/// Of a part's superquadric, by differences.
+Vec3f normal_on(const Part& part, Vec3f surface)
+{
+    const shape::Superquadricf sq = model::superquadric_of(part);
+    const float h = 1e-3f * part.sphere[3];
+    Vec3f gradient{};
+    for (int k = 0; k < 3; ++k) {
+        Vec3f lo = surface, hi = surface;
+        lo[k] -= h;
+        hi[k] += h;
+        gradient[k] = shape::implicit(sq, hi) - shape::implicit(sq, lo);
+    }
+    return normalized(gradient);
+}
+
 /// Layer 1: distance to the superquadric's surface along the ray from its centre, and its normal by differences.
 Contact layer_one(const ModelView& model, Vec3f p)
 {
@@ -42,16 +57,9 @@ Contact layer_one(const ModelView& model, Vec3f p)
         const float depth = norm(surface - p);
         if (contact.contact && depth <= contact.depth) continue;
         // The deepest part speaks: the union's surface is outside every part that holds the point.
-        const float h = 1e-3f * part.sphere[3];
-        Vec3f gradient{};
-        for (int k = 0; k < 3; ++k) {
-            Vec3f lo = surface, hi = surface;
-            lo[k] -= h;
-            hi[k] += h;
-            gradient[k] = shape::implicit(sq, hi) - shape::implicit(sq, lo);
-        }
-        contact = {surface, normalized(gradient), depth, static_cast<std::int32_t>(i), true, false, k_ok};
+        contact = {surface, {}, depth, static_cast<std::int32_t>(i), true, false, k_ok};
     }
+    if (contact.contact) contact.normal = normal_on(model.parts[static_cast<std::size_t>(contact.part)], contact.point);
     contact.certain = !contact.contact;
     return contact;
 }
