@@ -83,11 +83,6 @@ COLUMNS = [
     ("exact missed + false", lambda r: f'{layer(r, "exact")["missed"]} + {layer(r, "exact")["false_contacts"]}'),
     ("exact depth median", lambda r: f'{layer(r, "exact")["depth_percent"]["median"]:.6f}'),
     ("exact depth p95", lambda r: f'{layer(r, "exact")["depth_percent"]["p95"]:.5f}'),
-    ("frame L3 missed + false", lambda r: f'{layer(r, "3")["frame"]["missed"]} + {layer(r, "3")["frame"]["false_contacts"]}'),
-    ("frame L3 depth p99", lambda r: f'{layer(r, "3")["frame"]["depth_percent"]["p99"]:.3f}'),
-    ("frame exact missed + false",
-     lambda r: f'{layer(r, "exact")["frame"]["missed"]} + {layer(r, "exact")["frame"]["false_contacts"]}'),
-    ("frame exact depth p99", lambda r: f'{layer(r, "exact")["frame"]["depth_percent"]["p99"]:.5f}'),
 ]
 
 # What README.md shows: titles of COLUMNS, and others in their place.
@@ -141,7 +136,8 @@ double precision (winding number above 0 is inside, true distance to the boundar
 - **L3 depth**, **normal median**: of contacts, against the true distance and the direction of the true nearest point,
   in degrees.
 - **exact**: the same for the exact layer; its verdicts are judged from 0.001 % of the surface on.
-- **frame**: the same points as one probe query (`query_probe`).
+
+Point queries and probe queries of the same positions have the same answers, so these figures hold for both.
 """
 
 
