@@ -172,6 +172,7 @@ constexpr void each_array_before_normal(Visit&& visit, Of&... of)
     CentralArrays<ArrayView>::each(visit, of...);
     MeshArrays<ArrayView>::each(visit, of...);
 }
+/// See each_array_before_normal.
 template <class Visit, class... Of>
 constexpr void each_array_behind_normal(Visit&& visit, Of&... of)
 {

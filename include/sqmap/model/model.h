@@ -38,7 +38,7 @@ struct Part {
     float chart_lo[9], chart_hi[9];  ///< where the chart answers: bounds of x', y', z', x'+y', x'-y', x'+z', x'-z', y'+z', y'-z'
     float offset_step, smoothing_step;  ///< what one step of offsets (model units) and of smoothing (in w) means
     float w_min, w_step;                ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
-    std::uint32_t base;                 ///< cells along a face's side, a multiple of k_block; 0: no central map
+    std::uint32_t base;                 ///< cells along a face's side, even; 0: no central map
     std::uint32_t flags;                ///< see centre_inside and is_fallback
     std::int32_t centre_winding;        ///< winding number of the mesh about the chart's centre
     std::uint32_t triangle_count, vertex_count;  ///< of the surface that belongs to the part
@@ -47,7 +47,7 @@ struct Part {
     std::uint32_t first_sample, sample_count;
     std::uint32_t first_cell, cell_count;
     std::uint32_t first_block, block_count;
-    std::uint32_t first_split, split_count;  ///< records of k_split_size values
+    std::uint32_t first_split, split_count;  ///< in records
     std::uint32_t first_special, special_count;
     std::uint32_t first_pool, pool_count;
 };
@@ -72,8 +72,8 @@ struct Measured {
     std::uint32_t missed = 0, false_contacts = 0;  ///< layer 3, farther than 0.5 % of R_max from the surface
     double eq35_mean = 0, eq35_p99 = 0, eq35_max = 0;
     double depth_median = 0, depth_p95 = 0, depth_p99 = 0, depth_max = 0;
-    double normal_median = 0;  ///< degrees
-    double q2_share = 0;       ///< percent of the surface that its part's projection does not see first
+    double normal_median = 0;                           ///< degrees
+    double q2_share = 0;                                ///< percent of the surface that its part's projection does not see first
     double layer1_depth_p99 = 0, layer2_depth_p99 = 0;  ///< as depth_p99, of those layers; 0: not measured
 };
 
@@ -88,15 +88,19 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
     std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
 };
 
+/// False of a surface, and of models whose parts have no central maps: queries then search all parts.
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
+/// False where the model was baked without its exact layer.
 [[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
-/// Vertex k (0 to 2) of a triangle.
+/// Vertex k (0 to 2) of a triangle. @pre has_exact(view) and the triangle exists
 [[nodiscard]] constexpr std::uint32_t triangle_vertex(const ModelView& view, std::uint32_t triangle, std::uint32_t k)
 {
     const std::size_t i = 3 * static_cast<std::size_t>(triangle) + k;
     return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
 }
+/// Three values of a struct above.
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
+/// The part's superquadric, model space.
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
 /// True where the chart's centre lies in the solid.
 [[nodiscard]] bool centre_inside(const Part& part) noexcept;
@@ -107,7 +111,7 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
 /// Surface point, model space, of the i-th sample of a part's central map; nothing where its ray meets no surface.
 /// @pre i < part.sample_count
 [[nodiscard]] std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept;
-/// @pre the model has normal maps.
+/// The part's normal map, over the view's arrays. @pre the model has normal maps and the part exists
 [[nodiscard]] NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept;
 
 /// Mesh units -> model space, where queries live. In double up to the last step: coordinates may be far from zero.

@@ -48,8 +48,8 @@ struct QueryOptions {
     double tolerance = 0;                       ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
     std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L of Layer::Gate; 0: never Layer 3
     bool first_only = false;                    ///< probes: stop at the first contact, a yes or no
-    /// Move the surface out by the stored offset (eq. 12), so that faces do not tunnel (not layer One). Points are computed one by
-    /// one: slower by an order of magnitude.
+    /// Move the surface out by the stored offset (eq. 12), so that faces do not tunnel (not layer One). Points are computed one
+    /// by one: slower by an order of magnitude.
     bool offset = false;
     /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps. As slow.
     float margin = 0;
