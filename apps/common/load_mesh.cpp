@@ -1,13 +1,17 @@
 #include "common/load_mesh.h"
 
+#include <algorithm>
+#include <cctype>
+#include <map>
 #include <utility>
 
 namespace sqmap::app {
 
-LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& options)
+namespace {
+
+LoadedMesh judged(const io::ReadResult& read, const LoadOptions& options)
 {
     LoadedMesh out;
-    io::ReadResult read = io::read_mesh_file(path, options.limits);
     if (read.format) out.format = io::format_name(*read.format);
     if (read.error) {
         out.diagnosis = {read.error->code, read.error->element, read.error->message, read.error->cure};
@@ -31,6 +35,29 @@ LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& optio
     return out;
 }
 
+}  // namespace
+
+LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& options)
+{
+    return judged(io::read_mesh_file(path, options.limits), options);
+}
+
+LoadedMesh load_mesh(std::span<const std::byte> bytes, const std::string& name, const LoadOptions& options)
+{
+    const std::map<std::string, io::MeshFormat> formats{{".off", io::MeshFormat::Off},   {".obj", io::MeshFormat::Obj},
+                                                        {".stl", io::MeshFormat::Stl},   {".ply", io::MeshFormat::Ply},
+                                                        {".gltf", io::MeshFormat::Gltf}, {".glb", io::MeshFormat::Glb}};
+    std::string extension = std::filesystem::path(name).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (const auto format = formats.find(extension); format != formats.end())
+        return judged(io::read_mesh_bytes(bytes, format->second, options.limits), options);
+    LoadedMesh out;
+    out.diagnosis = {"E_FORMAT", "name", "the name does not end in .off, .obj, .stl, .ply, .gltf or .glb",
+                     "save the mesh in one of these formats"};
+    return out;
+}
+
 const char* verdict_name(mesh::Verdict verdict)
 {
     switch (verdict) {
@@ -44,6 +71,15 @@ const char* verdict_name(mesh::Verdict verdict)
     return "REFUSED";
 }
 
+std::vector<std::string> notes_of(const LoadedMesh& loaded)
+{
+    std::vector<std::string> out;
+    for (const mesh::RepairNote& r : loaded.repairs)
+        out.push_back(std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")");
+    for (const mesh::Warning& w : loaded.warnings) out.push_back(std::string(mesh::name_of(w.kind)) + ": " + w.message);
+    return out;
+}
+
 std::string report(const LoadedMesh& loaded)
 {
     std::string out = verdict_name(loaded.verdict);
@@ -51,9 +87,7 @@ std::string report(const LoadedMesh& loaded)
         out += " " + loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " + loaded.diagnosis.message +
                "\n  cure: " + loaded.diagnosis.cure;
     out += "\n";
-    for (const mesh::RepairNote& r : loaded.repairs)
-        out += std::string("  repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")\n";
-    for (const mesh::Warning& w : loaded.warnings) out += std::string("  ") + mesh::name_of(w.kind) + ": " + w.message + "\n";
+    for (const std::string& note : notes_of(loaded)) out += "  " + note + "\n";
     return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,14 @@ struct LoadedMesh {
 /// Reads and judges a mesh file. Does not throw on any content of the file: look at verdict.
 [[nodiscard]] LoadedMesh load_mesh(const std::filesystem::path& path, const LoadOptions& options = {});
 
+/// The same of a file's bytes; name: the file's, whose extension tells the format.
+[[nodiscard]] LoadedMesh load_mesh(std::span<const std::byte> bytes, const std::string& name, const LoadOptions& options = {});
+
 /// "ACCEPT", "REPAIRED" or "REFUSED".
 [[nodiscard]] const char* verdict_name(mesh::Verdict verdict);
+
+/// Repairs and warnings, a line each.
+[[nodiscard]] std::vector<std::string> notes_of(const LoadedMesh& loaded);
 
 /// One line each for verdict, repairs and warnings, as `sqmap check` prints them.
 [[nodiscard]] std::string report(const LoadedMesh& loaded);

@@ -47,7 +47,7 @@ private:
 struct Bound {
     const char *wanted, *name;
     bool (*allowed)(double);
-    double most;
+    double max;
 };
 
 /// Finite numbers that `allowed` lets pass, up to a greatest. CLI11's own checks name the largest double, in full.
@@ -57,9 +57,9 @@ CLI::Validator bounded(const Bound& bound)
                 double value = 0;
                 if (!CLI::detail::lexical_cast(text, value) || !std::isfinite(value) || !bound.allowed(value))
                     return std::string("must be a number ") + bound.wanted + " zero, not '" + text + "'";
-                if (value <= bound.most) return std::string();
+                if (value <= bound.max) return std::string();
                 std::ostringstream limit;
-                limit << bound.most;
+                limit << bound.max;
                 return "is at most " + limit.str() + ", not " + text;
             },
             bound.name};
@@ -74,27 +74,27 @@ Option Option::existing_file() { return Option(option_->check(CLI::ExistingFile)
 Option Option::one_of(std::vector<std::string> words) { return Option(option_->check(CLI::IsMember(std::move(words)))); }
 
 /// CLI::Range lets NaN pass.
-Option Option::in_range(double least, double most)
+Option Option::in_range(double least, double max)
 {
     std::ostringstream range;
-    range << least << " to " << most;
+    range << least << " to " << max;
     return Option(option_->check(CLI::Validator(
         [=, words = range.str()](std::string& text) {
             double value = 0;
-            const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+            const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= max;
             return good ? std::string() : "must be a number from " + words + ", not '" + text + "'";
         },
         "RANGE:" + range.str())));
 }
 
-Option Option::above_zero(double most)
+Option Option::above_zero(double max)
 {
-    return Option(option_->check(bounded({"above", "POSITIVE", [](double v) { return v > 0; }, most})));
+    return Option(option_->check(bounded({"above", "POSITIVE", [](double v) { return v > 0; }, max})));
 }
 
-Option Option::not_below_zero(double most)
+Option Option::not_below_zero(double max)
 {
-    return Option(option_->check(bounded({"not below", "NONNEGATIVE", [](double v) { return v >= 0; }, most})));
+    return Option(option_->check(bounded({"not below", "NONNEGATIVE", [](double v) { return v >= 0; }, max})));
 }
 
 Option Option::size_in_bytes() { return Option(option_->transform(CLI::AsSizeValue(false))); }

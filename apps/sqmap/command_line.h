@@ -41,9 +41,9 @@ public:
     /// Nothing but these words.
     Option one_of(std::vector<std::string> words);
     /// Numbers from least to most; NaN is refused.
-    Option in_range(double least, double most);
-    Option above_zero(double most = INFINITY);
-    Option not_below_zero(double most = INFINITY);
+    Option in_range(double least, double max);
+    Option above_zero(double max = INFINITY);
+    Option not_below_zero(double max = INFINITY);
     /// Bytes; also with kB, MB, GB, of 1024 each.
     Option size_in_bytes();
     /// Between the values of one argument.

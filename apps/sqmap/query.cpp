@@ -146,7 +146,7 @@ int run(const Options& o)
 void add_query(CommandLine& line)
 {
     const auto options = std::make_shared<Options>();
-    Command command = line.add("query", "Ask a model about points: inside, how deep, which way is out");
+    Command command = line.add("query", "Query a model at points: inside, penetration depth, normal");
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.option("points", options->points, "CSV with the header x,y,z; mesh units").required().existing_file();
     command.option("-o,--output", options->output, "CSV to write, a row for each row of points").required();

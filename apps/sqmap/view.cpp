@@ -40,13 +40,13 @@ std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer:
         object->names_file = viewer::names_file_of(file);
         return object;
     }
-    const viewer::Judgement judged = viewer::judge(std::filesystem::path(file));
-    if (!judged.accepted)
-        throw mesh::InvalidInput(file + ": REFUSED " + judged.code + " at " + judged.element + ": " + judged.message +
-                                 "\n  cure: " + judged.cure);
-    std::printf("%s: %s, baking %zu triangles\n", file.c_str(), judged.verdict.c_str(), judged.mesh.triangles.size());
+    const LoadedMesh loaded = load_mesh(file);
+    if (loaded.refused())
+        throw mesh::InvalidInput(file + ": REFUSED " + loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " +
+                                 loaded.diagnosis.message + "\n  cure: " + loaded.diagnosis.cure);
+    std::printf("%s: %s, baking %zu triangles\n", file.c_str(), verdict_name(loaded.verdict), loaded.mesh.triangles.size());
     std::fflush(stdout);
-    return viewer::object_from_mesh(judged, std::filesystem::path(file).filename().string(), options.size, options.bake);
+    return viewer::object_from_mesh(loaded, std::filesystem::path(file).filename().string(), options.size, options.bake);
 }
 
 /// Shapes to begin with, where no file is given.
@@ -54,8 +54,8 @@ std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::SceneOpt
 {
     std::vector<std::shared_ptr<viewer::Object>> out;
     const auto add = [&](const char* name, mesh::Mesh mesh) {
-        viewer::Judgement shape;
-        shape.verdict = "ACCEPT";
+        LoadedMesh shape;
+        shape.verdict = mesh::Verdict::Accept;
         shape.mesh = std::move(mesh);
         shape.solid = true;
         out.push_back(viewer::object_from_mesh(shape, name, options.size, options.bake));

@@ -279,7 +279,7 @@ class Touch(unittest.TestCase):
                                                 for row in rows_of("sent.csv")]
         self.assertGreater(max(asked), 4)
         self.assertAlmostEqual(max(sent), 2, delta=1e-9)
-        self.assertIn(f"largest force asked for {max(asked):.4g} N", result.stdout)
+        self.assertIn(f"largest commanded force {max(asked):.4g} N", result.stdout)
         changed = sum(any(row["z0_sent_" + c] != row["z0_" + c] for c in ("fx", "fy", "fz", "tx", "ty", "tz"))
                       for row in rows_of("sent.csv"))
         self.assertRegex(result.stdout, rf"sent: at most 2 N of 2 N allowed; the safety filter changed .* in {changed} ticks")
@@ -411,7 +411,7 @@ class Touch(unittest.TestCase):
 
     def test_scripts_wait_for_the_filter_and_say_when_time_is_short(self):
         for script in ("press", "tap", "slide", "circle"):
-            self.assertIn("changed what was asked for in 0 ticks", self.record("s.csv", device=script, seconds="2").stdout)
+            self.assertIn("changed the commanded force in 0 ticks", self.record("s.csv", device=script, seconds="2").stdout)
         result = self.record("s.csv", device="press:wait=0.2,depth=0.005,gap=0.005,speed=0.1", seconds="0.5")
         self.assertIn("warning: 0.5 s are too short for all of this script: at least 0.575 s, of which it waits 0.2 s", result.stdout)
 

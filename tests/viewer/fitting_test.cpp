@@ -42,12 +42,12 @@ Shot wait_for(Fitting& fitting, Done done)
     return {};
 }
 
-Message cloth(Handling what, Vec3d place = {})
+Message cloth(Handling what, Vec3d position = {})
 {
     Message m;
     m.say = Say::Cloth;
     m.handling = what;
-    m.target = place;
+    m.target = position;
     return m;
 }
 Message fit(const char* garment, const char* fabric)
@@ -63,7 +63,7 @@ TEST(Fitting, DressesPullsPinsAndChanges)
 {
     std::string trouble;
     Fitting fitting([](double) {}, [&](const std::string& why) { trouble = why; });
-    fitting.tell(fit("poncho", "wool"));
+    fitting.send(fit("poncho", "wool"));
     Shot first = wait_for(fitting, [](const Shot& s) { return s.v[1] > 20; });
     ASSERT_FALSE(first.v.empty());
     ASSERT_EQ(first.v.size(), 19 + 12 * first.bones() + 3 * first.vertices());
@@ -77,41 +77,41 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     std::size_t low = 0;
     for (std::size_t i = 1; i < first.vertices(); ++i)
         if (first.at(i).y < first.at(low).y) low = i;
-    fitting.tell(cloth(Handling::Grasp, first.at(low)));
+    fitting.send(cloth(Handling::Grasp, first.at(low)));
     const Vec3d to = first.at(low) - Vec3d{0, 0.2, 0};
-    fitting.tell(cloth(Handling::Drag, to));
+    fitting.send(cloth(Handling::Drag, to));
     const Shot pulled = wait_for(fitting, [](const Shot& s) { return s.held() && s.tension().y > 0.5; });
     ASSERT_FALSE(pulled.v.empty());
     // Pulled into the body, it stays outside, and the body is felt.
     Vec3d middle{};
     for (std::size_t i = 0; i < first.vertices(); ++i) middle += first.at(i) / static_cast<double>(first.vertices());
-    fitting.tell(cloth(Handling::Drag, {middle.x, first.at(low).y, middle.z}));
+    fitting.send(cloth(Handling::Drag, {middle.x, first.at(low).y, middle.z}));
     const Shot pressed = wait_for(fitting, [](const Shot& s) { return s.held() && norm(s.body()) > 5; });
     ASSERT_FALSE(pressed.v.empty());
-    fitting.tell(cloth(Handling::Release));
+    fitting.send(cloth(Handling::Release));
     // Once it has fallen back and hardly moves, so that what is shown is where it is.
     const Shot calm = wait_for(fitting, [](const Shot& s) { return !s.held() && s.v[10] < 0.5f; });
     ASSERT_FALSE(calm.v.empty());
 
     // What is far from all cloth is not taken.
-    fitting.tell(cloth(Handling::Grasp, {3, 3, 3}));
-    fitting.tell(cloth(Handling::Pin, calm.at(0)));
+    fitting.send(cloth(Handling::Grasp, {3, 3, 3}));
+    fitting.send(cloth(Handling::Pin, calm.at(0)));
     const Shot pinned = wait_for(fitting, [](const Shot& s) { return s.v[13] > 0; });
     ASSERT_FALSE(pinned.v.empty());
     EXPECT_FALSE(pinned.held());
-    fitting.tell(cloth(Handling::Unpin));
+    fitting.send(cloth(Handling::Unpin));
     (void)wait_for(fitting, [](const Shot& s) { return s.v[13] == 0; });
 
     // Another fabric goes on in the same folds, another garment starts anew.
-    fitting.tell(fit("poncho", "silk"));
+    fitting.send(fit("poncho", "silk"));
     EXPECT_EQ(wait_for(fitting, [&](const Shot&) { return fitting.status()["fabric"] == "silk"; }).v[15], first.v[15]);
-    fitting.tell(fit("shirt", "silk"));
+    fitting.send(fit("shirt", "silk"));
     (void)wait_for(fitting, [&](const Shot& s) { return s.v[15] == first.v[15] + 1; });
     Message cut = cloth(Handling::Cut);
     cut.part = 1;
-    fitting.tell(cut);
+    fitting.send(cut);
     cut.part = 99;  // there is no such seam
-    fitting.tell(cut);
+    fitting.send(cut);
     (void)wait_for(fitting, [&](const Shot&) { return fitting.status()["seams"][1]["sewn"] == false; });
     EXPECT_TRUE(trouble.empty()) << trouble;
 }

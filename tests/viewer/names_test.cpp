@@ -17,8 +17,9 @@ namespace {
 const std::shared_ptr<Object>& dumbbell()
 {
     static const std::shared_ptr<Object> object = [] {
-        Judgement j;
-        j.accepted = j.solid = true;
+        app::LoadedMesh j;
+        j.verdict = mesh::Verdict::Accept;
+        j.solid = true;
         j.mesh = mesh::dumbbell({.segments = 24});
         return object_from_mesh(j, "dumbbell.obj", 0.2, {});
     }();
@@ -32,13 +33,13 @@ std::vector<std::string> names_with(const Words& words)
 }
 
 /// The part that a place of the mesh belongs to.
-std::uint32_t part_at(Vec3d place)
+std::uint32_t part_at(Vec3d position)
 {
     const Object& o = *dumbbell();
     std::uint32_t best = 0;
     for (std::uint32_t t = 0; t < o.mesh.triangles.size(); ++t) {
         const auto gap = [&](std::uint32_t i) {
-            return norm(o.frame().origin + o.frame().unit * mesh::triangle_centroid(o.mesh, i) - place);
+            return norm(o.frame().origin + o.frame().unit * mesh::triangle_centroid(o.mesh, i) - position);
         };
         if (gap(t) < gap(best)) best = t;
     }

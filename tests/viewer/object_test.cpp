@@ -19,9 +19,9 @@ constexpr double k_size = 0.2;
 const std::shared_ptr<Object>& dumbbell()
 {
     static const std::shared_ptr<Object> object = [] {
-        Judgement j;
-        j.accepted = j.solid = true;
-        j.verdict = "ACCEPT";
+        app::LoadedMesh j;
+        j.verdict = mesh::Verdict::Accept;
+        j.solid = true;
         j.mesh = mesh::dumbbell({.segments = 24});
         return object_from_mesh(j, "dumbbell.obj", k_size, {});
     }();
@@ -57,7 +57,7 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
 {
     // A point of the drawn surface, pushed in by a millimetre, is a millimetre deep for the query in metres.
     const Object& o = *dumbbell();
-    int asked = 0;
+    int commanded = 0;
     for (std::uint32_t t = 0; t < o.mesh.triangles.size(); t += 7) {
         const auto& [i, j, k] = o.mesh.triangles[t];
         const Vec3d a = cast<double>(o.world(o.mesh.vertices[i])), b = cast<double>(o.world(o.mesh.vertices[j])),
@@ -68,20 +68,20 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
             query::query_point(o.metres, model::to_model_space(o.metres.header, in_metres), query::Layer::Exact);
         ASSERT_TRUE(contact.contact);
         EXPECT_NEAR(static_cast<double>(contact.depth) * o.metres.header.unit, 1e-3, 5e-5);
-        ++asked;
+        ++commanded;
     }
-    EXPECT_GT(asked, 100);
+    EXPECT_GT(commanded, 100);
 }
 
 TEST(Object, PlacesNextToWhatIsThere)
 {
     const auto first = object_from_model({dumbbell()->blob.begin(), dumbbell()->blob.end()}, "a.sqmap", k_size);
-    place_beside(*first, {});
+    put_beside(*first, {});
     const auto second = object_from_model({dumbbell()->blob.begin(), dumbbell()->blob.end()}, "b.sqmap", 2 * k_size);
     const ObjectPtr others[] = {first};
-    place_beside(*second, others);
-    EXPECT_GT(second->place.x - second->half.x, first->place.x + first->half.x);
-    EXPECT_NEAR(second->place.y - second->half.y, first->place.y - first->half.y, 1e-12);
+    put_beside(*second, others);
+    EXPECT_GT(second->position.x - second->half.x, first->position.x + first->half.x);
+    EXPECT_NEAR(second->position.y - second->half.y, first->position.y - first->half.y, 1e-12);
 }
 
 TEST(Object, SaysEveryPartsNameOnce)
@@ -200,18 +200,17 @@ TEST(Object, AMergeUndoesASplit)
     EXPECT_EQ(merged.part_of_triangle, o.parts.partition.part_of_triangle);
 }
 
-TEST(Judge, SaysWhyAFileIsRefused)
+TEST(LoadMesh, SaysWhyAFileIsRefused)
 {
     const std::string open = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-    const Judgement j = judge(std::as_bytes(std::span(open)), "open.OFF", {});
-    EXPECT_FALSE(j.accepted);
-    EXPECT_EQ(j.verdict, "REFUSED");
-    EXPECT_FALSE(j.code.empty());
-    EXPECT_FALSE(j.message.empty());
-    EXPECT_FALSE(j.cure.empty());
-    EXPECT_EQ(judge(std::as_bytes(std::span(open)), "open.exe", {}).code, "E_FORMAT");
+    const app::LoadedMesh j = app::load_mesh(std::as_bytes(std::span(open)), "open.OFF");
+    EXPECT_TRUE(j.refused());
+    EXPECT_FALSE(j.diagnosis.code.empty());
+    EXPECT_FALSE(j.diagnosis.message.empty());
+    EXPECT_FALSE(j.diagnosis.cure.empty());
+    EXPECT_EQ(app::load_mesh(std::as_bytes(std::span(open)), "open.exe").diagnosis.code, "E_FORMAT");
     const std::string huge = "OFF\n100000000 100000000 0\n0 0 0\n";
-    EXPECT_EQ(judge(std::as_bytes(std::span(huge)), "huge.off", {}).code, "E_TRUNCATED");
+    EXPECT_EQ(app::load_mesh(std::as_bytes(std::span(huge)), "huge.off").diagnosis.code, "E_TRUNCATED");
     EXPECT_THROW((void)object_from_model({std::byte{1}, std::byte{2}}, "x.sqmap", k_size), std::runtime_error);
 }
 

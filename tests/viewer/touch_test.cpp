@@ -16,8 +16,9 @@ namespace {
 const ObjectPtr& ball()
 {
     static const ObjectPtr object = [] {
-        Judgement j;
-        j.accepted = j.solid = true;
+        app::LoadedMesh j;
+        j.verdict = mesh::Verdict::Accept;
+        j.solid = true;
         j.mesh = mesh::sphere(1, 4);
         return object_from_mesh(j, "ball.obj", 0.1, {});
     }();
@@ -93,11 +94,11 @@ TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
     EXPECT_EQ(compute_again({take, take}, std::nullopt).different, 0u);
 
     // Without the object there is no force: the difference is what was felt.
-    double most = 0;
-    for (const Take::Tick& t : take->ticks) most = std::max(most, norm(t.asked.force));
-    EXPECT_GT(most, 0.3);
+    double max = 0;
+    for (const Take::Tick& t : take->ticks) max = std::max(max, norm(t.commanded.force));
+    EXPECT_GT(max, 0.3);
     const Again away = compute_again({take}, Other{{}, settings});
-    EXPECT_EQ(away.largest_force, most);
+    EXPECT_EQ(away.largest_force, max);
     EXPECT_GT(away.different, 0u);
     // Where the depth is the same, the spring's stiffness is in proportion to the force: 250 to 500 at the end, without friction.
     Settings soft = settings, hard = settings;
@@ -110,7 +111,7 @@ TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
 
     // What is found different is: one bit of one tick.
     auto wrong = std::make_shared<Take>(*take);
-    Vec3d& force = wrong->ticks[wrong->ticks.size() / 2].asked.force;
+    Vec3d& force = wrong->ticks[wrong->ticks.size() / 2].commanded.force;
     force.x = std::nextafter(force.x, 1e9);
     EXPECT_EQ(compute_again({wrong}, std::nullopt).different, 1u);
 }
@@ -140,15 +141,15 @@ TEST(Touch, TheForceNeverPassesTheLimit)
     Touch touch({ball()}, {.stiffness = 2000, .force_limit = 0.5}, nullptr, {0, 0, 0.08});
     (void)wait_for(touch, [](const TouchFrame& f) { return f.engaged; });
     touch.aim({0, 0, 0.03});
-    float most = 0;
+    float max = 0;
     for (int i = 0; i < 60; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
         TouchFrame f;
         (void)touch.frame(f);
-        for (const TickPoint& t : f.ticks) most = std::max(most, t.force);
+        for (const TickPoint& t : f.ticks) max = std::max(max, t.force);
     }
-    EXPECT_GT(most, 0.4f);
-    EXPECT_LE(most, 0.5f * (1 + 1e-6f));
+    EXPECT_GT(max, 0.4f);
+    EXPECT_LE(max, 0.5f * (1 + 1e-6f));
 }
 
 }  // namespace

@@ -18,8 +18,9 @@ namespace {
 
 std::shared_ptr<Object> baked(const mesh::Mesh& mesh, const char* name)
 {
-    Judgement j;
-    j.accepted = j.solid = true;
+    app::LoadedMesh j;
+    j.verdict = mesh::Verdict::Accept;
+    j.solid = true;
     j.mesh = mesh;
     return object_from_mesh(j, name, 0.2, {});
 }
@@ -72,7 +73,7 @@ TEST(Workbench, SamplesLieOnTheSurface)
     for (std::size_t i = 0; i < count; ++i) {
         Vec3d p;
         for (int k = 0; k < 3; ++k) p[k] = static_cast<double>(at<float>(bytes, 8 + 12 * i + 4 * static_cast<std::size_t>(k)));
-        EXPECT_NEAR(norm(p - ball()->place), 0.1, 4e-4);
+        EXPECT_NEAR(norm(p - ball()->position), 0.1, 4e-4);
         EXPECT_LT(at<std::uint32_t>(bytes, 8 + 12 * static_cast<std::size_t>(count) + 4 * i), ball()->view.parts.size());
     }
 }
@@ -144,7 +145,7 @@ TEST(Displacement, LeadsFromTheSuperquadricToTheMesh)
             for (int column = 0; column < 32; ++column) {
                 const auto below = static_cast<double>(map.below[static_cast<std::size_t>(32 * row + column)]);
                 if (below < 0) continue;
-                EXPECT_LE(below, static_cast<double>(map.most));
+                EXPECT_LE(below, static_cast<double>(map.max));
                 const auto from = shape::surface_point(
                     o.parts.superquadrics[part], shape::SurfaceAngles<double>{std::numbers::pi * (0.5 - (row + 0.5) / 16),
                                                                               std::numbers::pi * (2 * (column + 0.5) / 32 - 1)});
@@ -158,7 +159,7 @@ TEST(Displacement, LeadsFromTheSuperquadricToTheMesh)
 
 TEST(Displacement, ItsPictureSaysHowLargeItIs)
 {
-    const std::string png = displacement_png({.width = 3, .height = 2, .below = {0, 0.5f, 1, -1, -1, 0.25f}, .most = 1});
+    const std::string png = displacement_png({.width = 3, .height = 2, .below = {0, 0.5f, 1, -1, -1, 0.25f}, .max = 1});
     EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
     EXPECT_EQ(png.substr(12, 4), "IHDR");
     const auto big = [&](std::size_t i) {
@@ -177,9 +178,9 @@ TEST(Displacement, TheSheetFacesOutwardAndIsClosed)
     ASSERT_EQ(sheet.corners.size(), 3u * 2 * 24 * 11);
     double volume = 0;
     for (std::size_t i = 0; i < sheet.corners.size(); i += 3) {
-        const Vec3d a = cast<double>(sheet.positions[sheet.corners[i]] - cast<float>(o.place)),
-                    b = cast<double>(sheet.positions[sheet.corners[i + 1]] - cast<float>(o.place)),
-                    c = cast<double>(sheet.positions[sheet.corners[i + 2]] - cast<float>(o.place));
+        const Vec3d a = cast<double>(sheet.positions[sheet.corners[i]] - cast<float>(o.position)),
+                    b = cast<double>(sheet.positions[sheet.corners[i + 1]] - cast<float>(o.position)),
+                    c = cast<double>(sheet.positions[sheet.corners[i + 2]] - cast<float>(o.position));
         volume += dot(a, cross(b, c)) / 6;
     }
     const double whole = 4 * std::numbers::pi / 3 * 1e-3;  // of the ball that it holds, 0.1 m

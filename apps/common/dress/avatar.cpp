@@ -48,15 +48,15 @@ void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
     const mesh::GateResult gate = mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices});
     if (gate.verdict == mesh::Verdict::Refused || !gate.solid)
         throw AvatarError(path.string() + ": its skinned mesh is no closed solid: see sqmap check " + path.string());
-    std::map<std::array<double, 3>, std::size_t> places;
+    std::map<std::array<double, 3>, std::size_t> positions;
     for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
         const Vec3d p = skin.soup.positions[v];
-        places.try_emplace({p.x, p.y, p.z}, v);
+        positions.try_emplace({p.x, p.y, p.z}, v);
     }
     body.bound = gate.mesh;
     for (const Vec3d& p : gate.mesh.vertices) {
-        const auto found = places.find({p.x, p.y, p.z});
-        if (found == places.end())
+        const auto found = positions.find({p.x, p.y, p.z});
+        if (found == positions.end())
             throw AvatarError(path.string() + ": its skinned mesh has to be repaired first: see sqmap check " + path.string());
         body.influences.joints.push_back(skin.joints[found->second]);
         body.influences.weights.push_back(skin.weights[found->second]);

@@ -23,15 +23,15 @@ public:
         if (!object_.is_object()) fail("", "must be an object");
     }
 
-    double number(const char* key, double fallback, double least, double most)
+    double number(const char* key, double fallback, double least, double max)
     {
         const json* v = find(key);
         if (v == nullptr) return fallback;
         if (!v->is_number()) fail(key, "must be a number");
         const double number = v->get<double>();
-        if (!(number >= least && number <= most)) {
+        if (!(number >= least && number <= max)) {
             char text[100];
-            std::snprintf(text, sizeof text, "is %g: it must be from %g to %g", number, least, most);
+            std::snprintf(text, sizeof text, "is %g: it must be from %g to %g", number, least, max);
             fail(key, text);
         }
         return number;
@@ -45,15 +45,15 @@ public:
         if (!v->is_string()) fail(key, "must be text");
         return v->get<std::string>();
     }
-    Vec3d place(const char* key, Vec3d fallback)
+    Vec3d position(const char* key, Vec3d fallback)
     {
         const json* v = find(key);
         if (v == nullptr) return fallback;
         if (!v->is_array() || v->size() != 3 || !std::all_of(v->begin(), v->end(), [](const json& n) { return n.is_number(); }))
             fail(key, "must be three numbers");
-        const Vec3d place{(*v)[0].get<double>(), (*v)[1].get<double>(), (*v)[2].get<double>()};
-        if (!(norm(place) <= k_farthest)) fail(key, "is farther than 1000 m from the origin: are these metres?");
-        return place;
+        const Vec3d position{(*v)[0].get<double>(), (*v)[1].get<double>(), (*v)[2].get<double>()};
+        if (!(norm(position) <= k_farthest)) fail(key, "is farther than 1000 m from the origin: are these metres?");
+        return position;
     }
     std::uint32_t vertices(std::uint32_t fallback)
     {
@@ -121,7 +121,7 @@ void read_pattern(Reader& r, GarmentFile& out)
     const std::string pattern = r.text("pattern", "");
     if (pattern == "poncho" || pattern == "blanket") {
         sim::SheetPattern p;
-        p.centre = r.place("centre", p.centre);
+        p.centre = r.position("centre", p.centre);
         p.width = r.length("width", p.width);
         p.depth = r.length("depth", p.depth);
         if (pattern == "poncho") {
@@ -132,7 +132,7 @@ void read_pattern(Reader& r, GarmentFile& out)
         out.garment = sim::sheet(p);
     } else if (pattern == "skirt") {
         sim::SkirtPattern p;
-        p.centre = r.place("centre", p.centre);
+        p.centre = r.position("centre", p.centre);
         p.waist_radius = r.length("waist_radius", p.waist_radius);
         p.length = r.length("length", p.length);
         p.vertices = r.vertices(p.vertices);
@@ -140,7 +140,7 @@ void read_pattern(Reader& r, GarmentFile& out)
         out.waist_bone = r.text("waist_bone", "world");
     } else if (pattern == "shirt") {
         sim::ShirtPattern p;
-        p.collar = r.place("collar", p.collar);
+        p.collar = r.position("collar", p.collar);
         p.chest = r.length("chest", p.chest);
         p.length = r.length("length", p.length);
         p.span = r.length("span", p.span);
@@ -171,8 +171,8 @@ void read_pulls(Reader& r, GarmentFile& out)
         p.at = e.time("at", 0);
         p.until = e.time("until", p.at + 1);
         if (!(p.until > p.at)) e.fail("until", "must be later than 'at'");
-        p.near = e.place("near", {});
-        p.by = e.place("by", {0, 0.1, 0});
+        p.near = e.position("near", {});
+        p.by = e.position("by", {0, 0.1, 0});
         p.radius = e.number("radius", p.radius, 0, k_longest);
         out.pulls.push_back(p);
     });
@@ -188,7 +188,7 @@ void read_pins(Reader& r, GarmentFile& out)
         p.at = e.time("at", 0);
         p.until = e.number("until", INFINITY, 0, 1e6);
         if (!(p.until > p.at)) e.fail("until", "must be later than 'at'");
-        p.near = e.place("near", {});
+        p.near = e.position("near", {});
         p.radius = e.number("radius", p.radius, 0, k_longest);
         p.bone = e.text("bone", "world");
         out.pins.push_back(p);

@@ -22,12 +22,12 @@ std::string words(const char* what, double at)
 
 }  // namespace
 
-std::uint32_t nearest_vertex(const sim::Cloth& cloth, Vec3d place)
+std::uint32_t nearest_vertex(const sim::Cloth& cloth, Vec3d position)
 {
     const auto at = cloth.positions();
     std::uint32_t nearest = 0;
     for (std::uint32_t i = 1; i < at.size(); ++i)
-        if (norm_sq(at[i] - place) < norm_sq(at[nearest] - place)) nearest = i;
+        if (norm_sq(at[i] - position) < norm_sq(at[nearest] - position)) nearest = i;
     return nearest;
 }
 
@@ -106,22 +106,22 @@ void Handling::pull(sim::Cloth& cloth, const Pull& p, double time, double dt, st
         const double at = start + k * dt / ticks;
         sqmap::Pose device;
         device.translation = grabbed_ + (holds ? std::clamp((at - p.at) / (p.until - p.at), 0.0, 1.0) : 0.0) * p.by;
-        const ToolFelt felt = tool_->tick(scene, device, dt / ticks);
-        const haptic::Wrench asked{felt.asked(), {}};
+        const ToolForces forces = tool_->tick(scene, device, dt / ticks);
+        const haptic::Wrench commanded{forces.commanded(), {}};
         haptic::Wrench sent;
         (void)filter_->tick(
-            {.time = at, .sample_time = at, .sequence = ++sequence_, .poses = {&device, 1}, .commanded = {&asked, 1}},
+            {.time = at, .sample_time = at, .sequence = ++sequence_, .poses = {&device, 1}, .commanded = {&commanded, 1}},
             {&sent, 1});
-        dragged_ = felt.tip;
+        dragged_ = forces.tip;
         if (!holds) continue;
         nlohmann::json& log = pulls_.back();
-        const auto most = [&](const char* key, double value) { log[key] = std::max(log[key].get<double>(), value); };
-        most("most_cloth_N", norm(felt.cloth));
-        most("most_body_N", norm(felt.body));
-        most("most_asked_N", norm(asked.force));
-        most("most_sent_N", norm(sent.force));
-        most("tip_behind_m", norm(felt.tip - felt.device));
-        log["last_cloth_N"] = norm(felt.cloth);
+        const auto keep_max = [&](const char* key, double value) { log[key] = std::max(log[key].get<double>(), value); };
+        keep_max("most_cloth_N", norm(forces.cloth));
+        keep_max("most_body_N", norm(forces.body));
+        keep_max("most_asked_N", norm(commanded.force));
+        keep_max("most_sent_N", norm(sent.force));
+        keep_max("tip_behind_m", norm(forces.tip - forces.device));
+        log["last_cloth_N"] = norm(forces.cloth);
     }
     if (holds) cloth.drag(dragged_);
 }

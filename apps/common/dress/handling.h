@@ -16,7 +16,7 @@ namespace sqmap::app {
 using FindBone = std::function<std::uint32_t(const std::string&)>;
 
 /// The vertex nearest to a place.
-[[nodiscard]] std::uint32_t nearest_vertex(const sim::Cloth& cloth, Vec3d place);
+[[nodiscard]] std::uint32_t nearest_vertex(const sim::Cloth& cloth, Vec3d position);
 
 /// A garment's events as its file lists them, step by step. A pull is a tool's tip that goes its way at 1 kHz, of the cloth's
 /// own time, in front of a safety filter; it hovers where it will grasp for what the filter's ramp takes.

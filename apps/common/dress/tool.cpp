@@ -58,22 +58,22 @@ ToolScene ClothTool::scene(std::span<const sim::Collider> solids, const sim::Clo
     return scene;
 }
 
-ToolFelt ClothTool::tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded) noexcept
+ToolForces ClothTool::tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded) noexcept
 {
     for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].pose = scene.poses[which_[i]];
     haptic::Wrench wrench;
     (void)haptic::step(*state_, {.touched = solids_, .poses = {&device, 1}, .dt = dt, .degraded = degraded}, {&wrench, 1});
     const haptic::ZoneReport& report = state_->report(0);
     const bool touches = (report.status & haptic::k_step_contact) != 0;
-    ToolFelt felt{
+    ToolForces forces{
         .device = device.translation, .tip = touches ? report.body.translation : device.translation, .body = wrench.force};
     const double depth = scene.on_skin ? dot(scene.skin_normal, scene.skin_point - device.translation) : 0;
     if (depth > 0) {
-        felt.body += k_stiffness * depth * scene.skin_normal;
-        felt.tip += depth * scene.skin_normal;
+        forces.body += k_stiffness * depth * scene.skin_normal;
+        forces.tip += depth * scene.skin_normal;
     }
-    if (scene.holds) felt.cloth = k_stiffness * (scene.slack - felt.tip);
-    return felt;
+    if (scene.holds) forces.cloth = k_stiffness * (scene.slack - forces.tip);
+    return forces;
 }
 
 std::unique_ptr<device::Device> simulated_hand(const Pull& pull, const std::string& profile)
@@ -106,23 +106,23 @@ std::uint32_t LiveTool::tick(void* context, const device::TickInput& input, std:
     (void)self.scene_.take();
     sqmap::Pose pose = input.sample.poses[0];
     pose.translation += self.at_;
-    ToolFelt felt = self.tool_.tick(self.scene_.value(), pose, input.dt, input.degraded);
-    felt.buttons = input.sample.buttons;
-    if (!wrenches.empty()) wrenches[0].force = felt.asked();
-    self.felt_.put(felt);
+    ToolForces forces = self.tool_.tick(self.scene_.value(), pose, input.dt, input.degraded);
+    forces.buttons = input.sample.buttons;
+    if (!wrenches.empty()) wrenches[0].force = forces.commanded();
+    self.forces_.put(forces);
     return 0;
 }
 
 void LiveTool::show(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged)
 {
-    scene_.put(tool_.scene(solids, held, dragged, felt().device));
+    scene_.put(tool_.scene(solids, held, dragged, forces().device));
     drain();
 }
 
-const ToolFelt& LiveTool::felt()
+const ToolForces& LiveTool::forces()
 {
-    (void)felt_.take();
-    return felt_.value();
+    (void)forces_.take();
+    return forces_.value();
 }
 
 void LiveTool::drain()
@@ -130,7 +130,7 @@ void LiveTool::drain()
     device::ServoTick tick;
     while (servo_ && servo_->next(tick)) {
         ++ticks_;
-        max_asked_ = std::max(max_asked_, norm(tick.commanded[0].force));
+        max_commanded_ = std::max(max_commanded_, norm(tick.commanded[0].force));
         max_sent_ = std::max(max_sent_, norm(tick.sent[0].force));
         gone_ = !tick.connected;
     }

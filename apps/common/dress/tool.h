@@ -31,11 +31,11 @@ struct ToolScene {
 };
 
 /// What a tick tells back.
-struct ToolFelt {
+struct ToolForces {
     Vec3d device{}, tip{};  ///< where the device is; where the tip is, which stays outside the body
     Vec3d body{}, cloth{};  ///< N, on the hand
     std::uint32_t buttons = 0;
-    [[nodiscard]] Vec3d asked() const { return body + cloth; }
+    [[nodiscard]] Vec3d commanded() const { return body + cloth; }
 };
 
 /// The tip's forces, a tick at a time. Of solids a proxy (haptic::Mode::Proxy), asked at every tick; of a skin the tangent plane
@@ -50,7 +50,7 @@ public:
     /// What the next ticks feel: after each of the cloth's steps.
     [[nodiscard]] ToolScene scene(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device);
     /// dt seconds later, with the device there. No allocation.
-    ToolFelt tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded = false) noexcept;
+    ToolForces tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded = false) noexcept;
 
 private:
     query::Probe probe_;
@@ -74,9 +74,9 @@ public:
     /// After a step of the cloth: what the ticks are to feel from now on.
     void show(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged);
     /// What the newest tick felt; the one before where there is none.
-    [[nodiscard]] const ToolFelt& felt();
+    [[nodiscard]] const ToolForces& forces();
     /// N: the most of any tick yet, asked for and sent.
-    [[nodiscard]] double max_asked() const { return max_asked_; }
+    [[nodiscard]] double max_commanded() const { return max_commanded_; }
     [[nodiscard]] double max_sent() const { return max_sent_; }
     [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
     [[nodiscard]] bool gone() const { return gone_; }
@@ -88,8 +88,8 @@ private:
     ClothTool tool_;
     Vec3d at_;
     device::Newest<ToolScene> scene_;
-    device::Newest<ToolFelt> felt_;
-    double max_asked_ = 0, max_sent_ = 0;
+    device::Newest<ToolForces> forces_;
+    double max_commanded_ = 0, max_sent_ = 0;
     std::uint64_t ticks_ = 0;
     bool gone_ = false;
     std::optional<device::Servo> servo_;

@@ -110,7 +110,7 @@ Image map_picture(const Subject& subject, int width, int height)
         const int left = part % columns * width / columns + gap / 2, top = part / columns * (height - legend) / rows + gap / 2;
         const auto index = static_cast<std::uint32_t>(part);
         const Unrolled map = central ? unrolled_central(model, index, side) : unrolled_normal(model, index, side);
-        const float most = brightest(map.distance);
+        const float max = brightest(map.distance);
         auto value = map.distance.begin();
         for (int y = 0; y < map.height; ++y)
             for (int x = 0; x < map.width; ++x, ++value) {
@@ -119,10 +119,10 @@ Image map_picture(const Subject& subject, int width, int height)
                 image.at(left + x, top + words_above + y) = edge                 ? line
                                                             : *value == k_no_hit ? no_surface
                                                             : *value == k_cap    ? cap
-                                                                                 : grey(*value / most);
+                                                                                 : grey(*value / max);
             }
         char white[32];
-        std::snprintf(white, sizeof white, "white %.2g%%", 100 * static_cast<double>(most) / model.header.r_max);
+        std::snprintf(white, sizeof white, "white %.2g%%", 100 * static_cast<double>(max) / model.header.r_max);
         const std::string name = "part " + std::to_string(part);
         const int words = central ? std::clamp(2 * side / (14 * 6), 1, 2 * dot) : dot;
         const int words_left = central ? left + 2 * side + 4 * words : left;

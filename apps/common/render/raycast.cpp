@@ -225,18 +225,18 @@ Camera camera_for(const std::vector<Layer>& layers, const View& view)
     camera.tan_half_y = std::tan(14 * pi / 180);
     camera.tan_half_x = camera.tan_half_y * (view.width - view.margin) / view.height;
     // The nearest eye that sees every vertex with a margin: planes of the frustum pushed back until they hold all.
-    double right_most = -1e300, left_most = -1e300, top_most = -1e300, bottom_most = -1e300;
+    double rightmost = -1e300, leftmost = -1e300, topmost = -1e300, bottommost = -1e300;
     const double fx = 0.94 * camera.tan_half_x, fy = 0.94 * camera.tan_half_y;
     for (const Layer& layer : layers)
         for (const Vec3d& p : layer.mesh.vertices) {
             const double x = dot(p, camera.right), y = dot(p, camera.up), z = dot(p, camera.forward);
-            right_most = std::max(right_most, x - fx * z);
-            left_most = std::max(left_most, -x - fx * z);
-            top_most = std::max(top_most, y - fy * z);
-            bottom_most = std::max(bottom_most, -y - fy * z);
+            rightmost = std::max(rightmost, x - fx * z);
+            leftmost = std::max(leftmost, -x - fx * z);
+            topmost = std::max(topmost, y - fy * z);
+            bottommost = std::max(bottommost, -y - fy * z);
         }
-    const double z = std::min(-(right_most + left_most) / (2 * fx), -(top_most + bottom_most) / (2 * fy));
-    camera.eye = (right_most - left_most) / 2 * camera.right + (top_most - bottom_most) / 2 * camera.up + z * camera.forward;
+    const double z = std::min(-(rightmost + leftmost) / (2 * fx), -(topmost + bottommost) / (2 * fy));
+    camera.eye = (rightmost - leftmost) / 2 * camera.right + (topmost - bottommost) / 2 * camera.up + z * camera.forward;
     return camera;
 }
 

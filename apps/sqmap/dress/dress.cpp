@@ -298,7 +298,7 @@ json Dressing::report()
     if (held_) {
         report["tool"] = held_->report(steps_ * dt_);
         const json& t = report["tool"];
-        std::printf("tool: %llu ticks, %zu grasps; asked for at most %.3g N, sent %.3g N; the cloth ran at %.2f of real time%s\n",
+        std::printf("tool: %llu ticks, %zu grasps; commanded at most %.3g N, sent %.3g N; the cloth ran at %.2f of real time%s\n",
                     t["ticks"].get<unsigned long long>(), t["grasps"].get<std::size_t>(), t["most_asked_N"].get<double>(),
                     t["most_sent_N"].get<double>(), t["cloth_s_per_s"].get<double>(),
                     t["gone_at_end"].get<bool>() ? "; the device was gone at the end" : "");

@@ -18,8 +18,8 @@ HeldTool::HeldTool(const std::string& spec_text, const std::string& at, std::spa
                    std::vector<Worn>& worn)
     : worn_(&worn)
 {
-    const std::optional<Vec3d> place = at.empty() ? Vec3d{} : three_numbers(at);
-    if (!place) throw device::DeviceError("--tool-at " + at + ": a place is three numbers, as in 0,1.2,0.3");
+    const std::optional<Vec3d> position = at.empty() ? Vec3d{} : three_numbers(at);
+    if (!position) throw device::DeviceError("--tool-at " + at + ": a place is three numbers, as in 0,1.2,0.3");
     const device::DeviceSpec spec = device::parse_spec(spec_text);
     std::size_t pulls = 0;
     for (const Worn& w : worn) pulls += w.file.pulls.size();
@@ -43,37 +43,37 @@ HeldTool::HeldTool(const std::string& spec_text, const std::string& at, std::spa
     }
     std::printf("%s; %s\n", device_->capabilities().name.c_str(),
                 script_ ? "its hand follows the pull" : "its first button grasps the nearest vertex");
-    tool_.emplace(solids, *device_, *place);
+    tool_.emplace(solids, *device_, *position);
     begin_ = std::chrono::steady_clock::now();
 }
 
 void HeldTool::before(double time)
 {
     std::this_thread::sleep_until(begin_ + std::chrono::duration<double>(time));
-    const ToolFelt& felt = tool_->felt();
-    const bool wants = script_ ? time >= script_->at && time < script_->until : (felt.buttons & 1u) != 0;
+    const ToolForces& forces = tool_->forces();
+    const bool wants = script_ ? time >= script_->at && time < script_->until : (forces.buttons & 1u) != 0;
     if (wants && held_ == nullptr) {
         double least = script_ ? INFINITY : k_reach;
         for (Worn& w : *worn_) {
-            const std::uint32_t v = nearest_vertex(w.cloth, felt.tip);
-            const double distance = norm(w.cloth.positions()[v] - felt.tip);
+            const std::uint32_t v = nearest_vertex(w.cloth, forces.tip);
+            const double distance = norm(w.cloth.positions()[v] - forces.tip);
             if (!(distance < least)) continue;
             least = distance;
             held_ = &w.cloth;
             vertex_ = v;
         }
         if (held_ != nullptr) {
-            held_->grasp(vertex_, script_ ? script_->radius : Pull{}.radius, felt.tip, ClothTool::k_stiffness);
+            held_->grasp(vertex_, script_ ? script_->radius : Pull{}.radius, forces.tip, ClothTool::k_stiffness);
             ++grasps_;
         }
     } else if (!wants && held_ != nullptr) {
         held_->release();
         held_ = nullptr;
     }
-    dragged_ = felt.tip;
+    dragged_ = forces.tip;
     if (held_ != nullptr) held_->drag(dragged_);
-    max_cloth_ = std::max(max_cloth_, norm(felt.cloth));
-    max_body_ = std::max(max_body_, norm(felt.body));
+    max_cloth_ = std::max(max_cloth_, norm(forces.cloth));
+    max_body_ = std::max(max_body_, norm(forces.body));
 }
 nlohmann::json HeldTool::report(double time) const
 {
@@ -84,7 +84,7 @@ nlohmann::json HeldTool::report(double time) const
             {"grasps", grasps_},
             {"most_cloth_N", max_cloth_},
             {"most_body_N", max_body_},
-            {"most_asked_N", tool_->max_asked()},
+            {"most_asked_N", tool_->max_commanded()},
             {"most_sent_N", tool_->max_sent()},
             {"gone_at_end", tool_->gone()},
             {"cloth_s_per_s", time / took.count()}};

@@ -54,7 +54,7 @@ void add_force_options(Command& command, TouchOptions& o)
                 "levelled|consistent")
         .group(group);
     command
-        .choice("--layer", o.zone.layer, k_touch_layers, "Map to ask; auto: exact for a sphere or a point, 3 for a mesh",
+        .choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
                 "auto|2|3|exact")
         .group(group);
     command

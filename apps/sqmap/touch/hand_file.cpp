@@ -10,7 +10,7 @@ namespace sqmap::app {
 namespace {
 
 /// Where the joint is in the bound mesh: what its inverse bind takes to the joint's origin.
-std::optional<Vec3d> bound_place(const Affine& inverse_bind)
+std::optional<Vec3d> bound_position(const Affine& inverse_bind)
 {
     const Vec3d *r = inverse_bind.linear.row, t = inverse_bind.shift;
     const double determinant = dot(r[0], cross(r[1], r[2]));
@@ -36,10 +36,10 @@ std::optional<device::HandMesh> read_hand(const std::filesystem::path& path)
         const auto at = std::find_if(skin.skeleton.begin(), skin.skeleton.end(),
                                      [&](const io::SkinJoint& joint) { return joint.name == device::hand_joint_name(j); });
         if (at == skin.skeleton.end()) return {};
-        const std::optional<Vec3d> place = bound_place(at->inverse_bind);
-        if (!place) return {};
+        const std::optional<Vec3d> position = bound_position(at->inverse_bind);
+        if (!position) return {};
         number[static_cast<std::size_t>(at - skin.skeleton.begin())] = static_cast<std::uint16_t>(j);
-        hand.positions[j] = *place;
+        hand.positions[j] = *position;
     }
     hand.points = skin.soup.positions;
     hand.shares = skin.weights;

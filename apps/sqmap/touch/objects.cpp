@@ -33,7 +33,7 @@ MovingObjects::MovingObjects(const TouchOptions& options, std::span<haptic::Touc
     for (std::size_t i = 0; i < solids.size(); ++i) {
         const model::Header& h = solids[i].model->header;
         const double radius = 0.5 * h.unit * h.r_max;
-        bodies_.push_back({.place = options.objects[i].place,
+        bodies_.push_back({.position = options.objects[i].position,
                            .centre = {h.origin[0], h.origin[1], h.origin[2]},
                            .inertia = 0.4 * options_.mass * radius * radius});
         put(bodies_.back(), solids[i]);
@@ -43,7 +43,7 @@ MovingObjects::MovingObjects(const TouchOptions& options, std::span<haptic::Touc
 void MovingObjects::put(const Body& b, haptic::TouchedBody& solid) const noexcept
 {
     const double phase = k_two_pi * time_ / options_.sway_period;
-    const Vec3d centre = b.place + std::sin(phase) * options_.sway + b.off;
+    const Vec3d centre = b.position + std::sin(phase) * options_.sway + b.off;
     const Vec3d speed = (k_two_pi / options_.sway_period * std::cos(phase)) * options_.sway + b.speed;
     const Vec3d arm = b.turn * b.centre;  // from the mesh's origin to the centre
     solid.pose = {b.turn, centre - arm};

@@ -21,7 +21,7 @@ public:
 private:
     /// Its centre and what of it has moved.
     struct Body {
-        Vec3d place{};         ///< of the model's origin in the world at first, m
+        Vec3d position{};      ///< of the model's origin in the world at first, m
         Vec3d centre{};        ///< mesh frame, m
         Vec3d off{}, speed{};  ///< of the centre, from the place
         Mat3d turn{};

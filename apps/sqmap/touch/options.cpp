@@ -123,7 +123,7 @@ std::string setup_text(const TouchOptions& o)
         out["objects"].push_back({{"file", object.file},
                                   {"hash", hash_text(object.hash)},
                                   {"metres_per_unit", object.metres_per_unit},
-                                  {"place", {object.place.x, object.place.y, object.place.z}}});
+                                  {"place", {object.position.x, object.position.y, object.position.z}}});
     out["tool"] = o.tool;
     out["tool_hash"] = hash_text(o.tool_hash);
     out["mode"] = name_of(k_modes, o.zone.mode);
@@ -146,9 +146,9 @@ TouchOptions setup_from(const std::string& text)
         const ordered_json in = ordered_json::parse(text);
         TouchOptions o;
         for (const ordered_json& object : in.at("objects")) {
-            const auto place = object.at("place").get<std::array<double, 3>>();
+            const auto position = object.at("place").get<std::array<double, 3>>();
             o.objects.push_back({.file = object.at("file"),
-                                 .place = {place[0], place[1], place[2]},
+                                 .position = {position[0], position[1], position[2]},
                                  .metres_per_unit = object.at("metres_per_unit"),
                                  .hash = hash_in(object.at("hash"))});
         }

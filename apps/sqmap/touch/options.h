@@ -21,7 +21,7 @@ public:
 
 struct TouchObject {
     std::string file;
-    Vec3d place{};               ///< of the model's origin in the world, m
+    Vec3d position{};            ///< of the model's origin in the world, m
     double metres_per_unit = 0;  ///< of the mesh
     std::uint64_t hash = 0;      ///< of the model's content; 0: any
 };

@@ -23,11 +23,11 @@ struct HandPath {
     static device::HandTarget at(const void* context, double time, std::size_t) noexcept
     {
         const HandPath& path = *static_cast<const HandPath*>(context);
-        const double place = std::clamp(time * path.rate, 0.0, static_cast<double>(path.poses.size() - 1));
-        const auto k = static_cast<std::size_t>(place);
+        const double position = std::clamp(time * path.rate, 0.0, static_cast<double>(path.poses.size() - 1));
+        const auto k = static_cast<std::size_t>(position);
         const std::size_t next = std::min(k + 1, path.poses.size() - 1);
         const Vec3d a = path.poses[k].translation, b = path.poses[next].translation;
-        return {{{}, a + (place - static_cast<double>(k)) * (b - a)}, {path.rate * (b - a), {}}};
+        return {{{}, a + (position - static_cast<double>(k)) * (b - a)}, {path.rate * (b - a), {}}};
     }
 };
 

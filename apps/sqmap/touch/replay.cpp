@@ -44,7 +44,7 @@ void mix(std::uint64_t& hash, double value)
 
 /// rows: prints what differs. felt: gets what was computed; null: nobody wants it. Everything is this thread's own: setup,
 /// reader, state.
-Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows, Comparison* felt)
+Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows, Comparison* computed)
 {
     device::TraceReader reader(arguments.trace);
     const std::size_t zones = reader.header().zones;
@@ -69,15 +69,15 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
         device::TraceRow row = recorded;
         if ((row.input & device::k_trace_idle) == 0) setup.step(row);
         ++o.ticks;
-        if (felt != nullptr) {
+        if (computed != nullptr) {
             double force = 0, torque = 0;
             for (std::size_t z = 0; z < zones; ++z) {
                 force = std::max(force, norm(row.computed[z].force));
                 torque = std::max(torque, norm(row.computed[z].torque));
             }
-            felt->depth.push_back(row.depth);
-            felt->force.push_back(force);
-            felt->torque.push_back(torque);
+            computed->depth.push_back(row.depth);
+            computed->force.push_back(force);
+            computed->torque.push_back(torque);
         }
         for (std::size_t z = 0; z < zones; ++z)
             for (int i = 0; i < 3; ++i) {
@@ -126,11 +126,11 @@ int run(const Arguments& arguments)
         options.objects.front().hash = 0;
     }
     const bool compare = !arguments.against.empty() && !arguments.plot.empty();
-    Comparison felt{.name = std::filesystem::path(arguments.against).filename().string()};
+    Comparison computed{.name = std::filesystem::path(arguments.against).filename().string()};
     std::vector<Outcome> outcomes(arguments.threads);
     parallel::for_each(arguments.threads, arguments.threads, [&](std::size_t i) {
         if (i == 0) {
-            outcomes[0] = replay(arguments, options, arguments.diff, compare ? &felt : nullptr);
+            outcomes[0] = replay(arguments, options, arguments.diff, compare ? &computed : nullptr);
             return;
         }
         try {
@@ -161,7 +161,7 @@ int run(const Arguments& arguments)
     }
     if (arguments.threads > 1)
         std::fprintf(out, "%u threads: %s\n", arguments.threads, alike ? "all the same forces" : "NOT the same forces");
-    if (!arguments.plot.empty()) plot_trace(arguments.trace, arguments.plot, compare ? &felt : nullptr);
+    if (!arguments.plot.empty()) plot_trace(arguments.trace, arguments.plot, compare ? &computed : nullptr);
     const bool failed = !alike || (o.different > 0 && arguments.against.empty());
     return failed ? 1 : 0;
 }

@@ -38,24 +38,24 @@ bool entered()
 }
 
 /// What the servo's own record of a tick does not have.
-struct Felt {
+struct TickForces {
     std::uint64_t tick = 0;
     std::uint32_t contacts = 0, input = 0;
     double depth = 0, device_depth = 0;
 };
 
-struct Feeling {
-    Feeling(TouchSetup& touched, std::size_t zone_count) : setup(touched), zones(zone_count) {}
+struct ServoTouch {
+    ServoTouch(TouchSetup& touched, std::size_t zone_count) : setup(touched), zones(zone_count) {}
 
     TouchSetup& setup;
     std::size_t zones;
     device::TraceRow row{};
-    device::Ring<Felt, 2048> felt{};
+    device::Ring<TickForces, 2048> forces{};
 };
 
-std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
+std::uint32_t servo_tick(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
 {
-    Feeling& f = *static_cast<Feeling*>(context);
+    ServoTouch& f = *static_cast<ServoTouch*>(context);
     f.row.dt = input.dt;
     f.row.poses = input.sample.poses;
     f.row.twists = input.sample.twists;
@@ -64,7 +64,7 @@ std::uint32_t feel_tick(void* context, const device::TickInput& input, std::span
     f.setup.step(f.row);
     std::copy_n(f.row.computed.begin(), std::min(f.zones, wrenches.size()), wrenches.begin());
     std::copy_n(f.setup.pushes().begin(), std::min(f.zones, input.pushes.size()), input.pushes.begin());
-    (void)f.felt.push({input.tick, f.row.contacts, f.row.input, f.row.depth, f.setup.device_depth()});
+    (void)f.forces.push({input.tick, f.row.contacts, f.row.input, f.row.depth, f.setup.device_depth()});
     return f.row.status;
 }
 
@@ -116,48 +116,48 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
 Totals run_servo(device::Device& device, TouchSetup& setup, const device::ServoOptions& servo_options, const RunOptions& options)
 {
     const std::size_t zones = device.capabilities().zones;
-    const auto feeling = std::make_unique<Feeling>(setup, zones);
+    const auto servo_touch = std::make_unique<ServoTouch>(setup, zones);
     Totals totals;
     {
-        device::Servo servo(device, servo_options, feel_tick, feeling.get());
+        device::Servo servo(device, servo_options, servo_tick, servo_touch.get());
         device::ServoTick tick;
-        Felt newest;  // that was popped: of this tick or of a later one
+        TickForces newest;  // that was popped: of this tick or of a later one
         std::optional<double> begin;
         bool more = true;
-        std::uint32_t told = 0, told_inside = 0;
+        std::uint32_t reported = 0, reported_inside = 0;
         while (more) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
             if (entered()) servo.resume();
             while (more && servo.next(tick)) {
                 // Ticks come in order on both ways; one that only one of them holds was idle, or dropped by the other. A device
                 // may go while a tick runs: what was computed for it counts.
-                while (newest.tick < tick.tick && feeling->felt.pop(newest)) {
+                while (newest.tick < tick.tick && servo_touch->forces.pop(newest)) {
                 }
                 const bool ran = newest.tick == tick.tick, idle = !ran && (!tick.connected || tick.sample.sequence == 0);
-                const Felt felt = ran ? newest : Felt{.tick = tick.tick, .input = device::k_trace_idle};
+                const TickForces forces = ran ? newest : TickForces{.tick = tick.tick, .input = device::k_trace_idle};
                 if (!begin) begin = tick.time;
                 device::TraceRow row{.time = tick.time - *begin,
                                      .dt = tick.dt,
                                      .sequence = tick.sample.sequence,
                                      .buttons = tick.sample.buttons,
-                                     .input = felt.input,
+                                     .input = forces.input,
                                      .cpu = tick.cpu,
-                                     .contacts = felt.contacts,
-                                     .depth = felt.depth,
+                                     .contacts = forces.contacts,
+                                     .depth = forces.depth,
                                      .status = tick.status,
                                      .filter = haptic::bits(tick.safety),
                                      .poses = tick.sample.poses,
                                      .computed = tick.commanded,
                                      .sent = tick.sent};
                 if (tick.sample.has_twist) row.twists = tick.sample.twists;
-                totals.add(row, zones, felt.device_depth);
+                totals.add(row, zones, forces.device_depth);
                 totals.counted = tick.counted;
-                if (tick.safety.faults != 0 && told == 0)
+                if (tick.safety.faults != 0 && reported == 0)
                     std::fprintf(stderr, "  no force from %.3f s on: %s%s\n", row.time, reasons(tick.safety.faults).c_str(),
                                  ::isatty(STDIN_FILENO) == 1 ? "; Enter goes on" : "");
-                told = tick.safety.faults;
-                if (const std::uint32_t more_inside = tick.safety.waiting & ~told_inside; more_inside != 0) {
-                    told_inside |= more_inside;
+                reported = tick.safety.faults;
+                if (const std::uint32_t more_inside = tick.safety.waiting & ~reported_inside; more_inside != 0) {
+                    reported_inside |= more_inside;
                     for (std::size_t z = 0; z < zones; ++z)
                         if ((more_inside >> z & 1) != 0)
                             std::fprintf(stderr, "  %s is inside an object at %.3f s: no force until it is lifted out once\n",

@@ -27,7 +27,7 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
         views_.push_back(haptic::in_metres(view, object.metres_per_unit));
         const model::Header& h = views_.back().header;
         solids_.push_back(
-            {.pose = {{}, object.place - Vec3d{h.origin[0], h.origin[1], h.origin[2]}}, .material = options_.material});
+            {.pose = {{}, object.position - Vec3d{h.origin[0], h.origin[1], h.origin[2]}}, .material = options_.material});
     }
     for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].model = &views_[i];
     texture_ = make_texture(options_.texture, beside);
@@ -107,11 +107,11 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
             zone.damping *= 0.5 * own / dampers;
             zone.brake *= 0.5 * own / dampers;
         }
-        const double most = haptic::check_stiffness(*device, zone.stiffness, zone.damping + zone.brake).largest;
-        if (!coupled && !options_.stiffness_wished && most > 0 && most < zone.stiffness) {
-            zone.stiffness = most;
+        const double max = haptic::check_stiffness(*device, zone.stiffness, zone.damping + zone.brake).largest;
+        if (!coupled && !options_.stiffness_wished && max > 0 && max < zone.stiffness) {
+            zone.stiffness = max;
             char text[100];
-            std::snprintf(text, sizeof text, "stiffness %.0f N/m: as much as this device shows without ever giving energy", most);
+            std::snprintf(text, sizeof text, "stiffness %.0f N/m: as much as this device shows without ever giving energy", max);
             notes_.push_back(text);
         }
         if (coupled) {
@@ -119,8 +119,7 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
             haptic::choose_coupling(zone, *device);
             if (w.stiffness && zone.coupling_stiffness < *w.stiffness) {
                 char text[200];
-                std::snprintf(text, sizeof text,
-                              "warning: --coupling-stiffness %g: this device carries %.0f N/m; what was asked for may swing",
+                std::snprintf(text, sizeof text, "warning: --coupling-stiffness %g: this device carries %.0f N/m; more may swing",
                               *w.stiffness, zone.coupling_stiffness);
                 notes_.push_back(text);
                 zone.coupling_stiffness = *w.stiffness;

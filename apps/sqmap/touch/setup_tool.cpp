@@ -26,15 +26,15 @@ std::uint64_t hash_of(std::span<const Vec3d> points)
 }
 
 /// NAME or NAME:RADIUS, m; false for any other tool.
-bool is_shape(const std::string& tool, const std::string& name, double most, double& radius)
+bool is_shape(const std::string& tool, const std::string& name, double max, double& radius)
 {
     if (tool == name) return true;
     if (!tool.starts_with(name + ":")) return false;
     const char* const last = tool.data() + tool.size();
     const auto [end, error] = std::from_chars(tool.data() + name.size() + 1, last, radius);
-    if (error != std::errc() || end != last || !(radius >= k_least_radius && radius <= most)) {
+    if (error != std::errc() || end != last || !(radius >= k_least_radius && radius <= max)) {
         char limits[80];
-        std::snprintf(limits, sizeof limits, "%g to %.4g m, the first object's R_max", k_least_radius, most);
+        std::snprintf(limits, sizeof limits, "%g to %.4g m, the first object's R_max", k_least_radius, max);
         throw BadTouch("--tool " + tool + ": the radius must be a number from " + limits + "\n  cure: metres, as in " + name +
                        ":0.005");
     }
@@ -62,12 +62,12 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
     if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
     ball.kernel = point.kernel = options_.kernel;
-    const double most = views_.front().header.r_max * views_.front().header.unit;
-    if (is_shape(options_.tool, "sphere", most, ball.radius)) {
+    const double max = views_.front().header.r_max * views_.front().header.unit;
+    if (is_shape(options_.tool, "sphere", max, ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;
         tool.vertices = haptic::stencil_points(ball);
-    } else if (is_shape(options_.tool, "point", most, point.radius)) {
+    } else if (is_shape(options_.tool, "point", max, point.radius)) {
         options_.zone.averaging = haptic::Averaging::Stencil;
         options_.zone.smoothing = point;
         tool.vertices = haptic::stencil_points(point);

@@ -72,7 +72,7 @@ std::string path_of(const Curve& curve, const std::vector<double>& times, const 
     bool pen = false;
     for (std::size_t i = 0; i < times.size();) {
         const double column = std::floor(x_of(times[i]));
-        double least = std::numeric_limits<double>::infinity(), most = -least;
+        double least = std::numeric_limits<double>::infinity(), max = -least;
         double begin = least, end = least;
         for (; i < times.size() && std::floor(x_of(times[i])) <= column; ++i) {
             const double v = curve.values[i];
@@ -80,14 +80,14 @@ std::string path_of(const Curve& curve, const std::vector<double>& times, const 
             if (!std::isfinite(begin)) begin = v;
             end = v;
             least = std::min(least, v);
-            most = std::max(most, v);
+            max = std::max(max, v);
         }
         if (!std::isfinite(begin)) {
             pen = false;
             continue;
         }
         d += text("%c%.0f %.1f", pen ? 'L' : 'M', column, y_of(begin));
-        if (most > least) d += text("V%.1fV%.1fV%.1f", y_of(least), y_of(most), y_of(end));
+        if (max > least) d += text("V%.1fV%.1fV%.1f", y_of(least), y_of(max), y_of(end));
         pen = true;
     }
     return text("<path fill='none' stroke='%s' stroke-width='1.3' stroke-linejoin='round' d='", curve.colour) + d + "'/>\n";
@@ -193,8 +193,8 @@ void plot_trace(const std::filesystem::path& trace, const std::filesystem::path&
         if (strip.curves.back().values.size() != times.size())
             throw device::TraceError(trace.string() + ": has changed while it was read");
     if (times.empty()) throw device::TraceError(trace.string() + ": no tick to draw");
-    const auto [least, most] = std::minmax_element(times.begin(), times.end());
-    const double first = *least, last = *most > *least ? *most : *least + 1e-3;
+    const auto [least, max] = std::minmax_element(times.begin(), times.end());
+    const double first = *least, last = *max > *least ? *max : *least + 1e-3;
     const double height = k_top + static_cast<double>(strips.size()) * (k_strip + k_gap) + 16;
     std::string out = text(
         "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %.0f %.0f' width='%.0f' height='%.0f' "

@@ -32,12 +32,12 @@ std::string milliseconds(double time)
 }
 
 /// Zones that were inside an object when forces were to begin.
-void print_inside(const Totals& totals, const TouchFacts& told)
+void print_inside(const Totals& totals, const TouchFacts& facts)
 {
-    for (std::size_t z = 0; z < told.zones; ++z)
+    for (std::size_t z = 0; z < facts.zones; ++z)
         if (const Inside& in = totals.inside[z]; in.ticks > 0)
             std::printf("  %s was inside an object when forces were to begin, and had none in %llu ticks, from %.3f s to %s\n",
-                        zone_name(z, told.zones, told.glove).c_str(), static_cast<unsigned long long>(in.ticks), in.first,
+                        zone_name(z, facts.zones, facts.glove).c_str(), static_cast<unsigned long long>(in.ticks), in.first,
                         in.now ? "the end" : milliseconds(in.last).c_str());
     if (std::any_of(totals.inside.begin(), totals.inside.end(), [](const Inside& in) { return in.ticks > 0; }))
         std::printf("  cure: start outside, or lift it out of the object once; force then comes in over half a second\n");
@@ -56,11 +56,11 @@ void Totals::add(const device::TraceRow& row, std::size_t zones, double depth)
         if (faulty++ == 0) first_fault = row.time;
         faults |= now;
     }
-    bool as_asked = true;
+    bool as_commanded = true;
     for (std::size_t z = 0; z < zones; ++z) {
         largest_force = std::max(largest_force, norm(row.computed[z].force));
         largest_sent = std::max(largest_sent, norm(row.sent[z].force));
-        as_asked = as_asked && row.sent[z] == row.computed[z];
+        as_commanded = as_commanded && row.sent[z] == row.computed[z];
         Inside& in = inside[z];
         in.now = (row.filter & haptic::k_acted_inside) != 0 && row.sent[z] == haptic::Wrench{} &&
                  !(row.computed[z] == haptic::Wrench{});
@@ -68,7 +68,7 @@ void Totals::add(const device::TraceRow& row, std::size_t zones, double depth)
         if (in.ticks++ == 0) in.first = row.time;
         in.last = row.time;
     }
-    changed += !as_asked;
+    changed += !as_commanded;
     deepest = std::max(deepest, depth);
     cpu += row.cpu;
     max_cpu = std::max(max_cpu, row.cpu);
@@ -96,23 +96,23 @@ std::string zone_name(std::size_t zone, std::size_t zones, bool glove)
     return glove && zone < device::k_glove_zones ? k_names[zone] : "zone " + std::to_string(zone);
 }
 
-void print(const Totals& totals, const TouchFacts& told)
+void print(const Totals& totals, const TouchFacts& facts)
 {
-    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest force asked for %.4g N\n",
+    std::printf("%llu ticks, %llu in contact; deepest %.4g m, largest commanded force %.4g N\n",
                 static_cast<unsigned long long>(totals.ticks), static_cast<unsigned long long>(totals.contact), totals.deepest,
                 totals.largest_force);
     if (totals.ticks > 0)
-        std::printf("  sent: at most %.4g N of %.4g N allowed; the safety filter changed what was asked for in %llu ticks\n",
-                    totals.largest_sent, told.force_limit, static_cast<unsigned long long>(totals.changed));
+        std::printf("  sent: at most %.4g N of %.4g N allowed; the safety filter changed the commanded force in %llu ticks\n",
+                    totals.largest_sent, facts.force_limit, static_cast<unsigned long long>(totals.changed));
     if (totals.ticks > 0 && totals.contact == 0)
         std::fprintf(stderr, "warning: nothing was touched%s\n",
-                     told.has_impact_zone
+                     facts.has_impact_zone
                          ? ": what touches may lie outside the impact zone\n  cure: a larger --zone, or 0 for the whole tool"
                          : "");
     if (totals.ticks > 0)
         std::printf("  CPU time a tick: mean %.1f us, most %.1f us\n", 1e6 * totals.cpu / static_cast<double>(totals.ticks),
                     1e6 * totals.max_cpu);
-    if (told.by_the_clock)
+    if (facts.by_the_clock)
         std::printf("  %llu ticks late by more than one, %llu degraded, worst %.2f ms late; not recorded: %llu\n",
                     static_cast<unsigned long long>(totals.servo.late), static_cast<unsigned long long>(totals.servo.degraded),
                     1e3 * totals.servo.worst_late, static_cast<unsigned long long>(totals.servo.dropped + totals.unknown));
@@ -123,7 +123,7 @@ void print(const Totals& totals, const TouchFacts& told)
     if (totals.faulty > 0)
         std::printf("  the safety filter let no force through in %llu ticks, first at %.3f s: %s\n",
                     static_cast<unsigned long long>(totals.faulty), totals.first_fault, reasons(totals.faults).c_str());
-    print_inside(totals, told);
+    print_inside(totals, facts);
     if (totals.gone) std::printf("  the device was gone at the end\n");
 }
 

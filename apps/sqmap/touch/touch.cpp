@@ -44,10 +44,10 @@ TouchObject object_from(const std::string& text)
     TouchObject object{.file = text};
     const std::size_t at = text.rfind('@');
     if (at == std::string::npos) return object;
-    const std::optional<Vec3d> place = three_numbers(std::string_view(text).substr(at + 1));
-    if (!place || !(std::max({std::fabs(place->x), std::fabs(place->y), std::fabs(place->z)}) <= 1000))
+    const std::optional<Vec3d> position = three_numbers(std::string_view(text).substr(at + 1));
+    if (!position || !(std::max({std::fabs(position->x), std::fabs(position->y), std::fabs(position->z)}) <= 1000))
         throw BadTouch("--object " + text + ": a place is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
-    object.place = *place;
+    object.position = *position;
     object.file.resize(at);
     return object;
 }
@@ -77,13 +77,13 @@ std::string limit_above(const haptic::DeviceLimits& device, const haptic::Safety
     const double force = device.max_force > 0 ? device.max_force : haptic::k_unknown_force,
                  torque = device.max_torque > 0 ? device.max_torque : haptic::k_unknown_torque;
     const bool is_force = options.force_limit && *options.force_limit > force;
-    const bool told = is_force ? device.max_force > 0 : device.max_torque > 0;
+    const bool stated = is_force ? device.max_force > 0 : device.max_torque > 0;
     char text[200];
     std::snprintf(text, sizeof text,
                   "%s %g is more than the device holds: %g %s%s\n  cure: at most that, or none for the default",
                   is_force ? "--force-limit" : "--torque-limit", is_force ? *options.force_limit : *options.torque_limit,
                   is_force ? force : torque, is_force ? "N" : "N m",
-                  told ? "" : ", the most for a device that does not say what it can hold");
+                  stated ? "" : ", the most for a device that does not say what it can hold");
     return text;
 }
 
@@ -149,8 +149,9 @@ void print(const Session& s, const Arguments& arguments)
     const haptic::StiffnessCheck check = haptic::check_stiffness(s.limits, stiffness, options.zone.damping + options.zone.brake);
     for (const std::string& note : s.setup->notes()) std::printf("  %s\n", note.c_str());
     if (!s.path && !check.safe && options.zone.mode != haptic::Mode::Coupled)
-        std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; asked for %.0f\n", check.largest,
-                    haptic::describe(check.reason), check.assumed ? ", with careful numbers where it tells none" : "", stiffness);
+        std::printf("  warning: this device can show %.0f N/m without ever giving energy (%s)%s; requested: %.0f\n",
+                    check.largest, haptic::describe(check.reason),
+                    check.assumed ? ", with careful numbers where it tells none" : "", stiffness);
     if (!capabilities.simulated && !capabilities.force_out && !capabilities.torque_out && !capabilities.rumble_out)
         std::printf("  warning: this device says that it exerts nothing: what is sent is computed and not felt\n");
     if (arguments.own_process && s.over) std::printf("  warning: --own-process is for hardware: this device needs none\n");

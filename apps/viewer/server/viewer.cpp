@@ -41,8 +41,8 @@ void add_page(Routes& routes)
 }  // namespace
 
 Viewer::Viewer(std::vector<std::shared_ptr<Object>> objects, const SceneOptions& options)
-    : pictures_(tell_trouble()),
-      bakes_(tell_trouble()),
+    : pictures_(send_trouble()),
+      bakes_(send_trouble()),
       scene_(audience_, pictures_, bakes_, options),
       touching_(audience_, scene_, pictures_, bakes_),
       wardrobe_(audience_, pictures_)
@@ -50,7 +50,7 @@ Viewer::Viewer(std::vector<std::shared_ptr<Object>> objects, const SceneOptions&
     for (auto& object : objects) scene_.add(std::move(object));
     scene_.on_objects = [this] { touching_.restart(); };
     scene_.on_remove = [this](std::uint32_t object) { touching_.remove(object); };
-    touching_.on_status = wardrobe_.on_status = [this] { tell_status(); };
+    touching_.on_status = wardrobe_.on_status = [this] { send_status(); };
     add_page(routes_);
     routes_.post("/api/upload", [this](const Call& call) { scene_.upload(std::move(call.request), call.answer); });
     add_downloads(routes_, scene_, pictures_);
@@ -74,16 +74,16 @@ void Viewer::finish()
     bakes_.finish();
 }
 
-std::function<void(const std::string&)> Viewer::tell_trouble()
+std::function<void(const std::string&)> Viewer::send_trouble()
 {
-    return [this](const std::string& why) { audience_.post([this, why] { audience_.tell_trouble(why); }); };
+    return [this](const std::string& why) { audience_.post([this, why] { audience_.send_trouble(why); }); };
 }
 
 void Viewer::on_open(ConnectionId connection)
 {
     audience_.add(connection);
-    audience_.tell(connection, scene_.json());
-    audience_.tell(connection, status());
+    audience_.send(connection, scene_.json());
+    audience_.send(connection, status());
 }
 
 void Viewer::on_close(ConnectionId connection)
@@ -126,7 +126,7 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
             scene_.edit(*message);
             return true;
     }
-    tell_status();
+    send_status();
     return true;
 }
 
@@ -135,7 +135,7 @@ void Viewer::on_frame()
     if (audience_.empty()) return;
     ++frames_;
     wardrobe_.stream();
-    if (frames_ % 30 == 0 && touching_.on()) tell_status();
+    if (frames_ % 30 == 0 && touching_.on()) send_status();
     touching_.stream(frames_);
 }
 
@@ -147,6 +147,6 @@ ordered_json Viewer::status() const
     return out;
 }
 
-void Viewer::tell_status() { audience_.tell_all(status()); }
+void Viewer::send_status() { audience_.send_all(status()); }
 
 }  // namespace sqmap::viewer

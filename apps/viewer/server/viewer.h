@@ -35,9 +35,9 @@ public:
     void on_frame() override;
 
 private:
-    [[nodiscard]] std::function<void(const std::string&)> tell_trouble();
+    [[nodiscard]] std::function<void(const std::string&)> send_trouble();
     [[nodiscard]] nlohmann::ordered_json status() const;
-    void tell_status();
+    void send_status();
 
     Audience audience_;
     // Baking takes seconds: what the page draws does not wait for it. No more threads: the rest is left to the servo.

@@ -68,7 +68,7 @@ struct Fitting::Work {
     std::function<void(const std::string&)> trouble;
 
     std::mutex mutex;  // of what follows
-    std::deque<Message> told;
+    std::deque<Message> messages;
     std::shared_ptr<const std::string> newest, shape;
     nlohmann::ordered_json state;
     std::condition_variable wake;
@@ -88,7 +88,7 @@ struct Fitting::Work {
     bool walks = false, held = false;
     std::unique_ptr<app::ClothTool> tool;  // the pointer's tip, which stops at the body
     sqmap::Pose pointed;
-    app::ToolFelt felt;
+    app::ToolForces forces;
     std::uint32_t number = 0, frames = 0;
 
     std::thread thread;  // last
@@ -120,9 +120,9 @@ void Fitting::Work::pose(bool first)
 void Fitting::Work::drag()
 {
     constexpr int k_ticks = 4;
-    const app::ToolScene scene = tool->scene(solids, cloth.get(), felt.tip, pointed.translation);
-    for (int i = 0; i < k_ticks; ++i) felt = tool->tick(scene, pointed, 1 / (k_rate * k_ticks));
-    cloth->drag(felt.tip);
+    const app::ToolScene scene = tool->scene(solids, cloth.get(), forces.tip, pointed.translation);
+    for (int i = 0; i < k_ticks; ++i) forces = tool->tick(scene, pointed, 1 / (k_rate * k_ticks));
+    cloth->drag(forces.tip);
 }
 
 /// anew: in the pattern's own place on a figure with stretched arms; else in the folds of now, or of `start`.
@@ -251,8 +251,8 @@ void Fitting::Work::take(const Message& m)
             // It is taken where it is: the place that was pointed at may have moved since.
             const std::uint32_t node = nearest(m.target);
             if (norm(cloth->positions()[node] - m.target) > 0.1) return;
-            pointed.translation = felt.tip = cloth->positions()[node];
-            cloth->grasp(node, k_grip, felt.tip, app::ClothTool::k_stiffness);
+            pointed.translation = forces.tip = cloth->positions()[node];
+            cloth->grasp(node, k_grip, forces.tip, app::ClothTool::k_stiffness);
             tool = std::make_unique<app::ClothTool>(solids);
             held = true;
             break;
@@ -320,7 +320,7 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
                            static_cast<float>(report.status),
                            static_cast<float>(speed),
                            static_cast<float>(step_ms)};
-    const Vec3d tension = held ? felt.cloth : Vec3d{}, body = held ? felt.body : Vec3d{};
+    const Vec3d tension = held ? forces.cloth : Vec3d{}, body = held ? forces.body : Vec3d{};
     double gap = 0;
     for (std::size_t s = 0; s < cloth->seams(); ++s) gap = std::max(gap, cloth->gap(s));
     for (const double x :
@@ -357,8 +357,8 @@ void Fitting::Work::run()
         std::deque<Message> now;
         {
             std::unique_lock lock(mutex);
-            if (cloth == nullptr) wake.wait(lock, [this] { return quit || !told.empty(); });
-            now.swap(told);
+            if (cloth == nullptr) wake.wait(lock, [this] { return quit || !messages.empty(); });
+            now.swap(messages);
         }
         for (const Message& m : now) take(m);
         if (!now.empty()) say_state();
@@ -419,15 +419,15 @@ Fitting::~Fitting()
     work_->thread.join();
 }
 
-void Fitting::tell(const Message& message)
+void Fitting::send(const Message& message)
 {
     const std::lock_guard lock(work_->mutex);
     // A drag says where the hand is now: only the newest matters.
     const auto drags = [](const Message& m) { return m.say == Say::Cloth && m.handling == Handling::Drag; };
-    if (drags(message) && !work_->told.empty() && drags(work_->told.back()))
-        work_->told.back() = message;
-    else if (work_->told.size() < 64)
-        work_->told.push_back(message);
+    if (drags(message) && !work_->messages.empty() && drags(work_->messages.back()))
+        work_->messages.back() = message;
+    else if (work_->messages.size() < 64)
+        work_->messages.push_back(message);
     work_->wake.notify_all();
 }
 

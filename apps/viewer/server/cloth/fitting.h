@@ -23,7 +23,7 @@ public:
     // Any thread.
     /// Say::Fit, Say::Cloth or Say::Undress; after the last the figure waits for another garment. Another fabric goes on in the
     /// folds that are there; another garment starts anew.
-    void tell(const Message& message);
+    void send(const Message& message);
     /// The newest frame, once; null where there is none since. 32-bit floats: 2, frame, #vertices, #bones, StepReport::status
     /// bits, seconds simulated a second, ms of CPU time a step, tension on the tool (3, N), speed of the fastest vertex (m/s),
     /// #contacts, largest distance of a pair of any seam, m (0 where none), #pinned, held (0 or 1), garment's number; then 12 a

@@ -57,7 +57,7 @@ struct Net {
 };
 
 /// The way along edges from one vertex to another that stays closest to a straight line.
-std::vector<std::uint32_t> way(const Net& net, std::span<const Vec3d> x, std::uint32_t from, std::uint32_t to)
+std::vector<std::uint32_t> shortest_path(const Net& net, std::span<const Vec3d> x, std::uint32_t from, std::uint32_t to)
 {
     std::vector<double> cost(x.size(), std::numeric_limits<double>::infinity());
     std::vector<std::uint32_t> before(x.size(), from);
@@ -145,7 +145,7 @@ std::optional<Drawn> follow(const Net& net, const sim::Garment& garment, std::sp
             continue;
         }
         if (best == out.path.back()) continue;
-        const std::vector<std::uint32_t> steps = way(net, positions, out.path.back(), best);
+        const std::vector<std::uint32_t> steps = shortest_path(net, positions, out.path.back(), best);
         if (steps.empty()) {  // another panel
             out.line.pop_back();
             break;

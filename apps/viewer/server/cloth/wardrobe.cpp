@@ -23,7 +23,7 @@ void Wardrobe::dress(const Message& message)
 {
     if (message.say == Say::Undress) {
         undress();
-        audience_.tell_progress("the figure", "done", 1);
+        audience_.send_progress("the figure", "done", 1);
         return on_status();
     }
     if (fitting_ == nullptr) {
@@ -31,12 +31,12 @@ void Wardrobe::dress(const Message& message)
         fitting_ = std::make_shared<Fitting>(
             [this](double done) {
                 audience_.post([this, done] {
-                    if (fitting_ != nullptr) audience_.tell_progress("the figure", "bones", done);
+                    if (fitting_ != nullptr) audience_.send_progress("the figure", "bones", done);
                 });
             },
-            [this](const std::string& why) { audience_.post([this, why] { audience_.tell_trouble(why); }); });
+            [this](const std::string& why) { audience_.post([this, why] { audience_.send_trouble(why); }); });
     }
-    fitting_->tell(message);
+    fitting_->send(message);
 }
 
 /// The figure stays for the next visit. Where it is not made yet, the making ends, elsewhere: its thread may be baking a bone,
@@ -47,19 +47,19 @@ void Wardrobe::undress()
     if (fitting_->ready()) {
         Message message;
         message.say = Say::Undress;
-        return fitting_->tell(message);
+        return fitting_->send(message);
     }
     pictures_.work([gone = std::move(fitting_)]() mutable { gone.reset(); });
     fitting_ = nullptr;
-    told_.clear();
+    sent_.clear();
 }
 
 void Wardrobe::stream()
 {
     if (fitting_ == nullptr) return;
-    if (const std::string state = text_of(fitting_->status()); state != told_) {
-        told_ = state;
-        if (state != "null") audience_.tell_progress("the figure", "done", 1);
+    if (const std::string state = text_of(fitting_->status()); state != sent_) {
+        sent_ = state;
+        if (state != "null") audience_.send_progress("the figure", "done", 1);
         on_status();
     }
     const auto bytes = fitting_->frame();

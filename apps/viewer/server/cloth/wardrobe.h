@@ -40,7 +40,7 @@ private:
     Audience& audience_;
     Worker& pictures_;
     std::shared_ptr<Fitting> fitting_;  ///< shared, so that a program without cloth need not know how to destroy one
-    std::string told_;
+    std::string sent_;
 };
 
 }  // namespace sqmap::viewer

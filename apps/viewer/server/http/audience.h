@@ -24,11 +24,11 @@ public:
     void remove(ConnectionId connection) { connections_.erase(connection); }
     [[nodiscard]] bool empty() const { return connections_.empty(); }
 
-    void tell(ConnectionId connection, const nlohmann::ordered_json& message);
-    void tell_all(const nlohmann::ordered_json& message);
-    void tell_trouble(const std::string& why);
+    void send(ConnectionId connection, const nlohmann::ordered_json& message);
+    void send_all(const nlohmann::ordered_json& message);
+    void send_trouble(const std::string& why);
     /// name: of what is baked; done: share of the stage.
-    void tell_progress(const std::string& name, const std::string& stage, double done);
+    void send_progress(const std::string& name, const std::string& stage, double done);
     /// Left out for those that still have earlier ones to read.
     void stream(const std::shared_ptr<const std::string>& bytes);
 

@@ -19,12 +19,12 @@ constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
 constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
 
 /// A number in its range.
-bool number(const json& in, const char* key, double least, double most, double& out)
+bool number(const json& in, const char* key, double least, double max, double& out)
 {
     const auto at = in.find(key);
     if (at == in.end() || !at->is_number()) return false;
     const double value = at->get<double>();
-    if (!std::isfinite(value) || value < least || value > most) return false;
+    if (!std::isfinite(value) || value < least || value > max) return false;
     out = value;
     return true;
 }
@@ -71,7 +71,7 @@ bool point(const json& p, Vec3d& out)
     return true;
 }
 
-bool place(const json& in, Vec3d& out)
+bool position(const json& in, Vec3d& out)
 {
     const auto p = in.find("p");
     return p != in.end() && point(*p, out);
@@ -95,7 +95,7 @@ bool line(const json& in, std::vector<ClothPoint>& out)
     return true;
 }
 
-bool read_touch(const json& in, Message& m) { return flag(in, "held", m.held) && place(in, m.target) && in.size() == 3; }
+bool read_touch(const json& in, Message& m) { return flag(in, "held", m.held) && position(in, m.target) && in.size() == 3; }
 
 bool read_name(const json& in, Message& m)
 {
@@ -128,7 +128,7 @@ bool read_cloth(const json& in, Message& m)
         case Handling::Grasp:
         case Handling::Drag:
         case Handling::Pin:
-            return place(in, m.target) && in.size() == 3;
+            return position(in, m.target) && in.size() == 3;
         case Handling::Cut:
         case Handling::Sew:
             return index(in, "seam", m.part) && in.size() == 3;

@@ -19,12 +19,12 @@ constexpr double k_pi = std::numbers::pi;
 mesh::Mesh own_mesh(const Object& object, const Parts& parts, std::uint32_t part)
 {
     mesh::Mesh out;
-    std::vector<std::uint32_t> place(object.mesh.vertices.size(), std::numeric_limits<std::uint32_t>::max());
+    std::vector<std::uint32_t> number(object.mesh.vertices.size(), std::numeric_limits<std::uint32_t>::max());
     for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
         if (parts.partition.part_of_triangle[t] != part) continue;
         mesh::Triangle corner{};
         for (std::size_t k = 0; k < 3; ++k) {
-            std::uint32_t& at = place[object.mesh.triangles[t][k]];
+            std::uint32_t& at = number[object.mesh.triangles[t][k]];
             if (at == std::numeric_limits<std::uint32_t>::max()) {
                 at = static_cast<std::uint32_t>(out.vertices.size());
                 out.vertices.push_back(object.mesh.vertices[object.mesh.triangles[t][k]]);
@@ -63,7 +63,7 @@ Displacement displacement_of(const Object& object, const Parts& parts, std::uint
                 if (!crossings.empty()) {
                     const auto below = static_cast<float>(metres * crossings.front().t);
                     out.below[static_cast<std::size_t>(row * width + column)] = below;
-                    out.most = std::max(out.most, below);
+                    out.max = std::max(out.max, below);
                 }
                 break;
             }
@@ -77,7 +77,7 @@ std::string displacement_png(const Displacement& map)
     for (std::size_t i = 0; i < map.below.size(); ++i) {
         const bool there = map.below[i] >= 0;
         const auto grey = static_cast<unsigned>(
-            there && map.most > 0 ? std::lround(65535.0 * static_cast<double>(map.below[i]) / static_cast<double>(map.most)) : 0);
+            there && map.max > 0 ? std::lround(65535.0 * static_cast<double>(map.below[i]) / static_cast<double>(map.max)) : 0);
         rows[4 * i] = static_cast<png_byte>(grey >> 8);
         rows[4 * i + 1] = static_cast<png_byte>(grey & 255);
         rows[4 * i + 2] = rows[4 * i + 3] = there ? 255 : 0;

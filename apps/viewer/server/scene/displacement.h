@@ -12,7 +12,7 @@ namespace sqmap::viewer {
 struct Displacement {
     int width = 0, height = 0;
     std::vector<float> below;  ///< m from the superquadric along its inward normal to the part's own surface; below 0: none there
-    float most = 0;            ///< m, the largest
+    float max = 0;             ///< m, the largest
 };
 
 /// Cost: a ray a texel. @pre part < #parts

@@ -212,7 +212,7 @@ std::string glb_bytes(const Object& object, const Parts& parts)
         const std::size_t texture = glb.add_texture(parts.names[p] + " displacement", displacement_png(map));
         glb.material(material)["extras"] = {
             {"displacementTexture",
-             {{"index", texture}, {"texCoord", 0}, {"scale", -map.most}, {"midlevel", 0}, {"space", "normal"}}}};
+             {{"index", texture}, {"texCoord", 0}, {"scale", -map.max}, {"midlevel", 0}, {"space", "normal"}}}};
     }
     return glb.take();
 }

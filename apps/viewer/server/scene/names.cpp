@@ -41,19 +41,19 @@ Middles middles_of(const mesh::Mesh& mesh, const decompose::Partition& partition
     return out;
 }
 
-std::string shape_and_place(const shape::Superquadricd& s, Vec3d centre, const Middles& m)
+std::string shape_and_position(const shape::Superquadricd& s, Vec3d centre, const Middles& m)
 {
     std::array<double, 3> a{s.a.x, s.a.y, s.a.z};
     std::sort(a.begin(), a.end());
     const char* const name = a[2] > 1.7 * a[1] ? "long part" : a[0] < 0.45 * a[1] ? "flat part" : "round part";
-    std::string place;
+    std::string position;
     const char* const words[3][2] = {{"left", "right"}, {"lower", "upper"}, {"back", "front"}};
     for (const int k : {1, 0, 2}) {
         const double extent = m.hi[k] - m.lo[k];
         const double at = extent > 0 ? (centre[k] - 0.5 * (m.lo[k] + m.hi[k])) / extent : 0;
-        if (std::abs(at) > 0.15) place += std::string(place.empty() ? "" : " ") + words[k][at > 0 ? 1 : 0];
+        if (std::abs(at) > 0.15) position += std::string(position.empty() ? "" : " ") + words[k][at > 0 ? 1 : 0];
     }
-    return std::string(name) + ", " + (place.empty() ? "middle" : place);
+    return std::string(name) + ", " + (position.empty() ? "middle" : position);
 }
 
 /// The landmark that is nearest along the surface, of each triangle; k_none where none is reached.
@@ -82,7 +82,7 @@ std::vector<std::uint32_t> territories(const mesh::Mesh& mesh, const mesh::DualG
 }
 
 /// Tells parts of one name apart: along the axis on which they are spread most.
-void tell_apart(std::vector<std::string>& names, const Middles& m, const Words& words)
+void distinguish(std::vector<std::string>& names, const Middles& m, const Words& words)
 {
     std::map<std::string, std::vector<std::uint32_t>> groups;
     for (std::uint32_t p = 0; p < names.size(); ++p) groups[names[p]].push_back(p);
@@ -93,7 +93,7 @@ void tell_apart(std::vector<std::string>& names, const Middles& m, const Words& 
     } axes[] = {{up, "lower", "upper"}, {forward, "back", "front"}, {left, "right", "left"}};
     for (auto& [name, parts] : groups) {
         if (parts.size() < 2) continue;
-        double spread[3] = {}, most = 0;
+        double spread[3] = {}, max = 0;
         for (int k = 0; k < 3; ++k) {
             double lo = 1e300, hi = -1e300;
             for (const std::uint32_t p : parts) {
@@ -101,10 +101,10 @@ void tell_apart(std::vector<std::string>& names, const Middles& m, const Words& 
                 hi = std::max(hi, dot(axes[k].axis, m.centre[p]));
             }
             spread[k] = hi - lo;
-            most = std::max(most, spread[k]);
+            max = std::max(max, spread[k]);
         }
         // The first of the axes that will do: "upper" says more than "left" of a left leg.
-        const int best = spread[0] >= 0.5 * most ? 0 : spread[1] >= 0.5 * most ? 1 : 2;
+        const int best = spread[0] >= 0.5 * max ? 0 : spread[1] >= 0.5 * max ? 1 : 2;
         const Vec3d middle = 0.5 * (m.lo + m.hi);
         const auto across = [&](std::uint32_t p) { return dot(axes[best].axis, m.centre[p] - middle); };
         std::sort(parts.begin(), parts.end(), [&](std::uint32_t a, std::uint32_t b) { return across(a) < across(b); });
@@ -195,7 +195,8 @@ std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGrap
 {
     const Middles m = middles_of(mesh, partition);
     std::vector<std::string> names;
-    for (std::uint32_t p = 0; p < partition.part_count; ++p) names.push_back(shape_and_place(superquadrics[p], m.centre[p], m));
+    for (std::uint32_t p = 0; p < partition.part_count; ++p)
+        names.push_back(shape_and_position(superquadrics[p], m.centre[p], m));
     if (!words.landmarks.empty() && !mesh.triangles.empty()) {
         const mesh::Bvh bvh(mesh);
         std::vector<std::uint32_t> seeds;
@@ -221,7 +222,7 @@ std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGrap
                 names[p] = words.landmarks[by_area[0].second].name;
         }
     }
-    tell_apart(names, m, words);
+    distinguish(names, m, words);
     return names;
 }
 

@@ -3,7 +3,6 @@
 #include "sqmap/fit/fit.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/mesh/gate.h"
 #include "sqmap/model/parse.h"
 
 #include <algorithm>
@@ -25,36 +24,6 @@ shape::Superquadricd widened(const shape::Superquadricf& f)
     out.taper_y = f.taper_y;
     out.bend = f.bend;
     out.bend_angle = f.bend_angle;
-    return out;
-}
-
-Judgement judge_read(const io::ReadResult& read, const mesh::GateOptions& options)
-{
-    Judgement out;
-    out.verdict = "REFUSED";
-    if (read.error) {
-        out.code = read.error->code;
-        out.element = read.error->element;
-        out.message = read.error->message;
-        out.cure = read.error->cure;
-        return out;
-    }
-    const io::PolygonSoup& soup = read.soup;
-    mesh::GateResult gate = mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, options);
-    for (const mesh::RepairNote& r : gate.repairs)
-        out.notes.push_back(std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")");
-    for (const mesh::Warning& w : gate.warnings) out.notes.push_back(std::string(mesh::name_of(w.kind)) + ": " + w.message);
-    if (gate.verdict == mesh::Verdict::Refused) {
-        out.code = mesh::name_of(gate.diagnosis.code);
-        out.element = gate.diagnosis.element;
-        out.message = gate.diagnosis.message;
-        out.cure = gate.diagnosis.cure;
-        return out;
-    }
-    out.accepted = true;
-    out.verdict = gate.verdict == mesh::Verdict::Accept ? "ACCEPT" : "REPAIRED";
-    out.mesh = std::move(gate.mesh);
-    out.solid = gate.solid;
     return out;
 }
 
@@ -121,7 +90,7 @@ nlohmann::ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-sqmap::Pose Object::pose() const { return {{}, place - metres_per_unit * centre}; }
+sqmap::Pose Object::pose() const { return {{}, position - metres_per_unit * centre}; }
 
 Frame Object::frame() const
 {
@@ -133,32 +102,8 @@ Vec3f Object::world(Vec3d p) const
 {
     const model::Header& h = view.header;
     const Vec3d in_mesh = h.unit * p + Vec3d{h.origin[0], h.origin[1], h.origin[2]};
-    return cast<float>(metres_per_unit * (in_mesh - centre) + place);
+    return cast<float>(metres_per_unit * (in_mesh - centre) + position);
 }
-
-Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits,
-                const mesh::GateOptions& gate)
-{
-    const std::map<std::string, io::MeshFormat> formats{{".off", io::MeshFormat::Off},   {".obj", io::MeshFormat::Obj},
-                                                        {".stl", io::MeshFormat::Stl},   {".ply", io::MeshFormat::Ply},
-                                                        {".gltf", io::MeshFormat::Gltf}, {".glb", io::MeshFormat::Glb}};
-    std::string extension = std::filesystem::path(name).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto format = formats.find(extension);
-    if (format == formats.end()) {
-        Judgement out;
-        out.verdict = "REFUSED";
-        out.code = "E_FORMAT";
-        out.element = "name";
-        out.message = "the name does not end in .off, .obj, .stl, .ply, .gltf or .glb";
-        out.cure = "save the mesh in one of these formats";
-        return out;
-    }
-    return judge_read(io::read_mesh_bytes(bytes, format->second, limits), gate);
-}
-
-Judgement judge(const std::filesystem::path& path) { return judge_read(io::read_mesh_file(path), {}); }
 
 std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size, const Words& words)
 {
@@ -180,15 +125,15 @@ Words words_beside(const std::filesystem::path& model)
     return read_names(text).value_or(Words{});
 }
 
-std::shared_ptr<Object> object_from_mesh(const Judgement& judgement, const std::string& name, double size,
+std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
                                          const bake::BakeOptions& options)
 {
-    bake::BakeResult baked = bake::bake(judgement.mesh, judgement.solid, options);
+    bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, options);
     baked.model.made_by = "sqmap view";
     baked.model.source = name;
     auto object = object_of(io::serialize(baked.model), name, 0, size, {});
-    object->verdict = judgement.verdict;
-    object->notes = judgement.notes;
+    object->verdict = app::verdict_name(loaded.verdict);
+    object->notes = app::notes_of(loaded);
     if (!baked.report.target_met) object->notes.push_back("the target error was not reached: the best model found is shown");
     return object;
 }
@@ -204,27 +149,28 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const 
     baked.model.made_by = "sqmap view";
     baked.model.source = object.name;
     auto out = object_of(io::serialize(baked.model), object.name, object.metres_per_unit, 0, words);
-    out->place = object.place;
+    out->position = object.position;
     out->names_file = object.names_file;
     out->verdict = object.verdict;
     out->notes = object.notes;
     return out;
 }
 
-void place_beside(Object& object, std::span<const ObjectPtr> others)
+void put_beside(Object& object, std::span<const ObjectPtr> others)
 {
     constexpr std::size_t k_a_row = 3;
-    object.place = {};
+    object.position = {};
     if (others.empty()) return;
     const std::size_t row = others.size() / k_a_row;
     // On one ground, the lowest point of the first object; the second row stands behind the first.
     const double size = object.metres.header.r_max * object.metres.header.unit;
-    object.place.y = others.front()->place.y - others.front()->half.y + object.half.y;
-    object.place.z = -1.1 * size * static_cast<double>(row);
-    double edge = others.front()->place.x - others.front()->half.x - 0.03;
+    object.position.y = others.front()->position.y - others.front()->half.y + object.half.y;
+    object.position.z = -1.1 * size * static_cast<double>(row);
+    double edge = others.front()->position.x - others.front()->half.x - 0.03;
     for (const ObjectPtr& other : others)
-        if (std::abs(other->place.z - object.place.z) < 0.5 * size) edge = std::max(edge, other->place.x + other->half.x);
-    object.place.x = edge + 0.03 + object.half.x;
+        if (std::abs(other->position.z - object.position.z) < 0.5 * size)
+            edge = std::max(edge, other->position.x + other->half.x);
+    object.position.x = edge + 0.03 + object.half.x;
 }
 
 Parts fitted(const Object& object, decompose::Partition partition, const Parts* keep, const Words& words)
@@ -292,7 +238,7 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
     out["metresPerUnit"] = object.metres_per_unit;
     out["central"] = h.projection == static_cast<std::uint32_t>(model::Projection::Central);
     out["exact"] = model::has_exact(m);
-    out["place"] = vector_json(object.place);
+    out["place"] = vector_json(object.position);
     out["half"] = vector_json(object.half);
     const model::Measured& e = m.measured;
     out["measured"] = {{"points", e.points},        {"missed", e.missed},

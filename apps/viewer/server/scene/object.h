@@ -1,11 +1,10 @@
 // One object of the scene: a model with its triangles, its place in the world, and what the page shows of it.
 #pragma once
 
+#include "common/load_mesh.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/haptic/wrench.h"
-#include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
 #include "sqmap/model/model.h"
 #include "sqmap/shape/bounding_sphere.h"
 #include "sqmap/shape/superquadric.h"
@@ -41,7 +40,7 @@ struct Object {
     double metres_per_unit = 1;
     Vec3d centre{};          ///< of its box, mesh units
     Vec3d half{};            ///< of its box, m
-    Vec3d place{};           ///< of the centre in the world, m
+    Vec3d position{};        ///< of the centre in the world, m
     mesh::Mesh mesh;         ///< model space; empty where the model was baked without its triangles
     mesh::DualGraph dual{};  ///< of mesh
     Parts parts;
@@ -60,21 +59,6 @@ struct Object {
 };
 using ObjectPtr = std::shared_ptr<const Object>;
 
-/// What a mesh was found to be: what the page says of a dropped file.
-struct Judgement {
-    bool accepted = false;
-    std::string verdict;                       ///< ACCEPT, REPAIRED or REFUSED
-    std::string code, element, message, cure;  ///< of a refusal
-    std::vector<std::string> notes;            ///< repairs and warnings, a sentence each
-    mesh::Mesh mesh;
-    bool solid = false;
-};
-
-/// Reads and judges uploaded bytes; the name tells the format. Never throws for what the bytes say.
-[[nodiscard]] Judgement judge(std::span<const std::byte> bytes, const std::string& name, const io::ReadLimits& limits,
-                              const mesh::GateOptions& gate = {});
-[[nodiscard]] Judgement judge(const std::filesystem::path& path);
-
 /// size: m, that R_max becomes. words: what its parts are called.
 /// @throw std::runtime_error where the bytes are no model
 [[nodiscard]] std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size,
@@ -84,14 +68,14 @@ struct Judgement {
 /// What that file says; nothing said where there is none or it is not one.
 [[nodiscard]] Words words_beside(const std::filesystem::path& model);
 /// @throw mesh::Error
-[[nodiscard]] std::shared_ptr<Object> object_from_mesh(const Judgement& judgement, const std::string& name, double size,
+[[nodiscard]] std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
                                                        const bake::BakeOptions& options);
 /// The same object with other parts, baked. @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options,
                                               const Words& words);
 
 /// Moves to the right of what is there already; rows of three, one behind the other.
-void place_beside(Object& object, std::span<const ObjectPtr> others);
+void put_beside(Object& object, std::span<const ObjectPtr> others);
 
 /// Superquadrics and names of a partition. keep: whose superquadrics are taken over where a part has the same triangles.
 [[nodiscard]] Parts fitted(const Object& object, decompose::Partition partition, const Parts* keep, const Words& words);

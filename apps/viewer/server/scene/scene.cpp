@@ -50,15 +50,15 @@ void Scene::edit(const Message& m)
         case Say::Undo:
             if (entry.at > 0) --entry.at, ++entry.revision;
             if (entry.renamed) refresh_names(entry);
-            return tell();
+            return send();
         case Say::Redo:
             if (entry.at + 1 < entry.history.size()) ++entry.at, ++entry.revision;
             if (entry.renamed) refresh_names(entry);
-            return tell();
+            return send();
         case Say::Remove:
             entries_.erase(entries_.begin() + m.object);
             on_remove(m.object);
-            tell();
+            send();
             return on_objects();
         case Say::Bake:
             return bake_edited(entry);
@@ -78,7 +78,7 @@ void Scene::edit(const Message& m)
             const auto at = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
             if (at == entries_.end() || at->parts() != before) return;  // the scene has moved on
             if (after == nullptr)
-                return audience_.tell_trouble(say == Say::MoveCut
+                return audience_.send_trouble(say == Say::MoveCut
                                                   ? "These parts do not touch, or too little of the other one would be left."
                                                   : "This part has no place for a cut.");
             change(*at, after);
@@ -93,7 +93,7 @@ void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
     entry.history.push_back(std::move(parts));
     entry.at = entry.history.size() - 1;
     ++entry.revision;
-    tell();
+    send();
 }
 
 bake::BakeOptions Scene::bake_options(const std::string& name)
@@ -101,16 +101,16 @@ bake::BakeOptions Scene::bake_options(const std::string& name)
     bake::BakeOptions options = options_.bake;
     options.progress = [this, name](const char* stage, double done) {
         if (bakes_.quits()) throw Cancelled{};
-        audience_.post([this, name, text = std::string(stage), done] { audience_.tell_progress(name, text, done); });
+        audience_.post([this, name, text = std::string(stage), done] { audience_.send_progress(name, text, done); });
     };
     return options;
 }
 
-void Scene::tell_failed(const std::string& name, const std::string& why)
+void Scene::send_failure(const std::string& name, const std::string& why)
 {
     audience_.post([this, name, why] {
-        audience_.tell_progress(name, "failed", 1);
-        audience_.tell_trouble(name + ": " + why);
+        audience_.send_progress(name, "failed", 1);
+        audience_.send_trouble(name + ": " + why);
     });
 }
 
@@ -122,11 +122,11 @@ void Scene::bake_edited(const Entry& entry)
         try {
             const auto after = rebaked(*object, *parts, options, words);
             audience_.post([this, object, after] {
-                audience_.tell_progress(object->name, "done", 1);
+                audience_.send_progress(object->name, "done", 1);
                 replace(object, after);
             });
         } catch (const mesh::Error& e) {
-            tell_failed(object->name, e.what());
+            send_failure(object->name, e.what());
         }
     });
 }
@@ -135,7 +135,7 @@ void Scene::add(std::shared_ptr<Object> object)
 {
     std::vector<ObjectPtr> others;
     for (const Entry& entry : entries_) others.push_back(entry.object);
-    place_beside(*object, others);
+    put_beside(*object, others);
     // Two of one name could not be told apart in a list.
     const std::string name = object->name;
     for (int n = 2; std::any_of(others.begin(), others.end(), [&](const ObjectPtr& o) { return o->name == object->name; }); ++n)
@@ -158,7 +158,7 @@ void Scene::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
         entry.object = std::move(after);
         break;
     }
-    tell();
+    send();
     on_objects();
 }
 
@@ -187,13 +187,13 @@ void Scene::set_words(Entry& entry, const Words& words)
         try {
             io::replace_file(entry.object->names_file, std::as_bytes(std::span(text)));
         } catch (const std::exception& e) {
-            audience_.tell_trouble(std::string("The names are not kept: ") + e.what());
+            audience_.send_trouble(std::string("The names are not kept: ") + e.what());
         }
     }
-    tell();
+    send();
 }
 
-void Scene::tell() { audience_.tell_all(json()); }
+void Scene::send() { audience_.send_all(json()); }
 
 nlohmann::ordered_json Scene::json() const
 {

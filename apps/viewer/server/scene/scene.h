@@ -52,7 +52,7 @@ public:
     [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
     [[nodiscard]] std::vector<ObjectPtr> objects() const;
     [[nodiscard]] nlohmann::ordered_json json() const;
-    void tell();  ///< all pages
+    void send();  ///< all pages
 
 private:
     void change(Entry& entry, std::shared_ptr<const Parts> parts);
@@ -64,9 +64,9 @@ private:
     [[nodiscard]] HttpReply take_names(const std::string& file, const std::string& text);
     // On the worker's thread.
     void take_model(const std::string& name, std::span<const std::byte> bytes, const Answer& answer);
-    void take_mesh(const std::string& name, const Judgement& judged, const Answer& answer);
+    void take_mesh(const std::string& name, const app::LoadedMesh& loaded, const Answer& answer);
     [[nodiscard]] bake::BakeOptions bake_options(const std::string& name);
-    void tell_failed(const std::string& name, const std::string& why);
+    void send_failure(const std::string& name, const std::string& why);
 
     Audience& audience_;
     Worker &pictures_, &bakes_;

@@ -42,15 +42,15 @@ void Scene::upload(HttpRequest request, const Answer& answer)
         return answer(refused({"E_LIMIT", "scene", "the scene is full or busy", "remove an object, or wait"}, 503));
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
-    mesh::GateOptions gate;
-    if (query_value(request.target, "repair") == "holes") gate.repair = mesh::Repair::Holes;
-    if (query_value(request.target, "repair") == "surface") gate.accept_surface = true;
-    bakes_.work([this, answer, name, gate, body = std::move(request.body)] {
+    app::LoadOptions load{.limits = options_.limits};
+    if (query_value(request.target, "repair") == "holes") load.repair = mesh::Repair::Holes;
+    if (query_value(request.target, "repair") == "surface") load.accept_surface = true;
+    bakes_.work([this, answer, name, load, body = std::move(request.body)] {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (name.ends_with(".sqmap"))
             take_model(name, bytes, answer);
         else
-            take_mesh(name, judge(bytes, name, options_.limits, gate), answer);
+            take_mesh(name, app::load_mesh(bytes, name, load), answer);
     });
 }
 
@@ -75,34 +75,35 @@ void Scene::take_model(const std::string& name, std::span<const std::byte> bytes
         // Copied, so that it is aligned.
         const auto object = object_from_model({bytes.begin(), bytes.end()}, name, options_.size);
         answer(accepted("MODEL"));
-        audience_.post([this, object] { add(object), tell(), on_objects(); });
+        audience_.post([this, object] { add(object), send(), on_objects(); });
     } catch (const std::runtime_error& e) {
         answer(refused({"E_FORMAT", "file", e.what(), "bake the mesh again with this version"}));
     }
 }
 
 /// On the worker's thread.
-void Scene::take_mesh(const std::string& name, const Judgement& judged, const Answer& answer)
+void Scene::take_mesh(const std::string& name, const app::LoadedMesh& loaded, const Answer& answer)
 {
-    answer(json_reply({{"accepted", judged.accepted},
-                       {"verdict", judged.verdict},
-                       {"code", judged.code},
-                       {"element", judged.element},
-                       {"message", judged.message},
-                       {"cure", judged.cure},
-                       {"notes", judged.notes},
-                       {"triangles", judged.mesh.triangles.size()}}));
-    if (!judged.accepted) return;
+    const app::Diagnosis& d = loaded.diagnosis;
+    answer(json_reply({{"accepted", !loaded.refused()},
+                       {"verdict", app::verdict_name(loaded.verdict)},
+                       {"code", d.code},
+                       {"element", d.element},
+                       {"message", d.message},
+                       {"cure", d.cure},
+                       {"notes", app::notes_of(loaded)},
+                       {"triangles", loaded.mesh.triangles.size()}}));
+    if (loaded.refused()) return;
     try {
-        const auto object = object_from_mesh(judged, name, options_.size, bake_options(name));
+        const auto object = object_from_mesh(loaded, name, options_.size, bake_options(name));
         audience_.post([this, object, name] {
-            audience_.tell_progress(name, "done", 1);
+            audience_.send_progress(name, "done", 1);
             add(object);
-            tell();
+            send();
             on_objects();
         });
     } catch (const mesh::Error& e) {
-        tell_failed(name, e.what());
+        send_failure(name, e.what());
     }
 }
 

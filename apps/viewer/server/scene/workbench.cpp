@@ -129,15 +129,15 @@ std::optional<decompose::Partition> moved_cut(const Object& object, const decomp
         ++count;
         for (const std::uint32_t next : object.dual.neighbours[at.triangle]) {
             if (next == mesh::k_no_triangle || label[next] != other || taken[next] != 0) continue;
-            const double way = at.distance + norm(mesh::triangle_centroid(object.mesh, next) -
-                                                  mesh::triangle_centroid(object.mesh, at.triangle));
-            if (way <= reach) queue.push({way, next});
+            const double along = at.distance + norm(mesh::triangle_centroid(object.mesh, next) -
+                                                    mesh::triangle_centroid(object.mesh, at.triangle));
+            if (along <= reach) queue.push({along, next});
         }
     }
     // The largest piece that is left stays the other part; smaller ones that the cut leaves behind go with it.
     std::vector<std::uint32_t> piece(n, 0);
     std::uint32_t pieces = 0, largest = 0;
-    std::size_t most = 0;
+    std::size_t max = 0;
     std::vector<std::uint32_t> stack;
     for (std::uint32_t t = 0; t < n; ++t) {
         if (label[t] != other || taken[t] != 0 || piece[t] != 0) continue;
@@ -154,10 +154,10 @@ std::optional<decompose::Partition> moved_cut(const Object& object, const decomp
                     stack.push_back(next);
                 }
         }
-        if (size > most) most = size, largest = pieces;
+        if (size > max) max = size, largest = pieces;
     }
     constexpr std::size_t k_least = 16;  // triangles: fewer are no part
-    if (most < k_least) return std::nullopt;
+    if (max < k_least) return std::nullopt;
     decompose::Partition out = partition;
     out.boundaries.clear();
     for (std::uint32_t t = 0; t < n; ++t)

@@ -19,19 +19,20 @@ Again compute_again(const Recording& recording, const std::optional<Other>& othe
     Again out;
     double sum = 0;
     for (const std::shared_ptr<const Take>& take : recording) {
-        Feeling feeling(other ? other->objects : take->objects, other ? other->settings : take->settings);
+        Forces forces(other ? other->objects : take->objects, other ? other->settings : take->settings);
         std::uint32_t live = 0;
         double depth = 0;
         out.lost += take->lost;
         for (const Take::Tick& tick : take->ticks) {
             if (out.ticks.size() % 1000 == 0 && stop && stop()) return out;
-            if (!other && tick.live != live) feeling.adjust(take->live[live = tick.live]);
+            if (!other && tick.live != live) forces.adjust(take->live[live = tick.live]);
             haptic::Wrench wrench{};
-            const haptic::StepResult result = feeling.step(tick.input, wrench);
+            const haptic::StepResult result = forces.step(tick.input, wrench);
             if (!tick.input.degraded) depth = result.deepest;
-            if (!same(wrench.force, tick.asked.force) || !same(wrench.torque, tick.asked.torque) || !same(depth, tick.depth))
+            if (!same(wrench.force, tick.commanded.force) || !same(wrench.torque, tick.commanded.torque) ||
+                !same(depth, tick.depth))
                 ++out.different;
-            const double force = norm(wrench.force - tick.asked.force);
+            const double force = norm(wrench.force - tick.commanded.force);
             sum += force * force;
             out.largest_force = std::max(out.largest_force, force);
             out.largest_depth = std::max(out.largest_depth, std::abs(depth - tick.depth));

@@ -1,7 +1,7 @@
 // What was felt, with all that its forces depend on, so that they can be computed again: as they were, or over other objects.
 #pragma once
 
-#include "viewer/server/touch/feeling.h"
+#include "viewer/server/touch/forces.h"
 
 #include <functional>
 #include <memory>
@@ -14,8 +14,8 @@ namespace sqmap::viewer {
 /// What one Touch did while it was recorded, from its first tick on: what has a memory began empty.
 struct Take {
     struct Tick {
-        FeltInput input{};
-        haptic::Wrench asked{};  ///< computed, before the safety filter
+        ForceInput input{};
+        haptic::Wrench commanded{};  ///< computed, before the safety filter
         double depth = 0;
         std::uint32_t live = 0;  ///< which of the live settings
     };

@@ -21,41 +21,41 @@ bool same_tool(const Settings& a, const Settings& b)
 }
 
 /// What a tick felt, beside the servo's own record of it.
-struct Felt {
+struct TickForces {
     std::uint64_t tick = 0;
     double depth = 0;
     std::uint32_t contacts = 0, live = 0;
     Vec3d point{}, normal{};
 };
 
-FeltInput felt_input(const device::Sample& sample, double dt, bool degraded)
+ForceInput force_input(const device::Sample& sample, double dt, bool degraded)
 {
     return {sample.poses[0], sample.twists[0], dt, sample.has_twist, degraded};
 }
 
 /// The hand: goes to where it is told, at a hand's speed.
 struct Hand {
-    mutable device::Newest<Vec3d> told;
+    mutable device::Newest<Vec3d> target;
     Vec3d start{};
-    mutable Vec3d place{}, velocity{};
+    mutable Vec3d position{}, velocity{};
     mutable double time = 0;
 
     static device::HandTarget at(const void* context, double time, std::size_t) noexcept
     {
         const Hand& hand = *static_cast<const Hand*>(context);
-        if (time <= 0) hand.place = hand.start;
+        if (time <= 0) hand.position = hand.start;
         if (time > hand.time) {
             const double dt = std::min(time - hand.time, 0.02);
             hand.time = time;
-            (void)hand.told.take();
+            (void)hand.target.take();
             // A critically damped approach, so that neither place nor speed jumps.
             constexpr double k_quickness = 60;  // 1/s
-            Vec3d wish = k_quickness * (hand.told.value() - hand.place);
+            Vec3d wish = k_quickness * (hand.target.value() - hand.position);
             if (const double speed = norm(wish); speed > Touch::k_hand_speed) wish = Touch::k_hand_speed / speed * wish;
             hand.velocity += std::min(1.0, 2 * k_quickness * dt) * (wish - hand.velocity);
-            hand.place += dt * hand.velocity;
+            hand.position += dt * hand.velocity;
         }
-        return {{{}, hand.place}, {hand.velocity, {}}};
+        return {{{}, hand.position}, {hand.velocity, {}}};
     }
 };
 
@@ -63,38 +63,38 @@ struct Hand {
 
 struct Touch::Work {
     Settings settings;
-    std::unique_ptr<Feeling> feeling;
+    std::unique_ptr<Forces> forces;
     Hand hand;
     device::Newest<Live> live;
-    device::Ring<Felt, 1024> felt;
-    Felt now{};  ///< the servo's thread
+    device::Ring<TickForces, 1024> queue;
+    TickForces now{};  ///< the servo's thread
     std::unique_ptr<device::Device> device;
     std::unique_ptr<device::Servo> servo;  // last but for what frame() reads: it ends first
     device::ServoTick tick{};
-    Felt last{};
+    TickForces last{};
     double depth = 0;
     std::uint32_t lives = 0;  ///< that were told
     std::shared_ptr<Take> take;
     std::uint64_t heard = 0;  ///< the newest tick of the take
 
-    static std::uint32_t feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept;
+    static std::uint32_t tick_forces(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept;
     void keep(bool known);
 };
 
-std::uint32_t Touch::Work::feel(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
+std::uint32_t Touch::Work::tick_forces(void* context, const device::TickInput& input, std::span<haptic::Wrench> wrenches) noexcept
 {
     Work& w = *static_cast<Work*>(context);
     if (w.live.take()) {
-        w.feeling->adjust(w.live.value());
+        w.forces->adjust(w.live.value());
         w.now.live = w.live.value().number;
     }
-    const haptic::StepResult result = w.feeling->step(felt_input(input.sample, input.dt, input.degraded), wrenches[0]);
-    const haptic::ZoneReport& report = w.feeling->report();
+    const haptic::StepResult result = w.forces->step(force_input(input.sample, input.dt, input.degraded), wrenches[0]);
+    const haptic::ZoneReport& report = w.forces->report();
     if (!input.pushes.empty()) input.pushes[0] = report.push;
     // Old planes answer for a force, not for what is touched: that stays.
     if (!input.degraded) w.now = {0, result.deepest, result.contacts, w.now.live, report.point, report.normal};
     w.now.tick = input.tick;
-    (void)w.felt.push(w.now);
+    (void)w.queue.push(w.now);
     return result.status;
 }
 
@@ -106,7 +106,7 @@ void Touch::Work::keep(bool known)
     if (begun && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
     heard = tick.tick;
     if (known)
-        take->ticks.push_back({felt_input(tick.sample, tick.dt, tick.degraded), tick.commanded[0], last.depth, last.live});
+        take->ticks.push_back({force_input(tick.sample, tick.dt, tick.degraded), tick.commanded[0], last.depth, last.live});
     else if (begun && tick.connected && tick.sample.sequence != 0)
         ++take->lost;
 }
@@ -120,30 +120,30 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
     if (take != nullptr)
         *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
     w.take = std::move(take);
-    w.feeling = std::make_unique<Feeling>(std::move(objects), settings);
+    w.forces = std::make_unique<Forces>(std::move(objects), settings);
     w.hand.start = start;
-    w.hand.told.put(start);
+    w.hand.target.put(start);
     w.device =
         device != nullptr
             ? std::move(device)
             : std::make_unique<device::SimulatedDevice>(device::SimulatedOptions{.script = Hand::at, .script_context = &w.hand});
     device::ServoOptions options;
-    const double most = w.device->capabilities().max_force;
-    options.safety.force_limit = most > 0 ? std::min(settings.force_limit, most) : std::min(settings.force_limit, 1.0);
+    const double max = w.device->capabilities().max_force;
+    options.safety.force_limit = max > 0 ? std::min(settings.force_limit, max) : std::min(settings.force_limit, 1.0);
     options.signals = false;  // the program ends by itself, and the servo with it
     // Before the page and everything else where the machine lets us.
     options.priority = k_priority;
     try {
-        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::tick_forces, &w);
     } catch (const std::system_error&) {
         options.priority = 0;
-        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::feel, &w);
+        w.servo = std::make_unique<device::Servo>(*w.device, options, Work::tick_forces, &w);
     }
 }
 
 Touch::~Touch() = default;
 
-void Touch::aim(Vec3d target) { work_->hand.told.put(target); }
+void Touch::aim(Vec3d target) { work_->hand.target.put(target); }
 
 bool Touch::adjust(const Settings& settings)
 {
@@ -162,8 +162,8 @@ device::ServoCounters Touch::counters() const { return work_->servo->counters();
 
 double Touch::force_limit() const
 {
-    const double most = capabilities().max_force;
-    return most > 0 ? std::min(work_->settings.force_limit, most) : std::min(work_->settings.force_limit, 1.0);
+    const double max = capabilities().max_force;
+    return max > 0 ? std::min(work_->settings.force_limit, max) : std::min(work_->settings.force_limit, 1.0);
 }
 
 double Touch::safe_stiffness() const
@@ -183,7 +183,7 @@ bool Touch::frame(TouchFrame& out)
     while (w.servo->next(w.tick)) {
         any = true;
         // Both come in order; one that only one of them holds was dropped by the other.
-        while (w.last.tick < w.tick.tick && w.felt.pop(w.last)) {
+        while (w.last.tick < w.tick.tick && w.queue.pop(w.last)) {
         }
         const bool known = w.last.tick == w.tick.tick;
         w.keep(known);
@@ -213,9 +213,9 @@ bool Touch::frame(TouchFrame& out)
     out.normal = w.last.normal;
     // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
     for (const double below : {2e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3})
-        for (std::size_t i = 0; i < w.feeling->objects().size() && out.object < 0; ++i) {
-            if (w.feeling->objects()[i] == nullptr) continue;
-            const Object& object = *w.feeling->objects()[i];
+        for (std::size_t i = 0; i < w.forces->objects().size() && out.object < 0; ++i) {
+            if (w.forces->objects()[i] == nullptr) continue;
+            const Object& object = *w.forces->objects()[i];
             const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
             const query::Contact contact =
                 query::query_point(object.metres, model::to_model_space(object.metres.header, in_metres), query::Layer::Three);

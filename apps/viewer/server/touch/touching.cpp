@@ -92,7 +92,7 @@ void Touching::hold(ConnectionId connection, const Message& message)
     }
     // Said once a press.
     if (message.held && refused_.insert(connection).second)
-        audience_.tell(connection, {{"say", "trouble"}, {"text", "Another window has the tool in hand: let go there first."}});
+        audience_.send(connection, {{"say", "trouble"}, {"text", "Another window has the tool in hand: let go there first."}});
     if (!message.held) refused_.erase(connection);
 }
 
@@ -202,7 +202,7 @@ void Touching::begin_or_restart(bool begin)
         if (stopped_) touch_->stop();
     } catch (const std::exception& e) {
         device_ = 0;
-        audience_.tell_trouble(e.what());
+        audience_.send_trouble(e.what());
     }
 }
 

@@ -22,23 +22,23 @@ struct Live {
 [[nodiscard]] Live live_of(const Settings& settings, std::uint32_t number);
 
 /// A tick of the tool's one zone, as far as forces depend on it.
-struct FeltInput {
+struct ForceInput {
     sqmap::Pose pose{};
     haptic::Twist twist{};
     double dt = 0;
     bool has_twist = false, degraded = false;
 };
 
-class Feeling {
+class Forces {
 public:
     /// An object that is held as the tool (settings) is not there to be touched.
-    Feeling(std::vector<ObjectPtr> objects, const Settings& settings);
-    Feeling(const Feeling&) = delete;
-    Feeling& operator=(const Feeling&) = delete;
+    Forces(std::vector<ObjectPtr> objects, const Settings& settings);
+    Forces(const Forces&) = delete;
+    Forces& operator=(const Forces&) = delete;
 
     // Real-time safe.
     void adjust(const Live& live) noexcept;
-    haptic::StepResult step(const FeltInput& input, haptic::Wrench& wrench) noexcept;
+    haptic::StepResult step(const ForceInput& input, haptic::Wrench& wrench) noexcept;
     [[nodiscard]] const haptic::ZoneReport& report() const noexcept { return state_->report(0); }
 
     [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool

@@ -1,4 +1,4 @@
-#include "viewer/server/touch/feeling.h"
+#include "viewer/server/touch/forces.h"
 
 #include "viewer/server/touch/tool.h"
 
@@ -20,7 +20,7 @@ query::Layer layer_of(query::Layer layer, haptic::Averaging averaging)
 
 Live live_of(const Settings& s, std::uint32_t number) { return {s.layer, s.stiffness, s.damping, s.friction, number}; }
 
-Feeling::Feeling(std::vector<ObjectPtr> objects, const Settings& settings) : objects_(std::move(objects))
+Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objects_(std::move(objects))
 {
     haptic::ZoneOptions zone{
         .stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness};
@@ -57,7 +57,7 @@ Feeling::Feeling(std::vector<ObjectPtr> objects, const Settings& settings) : obj
         haptic::StateOptions{.max_contacts = probe_->size(), .max_touched = std::max<std::size_t>(1, solids_.size())});
 }
 
-void Feeling::adjust(const Live& live) noexcept
+void Forces::adjust(const Live& live) noexcept
 {
     haptic::ZoneOptions& zone = state_->options(0);
     zone.layer = layer_of(live.layer, zone.averaging);
@@ -69,7 +69,7 @@ void Feeling::adjust(const Live& live) noexcept
     }
 }
 
-haptic::StepResult Feeling::step(const FeltInput& input, haptic::Wrench& wrench) noexcept
+haptic::StepResult Forces::step(const ForceInput& input, haptic::Wrench& wrench) noexcept
 {
     haptic::StepInput step{.touched = solids_, .poses = {&input.pose, 1}, .twists = {}, .dt = input.dt};
     if (input.has_twist) step.twists = {&input.twist, 1};
