@@ -390,23 +390,26 @@ TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
     EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 1}).nodes, 0.002 * 0.28);
 }
 
-TEST(Cloth, ASharpTipHardlyStaysInATriangle)
+TEST(Cloth, ASharpTipStaysInATriangleByMillimetresAtMost)
 {
-    // A horn as wide as the cloth's triangles, whose nodes feel it when it has gone through.
+    // A horn as wide as the cloth's triangles. The first bounds were 1 mm, of a spike thinner than the triangles. A step queries
+    // a fixed number of points within triangles, so a tip may stay that no node touches: 0.8 to 5.6 mm here, 11.3 mm in all. A
+    // spike thinner than the triangles is held 0 to 3.6 mm deep, or goes through the cloth altogether, as in 2 of 5 such drapes:
+    // finer cloth is the remedy (docs/algorithms/cloth.md).
     mesh::Mesh horn = test::cube();
     for (Vec3d& v : horn.vertices) v = {(v.y > 0 ? 0.004 : 0.03) * v.x, v.y > 0 ? 0.15 : 0.0, (v.y > 0 ? 0.004 : 0.03) * v.z};
     const test::Parsed model(horn);
     const Collider solid = still(model);
     double sum = 0;
-    int on_it = 0;
     for (const double shift : {0.0, 0.003, 0.006, 0.009, 0.012}) {
         Cloth cloth(sheet({{shift, 0.2, 0.5 * shift}, 0.3, 0.3, 0, 0, 900}), fabric("wool"));
         for (int i = 0; i < 2 * 240; ++i) (void)cloth.step(k_dt, {&solid, 1});
-        sum += penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 8}).interiors;
-        if (largest_y(cloth) > 0.1) ++on_it;  // it may slip off
+        const double deepest = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 8}).interiors;
+        EXPECT_LE(deepest, 0.006) << shift;
+        EXPECT_GT(largest_y(cloth), 0.13) << shift << ": it hangs on the horn";
+        sum += deepest;
     }
-    EXPECT_LE(sum, 0.016);  // 27 mm where only nodes are asked
-    EXPECT_GE(on_it, 3);
+    EXPECT_LE(sum, 0.013);  // 27 mm where only nodes are queried
 }
 
 TEST(Cloth, BetweenTwoCollidersItYieldsToBoth)
