@@ -60,13 +60,13 @@ public:
                               : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
         };
         const double percent = 100 / setting_.r_max;
-        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        constexpr double k_none = std::numeric_limits<double>::quiet_NaN();
         return {.missed_pct = share(missed_, inside_),
                 .false_pct = share(false_, outside_),
                 .depth_error_mean_pct = percent * error_sum_ / static_cast<double>(inside_),
-                .depth_error_max_pct = inside_ == 0 ? none : percent * error_max_,
-                .missed_depth_max_pct = inside_ == 0 ? none : percent * missed_depth_,
-                .false_distance_max_pct = outside_ == 0 ? none : percent * false_distance_};
+                .depth_error_max_pct = inside_ == 0 ? k_none : percent * error_max_,
+                .missed_depth_max_pct = inside_ == 0 ? k_none : percent * missed_depth_,
+                .false_distance_max_pct = outside_ == 0 ? k_none : percent * false_distance_};
     }
 
 private:

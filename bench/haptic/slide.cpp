@@ -232,11 +232,11 @@ public:
 
     Work around()
     {
-        constexpr int pieces = 400;
+        constexpr int k_pieces = 400;
         Work sum;
         End a = end(0);
-        for (int i = 1; i <= pieces; ++i) {
-            const End b = end(static_cast<double>(i) / pieces);
+        for (int i = 1; i <= k_pieces; ++i) {
+            const End b = end(static_cast<double>(i) / k_pieces);
             sum += piece(a, b, 0);
             a = b;
         }
@@ -282,21 +282,21 @@ struct Given {
 };
 Given given(Tool& tool, const Round& round, int rounds)
 {
-    constexpr int wait = 700, around = 134;  // ticks; 0.1 m/s
+    constexpr int k_wait = 700, k_round = 134;  // ticks; 0.1 m/s
     haptic::SafetyFilter filter({.max_force = 4, .continuous_force = 4}, {.softest = tool.stiffness()});
     Given largest;
     double commanded = 0, sent = 0, time = 0;
     haptic::Wrench command{}, safe{};
     tool.reset();
     Vec3d before = round.at(0);
-    for (int i = 0; i < wait + rounds * around; ++i) {
-        const Vec3d at = round.at(i < wait ? 0 : static_cast<double>((i - wait) % around) / around);
+    for (int i = 0; i < k_wait + rounds * k_round; ++i) {
+        const Vec3d at = round.at(i < k_wait ? 0 : static_cast<double>((i - k_wait) % k_round) / k_round);
         commanded += dot(command.force, at - before);
         sent += dot(safe.force, at - before);
         before = at;
         largest.commanded = std::max(largest.commanded, commanded);
         largest.sent = std::max(largest.sent, sent);
-        command.force = i < wait ? Vec3d{} : tool.force(at);
+        command.force = i < k_wait ? Vec3d{} : tool.force(at);
         time += 0.001;
         const sqmap::Pose pose{{}, at};
         filter.tick({.time = time,
@@ -313,7 +313,7 @@ Given given(Tool& tool, const Round& round, int rounds)
 
 Energy energy(const TouchObject& object, const SlideOptions& options, int positions)
 {
-    constexpr std::size_t repeated = 10;
+    constexpr std::size_t k_repeated = 10;
     Tool tool(object, options);
     SplitMix64 random(11);
     std::vector<std::pair<double, Round>> found;
@@ -329,7 +329,7 @@ Energy energy(const TouchObject& object, const SlideOptions& options, int positi
     if (found.empty()) return {};
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
     Energy e{.worst = found.front().first, .least = found.back().first, .paths = found.size()};
-    for (std::size_t i = 0; i < std::min(repeated, found.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(k_repeated, found.size()); ++i) {
         tool.rub(Friction::None);
         const Given g = given(tool, found[i].second, 100);
         e.commanded = std::max(e.commanded, g.commanded);

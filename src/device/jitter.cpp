@@ -1,5 +1,7 @@
 #include "sqmap/device/jitter.h"
 
+#include "sqmap/math/assert.h"
+
 #include <pthread.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
@@ -44,6 +46,7 @@ long long limit(__rlimit_resource_t resource)
 
 double quantile(const std::vector<double>& sorted, double p)
 {
+    SQMAP_ASSERT(!sorted.empty());
     const double rank = std::ceil(p * static_cast<double>(sorted.size()));
     return sorted[static_cast<std::size_t>(std::clamp(rank, 1., static_cast<double>(sorted.size()))) - 1];
 }

@@ -8,13 +8,13 @@ namespace sqmap::haptic {
 std::vector<Vec3d> stencil_points(const Smoothing& smoothing)
 {
     // Fibonacci lattice: no plane holds many of them.
-    constexpr double turn = std::numbers::pi * 0.7639320225002103;  // golden angle: pi (3 - sqrt 5)
+    constexpr double k_turn = std::numbers::pi * 0.7639320225002103;  // golden angle: pi (3 - sqrt 5)
     const std::uint32_t n = smoothing.points > 8 ? smoothing.points : 8;
     std::vector<Vec3d> points(n);
     Vec3d mean{};
     for (std::uint32_t i = 0; i < n; ++i) {
         const double z = 1 - (2 * i + 1.) / n, rho = std::sqrt(1 - z * z);
-        points[i] = {rho * std::cos(turn * i), rho * std::sin(turn * i), z};
+        points[i] = {rho * std::cos(k_turn * i), rho * std::sin(k_turn * i), z};
         mean += points[i] / static_cast<double>(n);
     }
     // Moved and stretched by a per cent or two until the mean is zero and the second moments are the sphere's: then a plane is

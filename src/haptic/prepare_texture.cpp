@@ -45,9 +45,9 @@ Texture gaussian_texture(const NoiseOptions& options, std::vector<float>& values
     }
     // Variance of what is felt, an axis: autocovariance (6, 4, 1) / 16 of that kernel times the splines' products, on average
     // over a cell 11/20, 13/30 and 1/60.
-    constexpr double variance = 11. / 20 * 6 / 16 + 13. / 30 * 4 / 16 + 1. / 60 / 16;
+    constexpr double k_variance = 11. / 20 * 6 / 16 + 13. / 30 * 4 / 16 + 1. / 60 / 16;
     // Cut at three standard deviations: carving from the highest point must not sink the whole surface for one rare value.
-    const double scale = options.amplitude / std::pow(variance, 1.5), top = 3 * options.amplitude;
+    const double scale = options.amplitude / std::pow(k_variance, 1.5), top = 3 * options.amplitude;
     values.resize(count);
     for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(std::clamp(scale * white[i], -2 * top, top) - top);
     return {TextureMap::Solid, n, options.wavelength / 2, values};

@@ -54,7 +54,7 @@ struct StencilSum {
     template <class ToWorld>
     void trust_the_least(std::span<const Trail> trail, const Passed& passed, ToWorld&& to_world)
     {
-        constexpr std::size_t steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
+        constexpr std::size_t k_steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
         for (std::size_t i = 0; i < samples.size(); ++i) {
             Sample& s = samples[i];
             if (!(s.depth > 0)) continue;
@@ -66,7 +66,7 @@ struct StencilSum {
             };
             if (centre.depth > 0) try_surface(centre.surface);
             if (trail[i].known && trail[i].depth > 0) try_surface(to_world(trail[i].surface));
-            for (const std::size_t step : steps) {
+            for (const std::size_t step : k_steps) {
                 if (i >= step && samples[i - step].depth > 0) try_surface(samples[i - step].surface);
                 if (i + step < samples.size() && samples[i + step].depth > 0) try_surface(samples[i + step].surface);
             }

@@ -28,8 +28,8 @@ void offsets(std::span<const Vec3f> corners, const PointColumns& points, float* 
         }
         for (std::size_t k = 0; k < count; ++k)
             for (std::size_t i = 0; i < points.count; i += hn::Lanes(df)) {
-                const TriangleBlock::Place q =
-                    block.place(k, {hn::LoadU(df, points.x + i), hn::LoadU(df, points.y + i), hn::LoadU(df, points.z + i)});
+                const TriangleBlock::Position q =
+                    block.position(k, {hn::LoadU(df, points.x + i), hn::LoadU(df, points.y + i), hn::LoadU(df, points.z + i)});
                 V3 offset = block.to_face(k, q);
                 if (!hn::AllTrue(df, q.above)) {
                     F edge_sq;

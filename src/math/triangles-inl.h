@@ -82,16 +82,16 @@ public:
     }
 
     /// Where points lie to triangle i.
-    struct Place {
+    struct Position {
         V3 ap;             // from a
         F height;          // above the plane
         F v_side, w_side;  // distance from the edges ac and ab, positive within
         F lower_sq;        // no point of the triangle is nearer than its square root
         M above;           // or below: the foot on the plane is in the triangle
     };
-    HWY_INLINE Place place(std::size_t i, const V3& p) const
+    HWY_INLINE Position position(std::size_t i, const V3& p) const
     {
-        Place q;
+        Position q;
         q.ap = minus(p, vector(k_a, i));
         q.height = dot(q.ap, vector(k_normal, i));
         q.v_side = dot(q.ap, vector(k_v, i));
@@ -105,12 +105,12 @@ public:
     }
 
     /// To the nearest point of the triangle, from the point.
-    HWY_INLINE V3 to_face(std::size_t i, const Place& q) const
+    HWY_INLINE V3 to_face(std::size_t i, const Position& q) const
     {
         const F v = hn::Mul(field(k_v_size, i), q.v_side), w = hn::Mul(field(k_w_size, i), q.w_side);
         return minus(plus_scaled(v, vector(k_ab, i), scaled(w, vector(k_ac, i))), q.ap);
     }
-    HWY_INLINE V3 to_edges(std::size_t i, const Place& q, F& distance_sq) const
+    HWY_INLINE V3 to_edges(std::size_t i, const Position& q, F& distance_sq) const
     {
         const F zero = hn::Zero(df), one = set(1.f);
         const auto clamped = [&](F t) { return hn::Min(hn::Max(t, zero), one); };

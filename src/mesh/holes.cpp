@@ -28,12 +28,12 @@ std::vector<std::vector<std::uint32_t>> boundary_loops(const Surface& surface, s
     });
     std::sort(steps.begin(), steps.end());
     std::vector<bool> taken(steps.size(), false);
-    std::vector<std::uint32_t> place(surface.points.size(), k_none);  // in the path
+    std::vector<std::uint32_t> index_in_path(surface.points.size(), k_none);  // in the path
     std::vector<std::vector<std::uint32_t>> loops;
     for (std::size_t start = 0; start < steps.size(); ++start) {
         if (taken[start]) continue;
         std::vector<std::uint32_t> path{steps[start].first};
-        place[path[0]] = 0;
+        index_in_path[path[0]] = 0;
         while (!path.empty()) {
             auto step = std::lower_bound(steps.begin(), steps.end(), Edge{path.back(), 0});
             while (step != steps.end() && step->first == path.back() && taken[static_cast<std::size_t>(step - steps.begin())])
@@ -41,16 +41,16 @@ std::vector<std::vector<std::uint32_t>> boundary_loops(const Surface& surface, s
             if (step == steps.end() || step->first != path.back()) break;  // a dead end, or all loops of the path are cut off
             taken[static_cast<std::size_t>(step - steps.begin())] = true;
             const std::uint32_t v = step->second;
-            if (place[v] == k_none) {
-                place[v] = static_cast<std::uint32_t>(path.size());
+            if (index_in_path[v] == k_none) {
+                index_in_path[v] = static_cast<std::uint32_t>(path.size());
                 path.push_back(v);
                 continue;
             }
-            loops.emplace_back(path.begin() + place[v], path.end());
-            for (std::size_t i = place[v] + 1; i < path.size(); ++i) place[path[i]] = k_none;
-            path.resize(place[v] + 1);
+            loops.emplace_back(path.begin() + index_in_path[v], path.end());
+            for (std::size_t i = index_in_path[v] + 1; i < path.size(); ++i) index_in_path[path[i]] = k_none;
+            path.resize(index_in_path[v] + 1);
         }
-        for (const std::uint32_t v : path) place[v] = k_none;
+        for (const std::uint32_t v : path) index_in_path[v] = k_none;
     }
     return loops;
 }

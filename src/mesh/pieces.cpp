@@ -87,7 +87,7 @@ bool meets(const Corners& t, const Plane& plane, double tolerance, Vec3d& a, Vec
 }  // namespace
 
 std::optional<std::vector<Corners>> pieces_of(const Mesh& mesh, std::uint32_t triangle, std::span<const std::uint32_t> others,
-                                              double tolerance, std::size_t most)
+                                              double tolerance, std::size_t max_pieces)
 {
     const Corners whole = corners_of(mesh, triangle);
     const Plane own{unit_normal(whole), whole[0]};
@@ -115,7 +115,7 @@ std::optional<std::vector<Corners>> pieces_of(const Mesh& mesh, std::uint32_t tr
         } else if (meets(t, own, tolerance, a, b)) {
             cut_along(a, b);
         }
-        if (pieces.size() > most) return std::nullopt;
+        if (pieces.size() > max_pieces) return std::nullopt;
     }
     std::vector<Corners> out;
     for (const Convex& piece : pieces)

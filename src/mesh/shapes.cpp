@@ -59,15 +59,15 @@ void add_quad(Mesh& mesh, std::array<std::uint32_t, 4> q)
         mesh.triangles.insert(mesh.triangles.end(), {{q[0], q[1], q[3]}, {q[1], q[2], q[3]}});
 }
 
-/// Surface of a box, gridded by the given coordinates along each axis, every vertex moved by `place`.
-template <class Place>
-Mesh gridded_box(const std::array<std::vector<double>, 3>& grid, Place place)
+/// Surface of a box, gridded by the given coordinates along each axis, every vertex moved by `moved`.
+template <class Move>
+Mesh gridded_box(const std::array<std::vector<double>, 3>& grid, Move moved)
 {
     Mesh mesh;
     std::map<std::array<std::size_t, 3>, std::uint32_t> index;
     const auto vertex = [&](std::array<std::size_t, 3> ijk) {
         const auto [it, is_new] = index.try_emplace(ijk, static_cast<std::uint32_t>(mesh.vertices.size()));
-        if (is_new) mesh.vertices.push_back(place(Vec3d{grid[0][ijk[0]], grid[1][ijk[1]], grid[2][ijk[2]]}));
+        if (is_new) mesh.vertices.push_back(moved(Vec3d{grid[0][ijk[0]], grid[1][ijk[1]], grid[2][ijk[2]]}));
         return it->second;
     };
     for (std::size_t axis = 0; axis < 3; ++axis) {

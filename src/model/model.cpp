@@ -2,6 +2,7 @@
 
 #include "model/central_cells.h"
 #include "model/flags.h"
+#include "sqmap/math/assert.h"
 
 namespace sqmap::model {
 
@@ -22,6 +23,7 @@ shape::Superquadricf superquadric_of(const Part& part) noexcept
 
 NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
 {
+    SQMAP_ASSERT(part < view.normal.parts.size());
     const NormalPart& p = view.normal.parts[part];
     const NormalArrays<ArrayView>& a = view.normal;
     const std::size_t samples = static_cast<std::size_t>(p.eta_count) * p.omega_count;
@@ -55,11 +57,13 @@ bool is_fallback(const Part& part) noexcept { return (part.flags & k_fit_fallbac
 
 std::uint32_t part_of_triangle(const ModelView& view, std::size_t triangle) noexcept
 {
+    SQMAP_ASSERT(has_exact(view) && triangle < view.triangle_part.size());
     return part_of(view.triangle_part[triangle]);
 }
 
 std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept
 {
+    SQMAP_ASSERT(i < part.sample_count);
     const std::uint16_t stored = view.samples[part.first_sample + i];
     const float w = SampleRange{part.w_min, part.w_step}.decode(stored);
     if (stored == k_no_surface || !(w > 0)) return std::nullopt;

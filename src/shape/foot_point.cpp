@@ -14,16 +14,16 @@ template <class Real>
 constexpr Real k_pole_margin = Real(2e-3);
 
 template <class Real>
-SurfacePlace<Real> off_pole(const SurfacePlace<Real>& place, Real eps1)
+SurfacePosition<Real> off_pole(const SurfacePosition<Real>& position, Real eps1)
 {
-    if (place.latitude.c >= k_pole_margin<Real>) return place;
-    return {arc_through(k_pole_margin<Real>, place.latitude.s, eps1), place.longitude};
+    if (position.latitude.c >= k_pole_margin<Real>) return position;
+    return {arc_through(k_pole_margin<Real>, position.latitude.s, eps1), position.longitude};
 }
 
 }  // namespace
 
 template <class Real>
-Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const SurfacePlace<Real>& start,
+Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const SurfacePosition<Real>& start,
                        const FootOptions& options) noexcept
 {
     // In the local frame: turning six derivative vectors a step buys nothing.
@@ -35,7 +35,7 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
     const Real tolerance = static_cast<Real>(options.tolerance) * size;
 
     Foot<Real> foot;
-    foot.place = start;
+    foot.position = start;
     SurfacePoint<Real> at = surface_point(local, start);
     Real distance_sq = norm_sq(q - at.point);
     for (;;) {
@@ -47,7 +47,7 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
         if (foot.converged || foot.iterations == options.max_iterations) break;
         ++foot.iterations;
 
-        const SurfaceJet<Real> jet = surface_jet(local, off_pole(foot.place, sq.eps1));
+        const SurfaceJet<Real> jet = surface_jet(local, off_pole(foot.position, sq.eps1));
         const Vec3<Real> eu = jet.point_eta - foot.depth * jet.normal_eta;
         const Vec3<Real> ev = jet.point_omega - foot.depth * jet.normal_omega;
         const Real huu = dot(jet.point_eta, eu), hvv = dot(jet.point_omega, ev);
@@ -63,12 +63,12 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
         }
         bool moved = false;
         for (int halving = 0; halving < 4 && !moved; ++halving, step = Real(0.5) * step) {
-            const SurfacePlace<Real> place = place_through(local, at.point + step);
-            const SurfacePoint<Real> next = surface_point(local, place);
+            const SurfacePosition<Real> position = position_through(local, at.point + step);
+            const SurfacePoint<Real> next = surface_point(local, position);
             const Real next_sq = norm_sq(q - next.point);
             // The distance is flat at its minimum: there the miss decides, up to what rounding leaves of it.
             if (next_sq <= distance_sq * (Real(1) + Real(1e-6))) {
-                foot.place = place;
+                foot.position = position;
                 at = next;
                 distance_sq = next_sq;
                 moved = true;
@@ -81,9 +81,9 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
     return foot;
 }
 
-template Foot<float> polish_foot(const Superquadric<float>&, Vec3<float>, const SurfacePlace<float>&,
+template Foot<float> polish_foot(const Superquadric<float>&, Vec3<float>, const SurfacePosition<float>&,
                                  const FootOptions&) noexcept;
-template Foot<double> polish_foot(const Superquadric<double>&, Vec3<double>, const SurfacePlace<double>&,
+template Foot<double> polish_foot(const Superquadric<double>&, Vec3<double>, const SurfacePosition<double>&,
                                   const FootOptions&) noexcept;
 
 }  // namespace sqmap::shape

@@ -65,7 +65,7 @@ void deform_jet(const Superquadric<Real>& sq, PointNormal<Real>& value, PointNor
 }
 
 template <class Real>
-PointNormal<Real> undeformed(const Superquadric<Real>& sq, const SurfacePlace<Real>& at)
+PointNormal<Real> undeformed(const Superquadric<Real>& sq, const SurfacePosition<Real>& at)
 {
     const Arc<Real>&u = at.latitude, &v = at.longitude;
     return {{sq.a.x * u.c * v.c, sq.a.y * u.c * v.s, sq.a.z * u.s}, {u.nc * v.nc / sq.a.x, u.nc * v.ns / sq.a.y, u.ns / sq.a.z}};
@@ -74,7 +74,7 @@ PointNormal<Real> undeformed(const Superquadric<Real>& sq, const SurfacePlace<Re
 }  // namespace
 
 template <class Real>
-SurfacePlace<Real> place_at(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept
+SurfacePosition<Real> position_at(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept
 {
     const Real c = std::cos(angles.eta);
     return {arc_through(c > Real(0) ? c : Real(0), std::sin(angles.eta), sq.eps1),
@@ -82,7 +82,7 @@ SurfacePlace<Real> place_at(const Superquadric<Real>& sq, SurfaceAngles<Real> an
 }
 
 template <class Real>
-SurfacePlace<Real> place_through(const Superquadric<Real>& sq, Vec3<Real> p, Real* gauge) noexcept
+SurfacePosition<Real> position_through(const Superquadric<Real>& sq, Vec3<Real> p, Real* gauge) noexcept
 {
     const Vec3<Real> q = undeform(sq, to_local(sq, p));
     const Arc<Real> longitude = arc_through(q.x / sq.a.x, q.y / sq.a.y, sq.eps2);
@@ -92,26 +92,26 @@ SurfacePlace<Real> place_through(const Superquadric<Real>& sq, Vec3<Real> p, Rea
 }
 
 template <class Real>
-SurfaceAngles<Real> angles_of(const SurfacePlace<Real>& place) noexcept
+SurfaceAngles<Real> angles_of(const SurfacePosition<Real>& position) noexcept
 {
-    return {std::atan2(place.latitude.s, place.latitude.c), std::atan2(place.longitude.s, place.longitude.c)};
+    return {std::atan2(position.latitude.s, position.latitude.c), std::atan2(position.longitude.s, position.longitude.c)};
 }
 
 template <class Real>
-SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, const SurfacePlace<Real>& place) noexcept
+SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept
 {
-    PointNormal<Real> value = undeformed(sq, place);
+    PointNormal<Real> value = undeformed(sq, position);
     PointNormal<Real> none[1];
     deform_jet(sq, value, none, 0);
     return {to_model(sq, value.x), transpose_mul(sq.rotation, normalized(value.n))};
 }
 
 template <class Real>
-SurfaceJet<Real> surface_jet(const Superquadric<Real>& sq, const SurfacePlace<Real>& place) noexcept
+SurfaceJet<Real> surface_jet(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept
 {
-    const Arc<Real>&u = place.latitude, &v = place.longitude;
+    const Arc<Real>&u = position.latitude, &v = position.longitude;
     const ArcDerivative<Real> du = derivative(u, sq.eps1), dv = derivative(v, sq.eps2);
-    PointNormal<Real> value = undeformed(sq, place);
+    PointNormal<Real> value = undeformed(sq, position);
     PointNormal<Real> d[2] = {
         {{sq.a.x * du.c * v.c, sq.a.y * du.c * v.s, sq.a.z * du.s},
          {du.nc * v.nc / sq.a.x, du.nc * v.ns / sq.a.y, du.ns / sq.a.z}},
@@ -140,8 +140,8 @@ Vec3<Real> implicit_gradient(const Superquadric<Real>& sq, Vec3<Real> p) noexcep
     const Vec3<Real> q = undeform(sq, to_local(sq, p));
     const Arc<Real> longitude = arc_through(q.x / sq.a.x, q.y / sq.a.y, sq.eps2);
     const Arc<Real> latitude = arc_through(longitude.gauge, q.z / sq.a.z, sq.eps1);
-    // F = gauge^2 and the gauge's gradient is n_d at the place the ray through q leaves the surface.
-    PointNormal<Real> value{q, Real(2) * latitude.gauge * undeformed(sq, SurfacePlace<Real>{latitude, longitude}).n};
+    // F = gauge^2 and the gauge's gradient is n_d at the position the ray through q leaves the surface.
+    PointNormal<Real> value{q, Real(2) * latitude.gauge * undeformed(sq, SurfacePosition<Real>{latitude, longitude}).n};
     PointNormal<Real> none[1];
     deform_jet(sq, value, none, 0);
     return transpose_mul(sq.rotation, value.n);
@@ -216,23 +216,23 @@ Vec3<Real> normal_direction_omega(const Superquadric<Real>& sq, Real eta, Real o
 
 }  // namespace printed
 
-#define SQMAP_INSTANTIATE(Real)                                                                               \
-    template SurfacePlace<Real> place_at(const Superquadric<Real>&, SurfaceAngles<Real>) noexcept;            \
-    template SurfacePlace<Real> place_through(const Superquadric<Real>&, Vec3<Real>, Real*) noexcept;         \
-    template SurfaceAngles<Real> angles_of(const SurfacePlace<Real>&) noexcept;                               \
-    template SurfacePoint<Real> surface_point(const Superquadric<Real>&, const SurfacePlace<Real>&) noexcept; \
-    template SurfaceJet<Real> surface_jet(const Superquadric<Real>&, const SurfacePlace<Real>&) noexcept;     \
-    template Vec3<Real> mapped_normal(const SurfaceJet<Real>&, Real, Real, Real) noexcept;                    \
-    template Vec3<Real> implicit_gradient(const Superquadric<Real>&, Vec3<Real>) noexcept;                    \
-    namespace printed {                                                                                       \
-    template Vec3<Real> point(const Superquadric<Real>&, Real, Real) noexcept;                                \
-    template Vec3<Real> normal_direction(const Superquadric<Real>&, Real, Real) noexcept;                     \
-    template Real normal_scale(const Superquadric<Real>&, Real, Real) noexcept;                               \
-    template Vec3<Real> point_eta(const Superquadric<Real>&, Real, Real) noexcept;                            \
-    template Vec3<Real> point_omega(const Superquadric<Real>&, Real, Real) noexcept;                          \
-    template Real normal_scale_eta(const Superquadric<Real>&, Real, Real) noexcept;                           \
-    template Vec3<Real> normal_direction_eta(const Superquadric<Real>&, Real, Real) noexcept;                 \
-    template Vec3<Real> normal_direction_omega(const Superquadric<Real>&, Real, Real) noexcept;               \
+#define SQMAP_INSTANTIATE(Real)                                                                                  \
+    template SurfacePosition<Real> position_at(const Superquadric<Real>&, SurfaceAngles<Real>) noexcept;         \
+    template SurfacePosition<Real> position_through(const Superquadric<Real>&, Vec3<Real>, Real*) noexcept;      \
+    template SurfaceAngles<Real> angles_of(const SurfacePosition<Real>&) noexcept;                               \
+    template SurfacePoint<Real> surface_point(const Superquadric<Real>&, const SurfacePosition<Real>&) noexcept; \
+    template SurfaceJet<Real> surface_jet(const Superquadric<Real>&, const SurfacePosition<Real>&) noexcept;     \
+    template Vec3<Real> mapped_normal(const SurfaceJet<Real>&, Real, Real, Real) noexcept;                       \
+    template Vec3<Real> implicit_gradient(const Superquadric<Real>&, Vec3<Real>) noexcept;                       \
+    namespace printed {                                                                                          \
+    template Vec3<Real> point(const Superquadric<Real>&, Real, Real) noexcept;                                   \
+    template Vec3<Real> normal_direction(const Superquadric<Real>&, Real, Real) noexcept;                        \
+    template Real normal_scale(const Superquadric<Real>&, Real, Real) noexcept;                                  \
+    template Vec3<Real> point_eta(const Superquadric<Real>&, Real, Real) noexcept;                               \
+    template Vec3<Real> point_omega(const Superquadric<Real>&, Real, Real) noexcept;                             \
+    template Real normal_scale_eta(const Superquadric<Real>&, Real, Real) noexcept;                              \
+    template Vec3<Real> normal_direction_eta(const Superquadric<Real>&, Real, Real) noexcept;                    \
+    template Vec3<Real> normal_direction_omega(const Superquadric<Real>&, Real, Real) noexcept;                  \
     }
 SQMAP_INSTANTIATE(float)
 SQMAP_INSTANTIATE(double)

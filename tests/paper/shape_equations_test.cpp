@@ -211,7 +211,7 @@ TEST(Paper, Eq22To27NormalOfTheMappedSurfaceMatchesFiniteDifferences)
                     const Vec3d se = mapped(eta + h, omega) - mapped(eta - h, omega);
                     const Vec3d so = mapped(eta, omega + h) - mapped(eta, omega - h);
                     const Vec3d n =
-                        mapped_normal(surface_jet(sq, place_at(sq, Angles{eta, omega})), map(eta, omega),
+                        mapped_normal(surface_jet(sq, position_at(sq, Angles{eta, omega})), map(eta, omega),
                                       0.06 * std::cos(2 * eta) * std::cos(omega), -0.03 * std::sin(2 * eta) * std::sin(omega));
                     EXPECT_LT(norm(normalized(n) - normalized(cross(so, se))), 1e-5);
                 }

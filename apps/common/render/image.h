@@ -13,8 +13,8 @@ struct Rgb {
     float r = 0, g = 0, b = 0;
 
     friend constexpr Rgb operator*(float s, Rgb c) { return {s * c.r, s * c.g, s * c.b}; }
-    friend constexpr Rgb operator+(Rgb a, Rgb b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
-    friend constexpr Rgb operator*(Rgb a, Rgb b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
+    friend constexpr Rgb operator+(Rgb c, Rgb d) { return {c.r + d.r, c.g + d.g, c.b + d.b}; }
+    friend constexpr Rgb operator*(Rgb c, Rgb d) { return {c.r * d.r, c.g * d.g, c.b * d.b}; }
 };
 
 /// Linear-light colour of an sRGB one given as 0xRRGGBB.

@@ -40,8 +40,12 @@ std::vector<std::string> worries(const Worn& w, const sim::Penetration& end, dou
     std::vector<std::string> out = w.handling->never_came(time);
     char text[200];
     const auto add = [&](const char* format, auto... values) {
-        std::snprintf(text, sizeof text, format, values...);
-        out.emplace_back(text);
+        if constexpr (sizeof...(values) > 0) {
+            std::snprintf(text, sizeof text, format, values...);
+            out.emplace_back(text);
+        } else {
+            out.emplace_back(format);
+        }
     };
     if (w.began_inside > k_began_inside)
         add("began %.0f mm inside the body: start it clear of it (garment files are in metres, y up)", 1e3 * w.began_inside);

@@ -30,6 +30,7 @@ struct SectionBytes {
     std::size_t locator = 0;
     std::size_t exact = 0, mesh = 0;
 };
+/// Of a parsed model whose file has `total` bytes.
 [[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);
 
 /// Writes through a temporary file beside path and a rename: path is never partly written.
@@ -45,9 +46,12 @@ public:
     MappedModel(MappedModel&& other) noexcept;
     MappedModel& operator=(MappedModel&&) = delete;
 
-    [[nodiscard]] const model::ModelView& view() const { return view_; }
-    [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(data_), size_}; }
+    [[nodiscard]] const model::ModelView& view() const { return view_; }  ///< valid as long as this
+    [[nodiscard]] std::size_t size() const { return size_; }              ///< of the file, bytes
+    [[nodiscard]] std::span<const std::byte> bytes() const
+    {
+        return {static_cast<const std::byte*>(data_), size_};
+    }  ///< of the file
 
 private:
     void* data_ = nullptr;

@@ -20,6 +20,7 @@ struct ReadLimits {
 
 enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb };
 
+/// "OFF", "OBJ", "STL", "PLY", "glTF" or "GLB".
 [[nodiscard]] const char* format_name(MeshFormat format);
 
 /// Why a file is not read.

@@ -31,6 +31,7 @@ struct Sphere3 {
 };
 using Sphere = Sphere3<double>;
 
+/// Whether all numbers of the pose are finite.
 [[nodiscard]] inline bool is_finite(const Pose& pose) noexcept
 {
     return is_finite(pose.rotation.row[0]) && is_finite(pose.rotation.row[1]) && is_finite(pose.rotation.row[2]) &&

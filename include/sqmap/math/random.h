@@ -8,7 +8,9 @@ namespace sqmap {
 /// SplitMix64 (Steele, Lea, Flood 2014). Every seed gives a sequence of its own.
 class SplitMix64 {
 public:
+    /// The sequence of that seed.
     explicit constexpr SplitMix64(std::uint64_t seed) noexcept : state_(seed) {}
+    /// The next 64 bits.
     constexpr std::uint64_t bits() noexcept
     {
         std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
@@ -18,6 +20,7 @@ public:
     }
     /// In [0, 1), 53 bits.
     constexpr double uniform() noexcept { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+    /// In [lo, hi).
     constexpr double between(double lo, double hi) noexcept { return lo + (hi - lo) * uniform(); }
 
 private:

@@ -9,6 +9,7 @@ template <class Real>
 struct Vec3 {
     Real x{}, y{}, z{};
 
+    /// Component 0, 1 or 2; any other number is taken for 2.
     constexpr Real operator[](int i) const { return i == 0 ? x : (i == 1 ? y : z); }
     constexpr Real& operator[](int i) { return i == 0 ? x : (i == 1 ? y : z); }
     friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
@@ -17,6 +18,7 @@ struct Vec3 {
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 
+/// Componentwise, and by a number.
 template <class Real>
 constexpr Vec3<Real> operator+(Vec3<Real> a, Vec3<Real> b)
 {
@@ -58,21 +60,25 @@ constexpr Vec3<Real>& operator-=(Vec3<Real>& a, Vec3<Real> b)
     return a = a - b;
 }
 
+/// a . b
 template <class Real>
 constexpr Real dot(Vec3<Real> a, Vec3<Real> b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+/// a x b
 template <class Real>
 constexpr Vec3<Real> cross(Vec3<Real> a, Vec3<Real> b)
 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/// The square of the length.
 template <class Real>
 constexpr Real norm_sq(Vec3<Real> a)
 {
     return dot(a, a);
 }
+/// The length.
 template <class Real>
 Real norm(Vec3<Real> a)
 {
@@ -86,6 +92,7 @@ Vec3<Real> normalized(Vec3<Real> a)
     const Real length = norm(a);
     return length > Real(0) ? a / length : a;
 }
+/// In another number type, rounded.
 template <class To, class Real>
 constexpr Vec3<To> cast(Vec3<Real> a)
 {
@@ -103,6 +110,7 @@ struct Mat3 {
 using Mat3f = Mat3<float>;
 using Mat3d = Mat3<double>;
 
+/// m v.
 template <class Real>
 constexpr Vec3<Real> operator*(const Mat3<Real>& m, Vec3<Real> v)
 {
@@ -114,17 +122,20 @@ constexpr Vec3<Real> transpose_mul(const Mat3<Real>& m, Vec3<Real> v)
 {
     return v.x * m.row[0] + v.y * m.row[1] + v.z * m.row[2];
 }
+/// Rows and columns exchanged.
 template <class Real>
 constexpr Mat3<Real> transpose(const Mat3<Real>& m)
 {
     return {{{m.row[0].x, m.row[1].x, m.row[2].x}, {m.row[0].y, m.row[1].y, m.row[2].y}, {m.row[0].z, m.row[1].z, m.row[2].z}}};
 }
+/// m n: x -> m(n(x)).
 template <class Real>
 constexpr Mat3<Real> operator*(const Mat3<Real>& a, const Mat3<Real>& b)
 {
     return {{transpose_mul(b, a.row[0]), transpose_mul(b, a.row[1]), transpose_mul(b, a.row[2])}};
 }
 
+/// Whether all components are finite.
 template <class Real>
 [[nodiscard]] bool is_finite(Vec3<Real> v) noexcept
 {
@@ -137,8 +148,9 @@ struct Affine {
     Vec3d shift{};
 };
 
+/// The image of p.
 constexpr Vec3d apply(const Affine& map, Vec3d p) { return map.linear * p + map.shift; }
-/// a after b.
+/// a after b: x -> a(b(x)).
 constexpr Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a.linear * b.shift + a.shift}; }
 
 }  // namespace sqmap

@@ -20,6 +20,7 @@ struct ClosestPoint {
 /// Bounding volume hierarchy over a mesh that must outlive it. Queries are const and thread-safe.
 class Bvh {
 public:
+    /// Cost: n log n in the number of triangles.
     explicit Bvh(const Mesh& mesh);
 
     /// Closest point of the surface. Cost: O(log #triangles) as a rule.
@@ -62,6 +63,7 @@ private:
     std::vector<std::uint32_t> order_;
 };
 
+/// See the class.
 template <class Visit>
 void Bvh::visit_nearest(Vec3d p, double radius_sq, Visit&& visit) const
 {
@@ -93,9 +95,9 @@ void Bvh::visit_nearest(Vec3d p, double radius_sq, Visit&& visit) const
         const int bottom = size;
         for (int i = 0; i < k_width; ++i) {
             if (!(distance_sq[i] < radius_sq)) continue;
-            int place = size++;
-            for (; place > bottom && stack[place - 1].distance_sq < distance_sq[i]; --place) stack[place] = stack[place - 1];
-            stack[place] = {distance_sq[i], node.first[i], node.count[i]};
+            int slot = size++;
+            for (; slot > bottom && stack[slot - 1].distance_sq < distance_sq[i]; --slot) stack[slot] = stack[slot - 1];
+            stack[slot] = {distance_sq[i], node.first[i], node.count[i]};
         }
     }
 }

@@ -30,13 +30,17 @@ struct Normalization {
     double unit;   ///< area-weighted root mean square distance of the surface from origin, mesh units, > 0
 };
 
+/// The normalization of a mesh. Linear.
 [[nodiscard]] Normalization normalization_of(const Mesh& mesh);
+/// The mesh in the model space of n. Linear.
 [[nodiscard]] Mesh normalized(const Mesh& mesh, const Normalization& n);
 
 /// 64-bit hash (FNV-1a over words) of vertices and triangles, to tell meshes apart: never 0, and not against malice.
 [[nodiscard]] std::uint64_t content_hash(const Mesh& mesh);
 
+/// Area of a triangle, mesh units squared.
 [[nodiscard]] double triangle_area(const Mesh& mesh, std::uint32_t triangle);
+/// Mean of a triangle's corners, mesh units.
 [[nodiscard]] Vec3d triangle_centroid(const Mesh& mesh, std::uint32_t triangle);
 
 /// Rows: the principal axes of the surface, largest second moment about the area centroid first, turned so that the

@@ -30,6 +30,7 @@ struct TorusOptions {
     int major_segments = 96;     ///< around the axis, >= 3
     int minor_segments = 24;     ///< around the tube, >= 3
 };
+/// Torus about z.
 [[nodiscard]] Mesh torus(const TorusOptions& options = {});
 
 struct DumbbellOptions {
@@ -76,6 +77,7 @@ struct CapsuleSolid {
 
 /// Signed volume by the divergence theorem; positive for a closed mesh that faces outward.
 [[nodiscard]] double volume(const Mesh& mesh);
+/// Sum of the triangles' areas, mesh units squared.
 [[nodiscard]] double surface_area(const Mesh& mesh);
 
 }  // namespace sqmap::mesh

@@ -23,6 +23,7 @@ public:
     /// crossed: #triangles, non-zero where another triangle cuts it (see find_self_intersections); empty for none.
     explicit Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed = {});
 
+    /// Whether the winding number about p is positive; exact for points off the surface.
     [[nodiscard]] bool inside(Vec3d p) const { return bvh_.winding_number(p) > 0; }
     /// Closest point of the solid's boundary; buried pieces do not count. within: how far it is at most, the closer the
     /// faster; where nothing is nearer, the distance is within.

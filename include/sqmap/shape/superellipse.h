@@ -28,6 +28,7 @@ struct ArcDerivative {
 /// @pre eps in [0.1, 2]. (0, 0) gives the arc of (1, 0) with gauge 0.
 template <class Real>
 [[nodiscard]] Arc<Real> arc_through(Real x, Real y, Real eps) noexcept;
+/// Derivative of the arc where it stands. @pre as arc_through
 template <class Real>
 [[nodiscard]] ArcDerivative<Real> derivative(const Arc<Real>& arc, Real eps) noexcept;
 
@@ -48,6 +49,7 @@ template <class Real>
 struct Superellipse {
     Real a1{1}, a2{1}, eps{1};
 };
+/// Eq. 13 at (x, y): 1 on the curve, less inside.
 template <class Real>
 [[nodiscard]] Real implicit(const Superellipse<Real>& se, Real x, Real y) noexcept;
 

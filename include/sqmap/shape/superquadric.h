@@ -26,9 +26,9 @@ struct Superquadric {
     Real bend{0};        ///< curvature k of eq. 2; 0 is straight
     Real bend_angle{0};  ///< alpha of eq. 2, radians
 
-    constexpr bool is_tapered() const { return !(taper_x == Real(0)) || !(taper_y == Real(0)); }
-    constexpr bool is_bent() const { return !(bend == Real(0)); }
-    constexpr bool is_deformed() const { return is_tapered() || is_bent(); }
+    constexpr bool is_tapered() const { return !(taper_x == Real(0)) || !(taper_y == Real(0)); }  ///< eq. 2 tapers
+    constexpr bool is_bent() const { return !(bend == Real(0)); }                                 ///< eq. 2 bends
+    constexpr bool is_deformed() const { return is_tapered() || is_bent(); }                      ///< either
 };
 
 using Superquadricf = Superquadric<float>;
@@ -57,6 +57,7 @@ Vec3<Real> to_local(const Superquadric<Real>& sq, Vec3<Real> p)
 {
     return sq.rotation * (p - sq.translation);
 }
+/// Model point of a local point.
 template <class Real>
 Vec3<Real> to_model(const Superquadric<Real>& sq, Vec3<Real> q)
 {

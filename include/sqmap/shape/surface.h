@@ -15,9 +15,9 @@ struct SurfaceAngles {
 };
 using SurfaceAnglesf = SurfaceAngles<float>;
 
-/// A place on the surface as its two arcs: latitude (c >= 0) and longitude. Holds every power a formula needs.
+/// A position on the surface as its two arcs: latitude (c >= 0) and longitude. Holds every power a formula needs.
 template <class Real>
-struct SurfacePlace {
+struct SurfacePosition {
     Arc<Real> latitude, longitude;
 };
 
@@ -36,27 +36,29 @@ struct SurfaceJet {
     Vec3<Real> normal_eta, normal_omega;  ///< of the unit normal (errata 2)
 };
 
+/// Where the surface is at these angles.
 template <class Real>
-[[nodiscard]] SurfacePlace<Real> place_at(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept;
+[[nodiscard]] SurfacePosition<Real> position_at(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept;
 /// Where the undeformed ray from the centre through the model point p leaves the surface, and F(p)^(1/2) as *gauge:
-/// below 1 inside. The centre itself gives the place at angles (0, 0).
+/// below 1 inside. The centre itself gives the position at angles (0, 0).
 template <class Real>
-[[nodiscard]] SurfacePlace<Real> place_through(const Superquadric<Real>& sq, Vec3<Real> p, Real* gauge = nullptr) noexcept;
-/// Inverse of place_at; with place_through it gives eta and omega of a surface point.
+[[nodiscard]] SurfacePosition<Real> position_through(const Superquadric<Real>& sq, Vec3<Real> p, Real* gauge = nullptr) noexcept;
+/// Inverse of position_at; with position_through it gives eta and omega of a surface point.
 template <class Real>
-[[nodiscard]] SurfaceAngles<Real> angles_of(const SurfacePlace<Real>& place) noexcept;
+[[nodiscard]] SurfaceAngles<Real> angles_of(const SurfacePosition<Real>& position) noexcept;
 
 /// Eq. 8 (tapered and bent) with the unit outward normal of the deformed surface: n_d of eq. 24 computed directly and
 /// carried through the deformations, never multiplied by s (errata 2 and 4). @pre bend * |r| < 1 on the body.
 template <class Real>
-[[nodiscard]] SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, const SurfacePlace<Real>& place) noexcept;
+[[nodiscard]] SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept;
 template <class Real>
 [[nodiscard]] SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept
 {
-    return surface_point(sq, place_at(sq, angles));
+    return surface_point(sq, position_at(sq, angles));
 }
+/// The surface point with its first derivatives. @pre as surface_point
 template <class Real>
-[[nodiscard]] SurfaceJet<Real> surface_jet(const Superquadric<Real>& sq, const SurfacePlace<Real>& place) noexcept;
+[[nodiscard]] SurfaceJet<Real> surface_jet(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept;
 
 /// A surface given by eq. 22, S = r - D n, from the jet of r and D with its derivatives by the same angles; the
 /// unnormalised outward normal of eq. 26 (eta and omega derivatives crossed so that it points out, errata 2).
@@ -81,13 +83,13 @@ template <class Real>
 template <class Real>
 [[nodiscard]] Vec3<Real> point_eta(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;  ///< eq. 28
 template <class Real>
-[[nodiscard]] Vec3<Real> point_omega(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;
+[[nodiscard]] Vec3<Real> point_omega(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;  ///< of eq. 8
 template <class Real>
 [[nodiscard]] Real normal_scale_eta(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;  ///< eq. 30, corrected
 template <class Real>
 [[nodiscard]] Vec3<Real> normal_direction_eta(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;  ///< eq. 31
 template <class Real>
-[[nodiscard]] Vec3<Real> normal_direction_omega(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;
+[[nodiscard]] Vec3<Real> normal_direction_omega(const Superquadric<Real>& sq, Real eta, Real omega) noexcept;  ///< of eq. 24
 }  // namespace printed
 
 }  // namespace sqmap::shape

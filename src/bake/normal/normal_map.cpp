@@ -169,7 +169,7 @@ Vec3d surface_normal(const Caster& caster, const Grid& grid, const std::vector<s
     const bool omega = slope((cuts[grid.index(i, j)] & 2) == 0, (cuts[grid.index(i, j - 1)] & 2) == 0, grid.at(i, j + 1),
                              grid.at(i, j - 1), 2 * k_pi / grid.columns, d_omega);
     if (!eta || !omega) return face;
-    const auto jet = shape::surface_jet(caster.sq, shape::place_at(caster.sq, grid.angles(i, j)));
+    const auto jet = shape::surface_jet(caster.sq, shape::position_at(caster.sq, grid.angles(i, j)));
     const Vec3d n = normalized(shape::mapped_normal(jet, here.distance, d_eta, d_omega));
     // Beyond a focal point of the superquadric S = r - D n folds over and eq. 26 points in.
     return dot(n, face) > 0 ? n : face;
@@ -256,7 +256,7 @@ void add_smoothing(const Caster& caster, const Grid& finest, double jump_slope, 
             const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],
                          last = smooth[index(i, j - 1)];
             if (std::min({up, down, next, last}) < 0) continue;
-            const auto jet = shape::surface_jet(caster.sq, shape::place_at(caster.sq, finest.angles(i * stride, j * stride)));
+            const auto jet = shape::surface_jet(caster.sq, shape::position_at(caster.sq, finest.angles(i * stride, j * stride)));
             const Vec3d n = normalized(
                 shape::mapped_normal(jet, d, (up - down) * (rows - 1) / (2 * k_pi), (next - last) * columns / (4 * k_pi)));
             if (!(dot(n, face_normal(caster.rays.mesh(), at(i, j).triangle)) > 0)) continue;
@@ -310,9 +310,9 @@ void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
 shape::Foot<double> exact_foot(const Superquadricd& sq, const NormalMapView& view, Vec3d p)
 {
     const shape::Foot<float> start = query::find_foot(view, sqmap::cast<float>(p), query::Projector::Newton);
-    const shape::SurfaceAnglesf a = shape::angles_of(start.place);
+    const shape::SurfaceAnglesf a = shape::angles_of(start.position);
     const Angles angles{static_cast<double>(a.eta), static_cast<double>(a.omega)};
-    return shape::polish_foot(sq, p, shape::place_at(sq, angles), {.max_iterations = 20, .tolerance = 1e-9});
+    return shape::polish_foot(sq, p, shape::position_at(sq, angles), {.max_iterations = 20, .tolerance = 1e-9});
 }
 
 // True where the segment from a surface point to its foot crosses the mesh (point W of Fig. 5a).
@@ -390,7 +390,7 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
             ++map.report.occluded_vertices;
             continue;
         }
-        const Angles a = shape::angles_of(foot.place);
+        const Angles a = shape::angles_of(foot.position);
         const double y = (a.eta / k_pi + 0.5) * (grid.rows - 1), x = (a.omega / (2 * k_pi) + 0.5) * grid.columns;
         const int i = std::clamp(static_cast<int>(y), 0, grid.rows - 2), j = std::clamp(static_cast<int>(x), 0, grid.columns - 1);
         if (!whole_cell(grid, cuts, i, j) || grid.at(i, j).kind != Kind::Hit) continue;

@@ -7,6 +7,7 @@
 #include "model/flags.h"
 #include "model/locator.h"
 #include "query/point/central_query.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/math/triangle.h"
 
 #include <algorithm>
@@ -184,6 +185,7 @@ Contact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, s
 
 Contact query_exact(const ModelView& model, Vec3f point) noexcept
 {
+    SQMAP_ASSERT(model::has_exact(model));
     if (!model::has_locator(model)) {
         // Behind a surface that bounds nothing, what no part holds is free.
         if (model.header.solid == 0 && verdict_central(model, point, Layer::Three).part < 0) return free_at(point);

@@ -196,7 +196,7 @@ private:
         HWY_ALIGN float lower[TriangleBlock::k_max][k_lanes];
         F upper = nearest.distance_sq;
         for (std::uint32_t k = 0; k < count; ++k) {
-            const TriangleBlock::Place q = block_.place(k, p);
+            const TriangleBlock::Position q = block_.position(k, p);
             hn::Store(q.lower_sq, df, lower[k]);
             // The foot, or else a corner.
             upper = hn::Min(upper, blend(q.above, q.lower_sq, dot(q.ap, q.ap)));
@@ -208,7 +208,7 @@ private:
         Nearest best = nearest;
         for (; near != 0; near &= near - 1) {
             const auto k = static_cast<std::uint32_t>(std::countr_zero(near));
-            const TriangleBlock::Place q = block_.place(k, p);
+            const TriangleBlock::Position q = block_.position(k, p);
             const F tie = tie_above(best.distance_sq);
             F edge_sq;
             const V3 to_edge = block_.to_edges(k, q, edge_sq);

@@ -13,8 +13,8 @@ using model::FootSeed;
 using shape::Foot;
 using shape::Superquadricf;
 using shape::SurfaceAnglesf;
-using shape::SurfacePlace;
 using shape::SurfacePoint;
+using shape::SurfacePosition;
 
 namespace {
 
@@ -24,12 +24,12 @@ constexpr float k_pi = std::numbers::pi_v<float>;
 constexpr shape::FootOptions k_newton{.max_iterations = 10, .tolerance = 1e-5};
 constexpr float k_proven_miss = 1e-3f;
 
-SurfacePlace<float> place_of_sample(const NormalMapView& map, std::size_t row, std::size_t column)
+SurfacePosition<float> position_of_sample(const NormalMapView& map, std::size_t row, std::size_t column)
 {
     if (!map.rows.empty()) return {map.rows[row], map.columns[column]};
-    return shape::place_at(map.superquadric,
-                           SurfaceAnglesf{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
-                                          2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi});
+    return shape::position_at(map.superquadric,
+                              SurfaceAnglesf{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
+                                             2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi});
 }
 
 // A base-grid sample index, with rows continued over the poles and columns around.
@@ -65,11 +65,11 @@ struct BaseGrid {
         column %= columns;
         return {std::clamp(row, 0, rows - 1), column < 0 ? column + columns : column};
     }
-    SurfacePlace<float> place(Node n) const
+    SurfacePosition<float> position(Node n) const
     {
-        return place_of_sample(map, static_cast<std::size_t>(n.row * stride), static_cast<std::size_t>(n.column * stride));
+        return position_of_sample(map, static_cast<std::size_t>(n.row * stride), static_cast<std::size_t>(n.column * stride));
     }
-    SurfacePoint<float> point(Node n) const { return shape::surface_point(local, place(n)); }
+    SurfacePoint<float> point(Node n) const { return shape::surface_point(local, position(n)); }
 };
 
 // One candidate of the search: what eq. 19 says, signed so that the far side of the surface does not count, and distance.
@@ -137,7 +137,7 @@ std::int32_t nearest_column(const BaseGrid& grid, float omega)
 }
 
 // The table's start for an undeformed point in units of the semi-axes, taken from the grid: no power is raised for it.
-SurfacePlace<float> table_start(const NormalMapView& map, Vec3f unit)
+SurfacePosition<float> table_start(const NormalMapView& map, Vec3f unit)
 {
     const float n = static_cast<float>(map.seed_count);
     std::size_t index = 0;
@@ -146,25 +146,25 @@ SurfacePlace<float> table_start(const NormalMapView& map, Vec3f unit)
         index = index * map.seed_count + static_cast<std::size_t>(std::clamp(x, 0.0f, n - 1));
     }
     const FootSeed seed = map.seeds[index];
-    SurfacePlace<float> place = place_of_sample(map, (seed.eta * (map.eta_count - 1) + 127) / 255,
-                                                (seed.omega * map.omega_count + 128) / 256 % map.omega_count);
+    SurfacePosition<float> position = position_of_sample(map, (seed.eta * (map.eta_count - 1) + 127) / 255,
+                                                         (seed.omega * map.omega_count + 128) / 256 % map.omega_count);
     if (map.seeds_mirrored) {
         const auto flip = [](float like, float& c, float& nc) {
             c = std::copysign(c, like);
             nc = std::copysign(nc, like);
         };
-        flip(unit.x, place.longitude.c, place.longitude.nc);
-        flip(unit.y, place.longitude.s, place.longitude.ns);
-        flip(unit.z, place.latitude.s, place.latitude.ns);
+        flip(unit.x, position.longitude.c, position.longitude.nc);
+        flip(unit.y, position.longitude.s, position.longitude.ns);
+        flip(unit.z, position.latitude.s, position.latitude.ns);
     }
-    return place;
+    return position;
 }
 
 // The nearer of the place on the point's own ray and the table's start: near the surface the first is right, deep inside
 // and beside a sharp edge the second.
-SurfacePlace<float> nearer_start(const BaseGrid& grid, const FootQuery& query)
+SurfacePosition<float> nearer_start(const BaseGrid& grid, const FootQuery& query)
 {
-    const SurfacePlace<float> seed = table_start(grid.map, query.unit);
+    const SurfacePosition<float> seed = table_start(grid.map, query.unit);
     const float own_sq = norm_sq(shape::surface_point(grid.local, query.own).point - query.local);
     return norm_sq(shape::surface_point(grid.local, seed).point - query.local) < own_sq ? seed : query.own;
 }
@@ -268,7 +268,8 @@ Foot<float> pyramid_foot(const NormalMapView& map, Vec3f p, const FootQuery& que
         best = search.at(best.node.row, best.node.column);
         search.descend(best, base.stride / 2);
     }
-    return shape::polish_foot(map.superquadric, p, grid.place(best.node), {.max_iterations = subdivide ? 1 : 0, .tolerance = 0});
+    return shape::polish_foot(map.superquadric, p, grid.position(best.node),
+                              {.max_iterations = subdivide ? 1 : 0, .tolerance = 0});
 }
 
 Foot<float> newton_foot(const NormalMapView& map, Vec3f p, const FootQuery& query, std::uint8_t& flags)
@@ -281,7 +282,7 @@ Foot<float> newton_foot(const NormalMapView& map, Vec3f p, const FootQuery& quer
     flags |= k_projection_wide;
     const GridFoot node = search_pyramid(grid, query, {});
     const Node start{static_cast<std::int32_t>(node.row), static_cast<std::int32_t>(node.column)};
-    const Foot<float> again = shape::polish_foot(map.superquadric, p, grid.place(start), k_newton);
+    const Foot<float> again = shape::polish_foot(map.superquadric, p, grid.position(start), k_newton);
     if (again.miss < foot.miss) foot = again;
     if (!(foot.miss <= proven)) flags |= k_projection_unproven;
     return foot;
@@ -300,7 +301,7 @@ Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, st
     Foot<float> foot;
     if (!enters(map, p, query)) {
         // Outside or on the surface to rounding: the foot nearest to where its own ray leaves.
-        foot = shape::polish_foot(map.superquadric, p, shape::place_through(map.superquadric, p), k_newton);
+        foot = shape::polish_foot(map.superquadric, p, shape::position_through(map.superquadric, p), k_newton);
         if (!(foot.miss <= k_proven_miss * largest_axis(map.superquadric))) found = k_projection_unproven;
     } else {
         foot = projector == Projector::Pyramid ? pyramid_foot(map, p, query, true, found) : newton_foot(map, p, query, found);

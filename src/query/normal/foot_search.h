@@ -7,10 +7,10 @@ namespace sqmap::query {
 
 /// A query point as both projectors need it.
 struct FootQuery {
-    Vec3f local;                     ///< in the superquadric's frame
-    Vec3f unit;                      ///< undeformed, divided by the semi-axes
-    float gauge;                     ///< F^(1/2)
-    shape::SurfacePlace<float> own;  ///< where its own ray leaves the surface
+    Vec3f local;                        ///< in the superquadric's frame
+    Vec3f unit;                         ///< undeformed, divided by the semi-axes
+    float gauge;                        ///< F^(1/2)
+    shape::SurfacePosition<float> own;  ///< where its own ray leaves the surface
 };
 
 /// False where the point is outside the superquadric or not a number; most points are so before any power is raised.

@@ -25,7 +25,7 @@ void seek_nearest(const NormalMapView& map, Vec3f p, const ProjectionOptions& op
         std::uint8_t flags = 0;
         const Foot<float> foot = find_foot(map, target, Projector::Newton, &flags);
         if ((flags & k_projection_unproven) != 0) return;
-        const MapSample sample = sample_map(map, shape::angles_of(foot.place), options);
+        const MapSample sample = sample_map(map, shape::angles_of(foot.position), options);
         if ((sample.flags & (k_projection_miss | k_projection_cap)) != 0 || !(norm_sq(sample.normal) > 0.5f)) return;
         const Vec3f surface = foot.point - sample.distance * foot.normal;
         const float distance = norm(surface - p);
@@ -57,7 +57,7 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
     const Foot<float> foot = options.projector == Projector::Pyramid
                                  ? pyramid_foot(map, p, query, !reads_base_grid(map, options), answer.flags)
                                  : newton_foot(map, p, query, answer.flags);
-    answer.angles = shape::angles_of(foot.place);
+    answer.angles = shape::angles_of(foot.position);
     answer.foot = foot.point;
     answer.foot_normal = foot.normal;
     answer.foot_distance = norm(foot.point - p);

@@ -3,6 +3,7 @@
 #include "normal_query.h"
 
 #include "query/point/central_query.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/query/normal_projection.h"
 #include "witness_rule.h"
 
@@ -19,7 +20,7 @@ void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
     std::uint8_t flags = 0;
     const shape::Foot<float> foot = find_foot(map, point, Projector::Newton, &flags);
     if ((flags & k_projection_unproven) != 0) return;
-    const MapSample sample = sample_smoothed(map, shape::angles_of(foot.place));
+    const MapSample sample = sample_smoothed(map, shape::angles_of(foot.position));
     if ((sample.flags & (k_projection_miss | k_projection_cap)) != 0 || !(norm_sq(sample.normal) > 0.5f)) return;
     contact.depth = std::max(dot(foot.point - sample.distance * foot.normal - point, sample.normal), 0.f);
     contact.normal = sample.normal;
@@ -30,6 +31,7 @@ void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
 
 Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& asked) noexcept
 {
+    SQMAP_ASSERT(model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal));
     Contact contact;
     contact.point = point;
     ProjectionOptions options;

@@ -143,11 +143,11 @@ TEST(NormalProjection, PyramidFindsTheNearestSampleOfTheBaseGridWhenShallow)
                 for (std::size_t j = 0; j < map.omega_count; j += stride)
                     best = std::min(
                         best, norm(cast<double>(shape::surface_point(view.superquadric,
-                                                                     shape::SurfacePlace<float>{view.rows[i], view.columns[j]})
+                                                                     shape::SurfacePosition<float>{view.rows[i], view.columns[j]})
                                                     .point) -
                                    p));
             const GridFoot foot = pyramid_search(view, cast<float>(p));
-            const shape::SurfacePlace<float> place{view.rows[foot.row * stride], view.columns[foot.column * stride]};
+            const shape::SurfacePosition<float> place{view.rows[foot.row * stride], view.columns[foot.column * stride]};
             ++count;
             other += norm(cast<double>(shape::surface_point(view.superquadric, place).point) - p) > 1.001 * best + 1e-6;
         }

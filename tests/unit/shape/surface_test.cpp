@@ -33,7 +33,7 @@ TEST(Surface, AnglesOfAPlaceComeBack)
     for (const Superquadricd& sq : test::sample_superquadrics())
         for (const Angles a : generic_angles()) {
             double gauge = 0;
-            const Angles b = angles_of(place_through(sq, surface_point(sq, a).point, &gauge));
+            const Angles b = angles_of(position_through(sq, surface_point(sq, a).point, &gauge));
             EXPECT_NEAR(b.eta, a.eta, 1e-9);
             EXPECT_NEAR(b.omega, a.omega, 1e-9);
             EXPECT_NEAR(gauge, 1.0, 1e-10);
@@ -60,7 +60,7 @@ TEST(Surface, JetMatchesFiniteDifferences)
     const double h = 1e-6;
     for (const Superquadricd& sq : test::sample_superquadrics())
         for (const Angles a : generic_angles()) {
-            const SurfaceJet<double> jet = surface_jet(sq, place_at(sq, a));
+            const SurfaceJet<double> jet = surface_jet(sq, position_at(sq, a));
             const auto at = [&](double e, double o) { return surface_point(sq, Angles{a.eta + e, a.omega + o}); };
             EXPECT_LT(norm(jet.point - at(0, 0).point), 1e-13);
             EXPECT_LT(norm(jet.normal - at(0, 0).normal), 1e-12);
@@ -105,7 +105,7 @@ TEST(Surface, PolesAndOctantPlanesAreFiniteInFloat)
             sq.eps2 = eps2;
             for (float eta : {-half, 0.0f, half})
                 for (float omega : {-2 * half, -half, 0.0f, half, 2 * half}) {
-                    const SurfaceJet<float> jet = surface_jet(sq, place_at(sq, SurfaceAnglesf{eta, omega}));
+                    const SurfaceJet<float> jet = surface_jet(sq, position_at(sq, SurfaceAnglesf{eta, omega}));
                     for (const Vec3f v :
                          {jet.point, jet.normal, jet.point_eta, jet.point_omega, jet.normal_eta, jet.normal_omega})
                         EXPECT_TRUE(std::isfinite(norm(v)));
