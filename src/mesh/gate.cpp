@@ -11,8 +11,11 @@
 #include "surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 namespace sqmap::mesh {
 namespace {
@@ -33,6 +36,29 @@ struct Refused {
 
 std::string number(std::uint64_t n) { return std::to_string(n); }
 std::string element(const char* kind, std::uint64_t zero_based) { return kind + (" " + number(zero_based + 1)); }
+
+/// A vertex in use so far from the others that their differences have no digits left. along: the coordinates in use by axis.
+std::optional<std::size_t> stray_vertex(std::span<const Vec3d> positions, const std::vector<bool>& used,
+                                        std::array<std::vector<double>, 3> along, double extent)
+{
+    // Median extent: half of the vertices are within it of the median vertex. One stray vertex does not change it.
+    const auto median = [](std::vector<double>& values) {
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        return *middle;
+    };
+    Vec3d centre;
+    for (int k = 0; k < 3; ++k) centre[k] = median(along[static_cast<std::size_t>(k)]);
+    const auto distance = [](Vec3d a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); };
+    std::vector<double> distances;
+    for (std::size_t v = 0; v < used.size(); ++v)
+        if (used[v]) distances.push_back(distance(positions[v] - centre));
+    double median_extent = median(distances);
+    if (median_extent == 0) median_extent = extent;
+    for (std::size_t v = 0; v < used.size(); ++v)
+        if (used[v] && distance(positions[v]) > k_range_ratio * median_extent) return v;
+    return {};
+}
 
 class Gate {
 public:
@@ -104,23 +130,8 @@ private:
         if (!(extent < k_range_size) || extent < 1 / k_range_size)
             refuse(Refusal::Range, "mesh", "the size is beyond what double precision can cube", cure);
 
-        // Median extent: half of the vertices are within it of the median vertex. One stray vertex does not change it.
-        const auto median = [](std::vector<double>& values) {
-            const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-            std::nth_element(values.begin(), middle, values.end());
-            return *middle;
-        };
-        Vec3d centre;
-        for (int k = 0; k < 3; ++k) centre[k] = median(along[static_cast<std::size_t>(k)]);
-        const auto distance = [](Vec3d a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); };
-        std::vector<double> distances;
-        for (std::size_t v = 0; v < used_.size(); ++v)
-            if (used_[v]) distances.push_back(distance(in_.positions[v] - centre));
-        double median_extent = median(distances);
-        if (median_extent == 0) median_extent = extent;
-        for (std::size_t v = 0; v < used_.size(); ++v)
-            if (used_[v] && distance(in_.positions[v]) > k_range_ratio * median_extent)
-                refuse(Refusal::Range, element("vertex", v), "a coordinate is more than 1e15 times the size of the rest", cure);
+        if (const auto v = stray_vertex(in_.positions, used_, std::move(along), extent))
+            refuse(Refusal::Range, element("vertex", *v), "a coordinate is more than 1e15 times the size of the rest", cure);
     }
 
     // --- polygons to triangles --------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -357,15 +358,25 @@ CapsuleSolid hand_capsules()
     return hand;
 }
 
-Mesh polygonized(const CapsuleSolid& solid, double spacing)
+namespace {
+
+Box box_around(std::span<const Capsule> capsules)
 {
-    require(spacing > 0 && solid.blend > 0 && !solid.capsules.empty(), "polygonized: spacing and blend > 0, a capsule");
     Box box;
-    for (const Capsule& c : solid.capsules)
+    for (const Capsule& c : capsules)
         for (const auto& [p, r] : {std::pair{c.a, c.radius_a}, std::pair{c.b, c.radius_b}}) {
             extend(box, p - Vec3d{r, r, r});
             extend(box, p + Vec3d{r, r, r});
         }
+    return box;
+}
+
+}  // namespace
+
+Mesh polygonized(const CapsuleSolid& solid, double spacing)
+{
+    require(spacing > 0 && solid.blend > 0 && !solid.capsules.empty(), "polygonized: spacing and blend > 0, a capsule");
+    Box box = box_around(solid.capsules);
     // Melting adds at most blend log(#capsules) outside the capsules.
     const double margin = spacing + solid.blend * std::log(static_cast<double>(solid.capsules.size()));
     std::array<std::size_t, 3> n{};

@@ -84,12 +84,14 @@ std::vector<std::string> obj_files(const fs::path& folder)
 
 bool has_repair(const LoadedMesh& loaded, const std::string& kind)
 {
-    return std::any_of(loaded.repairs.begin(), loaded.repairs.end(), [&](const auto& r) { return mesh::name_of(r.kind) == kind; });
+    return std::any_of(loaded.repairs.begin(), loaded.repairs.end(),
+                       [&](const auto& r) { return mesh::name_of(r.kind) == kind; });
 }
 
 bool has_warning(const LoadedMesh& loaded, const std::string& code)
 {
-    return std::any_of(loaded.warnings.begin(), loaded.warnings.end(), [&](const auto& w) { return mesh::name_of(w.kind) == code; });
+    return std::any_of(loaded.warnings.begin(), loaded.warnings.end(),
+                       [&](const auto& w) { return mesh::name_of(w.kind) == code; });
 }
 
 TEST(BadMeshes, EveryFileGetsItsVerdict)

@@ -33,7 +33,8 @@ std::uint64_t hash_of(const std::vector<T>& values, std::uint64_t hash)
 inline std::vector<std::byte> baked_bytes(const mesh::Mesh& mesh, bool solid)
 {
     char name[32];
-    const std::uint64_t hash = hash_of(mesh.triangles, hash_of(mesh.vertices, 0xcbf29ce484222325u ^ static_cast<std::uint64_t>(solid)));
+    const std::uint64_t hash =
+        hash_of(mesh.triangles, hash_of(mesh.vertices, 0xcbf29ce484222325u ^ static_cast<std::uint64_t>(solid)));
     std::snprintf(name, sizeof name, "%016llx.sqmap", static_cast<unsigned long long>(hash));
     const std::filesystem::path file = std::filesystem::path(SQMAP_BAKED_DIR) / name;
     if (std::ifstream in(file, std::ios::binary); in) {
@@ -66,7 +67,7 @@ public:
         if (!solid_) solid_.emplace(mesh_, mesh::find_self_intersections(mesh_).crossed);
         return *solid_;
     }
-    [[nodiscard]] const mesh::Mesh& mesh() const { return mesh_; }     ///< model space
+    [[nodiscard]] const mesh::Mesh& mesh() const { return mesh_; }  ///< model space
     [[nodiscard]] double r_max() const { return view_.header.r_max; }
     [[nodiscard]] Vec3d to_model(Vec3d p) const
     {

@@ -3,8 +3,8 @@
 
 #include "sqmap/device/hand_skin.h"
 #include "sqmap/device/trace.h"
-#include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/coupling.h"
+#include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/mesh.h"

@@ -18,10 +18,7 @@ TEST(Assert, PassesWhatHolds)
     EXPECT_EQ(evaluated, 1);
 }
 
-TEST(AssertDeathTest, EndsTheProgramWhereAConditionIsBroken)
-{
-    EXPECT_DEATH(SQMAP_ASSERT(1 + 1 == 3), "");
-}
+TEST(AssertDeathTest, EndsTheProgramWhereAConditionIsBroken) { EXPECT_DEATH(SQMAP_ASSERT(1 + 1 == 3), ""); }
 
 TEST(AssertDeathTest, TellsTheHandlerWhatIsBrokenAndWhere)
 {
