@@ -20,7 +20,7 @@ std::vector<std::string_view> pieces_of(std::string_view path)
 }
 
 /// What stands for the stars; nothing where the path is another.
-std::optional<std::vector<std::string_view>> match(const std::vector<std::string_view>& pattern,
+std::optional<std::vector<std::string_view>> match(const std::vector<std::string>& pattern,
                                                    const std::vector<std::string_view>& path)
 {
     if (pattern.size() != path.size()) return std::nullopt;
@@ -38,7 +38,8 @@ std::optional<std::vector<std::string_view>> match(const std::vector<std::string
 
 void Routes::add(bool post, std::string_view pattern, Handler handler)
 {
-    routes_.push_back({post, pieces_of(pattern), std::move(handler)});
+    const std::vector<std::string_view> pieces = pieces_of(pattern);
+    routes_.push_back({post, {pieces.begin(), pieces.end()}, std::move(handler)});
 }
 
 void Routes::serve(HttpRequest request, const Answer& answer) const

@@ -33,7 +33,7 @@ public:
 private:
     struct Route {
         bool post;
-        std::vector<std::string_view> pieces;
+        std::vector<std::string> pieces;  // of its own: a pattern may be put together on the spot
         Handler handler;
     };
     void add(bool post, std::string_view pattern, Handler handler);
