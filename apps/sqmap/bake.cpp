@@ -172,6 +172,9 @@ void add_bake(CommandLine& line)
     command.option("--max-parts", options->bake.max_parts, "Most parts that cuts may make; a mesh of more pieces has more")
         .in_range(1, 1000)
         .shows_default();
+    command.option("--band", options->bake.band, "How far on either side of the surface distances are exact, percent of R_max")
+        .in_range(0, 100)
+        .shows_default();
     command.flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     command.option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")
         .shows_default();

@@ -4,6 +4,8 @@
 #include "common/layer_name.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/parallel/for_each.h"
+#include "sqmap/query/distance.h"
 
 #include <algorithm>
 #include <charconv>
@@ -87,6 +89,8 @@ struct Options {
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_layer3_gate;
     bool certain = false, offset = false, smoothing = false;
+    bool distance = false;
+    double band = query::k_baked_band;  ///< mesh units
 };
 
 /// A row for each point, in their order.
@@ -125,12 +129,42 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
     return text;
 }
 
+/// The same for signed distances.
+std::string distances(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
+{
+    constexpr std::size_t k_slice = 16384;
+    std::vector<query::SignedDistance> answers(points.size());
+    parallel::for_slices(points.size(), k_slice, 0, [&](parallel::Slice slice) {
+        query::distances(m, std::span(points).subspan(slice.first, slice.count),
+                         std::span(answers).subspan(slice.first, slice.count), o.band);
+    });
+    const double size = m.header.r_max * m.header.unit;
+    std::string text = "distance,known,part,gx,gy,gz,px,py,pz\n";
+    char row[256];
+    for (const query::SignedDistance& a : answers) {
+        const bool bound = a.known == query::DistanceKind::LowerBound;
+        const char* const known = bound ? "bound" : a.known == query::DistanceKind::Exact ? "exact" : "approximate";
+        int length = std::snprintf(row, sizeof row, "%.9g,%s,%d,", a.distance, known, a.part);
+        text.append(row, static_cast<std::size_t>(length));
+        if (bound) {
+            text += ",,,,,\n";
+            continue;
+        }
+        length = std::snprintf(row, sizeof row, "%.9g,%.9g,%.9g,%.*g,%.*g,%.*g\n", a.gradient.x, a.gradient.y, a.gradient.z,
+                               digits_of(a.point.x, size), a.point.x, digits_of(a.point.y, size), a.point.y,
+                               digits_of(a.point.z, size), a.point.z);
+        text.append(row, static_cast<std::size_t>(length));
+    }
+    return text;
+}
+
 int run(const Options& o)
 {
     try {
         io::refuse_to_replace(o.output, {o.model, o.points});
         const io::MappedModel file(o.model);
-        const std::string text = answers(file.view(), read_points(o.points), o);
+        const std::vector<Vec3d> points = read_points(o.points);
+        const std::string text = o.distance ? distances(file.view(), points, o) : answers(file.view(), points, o);
         io::replace_file(o.output, std::as_bytes(std::span(text)));
         return 0;
     } catch (const BadPoints& e) {
@@ -164,9 +198,14 @@ void add_query(CommandLine& line)
     command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
     command.flag("--offset", options->offset, "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
+    command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
+    command.option("--band", options->band, "With --distance: how far they are to be exact, mesh units; not given: as baked");
     command.footer(
         "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward; 9 digits, more of a "
         "point far from the origin.\n"
+        "With --distance: distance,known,part,gx,gy,gz,px,py,pz: negative inside, gradient, nearest surface point; known is "
+        "exact, "
+        "approximate or bound: no farther than the truth and at least half of it.\n"
         "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
     command.run([options] { return run(*options); });
 }

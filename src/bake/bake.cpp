@@ -4,6 +4,7 @@
 #include "assemble.h"
 #include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
+#include "bake/distance/distance.h"
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/locator.h"
 #include "bake/normal/pack.h"
@@ -115,6 +116,7 @@ void check(const mesh::Mesh& mesh, const BakeOptions& options)
     if (!(options.max_looseness >= 1))
         throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
+    if (!(options.band >= 0 && options.band <= 100)) throw mesh::InvalidInput("the band must be from 0 to 100 percent of R_max");
     if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
     if (options.partition != nullptr) check_partition(*options.partition, mesh);
 }
@@ -281,6 +283,8 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     lap("locate");
     bake_candidate_lists(solid, locator, draft.model);
     lap("near");
+    bake_distance(solid, options.band, options.threads, draft.model);
+    lap("distance");
 
     measure_layers(draft.model, solid, draft.measured);
     draft.measured.q2_share = hidden_percent(parts.parts);

@@ -3,6 +3,7 @@
 #include "assemble.h"
 #include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
+#include "bake/distance/distance.h"
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/change.h"
 #include "bake/locator/locator.h"
@@ -392,6 +393,9 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     lap("locate");
     update_candidate_lists(solid, {before.view(), update}, locator, result.model);
     lap("near");
+    const double band = 100 * static_cast<double>(before.distance.header.band) / before.header.r_max;
+    bake_distance(solid, band, options.threads, result.model);
+    lap("distance");
     result.model.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, meshes.now.triangles});
     return result;
 }

@@ -66,6 +66,20 @@ flatbuffers::Offset<fb::NormalMaps> write_normal_maps(flatbuffers::FlatBufferBui
     return table.Finish();
 }
 
+flatbuffers::Offset<fb::Distance> write_distance(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
+{
+    if (data.distance.bounds.empty()) return {};
+    TableWriter writer(builder, *fb::DistanceTypeTable());
+    model::DistanceArrays<model::ArrayData>::each(writer, data.distance);
+    fb::DistanceHeader header;
+    std::memcpy(static_cast<void*>(&header), &data.distance.header, sizeof(header));
+    fb::DistanceBuilder table(builder);
+    writer.add_fields([&](flatbuffers::voffset_t field) {
+        if (field == fb::Distance::VT_HEADER) table.add_header(&header);
+    });
+    return table.Finish();
+}
+
 }  // namespace
 
 std::vector<std::byte> serialize(const model::ModelData& data)
@@ -75,6 +89,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     model::each_array_before_normal(writer, data);
     writer.set("normal_maps", write_normal_maps(builder, data));
     model::each_array_behind_normal(writer, data);
+    writer.set("distance", write_distance(builder, data));
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
                                              m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share,
@@ -112,6 +127,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     s.normal_map = model::bytes_of(v.normal);
     s.map = model::bytes_of<model::CentralArrays<model::ArrayView>>(v);
     s.locator = model::bytes_of<model::LocatorArrays<model::ArrayView>>(v);
+    s.distance = model::bytes_of(v.distance);
     s.exact = model::bytes_of<model::CandidateArrays<model::ArrayView>>(v);
     s.mesh = model::bytes_of<model::MeshArrays<model::ArrayView>>(v);
     return s;

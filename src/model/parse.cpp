@@ -2,6 +2,7 @@
 
 #include "model/candidate_lists.h"
 #include "model/central_cells.h"
+#include "model/check_distance.h"
 #include "model/flags.h"
 #include "model/locator_cells.h"
 #include "model/schema.h"
@@ -23,6 +24,8 @@ static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
 static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
 static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
 static_assert(sizeof(Seed) == sizeof(fb::Seed) && alignof(Seed) == alignof(fb::Seed));
+static_assert(sizeof(HierarchyNode) == sizeof(fb::HierarchyNode) && sizeof(HierarchyGroup) == sizeof(fb::HierarchyGroup));
+static_assert(sizeof(DistanceHeader) == sizeof(fb::DistanceHeader));
 static_assert(sizeof(Locator) == sizeof(fb::Locator) && alignof(Locator) == alignof(fb::Locator));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
 
@@ -291,7 +294,7 @@ const char* to_string(ParseStatus status) noexcept
         case ParseStatus::NotAModel:
             return "not a .sqmap file";
         case ParseStatus::WrongVersion:
-            return "made by another format version: bake it again";
+            return "made by another format version: bake it again with 'sqmap bake MESH -o MODEL'";
         case ParseStatus::BadHash:
             return "content differs from what was written";
         case ParseStatus::BadStructure:
@@ -311,6 +314,8 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     NormalArrays<ArrayView>::each(add, view.normal);
     hash_bytes(hash, std::span<const Locator>(&view.locator, 1));
     each_array_behind_normal(add, view);
+    hash_bytes(hash, std::span<const DistanceHeader>(&view.distance.header, 1));
+    DistanceArrays<ArrayView>::each(add, view.distance);
     const Measured& m = view.measured;
     const double figures[] = {double(m.points), double(m.missed), double(m.false_contacts), m.eq35_mean,
                               m.eq35_p99,       m.eq35_max,       m.depth_median,           m.depth_p95,
@@ -344,6 +349,10 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         NormalArrays<ArrayView>::each(TableReader(n, *fb::NormalMapsTypeTable()), v.normal);
     if (model->locator() != nullptr) std::memcpy(&v.locator, model->locator(), sizeof(Locator));
     each_array_behind_normal(read, v);
+    if (const fb::Distance* d = model->distance(); d != nullptr && d->header() != nullptr) {
+        std::memcpy(&v.distance.header, d->header(), sizeof(DistanceHeader));
+        DistanceArrays<ArrayView>::each(TableReader(d, *fb::DistanceTypeTable()), v.distance);
+    }
 
     if (const fb::Measured* m = model->measured(); m != nullptr)
         v.measured = {m->points(),        m->missed(),       m->false_contacts(),   m->eq35_mean(),       m->eq35_p99(),
@@ -387,6 +396,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_candidates(v); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_distance(v); status != ParseStatus::Ok) return status;
     view = v;
     return ParseStatus::Ok;
 }

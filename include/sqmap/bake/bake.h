@@ -24,6 +24,7 @@ struct BakeOptions {
     /// samples take less: the base grid keeps 5 rows at least.
     int subdivisions = 1;
     bool exact = true;     ///< store the exact layer
+    double band = 5;       ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
     unsigned threads = 0;  ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
     /// Parts that are taken as they are, edited by hand: neither cut, split nor joined. Of the mesh's own triangles, labels below

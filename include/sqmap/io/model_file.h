@@ -29,6 +29,7 @@ struct SectionBytes {
     std::size_t normal_map = 0;  ///< the paper's own maps
     std::size_t locator = 0;
     std::size_t exact = 0, mesh = 0;
+    std::size_t distance = 0;  ///< signed distance on both sides
 };
 /// Of a parsed model whose file has `total` bytes.
 [[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);

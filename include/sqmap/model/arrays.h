@@ -4,6 +4,7 @@
 // alone: queries read them.
 #pragma once
 
+#include "sqmap/model/distance.h"
 #include "sqmap/model/normal_map.h"
 
 #include <cstddef>
@@ -161,6 +162,32 @@ struct CandidateArrays {
         visit("near_bricks", of.near_bricks...);
         visit("near", of.near...);
         visit("rises", of.rises...);
+    }
+};
+
+/// What signed distances are answered from; in the file a table of its own, as the normal maps.
+template <template <class> class Array>
+struct DistanceArrays {
+    DistanceHeader header{};  ///< no array
+    /// Level by level, root first. All levels are full but for their last node: children of node i of a level are 16 i to
+    /// 16 i + 15 of the next one, those of the last level are groups.
+    Array<HierarchyNode> nodes;
+    Array<HierarchyGroup> groups;  ///< group i has leaves 16 i to 16 i + 15 of eight entries
+    /// Leaf by leaf: triangles that are boundary as a whole, then #triangles + i for piece i; the last leaf repeats its last.
+    Array<std::uint16_t> entries16;  ///< where triangles and pieces are at most 65536
+    Array<std::uint32_t> entries32;  ///< where they are more
+    Array<std::uint16_t> bounds;     ///< nodes of the tree of bounds
+    Array<std::uint16_t> slopes;     ///< beside bounds, without the exact layer: of the distance in each leaf
+
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("nodes", of.nodes...);
+        visit("groups", of.groups...);
+        visit("entries16", of.entries16...);
+        visit("entries32", of.entries32...);
+        visit("bounds", of.bounds...);
+        visit("slopes", of.slopes...);
     }
 };
 

@@ -13,7 +13,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 6;
+inline constexpr std::uint32_t k_format_version = 7;
 
 /// How a part's surface is projected (fixed at bake).
 enum class Projection : std::uint32_t { Central = 0, Normal = 1 };
@@ -82,12 +82,15 @@ struct Measured {
 struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArrays<ArrayView>, CandidateArrays<ArrayView> {
     Header header{};
     ArrayView<Part> parts;
-    NormalArrays<ArrayView> normal;             ///< empty in a model of the central projection
+    NormalArrays<ArrayView> normal;  ///< empty in a model of the central projection
+    DistanceArrays<ArrayView> distance;
     Measured measured{};                        ///< by bake
     std::string_view made_by, source, options;  ///< provenance
     std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
 };
 
+/// False of a view that was not baked as a whole: what signed distances need is not there.
+[[nodiscard]] constexpr bool has_distance(const ModelView& view) { return !view.distance.bounds.empty(); }
 /// False of a surface, and of models whose parts have no central maps: queries then search all parts.
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
 /// False where the model was baked without its exact layer.

@@ -16,6 +16,7 @@ struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArray
     Header header{};
     ArrayData<Part> parts;
     NormalArrays<ArrayData> normal;
+    DistanceArrays<ArrayData> distance;
     Measured measured;
     std::string made_by, source, options;
     std::uint64_t mesh_hash = 0;
@@ -28,6 +29,8 @@ struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArray
         each_array_before_normal(look, view, *this);
         NormalArrays<ArrayView>::each(look, view.normal, normal);
         each_array_behind_normal(look, view, *this);
+        DistanceArrays<ArrayView>::each(look, view.distance, distance);
+        view.distance.header = distance.header;
         view.header = header;
         view.locator = locator;
         view.measured = measured;

@@ -35,6 +35,14 @@ struct ProbeJob {
     float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, translation[3] = {}, scale = 1;
     bool finite = true;
 
+    /// Of a position in the probe.
+    Vec3f in_model_space(Vec3f p) const
+    {
+        const float* r = rotation;
+        return {r[0] * p.x + r[1] * p.y + r[2] * p.z + translation[0], r[3] * p.x + r[4] * p.y + r[5] * p.z + translation[1],
+                r[6] * p.x + r[7] * p.y + r[8] * p.z + translation[2]};
+    }
+
     Layer layer;  ///< One, Two, Three, Exact, or Gate
     std::uint32_t layer3_gate;
     bool first_only;

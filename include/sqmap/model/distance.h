@@ -1,0 +1,36 @@
+// What signed distances outside a model's locator are answered from: a hierarchy of boxes over its triangles, and a tree of
+// bounds about it.
+#pragma once
+
+#include <cstdint>
+
+namespace sqmap::model {
+
+inline constexpr std::uint32_t k_hierarchy_width = 16;  ///< children of a node
+inline constexpr std::uint32_t k_hierarchy_leaf = 8;    ///< entries of a leaf
+
+/// Boxes of a node's children: origin + step code, rounded outwards. Layout equals the FlatBuffers struct HierarchyNode.
+struct HierarchyNode {
+    float origin[3];
+    float step;
+    std::uint8_t lo[3][k_hierarchy_width], hi[3][k_hierarchy_width];
+};
+
+/// Sixteen leaves, each a cylinder that holds its triangles: centre at origin + step code, axis along a normal, radius and half
+/// height in steps of their own, rounded outwards. Layout equals the FlatBuffers struct HierarchyGroup.
+struct HierarchyGroup {
+    float origin[3];
+    float step, radius_step, height_step;
+    std::uint8_t centre[3][k_hierarchy_width], radius[k_hierarchy_width], height[k_hierarchy_width];
+    std::uint8_t axis[2][k_hierarchy_width];  ///< octahedral, 8 + 8 bits
+};
+
+/// Layout equals the FlatBuffers struct Distance.
+struct DistanceHeader {
+    float root[3];          ///< centre of the tree of bounds, model space
+    float half;             ///< half of its side; 0: the model has none
+    float band;             ///< how far on either side of the surface distances are exact, model units
+    std::uint32_t entries;  ///< of the hierarchy, without padding
+};
+
+}  // namespace sqmap::model

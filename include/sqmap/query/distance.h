@@ -1,0 +1,56 @@
+// Signed distance on both sides of the surface: how far, which direction, where the nearest surface is, and how that is known.
+#pragma once
+
+#include "sqmap/query/probe.h"
+
+#include <cstdint>
+#include <span>
+
+namespace sqmap::query {
+
+/// How a distance is known.
+enum class DistanceKind : std::uint8_t {
+    Exact,        ///< of the mesh's own triangles
+    Approximate,  ///< by layer 3 and a linear map: models baked without the exact layer
+    LowerBound,   ///< the truth has this sign, is no nearer, and at most twice as far
+};
+
+/// Stands for the band that a model was baked with.
+inline constexpr double k_baked_band = -1;
+
+/// The answer for one point: the mesh's frame and units.
+struct SignedDistance {
+    double distance = 0;     ///< to the nearest surface, negative inside; of a surface that bounds no solid never negative
+    Vec3d gradient{};        ///< of the distance, unit: away from the surface outside, towards it inside; zero of a bound
+    Vec3d point{};           ///< the nearest surface point; the queried point itself of a bound
+    std::int32_t part = -1;  ///< that owns the surface there; -1 of a bound, or where it is not known
+    DistanceKind known = DistanceKind::LowerBound;
+    std::uint8_t status = k_ok;  ///< bits of Status
+};
+
+/// The signed distance at a point, mesh frame and units. band: how far on either side it is to be exact, mesh units; beyond, a
+/// lower bound suffices, but an exact distance may be given. Without the exact layer it is approximate within the baked band
+/// (status k_no_exact). A point that is not finite: distance 0, LowerBound, k_not_finite. Total, noexcept, no allocation, the
+/// same bits on every instruction set; thread-safe. Cost: about half a microsecond within the band, tens of nanoseconds beyond.
+/// @pre model came from model::parse
+[[nodiscard]] SignedDistance distance(const model::ModelView& model, Vec3d point, double band = k_baked_band) noexcept;
+
+/// A batch: answers[i] is that of points[i]; the same bits as one by one but for ties between triangles as near. Two thousand at
+/// a time share the work: points that are near to one another are several times quicker. Uses 0.4 MB of stack. Thread-safe: for
+/// several threads give each a part of the spans.
+/// @pre answers.size() >= points.size(), else the rest is left out
+void distances(const model::ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers,
+               double band = k_baked_band) noexcept;
+
+/// Of a probe posed in the mesh's frame and units: answers[i] is that of the probe's point i. A pose that is not finite: as
+/// points that are not.
+/// @pre answers.size() >= probe.size(), else nothing is written
+void distances(const model::ModelView& model, const Probe& probe, const Pose& pose, std::span<SignedDistance> answers) noexcept;
+
+/// True where some point of the posed probe is inside or nearer to the surface than reach, mesh units. Clusters of points whose
+/// sphere is farther by the tree of bounds cost next to nothing, and the first point that is near ends it. False for a pose that
+/// is not finite, or reach that is not above zero. Without the exact layer it is as right as the approximate distance.
+/// Total, noexcept, no allocation; thread-safe.
+[[nodiscard]] bool is_nearer(const model::ModelView& model, const Probe& probe, const Pose& pose, double reach) noexcept;
+
+}  // namespace sqmap::query

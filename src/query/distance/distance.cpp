@@ -1,0 +1,223 @@
+// Signed distances in the caller's frame and units. See docs/algorithms/distance.md.
+#include "sqmap/query/distance.h"
+
+#include "model/flags.h"
+#include "query/distance/distance_kernels.h"
+#include "query/exact/exact_layer.h"
+#include "query/point/probe_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::query {
+
+namespace {
+
+using model::ModelView;
+
+constexpr std::size_t k_chunk = 2048;
+
+bool is_finite_point(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
+
+/// Of a point in mesh units that is not in the root of the tree: by the object's sphere. Exact in double, whatever overflows.
+SignedDistance far_away(const ModelView& model, Vec3d point)
+{
+    SignedDistance answer;
+    answer.point = point;
+    const float* sphere = model.header.sphere;
+    const Vec3d centre = origin_of(model) + model.header.unit * cast<double>(model::vec3(sphere));
+    const Vec3d d = point - centre;
+    const double away = std::hypot(d.x, d.y, d.z) * (1 - 1e-9) - model.header.unit * static_cast<double>(sphere[3]) * (1 + 1e-6);
+    answer.distance = std::clamp(away, 0.0, std::numeric_limits<double>::max());
+    return answer;
+}
+
+bool in_root(const ModelView& model, Vec3d in_model)
+{
+    const model::DistanceHeader& h = model.distance.header;
+    const double half = static_cast<double>(h.half) * (1 - 1e-6);
+    for (int k = 0; k < 3; ++k)
+        if (!(std::abs(in_model[k] - static_cast<double>(h.root[k])) < half)) return false;
+    return true;
+}
+
+/// Chunks of points on their way to their answers.
+class Batch {
+public:
+    Batch(const ModelView& model, double band, std::span<SignedDistance> answers) : model_(model), answers_(answers)
+    {
+        const auto baked = static_cast<double>(model.distance.header.band);
+        within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, 1e30) : baked);
+    }
+
+    void add(Vec3d point, std::size_t index)
+    {
+        SignedDistance& answer = answers_[index];
+        if (!is_finite_point(point)) {
+            answer = {};
+            answer.point = point;
+            answer.status = k_not_finite;
+            return;
+        }
+        const Vec3d in_model = (point - origin_of(model_)) / model_.header.unit;
+        if (!model::has_distance(model_) || !in_root(model_, in_model)) {
+            answer = far_away(model_, point);
+            return;
+        }
+        points_[count_] = cast<float>(in_model);
+        answer.point = point;
+        index_[count_++] = index;
+        if (count_ == k_chunk) flush();
+    }
+
+    void flush()
+    {
+        nearest_surfaces(model_, within_, std::span(points_, count_), std::span(found_, count_));
+        for (std::size_t i = 0; i < count_; ++i) finish(points_[i], found_[i], answers_[index_[i]]);
+        count_ = 0;
+    }
+
+private:
+    bool is_inside(Vec3f p, std::uint32_t sides) const
+    {
+        if (model_.header.solid == 0 || sides == k_seen_outside) return false;
+        return sides == k_seen_inside || query_exact(model_, p).contact;
+    }
+
+    /// answer.point is the queried point in mesh units.
+    void finish(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
+    {
+        const Vec3d point = answer.point;
+        if (found.bound) {
+            const auto away = static_cast<double>(found.distance) * model_.header.unit;
+            answer = {found.sides == k_seen_inside ? -away : away, {}, point, -1, DistanceKind::LowerBound, k_ok};
+        } else if (model::has_exact(model_)) {
+            finish_exact(p, found, answer);
+        } else {
+            finish_approximate(p, found, answer);
+        }
+    }
+
+    void finish_exact(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
+    {
+        const bool inside = is_inside(p, found.sides);
+        const double sign = inside ? -1 : 1, unit = model_.header.unit;
+        const Vec3d point = answer.point;
+        if (found.entry < 0) {
+            answer = {0, {}, point, -1, DistanceKind::LowerBound, k_no_exact};
+            return;
+        }
+        const std::uint32_t triangle = triangle_of(found.entry);
+        const Vec3d offset = cast<double>(found.offset);
+        answer.distance = sign * static_cast<double>(found.distance) * unit;
+        // On the surface, its own normal.
+        const bool touching = !(found.distance > 1e-5f * model_.header.sphere[3]);
+        answer.gradient = touching ? normal_of(triangle) : -sign * normalized(offset);
+        answer.point = point + unit * offset;
+        answer.part = static_cast<std::int32_t>(model_.triangle_part[triangle] & model::k_part_mask);
+        answer.known = DistanceKind::Exact;
+        answer.status = k_ok;
+    }
+
+    std::uint32_t triangle_of(std::int32_t entry) const
+    {
+        const auto e = static_cast<std::uint32_t>(entry), triangles = static_cast<std::uint32_t>(model_.triangle_part.size());
+        return e < triangles ? e : model_.piece_triangle[e - triangles];
+    }
+    Vec3d normal_of(std::uint32_t triangle) const
+    {
+        const auto corner = [&](std::uint32_t k) {
+            return cast<double>(
+                model::vec3(model_.vertices.data() + 3 * std::size_t{model::triangle_vertex(model_, triangle, k)}));
+        };
+        const Vec3d a = corner(0);
+        return normalized(cross(corner(1) - a, corner(2) - a));
+    }
+
+    void finish_approximate(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
+    {
+        const double unit = model_.header.unit;
+        const Vec3d point = answer.point, slope = cast<double>(found.offset);
+        const Contact contact = model_.header.solid != 0 ? query_point(model_, p, Layer::Three) : Contact{};
+        if (contact.contact && (contact.status & k_no_surface) == 0) {
+            answer = {-static_cast<double>(contact.depth) * unit,
+                      cast<double>(contact.normal),
+                      origin_of(model_) + unit * cast<double>(contact.point),
+                      contact.part,
+                      DistanceKind::Approximate,
+                      k_no_exact};
+            return;
+        }
+        const float away = contact.contact ? std::min(found.distance, 0.f) : std::max(found.distance, 0.f);
+        const auto linear = static_cast<double>(away) * unit;
+        answer = {linear, slope, point - linear * slope, -1, DistanceKind::Approximate, k_no_exact};
+        if (contact.contact) return;
+        const float below = 0.01f * static_cast<float>(model_.header.r_max);
+        float nearest = INFINITY;
+        approach(p, p - (away + below) * found.offset, nearest, answer);
+        approach(p, found.foot - below * found.offset, nearest, answer);
+    }
+
+    /// From outside: what layer 3 knows of the surface above a point, then above one below what is nearest of that.
+    void approach(Vec3f p, Vec3f below, float& nearest, SignedDistance& answer) const
+    {
+        constexpr int k_rounds = 4;
+        const float size = static_cast<float>(model_.header.r_max);
+        for (int round = 0; round < k_rounds; ++round) {
+            const Contact c = query_point(model_, below, Layer::Three);
+            if (!c.contact || (c.status & k_no_surface) != 0) return;
+            const Vec3f to_point = p - c.point;
+            const float away = norm(to_point);
+            if (!(away < nearest)) return;
+            nearest = away;
+            const Vec3f direction = away > 1e-4f * size ? (1 / away) * to_point : c.normal;
+            answer.distance = static_cast<double>(away) * model_.header.unit;
+            answer.gradient = cast<double>(direction);
+            answer.point = origin_of(model_) + model_.header.unit * cast<double>(c.point);
+            answer.part = c.part;
+            below = c.point - 0.01f * size * direction;
+        }
+    }
+
+    const ModelView& model_;
+    std::span<SignedDistance> answers_;
+    float within_;
+    std::size_t count_ = 0;
+    Vec3f points_[k_chunk];
+    std::size_t index_[k_chunk];
+    NearestSurface found_[k_chunk];
+};
+
+}  // namespace
+
+SignedDistance distance(const ModelView& model, Vec3d point, double band) noexcept
+{
+    SignedDistance answer;
+    distances(model, {&point, 1}, {&answer, 1}, band);
+    return answer;
+}
+
+void distances(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
+{
+    Batch batch(model, band, answers);
+    const std::size_t count = std::min(points.size(), answers.size());
+    for (std::size_t i = 0; i < count; ++i) batch.add(points[i], i);
+    batch.flush();
+}
+
+void distances(const ModelView& model, const Probe& probe, const Pose& pose, std::span<SignedDistance> answers) noexcept
+{
+    if (answers.size() < probe.size()) return;
+    const ProbeJob job(model, probe, pose, {}, {});
+    Batch batch(model, k_baked_band, answers);
+    for (std::size_t slot = 0; slot < job.points; ++slot) {
+        const Vec3d in_model = cast<double>(job.in_model_space({job.x[slot], job.y[slot], job.z[slot]}));
+        batch.add(origin_of(model) + model.header.unit * in_model, job.point[slot]);
+    }
+    batch.flush();
+}
+
+}  // namespace sqmap::query

@@ -1,0 +1,135 @@
+// J. A. Baerentzen, H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11(3), 2005, is the
+// problem; here the side is what the nearest triangles agree on. Beyond the band a tree of bounds answers: distances change no
+// faster than places (S. F. Frisken et al., "Adaptively sampled distance fields", SIGGRAPH 2000).
+#include "query/distance/distance_kernels.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "query/distance/distance_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "query/distance/bounds-inl.h"
+#include "query/distance/packet-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+/// So few points are sought one by one.
+constexpr std::size_t k_few = 8;
+
+void put_slope(const model::DistanceArrays<model::ArrayView>& arrays, std::int32_t node, NearestSurface& out)
+{
+    const std::uint16_t slope = arrays.slopes[static_cast<std::size_t>(node)];
+    out.offset = model::decode_axis(static_cast<std::uint8_t>(slope & 0xff), static_cast<std::uint8_t>(slope >> 8));
+}
+
+/// Bounds for all; near: those that are not beyond, returns how many.
+HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points,
+                                     std::span<NearestSurface> found, std::uint16_t* near)
+{
+    const model::DistanceArrays<model::ArrayView>& arrays = model.distance;
+    std::size_t count = 0;
+    HWY_ALIGN float at[3][k_lanes];
+    for (std::size_t first = 0; first < points.size(); first += hn::Lanes(df)) {
+        const std::size_t n = std::min(points.size() - first, hn::Lanes(df));
+        for (std::size_t i = 0; i < hn::Lanes(df); ++i)
+            for (int k = 0; k < 3; ++k) at[k][i] = points[first + std::min(i, n - 1)][k];
+        const BoundLeaf leaf = find_leaf(arrays, {hn::Load(df, at[0]), hn::Load(df, at[1]), hn::Load(df, at[2])});
+        HWY_ALIGN float bound[k_lanes], distance[k_lanes], offset[3][k_lanes];
+        HWY_ALIGN std::int32_t word[k_lanes], node[k_lanes];
+        hn::Store(leaf.bound, df, bound);
+        hn::Store(leaf.distance, df, distance);
+        hn::Store(leaf.word, di, word);
+        hn::Store(leaf.node, di, node);
+        hn::Store(leaf.offset.x, df, offset[0]);
+        hn::Store(leaf.offset.y, df, offset[1]);
+        hn::Store(leaf.offset.z, df, offset[2]);
+        for (std::size_t i = 0; i < n; ++i) {
+            NearestSurface& out = found[first + i];
+            out = {};
+            const bool inside = (static_cast<std::uint32_t>(word[i]) & model::k_bound_inside) != 0;
+            out.sides = inside ? k_seen_inside : k_seen_outside;
+            out.bound = bound[i] > within && (static_cast<std::uint32_t>(word[i]) & model::k_bound_code) >= model::k_least_bound;
+            out.distance = bound[i];
+            if (out.bound) continue;
+            near[count++] = static_cast<std::uint16_t>(first + i);
+            if (arrays.slopes.empty()) continue;
+            put_slope(arrays, node[i], out);
+            const float at_centre = inside ? -distance[i] : distance[i];
+            const Vec3f from_centre{offset[0][i], offset[1][i], offset[2][i]};
+            out.distance = at_centre + dot(out.offset, from_centre);
+            out.foot = points[first + i] - from_centre - at_centre * out.offset;
+        }
+    }
+    return count;
+}
+
+HWY_NOINLINE void find_few(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found,
+                           std::span<const std::uint16_t> near)
+{
+    const Hierarchy hierarchy(model);
+    for (const std::uint16_t i : near) {
+        NearestEntry nearest;
+        hierarchy.search(points[i], nearest);
+        found[i] = {nearest.offset, std::sqrt(nearest.distance_sq), nearest.entry, nearest.sides, {}, false};
+    }
+}
+
+HWY_NOINLINE void find_many(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found,
+                            std::span<const std::uint16_t> near)
+{
+    PointPacket packet;
+    packet.count = near.size();
+    for (std::size_t k = 0; k < near.size(); ++k) {
+        const Vec3f& p = points[near[k]];
+        packet.x[k] = p.x;
+        packet.y[k] = p.y;
+        packet.z[k] = p.z;
+        packet.distance_sq[k] = 1e30f;
+        packet.entry[k] = -1;
+        packet.sides[k] = 0;
+    }
+    PacketSearch(model, packet).run();
+    for (std::size_t k = 0; k < near.size(); ++k)
+        found[near[k]] = {{packet.offset[0][k], packet.offset[1][k], packet.offset[2][k]},
+                          std::sqrt(packet.distance_sq[k]),
+                          packet.entry[k],
+                          packet.sides[k],
+                          {},
+                          false};
+}
+
+}  // namespace
+
+void find_nearest(const ModelView& model, float within, std::span<const Vec3f> points, std::span<NearestSurface> found)
+{
+    std::uint16_t near[PointPacket::k_size];
+    for (std::size_t first = 0; first < points.size(); first += PointPacket::k_size) {
+        const auto some = points.subspan(first, std::min(points.size() - first, PointPacket::k_size));
+        const auto out = found.subspan(first, some.size());
+        const std::size_t count = find_bounds(model, within, some, out, near);
+        if (model.distance.groups.empty() || count == 0) continue;
+        if (count <= k_few)
+            find_few(model, some, out, {near, count});
+        else
+            find_many(model, some, out, {near, count});
+    }
+}
+
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sqmap::query {
+
+HWY_EXPORT(find_nearest);
+
+void nearest_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
+                      std::span<NearestSurface> found) noexcept
+{
+    HWY_DYNAMIC_DISPATCH(find_nearest)(model, within, points, found);
+}
+
+}  // namespace sqmap::query
+#endif

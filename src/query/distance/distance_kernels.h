@@ -1,0 +1,30 @@
+// Distances in model space: what the vector kernels leave to be said of each point.
+#pragma once
+
+#include "sqmap/model/model.h"
+
+#include <cstdint>
+#include <span>
+
+namespace sqmap::query {
+
+/// What the triangles as near as the nearest say of the side that a point is on.
+enum SeenSide : std::uint32_t { k_seen_outside = 1, k_seen_inside = 2, k_seen_unclear = 4 };
+
+/// The nearest surface of a point, or a bound.
+struct NearestSurface {
+    /// From the point to the surface; without the exact layer the slope of the signed distance, unit.
+    Vec3f offset{};
+    float distance = 0;       ///< not negative but without the exact layer
+    std::int32_t entry = -1;  ///< triangle, or #triangles + piece; -1: no triangle was found
+    std::uint32_t sides = 0;  ///< bits of SeenSide
+    Vec3f foot{};             ///< without the exact layer: a surface point near, model space
+    bool bound = false;       ///< distance is a lower bound
+};
+
+/// within: up to where exact answers are sought; -INFINITY: bounds for all, which may be negative. @pre every point is in the
+/// root of the tree of bounds, found.size() >= points.size()
+void nearest_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
+                      std::span<NearestSurface> found) noexcept;
+
+}  // namespace sqmap::query

@@ -1,0 +1,276 @@
+// Signed distances against the exact oracle in double.
+#include "sqmap/query/distance.h"
+
+#include "sqmap/bake/bake.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/math/random.h"
+#include "sqmap/math/rotation.h"
+#include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/mesh/solid.h"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+namespace sqmap::query {
+namespace {
+
+/// A shape far from the origin in units of its own, its model and the oracle.
+struct Baked {
+    mesh::Mesh mesh;
+    double r_max, band;
+    std::vector<std::uint64_t> words;
+    model::ModelView view;
+    std::unique_ptr<mesh::Solid> solid;
+
+    explicit Baked(mesh::Mesh shape, bake::BakeOptions options = {}) : mesh(std::move(shape))
+    {
+        for (Vec3d& v : mesh.vertices) v = 3.0 * v + Vec3d{10, -20, 5};
+        r_max = mesh::largest_vertex_distance(mesh);
+        band = 0.01 * options.band * r_max;
+        const std::vector<std::byte> bytes = io::serialize(bake::bake(mesh, true, options).model);
+        words.resize((bytes.size() + 7) / 8);
+        std::memcpy(words.data(), bytes.data(), bytes.size());
+        const std::span<const std::byte> all(reinterpret_cast<const std::byte*>(words.data()), bytes.size());
+        EXPECT_EQ(model::parse(all, view), model::ParseStatus::Ok);
+        solid = std::make_unique<mesh::Solid>(mesh, mesh::find_self_intersections(mesh).crossed);
+    }
+    double truth(Vec3d p) const { return (solid->inside(p) ? -1 : 1) * solid->closest_boundary(p).distance; }
+    /// About the surface by up to so much of R_max, on both sides.
+    std::vector<Vec3d> points_about(double share, std::size_t count, std::uint64_t seed = 1) const
+    {
+        SplitMix64 random(seed);
+        std::vector<Vec3d> points;
+        for (std::size_t i = 0; i < count; ++i) {
+            const mesh::Triangle& t = mesh.triangles[random.bits() % mesh.triangles.size()];
+            const auto& v = mesh.vertices;
+            const double a = random.uniform(), b = (1 - a) * random.uniform();
+            const Vec3d n = normalized(cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]));
+            points.push_back(v[t[0]] + a * (v[t[1]] - v[t[0]]) + b * (v[t[2]] - v[t[0]]) +
+                             random.between(-share, share) * r_max * n);
+        }
+        return points;
+    }
+    std::vector<Vec3d> points_around(double extent, std::size_t count) const
+    {
+        SplitMix64 random(5);
+        std::vector<Vec3d> points;
+        const Vec3d middle = mesh.vertices.front();
+        for (std::size_t i = 0; i < count; ++i)
+            points.push_back(middle +
+                             extent * r_max * Vec3d{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)});
+        return points;
+    }
+};
+
+mesh::Mesh crossing_boxes()
+{
+    mesh::Mesh mesh = mesh::rounded_box({0.5, 0.3, 0.25}, 0.05, 3);
+    const mesh::Mesh other = mesh::rounded_box({0.2, 0.65, 0.15}, 0.04, 3);
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    const Mat3d turned = rotation_by(Vec3d{0.1, 0.2, 0.3});
+    for (const Vec3d& v : other.vertices) mesh.vertices.push_back(turned * v);
+    for (const mesh::Triangle& t : other.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    return mesh;
+}
+
+const Baked& hand()
+{
+    static const Baked baked(mesh::polygonized(mesh::hand_capsules(), 0.05));
+    return baked;
+}
+const Baked& boxes()
+{
+    static const Baked baked(crossing_boxes());
+    return baked;
+}
+
+class DistanceOf : public testing::TestWithParam<const Baked& (*)()> {};
+
+TEST_P(DistanceOf, IsExactWithinTheBandOnBothSides)
+{
+    const Baked& b = GetParam()();
+    const std::vector<Vec3d> points = b.points_about(0.049, 20000);
+    std::vector<SignedDistance> answers(points.size());
+    distances(b.view, points, answers);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const SignedDistance& a = answers[i];
+        const double truth = b.truth(points[i]);
+        if (std::abs(truth) > b.band) continue;  // about a buried triangle
+        ASSERT_EQ(a.known, DistanceKind::Exact);
+        ASSERT_LE(std::abs(std::abs(a.distance) - std::abs(truth)), 1e-5 * b.r_max);
+        if (std::abs(truth) < 1e-5 * b.r_max) continue;
+        ASSERT_EQ(a.distance < 0, truth < 0) << truth;
+        EXPECT_NEAR(norm(a.gradient), 1, 1e-6);
+        EXPECT_NEAR(norm(points[i] - a.point), std::abs(truth), 2e-5 * b.r_max);
+        if (std::abs(truth) > 1e-3 * b.r_max) {
+            EXPECT_GT(dot(a.gradient, points[i] - a.point) * (truth < 0 ? -1 : 1), 0.999 * std::abs(truth));
+        }
+        ASSERT_GE(a.part, 0);
+        ASSERT_LT(static_cast<std::size_t>(a.part), b.view.parts.size());
+    }
+}
+
+TEST_P(DistanceOf, IsBoundedBeyondTheBand)
+{
+    const Baked& b = GetParam()();
+    std::size_t bounds = 0;
+    for (const double extent : {0.7, 2.0, 20.0, 1e6})
+        for (const Vec3d& p : b.points_around(extent, 3000)) {
+            const SignedDistance a = distance(b.view, p);
+            const double truth = b.truth(p);
+            if (std::abs(truth) > 1e-5 * b.r_max) {
+                ASSERT_EQ(a.distance < 0, truth < 0);
+            }
+            if (a.known == DistanceKind::Exact) {
+                ASSERT_NEAR(a.distance, truth, 1e-5 * b.r_max);
+                continue;
+            }
+            ++bounds;
+            ASSERT_EQ(a.known, DistanceKind::LowerBound);
+            ASSERT_GT(std::abs(truth), b.band) << "within the band all is exact";
+            ASSERT_LE(std::abs(a.distance), std::abs(truth));
+            ASSERT_GE(std::abs(a.distance), 0.5 * std::abs(truth));
+        }
+    EXPECT_GT(bounds, 6000u);
+}
+
+TEST_P(DistanceOf, IsExactFartherOutWhereAsked)
+{
+    const Baked& b = GetParam()();
+    for (const Vec3d& p : b.points_around(0.9, 500)) {
+        const SignedDistance a = distance(b.view, p, b.r_max);
+        if (std::abs(b.truth(p)) > b.r_max) continue;
+        ASSERT_EQ(a.known, DistanceKind::Exact);
+        ASSERT_NEAR(a.distance, b.truth(p), 1e-5 * b.r_max);
+    }
+}
+
+TEST_P(DistanceOf, OnePointIsAsABatch)
+{
+    const Baked& b = GetParam()();
+    const std::vector<Vec3d> points = b.points_about(0.08, 3000);
+    std::vector<SignedDistance> answers(points.size());
+    distances(b.view, points, answers);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const SignedDistance one = distance(b.view, points[i]);
+        ASSERT_EQ(one.known, answers[i].known);
+        ASSERT_NEAR(one.distance, answers[i].distance, 1e-6 * b.r_max);
+    }
+}
+
+TEST_P(DistanceOf, AProbeIsAsItsPoints)
+{
+    const Baked& b = GetParam()();
+    const std::vector<Vec3d> points = b.points_about(0.06, 2500);
+    const Pose pose{rotation_by(Vec3d{0.4, 0.1, -0.3}), {1, 2, 3}};
+    std::vector<Vec3d> local;
+    for (const Vec3d& p : points) local.push_back(apply(inverse(pose), p));
+    const Probe probe(local);
+    std::vector<SignedDistance> answers(points.size());
+    distances(b.view, probe, pose, answers);
+    double nearest = INFINITY;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double truth = b.truth(points[i]);
+        if (answers[i].known == DistanceKind::Exact) {
+            ASSERT_NEAR(answers[i].distance, truth, 1e-5 * b.r_max);
+        }
+        nearest = std::min(nearest, truth);
+    }
+    EXPECT_LT(nearest, 0);
+    EXPECT_TRUE(is_nearer(b.view, probe, pose, 1e-9));
+}
+
+TEST_P(DistanceOf, IsTheSameOnEveryInstructionSet)
+{
+    const Baked& b = GetParam()();
+    const std::vector<Vec3d> points = b.points_about(0.07, 5000);
+    std::vector<SignedDistance> first(points.size()), answers(points.size());
+    distances(b.view, points, first);
+    for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
+        hwy::SetSupportedTargetsForTest(left & -left);
+        distances(b.view, points, answers);
+        hwy::SetSupportedTargetsForTest(0);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            ASSERT_EQ(first[i].distance, answers[i].distance);
+            ASSERT_EQ(first[i].part, answers[i].part);
+            ASSERT_EQ(norm(first[i].point - answers[i].point), 0);
+            ASSERT_EQ(norm(first[i].gradient - answers[i].gradient), 0);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, DistanceOf, testing::Values(hand, boxes),
+                         [](const auto& info) { return info.index == 0 ? "Hand" : "CrossingBoxes"; });
+
+TEST(Distance, TellsHowNearAProbeIs)
+{
+    const Baked& b = hand();
+    const std::vector<Vec3d> ball = mesh::sphere(0.05 * b.r_max, 2).vertices;
+    const Probe probe(ball);
+    for (const Vec3d& p : b.points_around(0.8, 60)) {
+        double nearest = INFINITY;
+        for (const Vec3d& v : ball) nearest = std::min(nearest, b.truth(p + v));
+        for (const double reach : {0.01 * b.r_max, 0.1 * b.r_max, 0.5 * b.r_max})
+            if (std::abs(nearest - reach) > 1e-4 * b.r_max) {
+                EXPECT_EQ(is_nearer(b.view, probe, {{}, p}, reach), nearest < reach) << nearest << ' ' << reach;
+            }
+    }
+    EXPECT_FALSE(is_nearer(b.view, probe, {{}, {NAN, 0, 0}}, 1));
+    EXPECT_FALSE(is_nearer(b.view, probe, {{}, b.mesh.vertices.front()}, 0));
+}
+
+TEST(Distance, AnswersAnyPoint)
+{
+    const Baked& b = hand();
+    constexpr double k_max = std::numeric_limits<double>::max(), k_nan = std::numeric_limits<double>::quiet_NaN();
+    for (const Vec3d& p : {Vec3d{k_nan, 0, 0}, Vec3d{0, INFINITY, 0}, Vec3d{0, 0, -INFINITY}}) {
+        const SignedDistance a = distance(b.view, p);
+        EXPECT_EQ(a.distance, 0);
+        EXPECT_EQ(a.known, DistanceKind::LowerBound);
+        EXPECT_EQ(a.status, k_not_finite);
+    }
+    for (const Vec3d& p : {Vec3d{k_max, k_max, k_max}, Vec3d{1e300, 0, 0}, Vec3d{0, 0, -1e40}}) {
+        const SignedDistance a = distance(b.view, p);
+        EXPECT_GT(a.distance, 1e39);
+        EXPECT_TRUE(std::isfinite(a.distance));
+        EXPECT_EQ(a.known, DistanceKind::LowerBound);
+    }
+    EXPECT_EQ(distance(b.view, b.mesh.vertices.front(), k_nan).known, DistanceKind::Exact);
+}
+
+TEST(Distance, TakesATenthMoreBytesAtMost)
+{
+    for (const Baked* b : {&hand()}) {
+        const double bytes = static_cast<double>(model::bytes_of(b->view.distance));
+        EXPECT_LT(bytes, 0.1 * (8.0 * static_cast<double>(b->words.size()) - bytes));
+    }
+}
+
+TEST(Distance, IsApproximateWithoutTheExactLayer)
+{
+    const Baked b(mesh::polygonized(mesh::hand_capsules(), 0.05), {.exact = false});
+    std::size_t good = 0, count = 0;
+    for (const Vec3d& p : b.points_about(0.04, 2000)) {
+        const SignedDistance a = distance(b.view, p);
+        EXPECT_EQ(a.known, DistanceKind::Approximate);
+        EXPECT_EQ(a.status, k_no_exact);
+        ++count;
+        good += std::abs(a.distance - b.truth(p)) < 0.005 * b.r_max ? 1 : 0;
+    }
+    EXPECT_GT(static_cast<double>(good), 0.8 * static_cast<double>(count));
+    for (const Vec3d& p : b.points_around(1.5, 2000)) {
+        const SignedDistance a = distance(b.view, p);
+        if (a.known != DistanceKind::LowerBound) continue;
+        EXPECT_LE(std::abs(a.distance), std::abs(b.truth(p)));
+        EXPECT_GE(std::abs(a.distance), 0.5 * std::abs(b.truth(p)));
+    }
+}
+
+}  // namespace
+}  // namespace sqmap::query
