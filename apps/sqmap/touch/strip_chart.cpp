@@ -138,7 +138,7 @@ std::vector<Strip> read_strips(device::TraceReader& reader, const Comparison* ot
     if (other != nullptr) {
         const auto add = [](Strip& strip, const std::vector<double>& values, double scale) {
             strip.curves.front().name = "recorded";
-            Curve& curve = strip.curves.emplace_back("against", "#14906a");
+            Curve& curve = strip.curves.emplace_back(Curve{"against", "#14906a"});
             for (const double v : values) curve.values.push_back(scale * v);
         };
         add(strips[0], other->depth, 1e3);

@@ -179,6 +179,7 @@ struct DistanceArrays {
     Array<std::uint16_t> bounds;     ///< nodes of the tree of bounds
     Array<std::uint16_t> slopes;     ///< beside bounds, without the exact layer: of the distance in each leaf
 
+    /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
