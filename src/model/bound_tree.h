@@ -1,7 +1,7 @@
 // The tree of bounds: an octree about the object whose leaves say how far the surface is from their centres.
 #pragma once
 
-#include "sqmap/model/distance.h"
+#include "model/hierarchy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,8 +27,23 @@ inline std::uint16_t encode_bound(double distance, double half, bool inside)
     return static_cast<std::uint16_t>(k_bound_leaf | (inside ? k_bound_inside : 0) | code);
 }
 
-/// The slope of the signed distance at a leaf's centre, octahedral, 8 + 8 bits, for models without the exact layer: x in the low
-/// byte.
-constexpr std::uint16_t bound_slope(std::uint8_t u, std::uint8_t v) { return static_cast<std::uint16_t>(u | v << 8); }
+inline constexpr double k_sample_steps = 65535;
+inline SurfaceSample encode_sample(const DistanceHeader& header, Vec3d point, Vec3d normal)
+{
+    SurfaceSample sample{};
+    for (int k = 0; k < 3; ++k) {
+        const double share = (point[k] - static_cast<double>(header.root[k])) / (2 * static_cast<double>(header.half)) + 0.5;
+        sample.point[k] = static_cast<std::uint16_t>(std::clamp(std::round(share * k_sample_steps), 0.0, k_sample_steps));
+    }
+    encode_axis(normal, sample.normal[0], sample.normal[1]);
+    return sample;
+}
+inline Vec3f sample_point(const DistanceHeader& header, const SurfaceSample& sample)
+{
+    const float step = 2 * header.half / static_cast<float>(k_sample_steps);
+    return {header.root[0] - header.half + step * static_cast<float>(sample.point[0]),
+            header.root[1] - header.half + step * static_cast<float>(sample.point[1]),
+            header.root[2] - header.half + step * static_cast<float>(sample.point[2])};
+}
 
 }  // namespace sqmap::model

@@ -57,12 +57,12 @@ ParseStatus check_distance(const ModelView& view) noexcept
     const DistanceArrays<ArrayView>& d = view.distance;
     const DistanceHeader& h = d.header;
     if (d.bounds.empty())
-        return d.slopes.empty() && d.nodes.empty() && d.groups.empty() && d.entries16.empty() && d.entries32.empty()
+        return d.samples.empty() && d.nodes.empty() && d.groups.empty() && d.entries16.empty() && d.entries32.empty()
                    ? ParseStatus::Ok
                    : ParseStatus::BadStructure;
     if (!finite(h.root, 3) || !(h.half > 0) || !std::isfinite(h.half) || !(h.band >= 0) || !std::isfinite(h.band))
         return ParseStatus::BadValue;
-    if (!is_tree(d.bounds) || d.slopes.size() != (has_exact(view) ? 0 : d.bounds.size())) return ParseStatus::BadStructure;
+    if (!is_tree(d.bounds)) return ParseStatus::BadStructure;
     return check_hierarchy(view);
 }
 

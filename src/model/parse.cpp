@@ -25,6 +25,7 @@ static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof
 static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
 static_assert(sizeof(Seed) == sizeof(fb::Seed) && alignof(Seed) == alignof(fb::Seed));
 static_assert(sizeof(HierarchyNode) == sizeof(fb::HierarchyNode) && sizeof(HierarchyGroup) == sizeof(fb::HierarchyGroup));
+static_assert(sizeof(SurfaceSample) == sizeof(fb::SurfaceSample));
 static_assert(sizeof(DistanceHeader) == sizeof(fb::DistanceHeader));
 static_assert(sizeof(Locator) == sizeof(fb::Locator) && alignof(Locator) == alignof(fb::Locator));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));

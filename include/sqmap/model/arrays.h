@@ -177,7 +177,7 @@ struct DistanceArrays {
     Array<std::uint16_t> entries16;  ///< where triangles and pieces are at most 65536
     Array<std::uint32_t> entries32;  ///< where they are more
     Array<std::uint16_t> bounds;     ///< nodes of the tree of bounds
-    Array<std::uint16_t> slopes;     ///< beside bounds, without the exact layer: of the distance in each leaf
+    Array<SurfaceSample> samples;    ///< without the exact layer: points spread over the surface
 
     /// In the file's order.
     template <class Visit, class... Of>
@@ -188,7 +188,7 @@ struct DistanceArrays {
         visit("entries16", of.entries16...);
         visit("entries32", of.entries32...);
         visit("bounds", of.bounds...);
-        visit("slopes", of.slopes...);
+        visit("samples", of.samples...);
     }
 };
 

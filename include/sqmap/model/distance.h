@@ -25,6 +25,13 @@ struct HierarchyGroup {
     std::uint8_t axis[2][k_hierarchy_width];  ///< octahedral, 8 + 8 bits
 };
 
+/// A point of the surface, in steps of the root's side from its lowest corner, and the outward normal there, octahedral, 8 + 8
+/// bits. Layout equals the FlatBuffers struct SurfaceSample.
+struct SurfaceSample {
+    std::uint16_t point[3];
+    std::uint8_t normal[2];
+};
+
 /// Layout equals the FlatBuffers struct Distance.
 struct DistanceHeader {
     float root[3];          ///< centre of the tree of bounds, model space

@@ -11,7 +11,7 @@ namespace sqmap::query {
 /// How a distance is known.
 enum class DistanceKind : std::uint8_t {
     Exact,        ///< of the mesh's own triangles
-    Approximate,  ///< by layer 3 and a linear map: models baked without the exact layer
+    Approximate,  ///< by layer 3: models baked without the exact layer
     LowerBound,   ///< the truth has this sign, is no nearer, and at most twice as far
 };
 

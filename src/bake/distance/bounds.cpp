@@ -20,23 +20,16 @@ constexpr double k_reach_of_distance = 0.32;
 constexpr double k_reach_at_band = 0.28;
 // The root holds a ball of three times the object's sphere: beyond, the sphere alone is bound enough.
 constexpr double k_root_spheres = 3.01;
-// Without the exact layer: how far from linear the distance may be in a cell within the band, of R_max.
-constexpr double k_linear_tolerance = 0.01;
 // Half of the smallest cell's side, of R_max; larger where the tree would take too many bytes.
 constexpr double k_least_half = 0.005;
 constexpr double k_coarser = 1.4;
-constexpr double k_max_share = 0.05;  // of the model's other bytes; without the exact layer nothing else is stored
-constexpr double k_max_share_alone = 0.09;
+constexpr double k_max_share = 0.05;  // of the model's other bytes
 
 Vec3d eighth(std::size_t k) { return {k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.}; }
 
-struct Leaf {
-    std::uint16_t bound = 0, slope = 0;
-};
-
 /// A cell's eighths, or what is stored of a leaf.
 struct Cell {
-    Leaf leaf;
+    std::uint16_t bound = 0;
     std::vector<Cell> eighths;
 };
 
@@ -46,16 +39,14 @@ public:
         : solid_(solid),
           least_half_(least_half),
           band_(static_cast<double>(data.distance.header.band)),
-          r_max_(data.header.r_max),
-          is_solid_(data.header.solid != 0),
-          exact_(!data.triangle_part.empty())
+          is_solid_(data.header.solid != 0)
     {
     }
 
     Cell grow(Vec3d centre, double half, int depth) const
     {
         const Measured m = measure(centre);
-        if (is_leaf(m, centre, half) || depth >= model::k_max_bound_depth) return {{stored(m, half), slope_of(m, centre)}, {}};
+        if (is_leaf(m, half) || depth >= model::k_max_bound_depth) return {stored(m, half), {}};
         Cell cell;
         cell.eighths.resize(8);
         for (std::size_t k = 0; k < 8; ++k) cell.eighths[k] = grow(centre + 0.5 * half * eighth(k), 0.5 * half, depth + 1);
@@ -65,55 +56,32 @@ public:
 private:
     struct Measured {
         double distance;
-        Vec3d point;
         bool inside;
     };
     Measured measure(Vec3d p) const
     {
         const mesh::ClosestPoint c = solid_.closest_boundary(p);
-        return {c.distance, c.point, is_solid_ && solid_.inside(p)};
+        return {c.distance, is_solid_ && solid_.inside(p)};
     }
 
-    bool is_leaf(const Measured& m, Vec3d centre, double half) const
+    bool is_leaf(const Measured& m, double half) const
     {
         const double reach = std::sqrt(3.0) * half;
         if (half < least_half_) return true;
         if (m.distance - reach > band_) return is_bounded(m, half);
-        if (exact_) return m.distance + reach < band_ || reach <= k_reach_at_band * m.distance;
-        return reach < band_ && is_linear(m, centre, half);
+        return m.distance + reach < band_ || reach <= k_reach_at_band * m.distance;
     }
     static bool is_bounded(const Measured& m, double half) { return std::sqrt(3.0) * half <= k_reach_of_distance * m.distance; }
-    bool is_linear(const Measured& m, Vec3d centre, double half) const
-    {
-        const Vec3d slope = slope_at(m, centre);
-        const double at_centre = m.inside ? -m.distance : m.distance;
-        for (std::size_t k = 0; k < 8; ++k) {
-            const Vec3d offset = 0.9 * half * eighth(k);
-            const Measured corner = measure(centre + offset);
-            // Points in the solid are answered otherwise.
-            if (corner.inside || corner.distance > band_) continue;
-            if (std::abs(at_centre + dot(slope, offset) - corner.distance) > k_linear_tolerance * r_max_) return false;
-        }
-        return true;
-    }
-    static Vec3d slope_at(const Measured& m, Vec3d centre) { return (m.inside ? -1. : 1.) * normalized(centre - m.point); }
-
     std::uint16_t stored(const Measured& m, double half) const
     {
-        // Within the band, or too near for a bound: with the exact layer nobody reads how near.
-        const bool near = exact_ && (m.distance + std::sqrt(3.0) * half < band_ || !is_bounded(m, half));
+        // Within the band, or too near for a bound: nobody reads how near.
+        const bool near = m.distance + std::sqrt(3.0) * half < band_ || !is_bounded(m, half);
         return model::encode_bound(near ? 0 : m.distance, half, m.inside);
-    }
-    std::uint16_t slope_of(const Measured& m, Vec3d centre) const
-    {
-        std::uint8_t u, v;
-        model::encode_axis(slope_at(m, centre), u, v);
-        return model::bound_slope(u, v);
     }
 
     const mesh::Solid& solid_;
-    const double least_half_, band_, r_max_;
-    const bool is_solid_, exact_;
+    const double least_half_, band_;
+    const bool is_solid_;
 };
 
 std::size_t cells_below(const Cell& cell)
@@ -124,19 +92,17 @@ std::size_t cells_below(const Cell& cell)
 }
 
 /// The eighths of a divided cell side by side, then those of each of them.
-void store(const Cell& cell, bool slopes, model::DistanceArrays<model::ArrayData>& data)
+void store(const Cell& cell, model::DistanceArrays<model::ArrayData>& data)
 {
     const std::size_t first = data.bounds.size();
     data.bounds.resize(first + 8);
-    if (slopes) data.slopes.resize(first + 8);
     for (std::size_t k = 0; k < 8; ++k) {
         const Cell& eighth = cell.eighths[k];
         if (eighth.eighths.empty()) {
-            data.bounds[first + k] = eighth.leaf.bound;
-            if (slopes) data.slopes[first + k] = eighth.leaf.slope;
+            data.bounds[first + k] = eighth.bound;
         } else {
             data.bounds[first + k] = static_cast<std::uint16_t>(data.bounds.size() / 8);
-            store(eighth, slopes, data);
+            store(eighth, data);
         }
     }
 }
@@ -163,13 +129,12 @@ void bake_bounds(const mesh::Solid& solid, std::size_t other_bytes, unsigned thr
     model::DistanceHeader& header = data.distance.header;
     header.half = static_cast<float>(k_root_spheres * static_cast<double>(data.header.sphere[3]));
     for (int k = 0; k < 3; ++k) header.root[k] = data.header.sphere[k];
-    const bool slopes = data.triangle_part.empty();
-    const double budget = static_cast<double>(other_bytes) * (slopes ? k_max_share_alone / 4 : k_max_share / 2);
+    const double budget = k_max_share * static_cast<double>(other_bytes) / sizeof(std::uint16_t);
     const std::size_t max_cells = std::min(model::k_max_bounds, std::max<std::size_t>(4096, static_cast<std::size_t>(budget)));
     for (double least_half = k_least_half * data.header.r_max;; least_half *= k_coarser) {
         const Cell root = grow_root({solid, data, least_half}, header, threads);
         if (cells_below(root) > max_cells && least_half < static_cast<double>(header.half)) continue;
-        store(root, slopes, data.distance);
+        store(root, data.distance);
         return;
     }
 }

@@ -2,6 +2,7 @@
 
 #include "bake/distance/bounds.h"
 #include "bake/distance/hierarchy.h"
+#include "bake/distance/samples.h"
 
 namespace sqmap::bake {
 
@@ -23,6 +24,7 @@ void bake_distance(const mesh::Solid& solid, double band, unsigned threads, mode
     data.distance.header.band = static_cast<float>(0.01 * band * data.header.r_max);
     bake_hierarchy(data);
     bake_bounds(solid, other_bytes(data.view()), threads, data);
+    if (data.triangle_part.empty()) bake_samples(solid, data);
 }
 
 }  // namespace sqmap::bake

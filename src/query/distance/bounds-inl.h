@@ -21,9 +21,8 @@ using namespace sqmap::HWY_NAMESPACE;
 struct BoundLeaf {
     I node;  // its index
     I word;
-    V3 offset;   // from its centre
-    F distance;  // from the centre to the surface, at least
-    F bound;     // from the point to the surface, at least; may be negative
+    V3 offset;  // from its centre
+    F bound;    // from the point to the surface, at least; may be negative
 };
 
 /// @pre the points are in the root, and there is a tree
@@ -35,7 +34,7 @@ HWY_INLINE BoundLeaf find_leaf(const model::DistanceArrays<model::ArrayView>& ar
     const F zero = hn::Zero(df);
     F half = set(arrays.header.half);
     I block = nil;
-    leaf.node = leaf.word = nil;
+    leaf.word = nil;
     M open = hn::Eq(zero, zero);
     for (int depth = 0; depth < model::k_max_bound_depth && any(open); ++depth) {
         const M up_x = hn::Ge(leaf.offset.x, zero), up_y = hn::Ge(leaf.offset.y, zero), up_z = hn::Ge(leaf.offset.z, zero);
@@ -46,16 +45,15 @@ HWY_INLINE BoundLeaf find_leaf(const model::DistanceArrays<model::ArrayView>& ar
         const auto move = [&](M up, F v)
                               HWY_ATTR { return blend(open, hn::Sub(v, hn::CopySign(half, blend(up, half, hn::Neg(half)))), v); };
         leaf.offset = {move(up_x, leaf.offset.x), move(up_y, leaf.offset.y), move(up_z, leaf.offset.z)};
-        leaf.node = blend(open, node, leaf.node);
-        leaf.word = blend(open, low(gather_pair(arrays.bounds.data(), leaf.node)), leaf.word);
+        leaf.word = blend(open, low(gather_pair(arrays.bounds.data(), blend(open, node, nil))), leaf.word);
         block = leaf.word;
         open = hn::And(open, equal(hn::And(leaf.word, set_int(static_cast<std::int32_t>(model::k_bound_leaf))), nil));
     }
     const I code = hn::And(leaf.word, set_int(static_cast<std::int32_t>(model::k_bound_code)));
-    leaf.distance = hn::Mul(hn::Mul(to_float(code), set(model::k_bound_step)), half);
+    const F distance = hn::Mul(hn::Mul(to_float(code), set(model::k_bound_step)), half);
     // Less what rounding takes.
     const F away = hn::Mul(hn::Sqrt(dot(leaf.offset, leaf.offset)), set(1.00001f));
-    leaf.bound = hn::Sub(leaf.distance, away);
+    leaf.bound = hn::Sub(distance, away);
     return leaf;
 }
 

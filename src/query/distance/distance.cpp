@@ -1,6 +1,7 @@
 // Signed distances in the caller's frame and units. See docs/algorithms/distance.md.
 #include "sqmap/query/distance.h"
 
+#include "model/bound_tree.h"
 #include "model/flags.h"
 #include "query/distance/distance_kernels.h"
 #include "query/exact/exact_layer.h"
@@ -97,7 +98,7 @@ private:
         } else if (model::has_exact(model_)) {
             finish_exact(p, found, answer);
         } else {
-            finish_approximate(p, found, answer);
+            finish_approximate(p, answer);
         }
     }
 
@@ -137,12 +138,14 @@ private:
         return normalized(cross(corner(1) - a, corner(2) - a));
     }
 
-    void finish_approximate(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
+    void finish_approximate(Vec3f p, SignedDistance& answer) const
     {
         const double unit = model_.header.unit;
-        const Vec3d point = answer.point, slope = cast<double>(found.offset);
+        const Vec3d point = answer.point;
         const Contact contact = model_.header.solid != 0 ? query_point(model_, p, Layer::Three) : Contact{};
-        if (contact.contact && (contact.status & k_no_surface) == 0) {
+        answer = {0, {}, point, -1, DistanceKind::Approximate, k_no_exact};
+        if (contact.contact) {
+            if ((contact.status & k_no_surface) != 0) return;
             answer = {-static_cast<double>(contact.depth) * unit,
                       cast<double>(contact.normal),
                       origin_of(model_) + unit * cast<double>(contact.point),
@@ -151,34 +154,79 @@ private:
                       k_no_exact};
             return;
         }
-        const float away = contact.contact ? std::min(found.distance, 0.f) : std::max(found.distance, 0.f);
-        const auto linear = static_cast<double>(away) * unit;
-        answer = {linear, slope, point - linear * slope, -1, DistanceKind::Approximate, k_no_exact};
-        if (contact.contact) return;
-        const float below = 0.01f * static_cast<float>(model_.header.r_max);
+        // The nearest samples in directions that differ: one of them leads to the nearest surface.
+        constexpr std::size_t k_starts = 4;
+        Vec3f directions[k_starts];
         float nearest = INFINITY;
-        approach(p, p - (away + below) * found.offset, nearest, answer);
-        approach(p, found.foot - below * found.offset, nearest, answer);
+        for (std::size_t i = 0; i < k_starts; ++i) {
+            const model::SurfaceSample* sample = nearest_sample(p, {directions, i});
+            if (sample == nullptr) return;
+            const Vec3f at = model::sample_point(model_.distance.header, *sample);
+            directions[i] = normalized(p - at);
+            offer(p, {at, directions[i], -1}, nearest, answer);
+            approach(p, at - below() * model::decode_axis(sample->normal[0], sample->normal[1]), nearest, answer);
+        }
     }
 
-    /// From outside: what layer 3 knows of the surface above a point, then above one below what is nearest of that.
-    void approach(Vec3f p, Vec3f below, float& nearest, SignedDistance& answer) const
+    /// Of those that are not seen from p in about one of some directions; null where there is none.
+    const model::SurfaceSample* nearest_sample(Vec3f p, std::span<const Vec3f> directions) const
     {
-        constexpr int k_rounds = 4;
-        const float size = static_cast<float>(model_.header.r_max);
+        constexpr float k_alike = 0.9f;
+        const model::SurfaceSample* nearest = nullptr;
+        float least = INFINITY;
+        for (const model::SurfaceSample& sample : model_.distance.samples) {
+            const Vec3f d = p - model::sample_point(model_.distance.header, sample);
+            const float d_sq = norm_sq(d);
+            if (!(d_sq < least)) continue;
+            const float alike = k_alike * std::sqrt(d_sq);
+            if (std::any_of(directions.begin(), directions.end(), [&](Vec3f n) { return dot(n, d) >= alike; })) continue;
+            least = d_sq;
+            nearest = &sample;
+        }
+        return nearest;
+    }
+
+    /// How far below the surface layer 3 is queried for it.
+    float below() const { return 0.004f * static_cast<float>(model_.header.r_max); }
+
+    struct Surface {
+        Vec3f point, direction;  ///< direction: from there to the point that is queried, unit
+        std::int32_t part;
+    };
+    /// True where it is nearer than what was found before.
+    bool offer(Vec3f p, const Surface& surface, float& nearest, SignedDistance& answer) const
+    {
+        const float away = norm(p - surface.point);
+        if (!(away < nearest)) return false;
+        nearest = away;
+        answer.distance = static_cast<double>(away) * model_.header.unit;
+        answer.gradient = cast<double>(surface.direction);
+        answer.point = origin_of(model_) + model_.header.unit * cast<double>(surface.point);
+        answer.part = surface.part;
+        return true;
+    }
+
+    /// What layer 3 knows of the surface above a point in the solid, then above one below what is nearest of that.
+    void approach(Vec3f p, Vec3f start, float& nearest, SignedDistance& answer) const
+    {
+        constexpr int k_rounds = 10;
+        Vec3f last = start;
         for (int round = 0; round < k_rounds; ++round) {
-            const Contact c = query_point(model_, below, Layer::Three);
-            if (!c.contact || (c.status & k_no_surface) != 0) return;
+            const Contact c = query_point(model_, start, Layer::Three);
             const Vec3f to_point = p - c.point;
             const float away = norm(to_point);
-            if (!(away < nearest)) return;
-            nearest = away;
-            const Vec3f direction = away > 1e-4f * size ? (1 / away) * to_point : c.normal;
-            answer.distance = static_cast<double>(away) * model_.header.unit;
-            answer.gradient = cast<double>(direction);
-            answer.point = origin_of(model_) + model_.header.unit * cast<double>(c.point);
-            answer.part = c.part;
-            below = c.point - 0.01f * size * direction;
+            const Vec3f direction = away > 1e-4f * model_.header.sphere[3] ? (1 / away) * to_point : c.normal;
+            const bool is_known = c.contact && (c.status & k_no_surface) == 0;
+            // The first leads on though it is no nearer than the sample.
+            if (is_known && (offer(p, {c.point, direction, c.part}, nearest, answer) || round == 0)) {
+                last = start;
+                // Along the tangent plane to the foot of p, and below it.
+                start = p - dot(to_point, c.normal) * c.normal - below() * c.normal;
+            } else if (round == 0) {
+                return;
+            } else {
+                start = 0.5f * (start + last);
+            }
         }
     }
 

@@ -18,12 +18,6 @@ namespace {
 /// So few points are sought one by one.
 constexpr std::size_t k_few = 8;
 
-void put_slope(const model::DistanceArrays<model::ArrayView>& arrays, std::int32_t node, NearestSurface& out)
-{
-    const std::uint16_t slope = arrays.slopes[static_cast<std::size_t>(node)];
-    out.offset = model::decode_axis(static_cast<std::uint8_t>(slope & 0xff), static_cast<std::uint8_t>(slope >> 8));
-}
-
 /// Bounds for all; near: those that are not beyond, returns how many.
 HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points,
                                      std::span<NearestSurface> found, std::uint16_t* near)
@@ -36,15 +30,10 @@ HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::
         for (std::size_t i = 0; i < hn::Lanes(df); ++i)
             for (int k = 0; k < 3; ++k) at[k][i] = points[first + std::min(i, n - 1)][k];
         const BoundLeaf leaf = find_leaf(arrays, {hn::Load(df, at[0]), hn::Load(df, at[1]), hn::Load(df, at[2])});
-        HWY_ALIGN float bound[k_lanes], distance[k_lanes], offset[3][k_lanes];
-        HWY_ALIGN std::int32_t word[k_lanes], node[k_lanes];
+        HWY_ALIGN float bound[k_lanes];
+        HWY_ALIGN std::int32_t word[k_lanes];
         hn::Store(leaf.bound, df, bound);
-        hn::Store(leaf.distance, df, distance);
         hn::Store(leaf.word, di, word);
-        hn::Store(leaf.node, di, node);
-        hn::Store(leaf.offset.x, df, offset[0]);
-        hn::Store(leaf.offset.y, df, offset[1]);
-        hn::Store(leaf.offset.z, df, offset[2]);
         for (std::size_t i = 0; i < n; ++i) {
             NearestSurface& out = found[first + i];
             out = {};
@@ -54,12 +43,6 @@ HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::
             out.distance = bound[i];
             if (out.bound) continue;
             near[count++] = static_cast<std::uint16_t>(first + i);
-            if (arrays.slopes.empty()) continue;
-            put_slope(arrays, node[i], out);
-            const float at_centre = inside ? -distance[i] : distance[i];
-            const Vec3f from_centre{offset[0][i], offset[1][i], offset[2][i]};
-            out.distance = at_centre + dot(out.offset, from_centre);
-            out.foot = points[first + i] - from_centre - at_centre * out.offset;
         }
     }
     return count;
@@ -72,7 +55,7 @@ HWY_NOINLINE void find_few(const ModelView& model, std::span<const Vec3f> points
     for (const std::uint16_t i : near) {
         NearestEntry nearest;
         hierarchy.search(points[i], nearest);
-        found[i] = {nearest.offset, std::sqrt(nearest.distance_sq), nearest.entry, nearest.sides, {}, false};
+        found[i] = {nearest.offset, std::sqrt(nearest.distance_sq), nearest.entry, nearest.sides, false};
     }
 }
 
@@ -96,7 +79,6 @@ HWY_NOINLINE void find_many(const ModelView& model, std::span<const Vec3f> point
                           std::sqrt(packet.distance_sq[k]),
                           packet.entry[k],
                           packet.sides[k],
-                          {},
                           false};
 }
 

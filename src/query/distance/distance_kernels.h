@@ -13,12 +13,10 @@ enum SeenSide : std::uint32_t { k_seen_outside = 1, k_seen_inside = 2, k_seen_un
 
 /// The nearest surface of a point, or a bound.
 struct NearestSurface {
-    /// From the point to the surface; without the exact layer the slope of the signed distance, unit.
-    Vec3f offset{};
-    float distance = 0;       ///< not negative but without the exact layer
+    Vec3f offset{};           ///< from the point to the surface
+    float distance = 0;       ///< not negative
     std::int32_t entry = -1;  ///< triangle, or #triangles + piece; -1: no triangle was found
     std::uint32_t sides = 0;  ///< bits of SeenSide
-    Vec3f foot{};             ///< without the exact layer: a surface point near, model space
     bool bound = false;       ///< distance is a lower bound
 };
 

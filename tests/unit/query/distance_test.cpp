@@ -263,7 +263,7 @@ TEST(Distance, IsApproximateWithoutTheExactLayer)
         ++count;
         good += std::abs(a.distance - b.truth(p)) < 0.005 * b.r_max ? 1 : 0;
     }
-    EXPECT_GT(static_cast<double>(good), 0.8 * static_cast<double>(count));
+    EXPECT_GT(static_cast<double>(good), 0.99 * static_cast<double>(count));
     for (const Vec3d& p : b.points_around(1.5, 2000)) {
         const SignedDistance a = distance(b.view, p);
         if (a.known != DistanceKind::LowerBound) continue;
