@@ -223,7 +223,7 @@ test('a drag is felt: force, arrow and trace agree', async () => {
     await page.waitForTimeout(700);
     felt = await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => {
       const s = window.sqmap, f = s.frame();
-      resolve(f.faults || Math.hypot(...f.force) < 0.1 ? null : { force: f.force, normal: f.normal, depth: f.depth, object: f.object, arrow: s.world.arrowNow(), chart: [s.charts.latest(0), s.charts.latest(1)], words: document.querySelector('#force').textContent });
+      resolve(f.faults || Math.hypot(...f.force) < 0.1 ? null : { force: f.force, normal: f.normal, depth: f.depth, object: f.object, arrow: s.world.tool.arrowNow(), chart: [s.charts.latest(0), s.charts.latest(1)], words: document.querySelector('#force').textContent });
     })));
     if (!felt) await page.mouse.up();
   }
