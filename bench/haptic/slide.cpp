@@ -260,12 +260,12 @@ private:
     }
     Work piece(const End& a, const End& b, int halvings)
     {
-        constexpr int largest = 8;  // 0.2 um: below that depths are floats
+        constexpr int k_max_halvings = 8;  // 0.2 um: below that depths are floats
         const End m = end(0.5 * (a.s + b.s));
         const Work whole = trapezium(a, b);
         Work halves = trapezium(a, m);
         halves += trapezium(m, b);
-        if (halvings == largest || std::abs(whole.done - halves.done) <= 1e-5 * halves.moved) return halves;
+        if (halvings == k_max_halvings || std::abs(whole.done - halves.done) <= 1e-5 * halves.moved) return halves;
         Work sum = piece(a, m, halvings + 1);
         sum += piece(m, b, halvings + 1);
         return sum;

@@ -389,9 +389,9 @@ double skin_deviation(const query::SkinLattice& lattice, const mesh::Mesh& mesh,
     const std::vector<Vec3d> positions = mesh::skinned(mesh.vertices, influences, maps);
     double largest = 0;
     for (const mesh::Triangle& t : mesh.triangles)
-        for (const auto& [a, b, c] :
+        for (const std::array<double, 3>& w :
              {std::array{1., 0., 0.}, {0.5, 0.5, 0.}, {0., 0.5, 0.5}, {0.5, 0., 0.5}, {1. / 3, 1. / 3, 1. / 3}}) {
-            const auto mean = [&](const std::vector<Vec3d>& p) { return a * p[t[0]] + b * p[t[1]] + c * p[t[2]]; };
+            const auto mean = [&](const std::vector<Vec3d>& p) { return w[0] * p[t[0]] + w[1] * p[t[1]] + w[2] * p[t[2]]; };
             Affine local;
             if (posed.carry_forward(mean(mesh.vertices), local))
                 largest = std::max(largest, norm(apply(local, mean(mesh.vertices)) - mean(positions)));

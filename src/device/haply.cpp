@@ -168,7 +168,7 @@ private:
                 ws_->async_handshake(settings_.host + ":" + settings_.port, "/", [this](error_code refused) {
                     if (refused) return fail();
                     connected_ = true;
-                    read();
+                    read_next();
                 });
             });
         });
@@ -186,7 +186,7 @@ private:
         });
     }
 
-    void read()
+    void read_next()
     {
         ws_->async_read(buffer_, [this](error_code error, std::size_t) {
             if (error) return fail();
@@ -207,7 +207,7 @@ private:
             channel_.publish(message.sample);
         }
         // Without a device there is nobody to command; the service's next message may name one.
-        if (device_id_.empty()) return read();
+        if (device_id_.empty()) return read_next();
         // Where the state did not come, neither does a force.
         answer(message.has_state ? channel_.output(time)[0].force : Vec3d{});
     }
@@ -220,7 +220,7 @@ private:
             writing_ = false;
             if (error) return fail();
             if (closing_) return say_goodbye();
-            read();
+            read_next();
         });
     }
 

@@ -24,24 +24,24 @@ inline LocatedCell locate(const ModelView& model, Vec3f p)
 {
     const Locator& l = model.locator;
     const float inverse_cell = 1.f / l.cell;
-    constexpr auto n = static_cast<std::uint32_t>(k_brick);
+    constexpr auto k_n = static_cast<std::uint32_t>(k_brick);
     LocatedCell found;
     std::uint32_t at[3];
     Vec3f in_cells;
     for (int k = 0; k < 3; ++k) {
         in_cells[k] = (p[k] - l.origin[k]) * inverse_cell;
-        if (!(in_cells[k] >= 0.f && in_cells[k] < static_cast<float>(n * l.bricks[k]))) return found;
+        if (!(in_cells[k] >= 0.f && in_cells[k] < static_cast<float>(k_n * l.bricks[k]))) return found;
         at[k] = static_cast<std::uint32_t>(in_cells[k]);
     }
-    found.brick = (std::size_t{at[2] / n} * l.bricks[1] + at[1] / n) * l.bricks[0] + at[0] / n;
+    found.brick = (std::size_t{at[2] / k_n} * l.bricks[1] + at[1] / k_n) * l.bricks[0] + at[0] / k_n;
     const LocatorBrick brick{model.bricks[found.brick]};
     if (brick.is_free()) return found;
     const bool deep = brick.is_deep();
     for (int k = 0; k < 3; ++k) {
-        const auto corner = static_cast<float>(deep ? at[k] / n * n : at[k]);
+        const auto corner = static_cast<float>(deep ? at[k] / k_n * k_n : at[k]);
         found.offset[k] = in_cells[k] - (corner + (deep ? 0.5f * k_brick : 0.5f));
     }
-    found.within = deep ? 0 : (at[2] % n * n + at[1] % n) * n + at[0] % n;
+    found.within = deep ? 0 : (at[2] % k_n * k_n + at[1] % k_n) * k_n + at[0] % k_n;
     found.index = brick.first() + found.within;
     found.cell = {model.places[found.index]};
     float quarter = 0.25f;

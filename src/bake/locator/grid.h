@@ -46,9 +46,9 @@ struct Grid {
     /// Of the cell of that number in its brick, x fastest.
     [[nodiscard]] CellCube cell_cube(std::size_t brick, std::size_t number) const
     {
-        constexpr int n = model::k_brick;
+        constexpr int k_n = model::k_brick;
         const auto i = static_cast<int>(number);
-        return {brick_corner(brick) + cell * Vec3d{i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5}, cell};
+        return {brick_corner(brick) + cell * Vec3d{i % k_n + 0.5, i / k_n % k_n + 0.5, i / (k_n * k_n) + 0.5}, cell};
     }
 };
 

@@ -250,7 +250,7 @@ void add_smoothing(const Caster& caster, const Grid& finest, double jump_slope, 
         }
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) {
-            model::SmoothedSample& out = map.smoothed.emplace_back(model::k_not_smoothed, std::uint16_t{0});
+            model::SmoothedSample& out = map.smoothed.emplace_back(model::SmoothedSample{model::k_not_smoothed, 0});
             const double d = smooth[index(i, j)];
             if (d < 0 || i == 0 || i == rows - 1) continue;
             const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],

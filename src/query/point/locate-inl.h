@@ -243,10 +243,10 @@ public:
     /// The planes at, words of their array, below which points are.
     HWY_INLINE FlatPlanes read_planes(I at, const V3& offset) const
     {
-        constexpr int bits = LocatorPlane::k_normal_bits;
+        constexpr int k_bits = LocatorPlane::k_normal_bits;
         constexpr float k_max = static_cast<float>(LocatorPlane::k_max_distance);
         const I plane = gather_word(model_.planes.data(), at);
-        const V3 n = octahedral<bits>(plane);
+        const V3 n = octahedral<k_bits>(plane);
         const F code =
             to_float(hn::And(shift_right<LocatorPlane::k_distance_shift>(plane), set_word(LocatorPlane::k_max_distance)));
         const F distance = hn::Sub(hn::Mul(hn::Mul(code, code), set(locator_.plane_reach / (k_max * k_max))), set(1.f));
