@@ -183,8 +183,9 @@ TEST_P(StabilityOfTools, InEveryMode)
                         visit.along = position.along;
                         visit.position = position.point - origin + out * position.out;
                     }
+                    bool touched = false;
                     const auto touch = [&](double wait) {
-                        bool touched = false;
+                        touched = false;
                         state.reset();
                         return run_zones(setting, action, visit, {.wait = wait, .hold = 1.5, .zones = tool.zones},
                                          [&](std::span<const Pose> poses, std::span<Wrench> wrenches) {
@@ -213,11 +214,13 @@ TEST_P(StabilityOfTools, InEveryMode)
                     largest = std::max(largest, f.largest);
                     step = std::max(step, f.step);
                     passivity += f.filter.passivity;
-                    pressed += f.mean > 0.3;
+                    pressed += f.mean > 0.1;
                     if (f.reversals >= 4) {
                         ++swinging;
                         std::printf("%s swings by %.3f N\n", what.c_str(), f.swing);
                     }
+                    EXPECT_TRUE(touched) << what;
+                    EXPECT_GT(f.largest, 0.15) << what << ": the hand pushes with 1 N";
                     EXPECT_LT(f.turn_swing, 0.01) << what;
                     EXPECT_LT(f.gained, 1e-5) << what;
                     EXPECT_LT(f.created, 3e-3) << what << ": the filter's margin of 1 mJ and what passes before it has acted";
@@ -232,8 +235,8 @@ TEST_P(StabilityOfTools, InEveryMode)
             static_cast<unsigned long long>(passivity));
         EXPECT_EQ(swinging, 0) << tool.name;
         EXPECT_LT(air, 0.1) << tool.name << ": free air is free";
-        // A large soft tool may turn away, or be pressed through a leg or an ear.
-        EXPECT_GE(pressed, tool.large ? runs / 6 : runs / 2) << tool.name << ": it touches at all";
+        // What is measured at rest is of contact. Only the softest hands slip off: four runs of 18 at most.
+        EXPECT_GE(4 * pressed, 3 * runs) << tool.name;
     }
 }
 
