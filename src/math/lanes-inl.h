@@ -9,6 +9,7 @@
 
 #include <hwy/highway.h>
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -67,10 +68,48 @@ HWY_INLINE I gather_byte(const std::uint8_t* base, I index)
     const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(base), shift_right<2>(index));
     return hn::And(hn::Shr(word, hn::ShiftLeft<3>(hn::And(index, set_int(3)))), set_int(0xff));
 }
-/// The lanes of a mask side by side; the rest of a vector behind them is overwritten. Not by storing and compressing in one,
-/// which some processors do lane by lane.
-HWY_INLINE void pack(F values, M which, float* to) { hn::StoreU(hn::Compress(values, which), df, to); }
-HWY_INLINE void pack(I values, M which, std::int32_t* to) { hn::StoreU(hn::Compress(values, hn::RebindMask(di, which)), di, to); }
+/// The bits of a mask, lane 0 lowest.
+HWY_INLINE std::uint64_t bits_of(M mask)
+{
+    HWY_ALIGN std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(df, mask, bytes);
+    std::uint64_t bits;
+    std::memcpy(&bits, bytes, sizeof(bits));
+    return bits;
+}
+
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+/// Of a mask's bits the order of lanes that puts those of the mask first; half of it serves half as many lanes.
+alignas(64) constexpr auto k_first_lanes = [] {
+    std::array<std::array<std::uint8_t, 8>, 256> order{};
+    for (std::size_t bits = 0; bits < order.size(); ++bits) {
+        std::size_t count = 0;
+        for (const std::size_t chosen : {1u, 0u})
+            for (std::uint8_t i = 0; i < 8; ++i)
+                if ((bits >> i & 1u) == chosen) order[bits][count++] = i;
+    }
+    return order;
+}();
+/// The lanes of a mask side by side. hn::Compress copies such a table to the stack for each vector there.
+template <class V>
+HWY_INLINE V compress(V values, M which)
+{
+    static_assert(k_lanes <= 8);
+    const I order = hn::PromoteTo(di, hn::LoadU(hn::Rebind<std::uint8_t, DI>(), k_first_lanes[bits_of(which)].data()));
+    return hn::TableLookupLanes(values, hn::IndicesFromVec(hn::DFromV<V>(), order));
+}
+#else
+/// The lanes of a mask side by side.
+template <class V>
+HWY_INLINE V compress(V values, M which)
+{
+    return hn::Compress(values, hn::RebindMask(hn::DFromV<V>(), which));
+}
+#endif
+/// The same in memory; the rest of a vector behind them is overwritten. Not by storing and compressing in one, which some
+/// processors do lane by lane.
+HWY_INLINE void pack(F values, M which, float* to) { hn::StoreU(compress(values, which), df, to); }
+HWY_INLINE void pack(I values, M which, std::int32_t* to) { hn::StoreU(compress(values, which), di, to); }
 HWY_INLINE I low(I pair) { return hn::And(pair, set_int(0xffff)); }
 HWY_INLINE I high(I pair) { return shift_right<16>(pair); }
 
@@ -99,11 +138,8 @@ HWY_INLINE V3 cross(const V3& a, const V3& b)
 template <class Do>
 HWY_INLINE void each_lane(M mask, Do&& action)
 {
-    HWY_ALIGN std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(df, mask, bytes);
-    std::uint64_t bits;
-    std::memcpy(&bits, bytes, sizeof(bits));
-    for (; bits != 0; bits &= bits - 1) action(static_cast<std::size_t>(std::countr_zero(bits)));
+    for (std::uint64_t bits = bits_of(mask); bits != 0; bits &= bits - 1)
+        action(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ public:
         static_assert(sizeof(ProbeContact) == 36 && offsetof(ProbeContact, normal) == 12 && offsetof(ProbeContact, depth) == 24 &&
                       offsetof(ProbeContact, index) == 28 && offsetof(ProbeContact, part) == 32 &&
                       offsetof(ProbeContact, certain) == 34 && k_ok == 0);
-        const auto packed = [&](F v) { return hn::Compress(v, which); };
+        const auto packed = [&](F v) { return compress(v, which); };
         const auto &point = contacts.point, &normal = contacts.normal;
         const I ninth = hn::Or(contacts.part, hn::IfThenElseZero(hn::RebindMask(di, contacts.certain), set_int(1 << 16)));
         HWY_ALIGN float low[4 * k_lanes], high[4 * k_lanes];
@@ -58,7 +58,7 @@ public:
         hn::StoreInterleaved4(packed(point.x), packed(point.y), packed(point.z), packed(normal.x), df, low);
         hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(contacts.depth), packed(hn::BitCast(df, contacts.index)),
                               df, high);
-        hn::Store(hn::Compress(ninth, hn::RebindMask(di, which)), di, last);
+        hn::Store(compress(ninth, which), di, last);
         const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, out_.size()),
                           space = std::min(count, out_.size() - at);
         auto* to = reinterpret_cast<std::byte*>(out_.data() + at);
