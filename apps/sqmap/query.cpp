@@ -142,6 +142,10 @@ std::string distances(const model::ModelView& m, const std::vector<Vec3d>& point
     std::string text = "distance,known,part,gx,gy,gz,px,py,pz\n";
     char row[256];
     for (const query::SignedDistance& a : answers) {
+        if ((a.status & query::k_not_finite) != 0) {
+            text += ",none,-1,,,,,,\n";
+            continue;
+        }
         const bool bound = a.known == query::DistanceKind::LowerBound;
         const char* const known = bound ? "bound" : a.known == query::DistanceKind::Exact ? "exact" : "approximate";
         int length = std::snprintf(row, sizeof row, "%.9g,%s,%d,", a.distance, known, a.part);
@@ -184,28 +188,33 @@ void add_query(CommandLine& line)
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.option("points", options->points, "CSV with the header x,y,z; mesh units").required().existing_file();
     command.option("-o,--output", options->output, "CSV to write, a row for each row of points").required();
-    command
-        .option("--layer", options->layer,
-                "1 superquadrics, 2 planes, 3 planes and refined map, exact; gate: 2 or 3 by k_L; auto: the cheapest within "
-                "--tolerance, or without one as gate")
-        .one_of({"1", "2", "3", "exact", "auto", "gate"})
-        .shows_default();
-    command
-        .option("--gate", options->gate,
-                "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices")
-        .shows_default();
-    command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units");
-    command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
-    command.flag("--offset", options->offset, "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
-    command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
-    command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
-    command.option("--band", options->band, "With --distance: how far they are to be exact, mesh units; not given: as baked");
+    Option layer =
+        command
+            .option("--layer", options->layer,
+                    "1 superquadrics, 2 planes, 3 planes and refined map, exact; gate: 2 or 3 by k_L; auto: the cheapest within "
+                    "--tolerance, or without one as gate")
+            .one_of({"1", "2", "3", "exact", "auto", "gate"})
+            .shows_default();
+    Option gate = command
+                      .option("--gate", options->gate,
+                              "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices")
+                      .shows_default();
+    Option tolerance = command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units");
+    Option certain = command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
+    Option offset = command.flag("--offset", options->offset,
+                                 "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
+    Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
+    Option distance =
+        command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
+    for (Option other : {layer, gate, tolerance, certain, offset, smoothing}) distance.excludes(other);
+    command.option("--band", options->band, "How far distances are to be exact, mesh units; not given: as baked")
+        .not_below_zero()
+        .needs(distance);
     command.footer(
         "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward; 9 digits, more of a "
         "point far from the origin.\n"
         "With --distance: distance,known,part,gx,gy,gz,px,py,pz: negative inside, gradient, nearest surface point; known is "
-        "exact, "
-        "approximate or bound: no farther than the truth and at least half of it.\n"
+        "exact, approximate, bound: no farther than the truth and at least half of it, or none: a point that is not finite.\n"
         "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
     command.run([options] { return run(*options); });
 }

@@ -17,6 +17,7 @@ import unittest
 
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 HEADER = ["contact", "part", "depth", "nx", "ny", "nz", "px", "py", "pz"]
+DISTANCE_HEADER = ["distance", "known", "part", "gx", "gy", "gz", "px", "py", "pz"]
 
 
 def run(*arguments):
@@ -278,6 +279,81 @@ class Program(unittest.TestCase):
         refused = self.query([(0.0, 0.0, 0.0)], "--layer", "exact", model="lean.sqmap")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("--no-exact", refused.stderr)
+
+    def distances(self, rows, *options, model="sphere.sqmap"):
+        result = self.query(rows, "--distance", *options, model=model)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        answers = self.answers()
+        self.assertEqual(answers[0], DISTANCE_HEADER)
+        self.assertEqual(len(answers), len(rows) + 1)
+        return answers[1:]
+
+    def test_distances_on_both_sides(self):
+        rows = [(0.0, 0.6 * s, 0.8 * s) for s in (0.91, 0.96, 0.999, 1.001, 1.05, 1.099)]
+        for s, row in zip((0.91, 0.96, 0.999, 1.001, 1.05, 1.099), self.distances(rows)):
+            # The mesh lies within the sphere.
+            self.assertEqual(row[1], "exact")
+            self.assertAlmostEqual(float(row[0]), s - 1, delta=0.003)
+            self.assertEqual(float(row[0]) < 0, s < 0.9995, s)
+            if abs(s - 1) > 0.01:
+                self.assertAlmostEqual(math.hypot(*map(float, row[3:6])), 1, delta=1e-6)
+                for k in range(3):
+                    self.assertAlmostEqual(float(row[3 + k]), (0, 0.6, 0.8)[k], delta=0.1)
+                    self.assertAlmostEqual(float(row[6 + k]), (0, 0.6, 0.8)[k], delta=0.1)
+            self.assertEqual(row[2], "0")
+
+    def test_distances_beyond_the_band_are_bounds(self):
+        far = ((0, 0, 0, -1), (2, 0, 0, 1), (0, -30, 0, 29), ("1e300", 0, 0, 1e300))
+        for (_, _, _, truth), row in zip(far, self.distances([p[:3] for p in far])):
+            self.assertEqual(row[1:], ["bound", "-1"] + [""] * 6)
+            self.assertEqual(float(row[0]) < 0, truth < 0)
+            self.assertLessEqual(abs(float(row[0])), abs(truth) + 1e-9)
+            self.assertGreaterEqual(abs(float(row[0])), 0.499 * abs(truth))
+        for row in self.distances([("nan", 0, 0), (0, "inf", 0)]):
+            self.assertEqual(row, ["", "none", "-1"] + [""] * 6)
+
+    def test_the_band_of_a_query_and_of_a_bake(self):
+        rows = [(1.25, 0.0, 0.0), (0.0, 2.5, 0.0)]
+        self.assertEqual(self.distances(rows)[1][1], "bound")
+        for row, s in zip(self.distances(rows, "--band", "2"), (1.25, 2.5)):
+            self.assertEqual(row[1], "exact")
+            self.assertAlmostEqual(float(row[0]), s - 1, delta=0.003)
+        self.assertEqual(run("bake", "sphere.obj", "-o", "wide.sqmap", "--band", "30").returncode, 0)
+        self.assertEqual([row[1] for row in self.distances(rows, model="wide.sqmap")], ["exact", "bound"])
+        for band in ("-1", "101", "nan", "wide"):
+            result = run("bake", "sphere.obj", "-o", "refused.sqmap", "--band", band)
+            self.assertEqual(result.returncode, 64, band)
+            self.assertIn("--band: must be a number from 0 to 100", result.stderr)
+        self.assertFalse(os.path.exists("refused.sqmap"))
+
+    def test_options_that_distances_do_not_take_are_refused(self):
+        for options in (("--band", "-1"), ("--band", "nan"), ("--layer", "exact"), ("--certain",), ("--offset",), ("--smooth",),
+                        ("--gate", "3"), ("--tolerance", "1")):
+            self.assertEqual(self.query([(0, 0, 0)], "--distance", *options).returncode, 64, options)
+            self.assertFalse(os.path.exists("answers.csv"))
+        self.assertEqual(self.query([(0, 0, 0)], "--band", "1").returncode, 64, "a band is of distances")
+
+    def test_distances_of_a_surface_are_never_negative(self):
+        with open("open.obj", "w") as out:
+            out.write("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0.5\nf 1 2 3\nf 1 3 4\nf 2 5 3\n")
+        for options, kind, error in (((), "exact", 1e-6), (("--no-exact",), "approximate", 0.05)):
+            result = run("bake", "open.obj", "--surface", "-o", "open.sqmap", *options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            rows = [(0.3, 0.4, 0.02 * i) for i in (-2, -1, 0, 1, 2)] + [(0.3, 0.4, -7.0), (0.3, 0.4, 7.0)]
+            for (_, _, z), row in zip(rows, self.distances(rows, model="open.sqmap")):
+                self.assertGreaterEqual(float(row[0]), 0)
+                if abs(z) > 1:
+                    self.assertEqual(row[1], "bound")
+                    self.assertTrue(3.499 <= float(row[0]) <= 7)
+                else:
+                    self.assertEqual(row[1], kind)
+                    self.assertAlmostEqual(float(row[0]), abs(z), delta=error)
+
+    def test_distances_without_the_exact_layer_are_approximate(self):
+        self.assertEqual(run("bake", "sphere.obj", "-o", "lean.sqmap", "--no-exact").returncode, 0)
+        for s, row in zip((0.95, 1.05), self.distances([(0.95, 0, 0), (1.05, 0, 0)], model="lean.sqmap")):
+            self.assertEqual(row[1], "approximate")
+            self.assertAlmostEqual(float(row[0]), s - 1, delta=0.01)
 
     def test_eval_measures_the_mesh_it_was_baked_from(self):
         result = run("eval", "sphere.sqmap", "sphere.obj", "--points", "2000", "--json")

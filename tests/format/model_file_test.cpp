@@ -1,10 +1,12 @@
 // The .sqmap file: what is written comes back, and no other bytes are taken for a model.
 #include "sqmap/io/model_file.h"
 
+#include "model/bound_tree.h"
 #include "model/candidate_lists.h"
 #include "model/central_cells.h"
 #include "model/locator_cells.h"
 #include "model/schema.h"
+#include "sqmap/query/distance.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/query.h"
 #include "support/baked_shapes.h"
@@ -90,6 +92,24 @@ void interrogate_frames(const ModelView& view, test::Random& random)
         }
 }
 
+/// Distances singly, in a batch and of a posed probe, within the band and all over the tree. Answers must be of existing parts.
+void interrogate_distances(const ModelView& view, test::Random& random)
+{
+    const double size = view.header.unit * static_cast<double>(view.header.sphere[3]);
+    const Vec3d middle = model::to_mesh_units(view.header, model::vec3(view.header.sphere));
+    std::vector<Vec3d> points(40);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        points[i] = middle + (i % 4 == 0 ? 4 : 1.2) * size * random.in_box({-1, -1, -1}, {1, 1, 1});
+    std::vector<query::SignedDistance> answers(points.size());
+    for (const double band : {query::k_baked_band, 2 * size}) {
+        query::distances(view, points, answers, band);
+        answers.push_back(query::distance(view, points[0], band));
+        for (const query::SignedDistance& a : answers) EXPECT_LT(a.part, static_cast<std::int32_t>(view.parts.size()));
+        answers.pop_back();
+    }
+    (void)query::is_nearer(view, query::Probe(points), {}, 0.1 * size);
+}
+
 /// Asks a model everything, about points on, in, around and far from its object. Answers must be numbers.
 void interrogate(const ModelView& view, std::uint64_t seed)
 {
@@ -109,6 +129,7 @@ void interrogate(const ModelView& view, std::uint64_t seed)
         (void)query::distance_along_projection(view, random.below(view.parts.size()), p, query::Layer::Three, distance);
     }
     interrogate_frames(view, random);
+    interrogate_distances(view, random);
 }
 
 /// Parses a copy of the bytes; what verifies must also be safe to ask.
@@ -153,6 +174,8 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
         model::each_array_before_normal(expect_same, v, *data);
         model::NormalArrays<model::ArrayView>::each(expect_same, v.normal, data->normal);
         model::each_array_behind_normal(expect_same, v, *data);
+        EXPECT_EQ(std::memcmp(&v.distance.header, &data->distance.header, sizeof v.distance.header), 0);
+        model::DistanceArrays<model::ArrayView>::each(expect_same, v.distance, data->distance);
         interrogate(v, 3);
     }
     EXPECT_TRUE(model::has_locator(torus_model().view()));
@@ -182,6 +205,8 @@ TEST(ModelFile, EveryArrayIsAFieldOfTheSchemaOfTheSameSize)
     model::each_array_behind_normal(expect_field, v);
     table = model::fb::NormalMapsTypeTable();
     model::NormalArrays<model::ArrayView>::each(expect_field, v.normal);
+    table = model::fb::DistanceTypeTable();
+    model::DistanceArrays<model::ArrayView>::each(expect_field, v.distance);
 }
 
 TEST(ModelFile, TheSameDataGivesTheSameBytes)
@@ -314,7 +339,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
     for (int i = 0; i < 1500; ++i) {
         ModelData data = torus_model();
         const std::uint32_t times = 1 + random.below(3);
-        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(14)) {
+        for (std::uint32_t k = 0; k < times; ++k) switch (random.below(16)) {
                 case 0:
                     damage(data.samples);
                     break;
@@ -358,6 +383,17 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                 case 12:
                     damage(data.near);
                     break;
+                case 13:
+                    damage(data.distance.nodes);
+                    damage(data.distance.groups);
+                    damage(data.distance.entries16);
+                    break;
+                case 14: {
+                    damage(data.distance.bounds);
+                    std::span<model::DistanceHeader> header(&data.distance.header, 1);
+                    damage(header);
+                    break;
+                }
                 default:
                     damage(data.parts);
                     break;
@@ -452,6 +488,15 @@ std::uint32_t& stored_brick(ModelData& m)
     });
     if (it == m.bricks.end()) throw std::logic_error("the model has no stored brick");
     return *it;
+}
+
+/// The first cell of the tree of bounds that is divided.
+std::size_t divided_bound(const ModelData& m)
+{
+    const auto& bounds = m.distance.bounds;
+    const auto it = std::find_if(bounds.begin(), bounds.end(), [](std::uint16_t b) { return (b & model::k_bound_leaf) == 0; });
+    if (it == bounds.end()) throw std::logic_error("the tree has no divided cell");
+    return static_cast<std::size_t>(it - bounds.begin());
 }
 
 const Lie k_lies[] = {
@@ -607,6 +652,44 @@ const Lie k_lies[] = {
      [](ModelData& m) {
          std::uint32_t& place = occupied_place(m);
          place = model::LocatorCell::divided(static_cast<std::uint32_t>(&place - m.places.data())).word;
+     }},
+    {"bounds_missing_one", [](ModelData& m) { m.distance.bounds.pop_back(); }},
+    {"bounds_missing_eight", [](ModelData& m) { m.distance.bounds.resize(m.distance.bounds.size() - 8); }},
+    {"bounds_beyond_end", [](ModelData& m) { m.distance.bounds[0] = 0x7fff; }},
+    {"bounds_that_go_around", [](ModelData& m) { m.distance.bounds[divided_bound(m)] = 0; }},
+    {"bounds_of_themselves",
+     [](ModelData& m) {
+         const std::size_t at = divided_bound(m);
+         m.distance.bounds[at] = static_cast<std::uint16_t>(at / 8);
+     }},
+    {"bounds_root_nan", [](ModelData& m) { m.distance.header.root[1] = k_nan; }},
+    {"bounds_half_zero", [](ModelData& m) { m.distance.header.half = 0; }},
+    {"bounds_half_inf", [](ModelData& m) { m.distance.header.half = k_inf; }},
+    {"band_negative", [](ModelData& m) { m.distance.header.band = -1; }},
+    {"band_nan", [](ModelData& m) { m.distance.header.band = k_nan; }},
+    {"hierarchy_entries_more", [](ModelData& m) { m.distance.header.entries += model::k_hierarchy_leaf; }},
+    {"hierarchy_entries_none", [](ModelData& m) { m.distance.header.entries = 0; }},
+    {"hierarchy_entries_huge", [](ModelData& m) { m.distance.header.entries = 0xffffffffu; }},
+    {"hierarchy_entries_missing", [](ModelData& m) { m.distance.entries16.clear(); }},
+    {"hierarchy_entries_missing_some", [](ModelData& m) { m.distance.entries16.pop_back(); }},
+    {"hierarchy_entries_twice",
+     [](ModelData& m) { m.distance.entries32.assign(m.distance.entries16.begin(), m.distance.entries16.end()); }},
+    {"hierarchy_entry_of_no_triangle", [](ModelData& m) { m.distance.entries16.back() = 0xffff; }},
+    {"hierarchy_groups_missing_one", [](ModelData& m) { m.distance.groups.pop_back(); }},
+    {"hierarchy_group_origin_nan", [](ModelData& m) { m.distance.groups[0].origin[2] = k_nan; }},
+    {"hierarchy_group_step_zero", [](ModelData& m) { m.distance.groups[0].step = 0; }},
+    {"hierarchy_nodes_missing", [](ModelData& m) { m.distance.nodes.clear(); }},
+    {"hierarchy_nodes_one_more", [](ModelData& m) { m.distance.nodes.push_back(m.distance.nodes.back()); }},
+    {"hierarchy_node_origin_inf", [](ModelData& m) { m.distance.nodes[0].origin[0] = k_inf; }},
+    {"hierarchy_node_step_nan", [](ModelData& m) { m.distance.nodes[0].step = k_nan; }},
+    {"hierarchy_without_a_mesh",
+     [](ModelData& m) {
+         m.vertices.clear();
+         m.triangles16.clear();
+         m.triangle_part.clear();
+         m.near_bricks.clear();
+         m.near.clear();
+         m.rises.clear();
      }},
     {"near_missing", [](ModelData& m) { m.near.clear(); }},
     {"near_bricks_missing", [](ModelData& m) { m.near_bricks.clear(); }},

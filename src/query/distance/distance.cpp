@@ -113,7 +113,7 @@ private:
         }
         const std::uint32_t triangle = triangle_of(found.entry);
         const Vec3d offset = cast<double>(found.offset);
-        answer.distance = sign * static_cast<double>(found.distance) * unit;
+        answer.distance = sign * static_cast<double>(found.distance) * unit + 0.0;  // not -0
         // On the surface, its own normal.
         const bool touching = !(found.distance > 1e-5f * model_.header.sphere[3]);
         answer.gradient = touching ? normal_of(triangle) : -sign * normalized(offset);

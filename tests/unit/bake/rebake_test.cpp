@@ -6,6 +6,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/query/distance.h"
 #include "sqmap/query/probe.h"
 #include "support/baked_shapes.h"
 
@@ -89,6 +90,35 @@ void expect_same_arrays(const model::ModelData& a, const model::ModelData& b)
     const auto expect_same = [](const char* name, const auto& x, const auto& y) { EXPECT_TRUE(same(x, y)) << name; };
     model::each_array_before_normal(expect_same, a, b);
     model::each_array_behind_normal(expect_same, a, b);
+    model::DistanceArrays<model::ArrayData>::each(expect_same, a.distance, b.distance);
+}
+
+/// Signed distances about the posed surface, and about where it was before.
+void expect_right_distances(const model::ModelView& view, const mesh::Mesh& posed)
+{
+    const mesh::Solid solid(posed, mesh::find_self_intersections(posed).crossed);
+    const double r_max = view.header.r_max, band = static_cast<double>(view.distance.header.band);
+    test::Random random(9);
+    std::size_t exact = 0;
+    for (int i = 0; i < 3000; ++i) {
+        const Vec3d on = posed.vertices[random.below(posed.vertices.size())];
+        const Vec3d p = on + (i % 3 == 0 ? 0.3 : 0.04) * r_max * random.in_box({-1, -1, -1}, {1, 1, 1});
+        const query::SignedDistance a = query::distance(view, model::to_mesh_units(view.header, cast<float>(p)));
+        const double truth = (solid.inside(p) ? -1 : 1) * solid.closest_boundary(p).distance,
+                     found = a.distance / view.header.unit;
+        if (std::abs(truth) > 1e-5 * r_max) {
+            ASSERT_EQ(found < 0, truth < 0) << truth;
+        }
+        if (a.known == query::DistanceKind::Exact) {
+            ++exact;
+            ASSERT_NEAR(found, truth, 1e-5 * r_max);
+        } else {
+            ASSERT_GT(std::abs(truth), band);
+            ASSERT_LE(std::abs(found), std::abs(truth));
+            ASSERT_GE(std::abs(found), 0.5 * std::abs(truth));
+        }
+    }
+    EXPECT_GT(exact, 1500u);
 }
 
 /// The exact layer is right everywhere, layer 3 beyond half a percent of R_max, points singly and as a frame; every certificate
@@ -112,6 +142,7 @@ void expect_right(const model::ModelData& data, const mesh::Mesh& posed)
             EXPECT_LT(e.depth.max, 1e-3);
         }
     }
+    expect_right_distances(read.view, posed);
     const Containment containment = check_containment(read.view, posed);
     EXPECT_EQ(containment.certified, data.parts.size());
     EXPECT_EQ(containment.outside, 0u);
