@@ -113,12 +113,13 @@ constexpr PartList decode_list(std::uint32_t list)
 
 /// A plane of a flat cell: 9 + 9 bits outward unit normal; 11 bits distance of the cell's centre below it, finer the nearer to
 /// the surface; 2 bits: which part of the cell's list shows that surface; a flag: of this plane and the one before it the higher
-/// counts.
+/// counts, or of a cell's first plane: it does for layer Two by itself.
 struct LocatorPlane {
     std::uint32_t word = 0;
 
     constexpr std::uint32_t slot() const { return (word >> k_slot_shift) & k_slot_mask; }
-    constexpr bool is_joined() const { return (word & k_joined) != 0; }
+    constexpr bool is_joined() const { return (word & k_flag) != 0; }      ///< @pre it is not a cell's first
+    constexpr bool is_sufficient() const { return (word & k_flag) != 0; }  ///< @pre it is a cell's first
     Vec3f normal() const { return octahedral_normal<k_normal_bits>(word); }
     /// In cells, from -1 on. reach: of the locator.
     constexpr float distance(float reach) const
@@ -145,10 +146,11 @@ struct LocatorPlane {
     {
         return {(word & ~(k_slot_mask << k_slot_shift)) | slot << k_slot_shift};
     }
-    constexpr LocatorPlane joined() const { return {word | k_joined}; }
+    constexpr LocatorPlane joined() const { return {word | k_flag}; }
+    constexpr LocatorPlane sufficient() const { return {word | k_flag}; }
 
     static constexpr int k_normal_bits = 9, k_distance_bits = 11, k_distance_shift = 2 * k_normal_bits, k_slot_shift = 29;
-    static constexpr std::uint32_t k_max_distance = (1u << k_distance_bits) - 1, k_slot_mask = 3, k_joined = 1u << 31;
+    static constexpr std::uint32_t k_max_distance = (1u << k_distance_bits) - 1, k_slot_mask = 3, k_flag = 1u << 31;
 };
 
 /// Seeds: 8 bits part, 12 + 12 bits outward unit normal; 16 bits signed distance of the cell's centre below the plane, 8 bits

@@ -29,7 +29,7 @@ public:
         for (std::uint32_t k = 0; k < flat.planes(); ++k) {
             const model::LocatorPlane plane{data.planes[flat.first() + k]};
             planes_.push_back({cast<double>(plane.normal()), cell * static_cast<double>(plane.distance(data.locator.plane_reach)),
-                               plane.is_joined(), 0});
+                               k > 0 && plane.is_joined(), 0});
         }
         const auto offer = [&](Vec3d p) {
             for (Plane& plane : planes_) plane.highest = std::max(plane.highest, dot(plane.normal, p) - plane.distance);

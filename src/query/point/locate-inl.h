@@ -38,6 +38,9 @@ public:
         for (int k = 0; k < 3; ++k) extent_[k] = static_cast<float>(model::k_brick * locator_.bricks[k]);
     }
 
+    /// Model units.
+    float cell() const { return locator_.cell; }
+
     HWY_INLINE V3 in_cells(const V3& p) const
     {
         const F scale = set(inverse_cell_);

@@ -12,6 +12,7 @@
 
 #include "contacts-inl.h"
 #include "flat-inl.h"
+#include "plane_kernel-inl.h"
 #include "probe_walk-inl.h"
 #include "seed_queue-inl.h"
 #include "superquadric-inl.h"
@@ -22,9 +23,9 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-/// Layers One to Three of a probe: its points are collected, their cells read, flat cells answered by planes, the others by the
-/// charts. Between two queries others use the caches, and what a query mostly does is wait for cells: so nothing is read right
-/// after its address is known.
+/// Layers One, Three and Gate of a probe: its points are collected, their cells read, flat cells answered by planes, the others
+/// by the charts. Between two queries others use the caches, and what a query mostly does is wait for cells: so nothing is read
+/// right after its address is known.
 class ProbeKernel : ProbeWalk {
 public:
     explicit ProbeKernel(const ProbeJob& job)
@@ -113,6 +114,7 @@ private:
                 try_superquadrics(first, occupied);
                 continue;
             }
+            if (job_.layer == Layer::Gate) occupied = hn::AndNot(answer_coarsely(first, offset, cell, occupied), occupied);
             const M flat = is_flat(cell, occupied), seeded = hn::AndNot(flat, occupied);
             if (any(seeded)) answer_by_seeds(first, offset, cell, seeded);
             located_.set(first, offset, hn::IfThenElseZero(hn::RebindMask(di, flat), cell));
@@ -129,39 +131,27 @@ private:
         each_lane(occupied, [&](std::size_t i) { job_.reached[located_.point[first + i]] = 1; });
     }
 
-    /// Cells that are not flat: by the first seed's plane alone on layer Two, and where the gate says so; else by the charts.
-    HWY_INLINE void answer_by_seeds(std::size_t first, const V3& offset, I cell, M seeded)
+    /// Section 4.2, step 4: points near parts for which layer 3 is not worth its time, as on layer Two. Returns which these are.
+    HWY_NOINLINE M answer_coarsely(std::size_t first, const V3& offset, I cell, M occupied)
     {
-        const SeedStart start = start_of(cell, offset, seeded);
-        const SeedQueue::Points points{LocatedPoints::load(located_.p, first), offset, cell,
-                                       hn::LoadU(di, located_.point + first), is_inside(cell, seeded)};
-        if (job_.layer != Layer::Three) {
-            const M by_plane = job_.layer == Layer::Two ? seeded : hn::And(seeded, has_dense_map(start.planes.part));
-            write_by_plane(points, start.planes, by_plane);
-            seeded = hn::AndNot(by_plane, seeded);
-            if (!any(seeded)) return;
-        }
-        queue_.add(points, start, seeded);
-    }
-
-    /// Section 4.2, step 4: parts for which layer 3 is not worth its time.
-    HWY_NOINLINE M has_dense_map(I part) const
-    {
+        const CoarsePlanes planes(*this, cell, offset, occupied);
         HWY_ALIGN std::int32_t parts[k_lanes], dense[k_lanes];
-        hn::Store(part, di, parts);
+        hn::Store(planes.part(), di, parts);
         for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
             const auto index = static_cast<std::size_t>(parts[i]);
             dense[i] = index < model_.parts.size() && !passes_gate(model_.parts[index], job_.layer3_gate) ? -1 : 0;
         }
-        return hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, dense)));
+        const M coarse = hn::And(occupied, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, dense))));
+        planes.write({LocatedPoints::load(located_.p, first), hn::LoadU(di, located_.point + first), is_inside(cell, coarse)},
+                     coarse, contacts_);
+        return coarse;
     }
 
-    /// The side of a plane is the verdict, but where a cell is inside as a whole.
-    HWY_NOINLINE void write_by_plane(const SeedQueue::Points& points, const SeedPlanes& planes, M which)
+    HWY_INLINE void answer_by_seeds(std::size_t first, const V3& offset, I cell, M seeded)
     {
-        const M contact = hn::And(which, hn::Or(points.inside, hn::Gt(planes.gap, hn::Zero(df))));
-        if (any(contact))
-            write_on_plane(points.p, planes.normal, planes.gap, {points.index, planes.part, points.inside}, contact);
+        queue_.add({LocatedPoints::load(located_.p, first), offset, cell, hn::LoadU(di, located_.point + first),
+                    is_inside(cell, seeded)},
+                   start_of(cell, offset, seeded), seeded);
     }
 
     HWY_INLINE void write_flat(std::size_t first, M flat, const FlatPlanes& lowest)
@@ -170,20 +160,10 @@ private:
         const F gap = hn::Mul(lowest.gap, set(locator_.cell));
         const M inside = is_inside(cell, flat), contact = hn::Or(inside, hn::And(flat, hn::Gt(gap, hn::Zero(df))));
         if (any(contact))
-            write_on_plane(LocatedPoints::load(located_.p, first), octahedral_normal<LocatorPlane::k_normal_bits>(lowest.plane),
-                           gap, {hn::LoadU(di, located_.point + first), part_of(cell, lowest.plane, contact), inside}, contact);
-    }
-
-    struct Who {
-        I index, part;
-        M certain;
-    };
-    HWY_INLINE void write_on_plane(const V3& p, const V3& normal, F gap, const Who& who, M contact)
-    {
-        // Lanes of no contact may hold what no arithmetic should see.
-        const F depth = hn::Max(hn::IfThenElseZero(contact, gap), hn::Zero(df));
-        const V3 foot{mul_add(depth, normal.x, p.x), mul_add(depth, normal.y, p.y), mul_add(depth, normal.z, p.z)};
-        contacts_.write({foot, normal, depth, who.index, who.part, who.certain}, contact);
+            write_on_planes(
+                {LocatedPoints::load(located_.p, first), hn::LoadU(di, located_.point + first), inside},
+                {octahedral_normal<LocatorPlane::k_normal_bits>(lowest.plane), gap, part_of(cell, lowest.plane, contact)},
+                contact, contacts_);
     }
 
     /// Layer 1: of the points that are not in free cells those that a superquadric holds.
@@ -217,7 +197,7 @@ private:
 
 }  // namespace
 
-ProbeResult run(const ProbeJob& job) { return ProbeKernel(job).run(); }
+ProbeResult run(const ProbeJob& job) { return job.layer == Layer::Two ? PlaneKernel(job).run() : ProbeKernel(job).run(); }
 
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -10,9 +10,10 @@ namespace sqmap::query {
 struct CellAnswer {
     bool is_free = true;
     std::uint32_t cell = 0, index = 0, brick = 0, within = 0;
-    Vec3f offset{};  ///< in cells
-    float gap = 0;   ///< flat: below the planes, in cells; else below the first seed's plane, model units
-    Vec3f normal{};  ///< of the first seed
+    Vec3f offset{};        ///< in cells
+    float gap = 0;         ///< flat: below the planes, in cells; else below the first seed's plane, model units
+    Vec3f normal{};        ///< of the first seed
+    float coarse_gap = 0;  ///< on layer 2, model units
 };
 
 struct LeafAnswer {
@@ -37,6 +38,7 @@ struct ApproachAnswer {
 #include "query/point/chart_search-inl.h"
 #include "query/point/chart_verdict-inl.h"
 #include "query/point/locate-inl.h"
+#include "query/point/plane_kernel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -84,7 +86,7 @@ void cells(const model::ModelView& model, std::span<const Vec3f> p, std::span<Ce
         if (any(seeded)) planes = locator.seed_planes(gather_word(words, word), gather_word(words + 1, word), found.offset);
         const Stored is_occupied(occupied), cell(found.cell), index(found.index), brick(found.brick), within(found.within),
             x(found.offset.x), y(found.offset.y), z(found.offset.z), gap(blend(flat, flat_gap, planes.gap)), nx(planes.normal.x),
-            ny(planes.normal.y), nz(planes.normal.z);
+            ny(planes.normal.y), nz(planes.normal.z), coarse(CoarsePlanes(locator, found.cell, found.offset, occupied).gap());
         each_present(first, p.size(), [&](std::size_t i, std::size_t k) {
             if (is_occupied.i[i] == 0) return;
             out[k] = {false,
@@ -94,7 +96,8 @@ void cells(const model::ModelView& model, std::span<const Vec3f> p, std::span<Ce
                       static_cast<std::uint32_t>(within.i[i]),
                       {x.f[i], y.f[i], z.f[i]},
                       gap.f[i],
-                      {nx.f[i], ny.f[i], nz.f[i]}};
+                      {nx.f[i], ny.f[i], nz.f[i]},
+                      coarse.f[i]};
         });
     }
 }
@@ -187,6 +190,17 @@ std::vector<test::Shape> shapes()
     return out;
 }
 
+/// How far a point in a flat cell is below the plane that layer 2 takes.
+float lowest_gap(const model::ModelView& view, const model::LocatedCell& at)
+{
+    const auto planes = view.planes.subspan(at.cell.first(), at.cell.planes());
+    const bool one_does = model::LocatorPlane{planes.front()}.is_sufficient();
+    float lowest = INFINITY;
+    for (const std::uint32_t word : planes.first(one_does ? 1 : planes.size()))
+        lowest = std::min(lowest, model::plane_gap(view.locator, {word}, view.locator.cell * at.offset));
+    return lowest;
+}
+
 void check_cells(const test::Parsed& m, const std::string& what)
 {
     const model::ModelView& view = m.view();
@@ -206,7 +220,13 @@ void check_cells(const test::Parsed& m, const std::string& what)
         if (one.cell.is_flat()) {
             const auto planes = view.planes.subspan(one.cell.first(), one.cell.planes());
             const float gap = model::flat_gap(view.locator, planes, cell_size * one.offset).gap;
-            ASSERT_NEAR(gap, cell_size * found[i].gap, 4e-6f * cell_size * view.locator.plane_reach) << what;
+            const float rounding = 4e-6f * cell_size * view.locator.plane_reach;
+            ASSERT_NEAR(gap, cell_size * found[i].gap, rounding) << what;
+            ASSERT_NEAR(lowest_gap(view, one), found[i].coarse_gap, rounding) << what;
+            // No point is in contact there that is in none on layer 3, but where one plane does for all.
+            if (!model::LocatorPlane{planes.front()}.is_sufficient()) {
+                ASSERT_LE(found[i].coarse_gap, gap + rounding) << what;
+            }
         } else {
             const model::Seed seed = view.seeds[one.cell.first()];
             ASSERT_LT(norm(model::seed_normal(seed) - found[i].normal), 4e-7f) << what;
