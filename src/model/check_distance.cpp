@@ -44,7 +44,7 @@ ParseStatus check_hierarchy(const ModelView& view)
         if (!finite(n.origin, 3) || !(n.step > 0) || !std::isfinite(n.step)) return ParseStatus::BadValue;
     for (const HierarchyGroup& g : d.groups) {
         if (!finite(g.origin, 3)) return ParseStatus::BadValue;
-        for (const float step : {g.step, g.radius_step, g.height_step})
+        for (const float step : {g.step, g.width_step, g.height_step})
             if (!(step > 0) || !std::isfinite(step)) return ParseStatus::BadValue;
     }
     return ParseStatus::Ok;

@@ -85,6 +85,20 @@ inline Vec3f decode_axis(std::uint8_t u, std::uint8_t v)
     return {n.x * inverse, n.y * inverse, n.z * inverse};
 }
 
+/// Axes of a leaf's box, the normal first: two beside it (T. Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1),
+/// 2017), turned.
+struct BoxAxes {
+    Vec3f axis[3];
+};
+inline BoxAxes box_axes(Vec3f n, std::uint8_t turn)
+{
+    const float sign = std::copysign(1.f, n.z), a = -1.f / (sign + n.z), b = n.x * n.y * a;
+    const Vec3f first{1.f + sign * n.x * n.x * a, sign * b, -sign * n.x}, second{b, sign + n.y * n.y * a, -n.y};
+    const float t = static_cast<float>(turn) / 255.f, over = 1.f / (1.f + t * t), cosine = (1.f - t * t) * over,
+                sine = 2.f * t * over;
+    return {{n, cosine * first + sine * second, cosine * second - sine * first}};
+}
+
 /// One of the nearest codes to a vector, which need not be of unit length.
 inline void encode_axis(Vec3d n, std::uint8_t& u, std::uint8_t& v)
 {

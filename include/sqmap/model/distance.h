@@ -16,13 +16,16 @@ struct HierarchyNode {
     std::uint8_t lo[3][k_hierarchy_width], hi[3][k_hierarchy_width];
 };
 
-/// Sixteen leaves, each a cylinder that holds its triangles: centre at origin + step code, axis along a normal, radius and half
-/// height in steps of their own, rounded outwards. Layout equals the FlatBuffers struct HierarchyGroup.
+/// Sixteen leaves, each a box that holds its triangles: centre at origin + step code, height along a normal, widths along axes
+/// turned about it, half widths and half height in steps of their own, rounded outwards. Layout equals the FlatBuffers struct
+/// HierarchyGroup.
 struct HierarchyGroup {
     float origin[3];
-    float step, radius_step, height_step;
-    std::uint8_t centre[3][k_hierarchy_width], radius[k_hierarchy_width], height[k_hierarchy_width];
-    std::uint8_t axis[2][k_hierarchy_width];  ///< octahedral, 8 + 8 bits
+    float step, width_step, height_step;
+    std::uint8_t centre[3][k_hierarchy_width];
+    std::uint8_t width[2][k_hierarchy_width], height[k_hierarchy_width];
+    std::uint8_t normal[2][k_hierarchy_width];  ///< octahedral, 8 + 8 bits
+    std::uint8_t turn[k_hierarchy_width];       ///< tangent of half the angle, 255 a right angle
 };
 
 /// A point of the surface, in steps of the root's side from its lowest corner, and the outward normal there, octahedral, 8 + 8

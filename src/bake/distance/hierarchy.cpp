@@ -104,85 +104,114 @@ void grow(HierarchyBox& box, const float* corner)
 /// A leaf's triangles, three corners each.
 using Corners = std::vector<Vec3d>;
 
-/// A cylinder about a leaf's triangles, before it is stored.
-struct Cylinder {
+/// A box about a leaf's triangles, before it is stored.
+struct LeafBox {
     Vec3d centre;
-    std::uint8_t axis[2];
+    std::uint8_t normal[2];
+    std::uint8_t turn;
 };
 
-/// About the mean normal, midway between the corners' extremes.
-Cylinder cylinder_about(const Corners& corners)
+struct Range {
+    double lo = INFINITY, hi = -INFINITY;
+};
+Range range_of(const Corners& corners, Vec3d axis)
 {
-    Vec3d normal{};
-    for (std::size_t i = 0; i < corners.size(); i += 3) normal += cross(corners[i + 1] - corners[i], corners[i + 2] - corners[i]);
-    Cylinder cylinder;
-    model::encode_axis(normal, cylinder.axis[0], cylinder.axis[1]);
-    const Vec3d n = cast<double>(model::decode_axis(cylinder.axis[0], cylinder.axis[1]));
-    const Vec3d u = normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})), v = cross(n, u);
-    const Vec3d axes[3] = {n, u, v};
-    for (const Vec3d& axis : axes) {
-        double lo = INFINITY, hi = -INFINITY;
-        for (const Vec3d& p : corners) {
-            lo = std::min(lo, dot(axis, p));
-            hi = std::max(hi, dot(axis, p));
-        }
-        cylinder.centre += 0.5 * (lo + hi) * axis;
+    Range range;
+    for (const Vec3d& p : corners) {
+        range.lo = std::min(range.lo, dot(axis, p));
+        range.hi = std::max(range.hi, dot(axis, p));
     }
-    return cylinder;
+    return range;
 }
 
-/// Half height and radius that hold the corners.
-std::pair<double, double> extent_of(const Corners& corners, Vec3d centre, Vec3d axis)
+/// Along the mean normal, turned so that its widths have the least product.
+LeafBox box_about(const Corners& corners)
 {
-    double height = 0, radius = 0;
-    for (const Vec3d& p : corners) {
-        const double along = dot(axis, p - centre);
-        height = std::max(height, std::abs(along));
-        radius = std::max(radius, norm(p - centre - along * axis));
+    constexpr unsigned k_turn_step = 15;
+    Vec3d normal{};
+    for (std::size_t i = 0; i < corners.size(); i += 3) normal += cross(corners[i + 1] - corners[i], corners[i + 2] - corners[i]);
+    LeafBox box{};
+    model::encode_axis(normal, box.normal[0], box.normal[1]);
+    const Vec3f n = model::decode_axis(box.normal[0], box.normal[1]);
+    double least = INFINITY;
+    for (unsigned turn = 0; turn < 255; turn += k_turn_step) {
+        const model::BoxAxes axes = model::box_axes(n, static_cast<std::uint8_t>(turn));
+        Vec3d centre{};
+        double widths = 1;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3d axis = cast<double>(axes.axis[k]);
+            const Range range = range_of(corners, axis);
+            centre += 0.5 * (range.lo + range.hi) * axis;
+            if (k > 0) widths *= range.hi - range.lo;
+        }
+        if (!(widths < least)) continue;
+        least = widths;
+        box.turn = static_cast<std::uint8_t>(turn);
+        box.centre = centre;
     }
-    return {height, radius};
+    return box;
+}
+
+/// Half height and half widths that hold the corners.
+Vec3d extents_of(const Corners& corners, Vec3d centre, const model::BoxAxes& axes)
+{
+    Vec3d extents;
+    for (int k = 0; k < 3; ++k) {
+        const Vec3d axis = cast<double>(axes.axis[k]);
+        const Range range = range_of(corners, axis);
+        extents[k] = std::max(range.hi - dot(axis, centre), dot(axis, centre) - range.lo);
+    }
+    return extents;
+}
+
+/// The leaves' boxes in the group, centres as codes. Returns the extents that these centres need.
+std::vector<Vec3d> put_boxes(std::span<const Corners> leaves, const std::vector<LeafBox>& boxes, model::HierarchyGroup& group)
+{
+    std::vector<Vec3d> extents;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        Vec3d centre;
+        for (int k = 0; k < 3; ++k) {
+            const double steps = (boxes[i].centre[k] - static_cast<double>(group.origin[k])) / static_cast<double>(group.step);
+            group.centre[k][i] = static_cast<std::uint8_t>(std::clamp(std::round(steps), 0.0, 255.0));
+            centre[k] = static_cast<double>(group.origin[k]) + static_cast<double>(group.step) * group.centre[k][i];
+        }
+        for (int k = 0; k < 2; ++k) group.normal[k][i] = boxes[i].normal[k];
+        group.turn[i] = boxes[i].turn;
+        const Vec3f n = model::decode_axis(group.normal[0][i], group.normal[1][i]);
+        extents.push_back(extents_of(leaves[i], centre, model::box_axes(n, group.turn[i])));
+    }
+    return extents;
 }
 
 model::HierarchyGroup make_group(std::span<const Corners> leaves)
 {
     model::HierarchyGroup group{};
-    std::vector<Cylinder> cylinders;
-    for (const Corners& leaf : leaves) cylinders.push_back(cylinder_about(leaf));
+    std::vector<LeafBox> boxes;
+    for (const Corners& leaf : leaves) boxes.push_back(box_about(leaf));
     double extent = 0;
     for (int k = 0; k < 3; ++k) {
-        double lo = INFINITY, hi = -INFINITY;
-        for (const Cylinder& c : cylinders) {
-            lo = std::min(lo, c.centre[k]);
-            hi = std::max(hi, c.centre[k]);
+        Range range;
+        for (const LeafBox& box : boxes) {
+            range.lo = std::min(range.lo, box.centre[k]);
+            range.hi = std::max(range.hi, box.centre[k]);
         }
-        group.origin[k] = static_cast<float>(lo);
-        extent = std::max(extent, hi - lo);
+        group.origin[k] = static_cast<float>(range.lo);
+        extent = std::max(extent, range.hi - range.lo);
     }
     group.step = std::max(static_cast<float>(extent / 255), 1e-30f);
-    std::vector<std::pair<double, double>> extents;
-    double height = 0, radius = 0;
-    for (std::size_t i = 0; i < leaves.size(); ++i) {
-        Vec3d centre;
-        for (int k = 0; k < 3; ++k) {
-            const double steps =
-                (cylinders[i].centre[k] - static_cast<double>(group.origin[k])) / static_cast<double>(group.step);
-            group.centre[k][i] = static_cast<std::uint8_t>(std::clamp(std::round(steps), 0.0, 255.0));
-            centre[k] = static_cast<double>(group.origin[k]) + static_cast<double>(group.step) * group.centre[k][i];
-        }
-        for (int k = 0; k < 2; ++k) group.axis[k][i] = cylinders[i].axis[k];
-        extents.push_back(extent_of(leaves[i], centre, cast<double>(model::decode_axis(group.axis[0][i], group.axis[1][i]))));
-        height = std::max(height, extents.back().first);
-        radius = std::max(radius, extents.back().second);
-    }
+    const std::vector<Vec3d> extents = put_boxes(leaves, boxes, group);
+    Vec3d greatest{};
+    for (const Vec3d& e : extents)
+        for (int k = 0; k < 3; ++k) greatest[k] = std::max(greatest[k], e[k]);
     // Room for what rounding takes.
-    group.height_step = std::max(static_cast<float>(height / 254.9), 1e-30f);
-    group.radius_step = std::max(static_cast<float>(radius / 254.9), 1e-30f);
+    group.height_step = std::max(static_cast<float>(greatest[0] / 254.9), 1e-30f);
+    group.width_step = std::max(static_cast<float>(std::max(greatest[1], greatest[2]) / 254.9), 1e-30f);
     const auto code = [](double value, float step) {
         return static_cast<std::uint8_t>(std::clamp(std::ceil(value / static_cast<double>(step) + 1e-3), 0.0, 255.0));
     };
     for (std::size_t i = 0; i < leaves.size(); ++i) {
-        group.height[i] = code(extents[i].first, group.height_step);
-        group.radius[i] = code(extents[i].second, group.radius_step);
+        group.height[i] = code(extents[i][0], group.height_step);
+        for (int k = 0; k < 2; ++k) group.width[k][i] = code(extents[i][k + 1], group.width_step);
     }
     return group;
 }

@@ -17,7 +17,7 @@ namespace {
 
 using model::ModelView;
 
-constexpr std::size_t k_chunk = 2048;
+constexpr std::size_t k_chunk = 4096;
 
 bool is_finite_point(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 

@@ -16,7 +16,7 @@ namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
 /// So few points are sought one by one.
-constexpr std::size_t k_few = 8;
+constexpr std::size_t k_few = 200;
 
 /// Bounds for all; near: those that are not beyond, returns how many.
 HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points,
@@ -48,38 +48,22 @@ HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::
     return count;
 }
 
-HWY_NOINLINE void find_few(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found,
-                           std::span<const std::uint16_t> near)
-{
-    const Hierarchy hierarchy(model);
-    for (const std::uint16_t i : near) {
-        NearestEntry nearest;
-        hierarchy.search(points[i], nearest);
-        found[i] = {nearest.offset, std::sqrt(nearest.distance_sq), nearest.entry, nearest.sides, false};
-    }
-}
-
-HWY_NOINLINE void find_many(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found,
+HWY_NOINLINE void find_near(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found,
                             std::span<const std::uint16_t> near)
 {
     PointPacket packet;
     packet.count = near.size();
-    for (std::size_t k = 0; k < near.size(); ++k) {
-        const Vec3f& p = points[near[k]];
-        packet.x[k] = p.x;
-        packet.y[k] = p.y;
-        packet.z[k] = p.z;
-        packet.distance_sq[k] = 1e30f;
-        packet.entry[k] = -1;
-        packet.sides[k] = 0;
+    for (std::size_t k = 0; k < near.size(); ++k) packet.put(k, points[near[k]]);
+    const Hierarchy hierarchy(model);
+    if (near.size() <= k_few)
+        for (std::size_t k = 0; k < near.size(); ++k) hierarchy.search(packet, k);
+    else
+        PacketSearch(model, packet).run();
+    NearestSurface some[k_lanes];
+    for (std::size_t first = 0; first < near.size(); first += hn::Lanes(df)) {
+        hierarchy.finish(packet, first, some);
+        for (std::size_t k = first; k < std::min(near.size(), first + hn::Lanes(df)); ++k) found[near[k]] = some[k - first];
     }
-    PacketSearch(model, packet).run();
-    for (std::size_t k = 0; k < near.size(); ++k)
-        found[near[k]] = {{packet.offset[0][k], packet.offset[1][k], packet.offset[2][k]},
-                          std::sqrt(packet.distance_sq[k]),
-                          packet.entry[k],
-                          packet.sides[k],
-                          false};
 }
 
 }  // namespace
@@ -92,10 +76,7 @@ void find_nearest(const ModelView& model, float within, std::span<const Vec3f> p
         const auto out = found.subspan(first, some.size());
         const std::size_t count = find_bounds(model, within, some, out, near);
         if (model.distance.groups.empty() || count == 0) continue;
-        if (count <= k_few)
-            find_few(model, some, out, {near, count});
-        else
-            find_many(model, some, out, {near, count});
+        find_near(model, some, out, {near, count});
     }
 }
 

@@ -6,9 +6,9 @@
 #define SQMAP_QUERY_HIERARCHY_INL_H
 #endif
 
-#include "math/lanes-inl.h"
 #include "model/hierarchy.h"
 #include "query/distance/distance_kernels.h"
+#include "query/distance/triangle_frames-inl.h"
 
 #include "sqmap/model/model.h"
 
@@ -25,62 +25,26 @@ using model::ModelView;
 
 constexpr std::size_t k_row = 16;  // boxes or triangles at a time
 constexpr float k_tie = 1.001f;    // squared distances up to which a triangle is as near, for all that float tells
-constexpr float k_flat = 0.0025f;  // squared height over squared distance of what is seen too much from the side
+/// Points side by side, each with the nearest triangle so far. Answers depend on neither the order of the search nor its vectors:
+/// of triangles as near the one that comes first counts, and sides are least distances of those that see the point so.
+struct PointPacket {
+    static constexpr std::size_t k_size = 4096, k_capacity = k_size + k_max_lanes;
+    std::size_t count = 0;
+    float x[k_capacity], y[k_capacity], z[k_capacity];
+    float distance_sq[k_capacity];   ///< before a search: what is farther is not looked for
+    std::uint32_t slot[k_capacity];  ///< of the nearest among the entries
+    float outside_sq[k_capacity], inside_sq[k_capacity], unclear_sq[k_capacity];
 
-/// From a point to the nearest point of a triangle.
-struct ToTriangle {
-    V3 offset;
-    F distance_sq;
-    F height;     // of the point above the plane, times the normal's length
-    F normal_sq;  // squared length of that normal
-};
-
-HWY_INLINE V3 negated(const V3& v) { return {hn::Neg(v.x), hn::Neg(v.y), hn::Neg(v.z)}; }
-
-HWY_INLINE V3 to_segment(const V3& from, const V3& along, F length_sq)
-{
-    const F t = hn::Div(hn::Neg(dot(from, along)), hn::Max(length_sq, set(1e-30f)));
-    const F clamped = hn::Min(hn::Max(t, hn::Zero(df)), set(1.f));
-    return {mul_add(clamped, along.x, from.x), mul_add(clamped, along.y, from.y), mul_add(clamped, along.z, from.z)};
-}
-
-/// a, b, c: corners, from the point.
-HWY_INLINE ToTriangle to_triangle(const V3& a, const V3& b, const V3& c)
-{
-    const V3 ab = minus(b, a), ac = minus(c, a), bc = minus(c, b), ap = negated(a);
-    const F bb = dot(ab, ab), cc = dot(ac, ac);
-    ToTriangle out;
-    const V3 n = cross(ab, ac);
-    out.normal_sq = dot(n, n);
-    out.height = dot(ap, n);
-    const F v_n = dot(cross(ap, ac), n), w_n = dot(cross(ab, ap), n);
-    const F inverse = hn::Div(set(1.f), hn::Max(out.normal_sq, set(1e-36f)));
-    const F v = hn::Mul(v_n, inverse), w = hn::Mul(w_n, inverse), u = hn::Sub(hn::Sub(set(1.f), v), w);
-    const M has_area = hn::Gt(out.normal_sq, hn::Max(hn::Mul(hn::Mul(bb, cc), set(1e-10f)), set(1e-34f)));
-    const M above = hn::And(has_area, hn::Ge(hn::Min(hn::Min(u, v), w), hn::Zero(df)));
-    V3 best = to_segment(a, ab, bb);
-    F best_sq = dot(best, best);
-    const auto offer = [&](const V3& offset) {
-        const F d = dot(offset, offset);
-        const M nearer = hn::Lt(d, best_sq);
-        best_sq = blend(nearer, d, best_sq);
-        best = blend(nearer, offset, best);
-    };
-    offer(to_segment(a, ac, cc));
-    offer(to_segment(b, bc, dot(bc, bc)));
-    const V3 face{mul_add(v, ab.x, mul_add(w, ac.x, a.x)), mul_add(v, ab.y, mul_add(w, ac.y, a.y)),
-                  mul_add(v, ab.z, mul_add(w, ac.z, a.z))};
-    out.offset = blend(above, face, best);
-    out.distance_sq = blend(above, dot(face, face), best_sq);
-    return out;
-}
-
-/// The nearest so far of one point, and what those that are as near within rounding say of the side.
-struct NearestEntry {
-    float distance_sq = INFINITY;
-    Vec3f offset{};  // from the point to it
-    std::int32_t entry = -1;
-    std::uint32_t sides = 0;
+    void put(std::size_t i, Vec3f p)
+    {
+        x[i] = p.x;
+        y[i] = p.y;
+        z[i] = p.z;
+        distance_sq[i] = outside_sq[i] = inside_sq[i] = unclear_sq[i] = k_far_sq;
+        slot[i] = k_no_slot;
+    }
+    static constexpr float k_far_sq = 1e30f;
+    static constexpr std::uint32_t k_no_slot = 0xffffffffu;
 };
 
 class Hierarchy {
@@ -93,16 +57,17 @@ public:
         triangles_ = static_cast<std::uint32_t>(model.triangle_part.size());
     }
 
-    /// One point. nearest.distance_sq: what is farther is not looked for.
-    HWY_NOINLINE void search(Vec3f p, NearestEntry& nearest) const
+    /// One point of a packet.
+    HWY_NOINLINE void search(PointPacket& points, std::size_t point) const
     {
+        const Vec3f p{points.x[point], points.y[point], points.z[point]};
+        Nearest nearest;
         struct Waiting {
             float distance_sq;
             std::uint32_t level, node;  // in its level
         };
         Waiting stack[model::k_max_hierarchy_levels * k_hierarchy_width];
         std::size_t size = 0;
-        if (arrays_.groups.empty()) return;
         stack[size++] = {0.f, 0, 0};
         HWY_ALIGN float distance_sq[k_row];
         while (size > 0) {
@@ -122,12 +87,62 @@ public:
                 stack[slot] = {distance_sq[i], at.level + 1, at.node * k_hierarchy_width + i};
             }
         }
+        points.distance_sq[point] = nearest.distance_sq;
+        points.slot[point] = nearest.slot;
+        points.outside_sq[point] = nearest.outside_sq;
+        points.inside_sq[point] = nearest.inside_sq;
+        points.unclear_sq[point] = nearest.unclear_sq;
+    }
+
+    /// What was found of a packet's points from first on, a vector of them.
+    HWY_INLINE void finish(const PointPacket& points, std::size_t first, NearestSurface* found) const
+    {
+        const std::size_t count = std::min(points.count - first, hn::Lanes(df));
+        Corners corners;
+        std::uint32_t entries[k_lanes];
+        for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
+            const std::uint32_t slot = points.slot[first + std::min(i, count - 1)];
+            entries[i] = entry_at(slot == PointPacket::k_no_slot ? 0 : slot);
+            put_corners(entries[i], i, corners);
+        }
+        TriangleFrames frames;
+        frames.put(0, corner_lanes(corners, 0, 0), corner_lanes(corners, 1, 0), corner_lanes(corners, 2, 0));
+        const V3 p{hn::LoadU(df, points.x + first), hn::LoadU(df, points.y + first), hn::LoadU(df, points.z + first)};
+        const TriangleFrames::Foot foot = frames.foot_each(0, p);
+        const V3 offset = frames.offset_each(0, foot, frames.see_each(0, foot));
+        const F distance_sq = hn::LoadU(df, points.distance_sq + first), as_near = mul_add(distance_sq, set(k_tie), set(tie_));
+        const auto side = [&](const float* least_sq, SeenSide bit) HWY_ATTR {
+            const M seen = hn::Le(hn::LoadU(df, least_sq + first), as_near);
+            return hn::IfThenElseZero(hn::RebindMask(di, seen), set_int(static_cast<std::int32_t>(bit)));
+        };
+        const I sides = hn::Or(side(points.unclear_sq, k_seen_unclear),
+                               hn::Or(side(points.outside_sq, k_seen_outside), side(points.inside_sq, k_seen_inside)));
+        HWY_ALIGN float values[4][k_lanes];
+        HWY_ALIGN std::int32_t seen[k_lanes];
+        hn::Store(offset.x, df, values[0]);
+        hn::Store(offset.y, df, values[1]);
+        hn::Store(offset.z, df, values[2]);
+        hn::Store(hn::Sqrt(distance_sq), df, values[3]);
+        hn::Store(sides, di, seen);
+        for (std::size_t i = 0; i < count; ++i)
+            found[i] = {{values[0][i], values[1][i], values[2][i]},
+                        values[3][i],
+                        points.slot[first + i] == PointPacket::k_no_slot ? -1 : static_cast<std::int32_t>(entries[i]),
+                        static_cast<std::uint32_t>(seen[i]),
+                        false};
     }
 
     /// Squared distances up to which a triangle is as near, for all that float tells.
     float tie_above(float distance_sq) const { return distance_sq * k_tie + tie_; }
 
 protected:
+    /// Of one point, as a packet has it.
+    struct Nearest {
+        float distance_sq = PointPacket::k_far_sq;
+        std::uint32_t slot = PointPacket::k_no_slot;
+        float outside_sq = PointPacket::k_far_sq, inside_sq = PointPacket::k_far_sq, unclear_sq = PointPacket::k_far_sq;
+    };
+
     /// Which of a node's boxes are within reach.
     HWY_INLINE std::uint32_t box_distances(Vec3f p, std::uint32_t level, std::uint32_t node, float reach, float* out) const
     {
@@ -166,42 +181,56 @@ protected:
         return bytes[0] | std::uint32_t{bytes[1]} << 8;
     }
 
-    /// Leaves of a group, side by side.
-    struct Cylinders {
+    /// Boxes of a group's leaves, side by side.
+    struct LeafBoxes {
         HWY_ALIGN float centre[3][k_row];
-        HWY_ALIGN float axis[3][k_row];
-        HWY_ALIGN float height[k_row], radius[k_row];
+        HWY_ALIGN float axis[3][3][k_row];
+        HWY_ALIGN float extent[3][k_row];
     };
     static HWY_INLINE F codes(const std::uint8_t* at)
     {
         return to_float(hn::PromoteTo(di, hn::LoadU(hn::Rebind<std::uint8_t, DF>(), at)));
     }
-    HWY_INLINE Cylinders decode(const model::HierarchyGroup& g) const
+    /// See model::decode_axis and model::box_axes.
+    HWY_INLINE void decode(const model::HierarchyGroup& g, LeafBoxes& out) const
     {
-        Cylinders out;
+        const F one = set(1.f), unit = set(2.f / 255.f);
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
             for (int k = 0; k < 3; ++k)
                 hn::Store(mul_add(codes(g.centre[k] + i), set(g.step), set(g.origin[k])), df, out.centre[k] + i);
-            const F one = set(1.f), unit = set(2.f / 255.f);
-            const F x = hn::Sub(hn::Mul(codes(g.axis[0] + i), unit), one), y = hn::Sub(hn::Mul(codes(g.axis[1] + i), unit), one);
+            const F x = hn::Sub(hn::Mul(codes(g.normal[0] + i), unit), one),
+                    y = hn::Sub(hn::Mul(codes(g.normal[1] + i), unit), one);
             const F z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y)), fold = hn::Max(hn::Neg(z), hn::Zero(df));
-            const V3 n{hn::Sub(x, hn::CopySign(fold, x)), hn::Sub(y, hn::CopySign(fold, y)), z};
-            const F inverse = hn::Div(one, hn::Sqrt(dot(n, n)));
-            hn::Store(hn::Mul(n.x, inverse), df, out.axis[0] + i);
-            hn::Store(hn::Mul(n.y, inverse), df, out.axis[1] + i);
-            hn::Store(hn::Mul(n.z, inverse), df, out.axis[2] + i);
-            hn::Store(hn::Mul(codes(g.height + i), set(g.height_step)), df, out.height + i);
-            hn::Store(hn::Mul(codes(g.radius + i), set(g.radius_step)), df, out.radius + i);
+            const V3 raw{hn::Sub(x, hn::CopySign(fold, x)), hn::Sub(y, hn::CopySign(fold, y)), z};
+            const V3 n = scaled(hn::Div(one, hn::Sqrt(dot(raw, raw))), raw);
+            const F sign = hn::CopySign(one, n.z), a = hn::Div(set(-1.f), hn::Add(sign, n.z));
+            const F xa = hn::Mul(n.x, a), b = hn::Mul(xa, n.y);
+            const V3 first{mul_add(hn::Mul(sign, n.x), xa, one), hn::Mul(sign, b), hn::Neg(hn::Mul(sign, n.x))};
+            const V3 second{b, mul_add(hn::Mul(n.y, n.y), a, sign), hn::Neg(n.y)};
+            const F t = hn::Mul(codes(g.turn + i), set(1.f / 255.f)), over = hn::Div(one, mul_add(t, t, one));
+            const F cosine = hn::Mul(hn::Sub(one, hn::Mul(t, t)), over), sine = hn::Mul(hn::Add(t, t), over);
+            const V3 axes[3] = {n, minus_scaled(scaled(cosine, first), hn::Neg(sine), second),
+                                minus_scaled(scaled(cosine, second), sine, first)};
+            for (int k = 0; k < 3; ++k) {
+                hn::Store(axes[k].x, df, out.axis[k][0] + i);
+                hn::Store(axes[k].y, df, out.axis[k][1] + i);
+                hn::Store(axes[k].z, df, out.axis[k][2] + i);
+            }
+            hn::Store(hn::Mul(codes(g.height + i), set(g.height_step)), df, out.extent[0] + i);
+            for (int k = 0; k < 2; ++k) hn::Store(hn::Mul(codes(g.width[k] + i), set(g.width_step)), df, out.extent[k + 1] + i);
         }
-        return out;
     }
-    /// Squared distance to cylinders; 0 within them.
-    static HWY_INLINE F to_cylinder(const V3& from_centre, const V3& axis, F height, F radius)
+    /// Squared distance to boxes; 0 within them. get(values): of a row.
+    template <class Get>
+    static HWY_INLINE F to_box(const LeafBoxes& boxes, const V3& p, Get&& get)
     {
-        const F along = dot(from_centre, axis), zero = hn::Zero(df);
-        const F beside = hn::Sqrt(hn::Max(hn::Sub(dot(from_centre, from_centre), hn::Mul(along, along)), zero));
-        const F up = hn::Max(hn::Sub(hn::Abs(along), height), zero), out = hn::Max(hn::Sub(beside, radius), zero);
-        return mul_add(up, up, hn::Mul(out, out));
+        const V3 d = minus(p, {get(boxes.centre[0]), get(boxes.centre[1]), get(boxes.centre[2])});
+        F beyond[3];
+        for (int k = 0; k < 3; ++k) {
+            const F along = dot(d, {get(boxes.axis[k][0]), get(boxes.axis[k][1]), get(boxes.axis[k][2])});
+            beyond[k] = hn::Max(hn::Sub(hn::Abs(along), get(boxes.extent[k])), hn::Zero(df));
+        }
+        return dot({beyond[0], beyond[1], beyond[2]}, {beyond[0], beyond[1], beyond[2]});
     }
     std::uint32_t leaves_of(std::uint32_t group) const
     {
@@ -209,19 +238,16 @@ protected:
     }
 
     /// Leaves of a group, the nearest two at a time.
-    HWY_INLINE void visit_leaves(Vec3f p, std::uint32_t group, float limit, NearestEntry& nearest) const
+    HWY_INLINE void visit_leaves(Vec3f p, std::uint32_t group, float limit, Nearest& nearest) const
     {
         const std::uint32_t first = group * k_hierarchy_width;
-        const Cylinders cylinders = decode(arrays_.groups[group]);
+        LeafBoxes boxes;
+        decode(arrays_.groups[group], boxes);
         HWY_ALIGN float distance_sq[k_row];
         std::uint32_t near = 0;
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
-            const V3 d{hn::Sub(set(p.x), hn::Load(df, cylinders.centre[0] + i)),
-                       hn::Sub(set(p.y), hn::Load(df, cylinders.centre[1] + i)),
-                       hn::Sub(set(p.z), hn::Load(df, cylinders.centre[2] + i))};
-            const V3 axis{hn::Load(df, cylinders.axis[0] + i), hn::Load(df, cylinders.axis[1] + i),
-                          hn::Load(df, cylinders.axis[2] + i)};
-            const F d_sq = to_cylinder(d, axis, hn::Load(df, cylinders.height + i), hn::Load(df, cylinders.radius + i));
+            const F d_sq =
+                to_box(boxes, {set(p.x), set(p.y), set(p.z)}, [i](const float* row) HWY_ATTR { return hn::Load(df, row + i); });
             hn::Store(d_sq, df, distance_sq + i);
             near |= bits(hn::Le(d_sq, set(limit))) << i;
         }
@@ -279,44 +305,38 @@ protected:
     }
 
     /// The triangles of two leaves against the point.
-    HWY_NOINLINE void measure(Vec3f p, std::uint32_t leaf, std::uint32_t other, NearestEntry& nearest) const
+    HWY_NOINLINE void measure(Vec3f p, std::uint32_t leaf, std::uint32_t other, Nearest& nearest) const
     {
         Corners corners;
-        std::uint32_t entries[k_row];
+        std::uint32_t slots[k_row];
         for (std::size_t i = 0; i < k_row; ++i) {
-            entries[i] = entry_at((i < k_hierarchy_leaf ? leaf : other) * k_hierarchy_leaf + i % k_hierarchy_leaf);
-            put_corners(entries[i], i, corners);
+            slots[i] =
+                static_cast<std::uint32_t>((i < k_hierarchy_leaf ? leaf : other) * k_hierarchy_leaf + i % k_hierarchy_leaf);
+            put_corners(entry_at(slots[i]), i, corners);
         }
-        HWY_ALIGN float distance_sq[k_row], offset[3][k_row];
-        std::uint32_t flat = 0, outside = 0;
-        float least = INFINITY;
+        const F far = set(PointPacket::k_far_sq);
+        HWY_ALIGN float distance_sq[k_row];
+        float least = PointPacket::k_far_sq;
+        const V3 at{set(p.x), set(p.y), set(p.z)};
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
-            V3 v[3];
-            for (int k = 0; k < 3; ++k) v[k] = minus(corner_lanes(corners, k, i), {set(p.x), set(p.y), set(p.z)});
-            const ToTriangle t = to_triangle(v[0], v[1], v[2]);
-            hn::Store(t.distance_sq, df, distance_sq + i);
-            hn::Store(t.offset.x, df, offset[0] + i);
-            hn::Store(t.offset.y, df, offset[1] + i);
-            hn::Store(t.offset.z, df, offset[2] + i);
-            flat |= bits(hn::Le(hn::Mul(t.height, t.height), hn::Mul(hn::Mul(set(k_flat), t.distance_sq), t.normal_sq))) << i;
-            outside |= bits(hn::Gt(t.height, hn::Zero(df))) << i;
-            least = std::min(least, hn::GetLane(hn::MinOfLanes(df, t.distance_sq)));
+            TriangleFrames frames;
+            frames.put(0, corner_lanes(corners, 0, i), corner_lanes(corners, 1, i), corner_lanes(corners, 2, i));
+            const TriangleFrames::Foot foot = frames.foot_each(0, at);
+            const TriangleFrames::Seen s = frames.see_each(0, foot);
+            hn::Store(s.distance_sq, df, distance_sq + i);
+            const M outside = hn::Gt(foot.height, hn::Zero(df));
+            const auto lower = [&](float& value, F by) HWY_ATTR { value = std::min(value, hn::GetLane(hn::MinOfLanes(df, by))); };
+            lower(least, s.distance_sq);
+            lower(nearest.outside_sq, blend(outside, s.distance_sq, far));
+            lower(nearest.inside_sq, blend(outside, far, s.distance_sq));
+            lower(nearest.unclear_sq, blend(s.flat, s.distance_sq, far));
         }
-        const float reach = tie_above(std::min(least, nearest.distance_sq));
-        std::uint32_t level = 0;
-        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df))
-            level |= bits(hn::Le(hn::Load(df, distance_sq + i), set(reach))) << i;
-        if (level == 0) return;
-        if (tie_above(least) < nearest.distance_sq) nearest.sides = 0;
-        if ((level & flat) != 0) nearest.sides |= k_seen_unclear;
-        if ((level & outside) != 0) nearest.sides |= k_seen_outside;
-        if ((level & ~outside) != 0) nearest.sides |= k_seen_inside;
-        if (!(least < nearest.distance_sq)) return;
-        std::size_t i = 0;
-        while (i + 1 < k_row && distance_sq[i] != least) ++i;
+        if (!(least <= nearest.distance_sq)) return;
+        std::uint32_t slot = least < nearest.distance_sq ? PointPacket::k_no_slot : nearest.slot;
+        for (std::size_t i = 0; i < k_row; ++i)
+            if (distance_sq[i] == least) slot = std::min(slot, slots[i]);
         nearest.distance_sq = least;
-        nearest.entry = static_cast<std::int32_t>(entries[i]);
-        nearest.offset = {offset[0][i], offset[1][i], offset[2][i]};
+        nearest.slot = slot;
     }
 
     const ModelView& model_;

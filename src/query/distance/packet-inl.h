@@ -7,23 +7,11 @@
 #define SQMAP_QUERY_PACKET_INL_H
 #endif
 
-#include "math/triangles-inl.h"
 #include "query/distance/hierarchy-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
-
-/// Points side by side, each with the nearest triangle so far.
-struct PointPacket {
-    static constexpr std::size_t k_size = 2048, k_capacity = k_size + k_max_lanes;
-    std::size_t count = 0;
-    float x[k_capacity], y[k_capacity], z[k_capacity];
-    float distance_sq[k_capacity];  ///< before a search: what is farther is not looked for
-    float offset[3][k_capacity];    ///< from the point to the nearest of its triangle
-    std::int32_t entry[k_capacity];
-    std::uint32_t sides[k_capacity];  ///< bits of SeenSide
-};
 
 class PacketSearch : Hierarchy {
 public:
@@ -31,7 +19,6 @@ public:
 
     void run()
     {
-        if (arrays_.groups.empty() || points_.count == 0) return;
         List& all = lists_[0];
         for (std::size_t i = 0; i < points_.count; ++i) all.index[i] = static_cast<std::int32_t>(i);
         all.count = points_.count;
@@ -87,12 +74,15 @@ private:
         }
     }
 
-    /// Lets each point's search begin at the nearest corners of a leaf: that whose box's middle is nearest, level by level.
+    /// Lets each point's search begin at the nearest triangle of a leaf: that whose middle is nearest, level by level.
     HWY_NOINLINE void seed(std::uint32_t level, std::uint32_t node)
     {
         if (level == levels_.count) {
-            const Cylinders cylinders = decode(arrays_.groups[node]);
-            choose_nearest(level, leaves_of(node), [&](std::uint32_t c) HWY_ATTR { return centre(cylinders, c); });
+            LeafBoxes boxes;
+            decode(arrays_.groups[node], boxes);
+            choose_nearest(level, leaves_of(node), [&](std::uint32_t c) HWY_ATTR {
+                return V3{set(boxes.centre[0][c]), set(boxes.centre[1][c]), set(boxes.centre[2][c])};
+            });
         } else {
             const model::HierarchyNode& n = node_at(level, node);
             choose_nearest(level, children_of(level, node), [&](std::uint32_t c) HWY_ATTR {
@@ -107,7 +97,7 @@ private:
             List& next = level == levels_.count ? leaf_list_[0] : lists_[level + 1];
             take(level, c, next);
             if (level == levels_.count)
-                seed_corners(node * k_hierarchy_width + c, next);
+                seed_leaf(node * k_hierarchy_width + c, next);
             else
                 seed(level + 1, node * k_hierarchy_width + c);
         }
@@ -134,25 +124,38 @@ private:
         }
     }
 
-    /// No farther than the nearest of some corners of a leaf.
-    HWY_NOINLINE void seed_corners(std::uint32_t leaf, const List& list)
+    /// No farther than the nearest triangle of a leaf, or for few points than the nearest of some corners.
+    HWY_NOINLINE void seed_leaf(std::uint32_t leaf, const List& list)
     {
+        constexpr std::size_t k_few_points = 6;
+        if (list.count > k_few_points) {
+            prepare(leaf, k_hierarchy_leaf);
+            seed_points(list, [&](std::size_t k, const V3& p)
+                                  HWY_ATTR { return frames_.see_one(k, frames_.foot_one(k, p)).distance_sq; });
+            return;
+        }
         Vec3f corners[k_hierarchy_leaf];
         for (std::size_t k = 0; k < k_hierarchy_leaf; ++k)
             corners[k] = model::vec3(corner(entry_at(leaf * k_hierarchy_leaf + k), 0));
+        seed_points(list, [&](std::size_t k, const V3& p) HWY_ATTR {
+            const V3 d = minus(p, {set(corners[k].x), set(corners[k].y), set(corners[k].z)});
+            return dot(d, d);
+        });
+    }
+    /// distance_sq(k, points): for each of a leaf's triangles, no less than its own.
+    template <class DistanceSq>
+    HWY_INLINE void seed_points(const List& list, DistanceSq&& distance_sq)
+    {
         for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
             I index;
             const V3 p = load(list, i, index);
             F least = hn::GatherIndex(df, points_.distance_sq, index);
-            for (const Vec3f& q : corners) {
-                const V3 d = minus(p, {set(q.x), set(q.y), set(q.z)});
-                // A little more, so that the triangle there is nearer, for all rounding.
-                least = hn::Min(least, mul_add(dot(d, d), set(k_tie), set(tie_)));
-            }
+            for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) least = hn::Min(least, distance_sq(k, p));
             HWY_ALIGN std::int32_t at[k_lanes];
             HWY_ALIGN float values[k_lanes];
             hn::Store(index, di, at);
-            hn::Store(least, df, values);
+            // A little more, so that the triangle is found as nearer.
+            hn::Store(tie_above_lanes(least), df, values);
             each_lane(within(list, i), [&](std::size_t lane) { points_.distance_sq[at[lane]] = values[lane]; });
         }
     }
@@ -216,14 +219,13 @@ private:
 
     HWY_NOINLINE void visit_group(std::uint32_t level, std::uint32_t group)
     {
-        const Cylinders cylinders = decode(arrays_.groups[group]);
+        LeafBoxes boxes;
+        decode(arrays_.groups[group], boxes);
         put_points(lists_[level], {0, 0, 0}, 1.f);
         const std::uint32_t leaves = leaves_of(group);
         choose_near(level, leaves, [&](std::uint32_t c) HWY_ATTR {
-            const V3 middle = centre(cylinders, c);
-            const V3 axis{set(cylinders.axis[0][c]), set(cylinders.axis[1][c]), set(cylinders.axis[2][c])};
-            const F height = set(cylinders.height[c]), radius = set(cylinders.radius[c]);
-            return [=](const V3& p) HWY_ATTR { return to_cylinder(minus(p, middle), axis, height, radius); };
+            return [&boxes, c](const V3& p)
+                       HWY_ATTR { return to_box(boxes, p, [c](const float* row) HWY_ATTR { return set(row[c]); }); };
         });
         const std::uint32_t chosen = chosen_by_some(level);
         for (std::uint32_t c = 0; c < leaves; c += 2) {
@@ -236,122 +238,68 @@ private:
         }
     }
 
-    static HWY_INLINE V3 centre(const Cylinders& cylinders, std::uint32_t c)
-    {
-        return {set(cylinders.centre[0][c]), set(cylinders.centre[1][c]), set(cylinders.centre[2][c])};
-    }
-
     /// The triangles of two neighbouring leaves against the points that may be near to each.
     HWY_NOINLINE void measure_leaves(std::uint32_t leaf)
     {
         const std::size_t first = leaf_list_[0].count > 0 ? 0 : 1, end = leaf_list_[1].count > 0 ? 2 : 1;
-        std::uint32_t entries[2 * k_hierarchy_leaf];
-        prepare(leaf + static_cast<std::uint32_t>(first), (end - first) * k_hierarchy_leaf, entries);
+        prepare(leaf + static_cast<std::uint32_t>(first), (end - first) * k_hierarchy_leaf);
         for (std::size_t k = first; k < end; ++k) {
-            const List& list = leaf_list_[k];
             const std::size_t block = (k - first) * k_hierarchy_leaf;
-            for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
-                I index;
-                const V3 p = load(list, i, index);
-                measure(p, index, {block, entries + block}, within(list, i));
-            }
+            measure(leaf_list_[k], block, static_cast<std::uint32_t>((leaf + k) * k_hierarchy_leaf));
         }
     }
 
-    HWY_NOINLINE void prepare(std::uint32_t leaf, std::size_t n, std::uint32_t* entries)
+    HWY_INLINE void prepare(std::uint32_t leaf, std::size_t n)
     {
         Corners corners;
-        for (std::size_t i = 0; i < n; ++i) entries[i] = entry_at(leaf * k_hierarchy_leaf + i);
-        for (std::size_t i = 0; i < k_row; ++i) put_corners(entries[std::min(i, n - 1)], i, corners);
-        for (std::size_t i = 0; i < n; i += hn::Lanes(df)) {
-            V3 v[3];
-            for (int k = 0; k < 3; ++k) v[k] = corner_lanes(corners, k, i);
-            block_.put(i, v[0], v[1], v[2]);
-        }
+        for (std::size_t i = 0; i < n; ++i) put_corners(entry_at(leaf * k_hierarchy_leaf + i), i, corners);
+        for (std::size_t i = 0; i < n; i += hn::Lanes(df))
+            frames_.put(i, corner_lanes(corners, 0, i), corner_lanes(corners, 1, i), corner_lanes(corners, 2, i));
     }
 
     HWY_INLINE F tie_above_lanes(F distance_sq) const { return mul_add(distance_sq, set(k_tie), set(tie_)); }
 
-    /// Eight triangles of the block, and what they are.
-    struct Leaf {
-        std::size_t first;
-        const std::uint32_t* entries;
-    };
-    /// What a vector of points knows of its nearest triangles.
-    struct Lanes {
-        F distance_sq;
-        V3 offset;
-        I entry, sides;
-    };
-
-    HWY_INLINE void measure(const V3& p, I index, const Leaf& leaf, M lanes)
+    /// A leaf's triangles, from `first` in the block and from `slot` among the entries.
+    HWY_INLINE void measure(const List& list, std::size_t first, std::uint32_t slot)
     {
-        Lanes now;
-        now.distance_sq = hn::GatherIndex(df, points_.distance_sq, index);
-        const F reach = tie_above_lanes(now.distance_sq);
-        std::uint32_t near = 0;
-        for (std::size_t k = 0; k < k_hierarchy_leaf; ++k)
-            near |= (any(hn::And(lanes, hn::Le(block_.position(leaf.first + k, p).lower_sq, reach))) ? 1u : 0u) << k;
-        if (near == 0) return;
-        now.sides = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(points_.sides), index);
-        now.offset = {hn::Zero(df), hn::Zero(df), hn::Zero(df)};
-        now.entry = hn::Zero(di);
-        const Lanes before = now;
-        for (; near != 0; near &= near - 1) {
-            const auto k = static_cast<std::size_t>(std::countr_zero(near));
-            measure_triangle(p, leaf.first + k, leaf.entries[k], reach, now);
+        const F far = set(PointPacket::k_far_sq);
+        for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
+            I index;
+            const V3 p = load(list, i, index);
+            F least = far, outside_sq = far, inside_sq = far, unclear_sq = far;
+            I nearest = hn::Zero(di);
+            for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
+                const TriangleFrames::Foot foot = frames_.foot_one(first + k, p);
+                const TriangleFrames::Seen s = frames_.see_one(first + k, foot);
+                const M outside = hn::Gt(foot.height, hn::Zero(df)), nearer = hn::Lt(s.distance_sq, least);
+                nearest = blend(nearer, set_int(static_cast<std::int32_t>(k)), nearest);
+                least = hn::Min(least, s.distance_sq);
+                outside_sq = hn::Min(outside_sq, blend(outside, s.distance_sq, far));
+                inside_sq = hn::Min(inside_sq, blend(outside, far, s.distance_sq));
+                unclear_sq = hn::Min(unclear_sq, blend(s.flat, s.distance_sq, far));
+            }
+            const M changed =
+                hn::And(within(list, i), hn::Le(least, tie_above_lanes(hn::GatherIndex(df, points_.distance_sq, index))));
+            if (!any(changed)) continue;
+            HWY_ALIGN std::int32_t at[k_lanes], which[k_lanes];
+            HWY_ALIGN float values[4][k_lanes];
+            hn::Store(index, di, at);
+            hn::Store(nearest, di, which);
+            hn::Store(least, df, values[0]);
+            hn::Store(outside_sq, df, values[1]);
+            hn::Store(inside_sq, df, values[2]);
+            hn::Store(unclear_sq, df, values[3]);
+            each_lane(changed, [&](std::size_t lane) {
+                const std::int32_t point = at[lane];
+                if (values[0][lane] < points_.distance_sq[point]) {
+                    points_.distance_sq[point] = values[0][lane];
+                    points_.slot[point] = slot + static_cast<std::uint32_t>(which[lane]);
+                }
+                points_.outside_sq[point] = std::min(points_.outside_sq[point], values[1][lane]);
+                points_.inside_sq[point] = std::min(points_.inside_sq[point], values[2][lane]);
+                points_.unclear_sq[point] = std::min(points_.unclear_sq[point], values[3][lane]);
+            });
         }
-        const M improved = hn::And(lanes, hn::Lt(now.distance_sq, before.distance_sq));
-        write(now, index, improved, hn::And(lanes, hn::Or(improved, hn::Not(equal(now.sides, before.sides)))));
-    }
-
-    HWY_INLINE void measure_triangle(const V3& p, std::size_t at, std::uint32_t entry, F reach, Lanes& now) const
-    {
-        const TriangleBlock::Position q = block_.position(at, p);
-        F edge_sq;
-        const V3 to_edge = block_.to_edges(at, q, edge_sq);
-        const V3 to_face = block_.to_face(at, q);
-        const V3 to = blend(q.above, to_face, to_edge);
-        const F distance_sq = blend(q.above, dot(to_face, to_face), edge_sq);
-        // What other lanes need is nothing to this one: answers do not depend on how many there are.
-        const M needed = hn::Le(q.lower_sq, reach);
-        const M level = hn::And(needed, hn::Le(distance_sq, tie_above_lanes(now.distance_sq)));
-        // Clearly nearer than what was found before, whose side is forgotten.
-        const M fresh = hn::And(needed, hn::Lt(tie_above_lanes(distance_sq), now.distance_sq));
-        // In the plane of a triangle, or without area, it says nothing of the side.
-        const M flat = hn::Le(hn::Mul(q.height, q.height), hn::Mul(set(k_flat), distance_sq));
-        const M outside = hn::Gt(q.height, hn::Zero(df));
-        const auto flag = [](M m, SeenSide bit) HWY_ATTR {
-            return hn::IfThenElseZero(hn::RebindMask(di, m), set_int(static_cast<std::int32_t>(bit)));
-        };
-        const I seen =
-            hn::Or(flag(hn::And(level, flat), k_seen_unclear),
-                   hn::Or(flag(hn::And(level, outside), k_seen_outside), flag(hn::AndNot(outside, level), k_seen_inside)));
-        now.sides = hn::Or(blend(fresh, hn::Zero(di), now.sides), seen);
-        const M nearer = hn::And(needed, hn::Lt(distance_sq, now.distance_sq));
-        now.distance_sq = blend(nearer, distance_sq, now.distance_sq);
-        now.offset = blend(nearer, to, now.offset);
-        now.entry = blend(nearer, set_int(static_cast<std::int32_t>(entry)), now.entry);
-    }
-
-    HWY_INLINE void write(const Lanes& now, I index, M improved, M changed)
-    {
-        if (!any(changed)) return;
-        HWY_ALIGN std::int32_t at[k_lanes], entry[k_lanes], sides[k_lanes];
-        HWY_ALIGN float values[4][k_lanes];
-        hn::Store(index, di, at);
-        hn::Store(now.entry, di, entry);
-        hn::Store(now.sides, di, sides);
-        hn::Store(now.distance_sq, df, values[0]);
-        hn::Store(now.offset.x, df, values[1]);
-        hn::Store(now.offset.y, df, values[2]);
-        hn::Store(now.offset.z, df, values[3]);
-        each_lane(changed, [&](std::size_t i) { points_.sides[at[i]] = static_cast<std::uint32_t>(sides[i]); });
-        each_lane(improved, [&](std::size_t i) {
-            points_.distance_sq[at[i]] = values[0][i];
-            for (int k = 0; k < 3; ++k) points_.offset[k][at[i]] = values[k + 1][i];
-            points_.entry[at[i]] = entry[i];
-        });
     }
 
     static constexpr std::size_t k_levels = model::k_max_hierarchy_levels + 1;
@@ -360,7 +308,7 @@ private:
     List lists_[k_levels], leaf_list_[2];
     std::int32_t children_[k_levels][PointPacket::k_capacity];  // a bit for each child that a point of the level's list goes to
     float near_points_[4][PointPacket::k_capacity];
-    TriangleBlock block_;
+    TriangleFrames frames_;
 };
 
 }  // namespace

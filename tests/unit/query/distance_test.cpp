@@ -9,6 +9,8 @@
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
 
+#include "support/parsed.h"
+
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
@@ -151,16 +153,34 @@ TEST_P(DistanceOf, IsExactFartherOutWhereAsked)
     }
 }
 
-TEST_P(DistanceOf, OnePointIsAsABatch)
+void expect_same(const SignedDistance& a, const SignedDistance& b)
+{
+    ASSERT_EQ(a.known, b.known);
+    ASSERT_EQ(a.status, b.status);
+    ASSERT_EQ(a.distance, b.distance);
+    ASSERT_EQ(a.part, b.part);
+    ASSERT_EQ(norm(a.point - b.point), 0);
+    ASSERT_EQ(norm(a.gradient - b.gradient), 0);
+}
+
+TEST_P(DistanceOf, OnePointIsAsABatchToTheBit)
 {
     const Baked& b = GetParam()();
-    const std::vector<Vec3d> points = b.points_about(0.08, 3000);
-    std::vector<SignedDistance> answers(points.size());
+    std::vector<Vec3d> points = b.points_about(0.08, 9000);
+    // Ties: on vertices, and on the middles of edges.
+    for (std::size_t i = 0; i < 500; ++i) {
+        const mesh::Triangle& t = b.mesh.triangles[7 * i % b.mesh.triangles.size()];
+        points.push_back(b.mesh.vertices[t[0]]);
+        points.push_back(0.5 * (b.mesh.vertices[t[0]] + b.mesh.vertices[t[1]]));
+    }
+    std::vector<SignedDistance> answers(points.size()), few(points.size());
     distances(b.view, points, answers);
+    for (std::size_t i = 0; i < points.size(); i += 100)
+        distances(b.view, std::span(points).subspan(i, 100), std::span(few).subspan(i, 100));
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const SignedDistance one = distance(b.view, points[i]);
-        ASSERT_EQ(one.known, answers[i].known);
-        ASSERT_NEAR(one.distance, answers[i].distance, 1e-6 * b.r_max);
+        expect_same(distance(b.view, points[i]), answers[i]);
+        expect_same(few[i], answers[i]);
+        if (HasFatalFailure()) return;
     }
 }
 
@@ -196,19 +216,69 @@ TEST_P(DistanceOf, IsTheSameOnEveryInstructionSet)
         hwy::SetSupportedTargetsForTest(left & -left);
         distances(b.view, points, answers);
         hwy::SetSupportedTargetsForTest(0);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            ASSERT_EQ(first[i].distance, answers[i].distance);
-            ASSERT_EQ(first[i].part, answers[i].part);
-            ASSERT_EQ(norm(first[i].point - answers[i].point), 0);
-            ASSERT_EQ(norm(first[i].gradient - answers[i].gradient), 0);
-        }
+        for (std::size_t i = 0; i < points.size(); ++i) expect_same(first[i], answers[i]);
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DistanceOf, testing::Values(hand, boxes),
                          [](const auto& info) { return info.index == 0 ? "Hand" : "CrossingBoxes"; });
 
-TEST(Distance, TellsHowNearAProbeIs)
+/// Posed where its nearest point is about a reach away, each side of it: as the distances of its points.
+void expect_nearer_as_distances(const model::ModelView& model, const mesh::Mesh& mesh, const Probe& probe, std::uint64_t seed)
+{
+    const double r_max = mesh::largest_vertex_distance(mesh);
+    SplitMix64 random(seed);
+    const auto any_direction = [&] { return Vec3d{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)}; };
+    std::vector<SignedDistance> answers(probe.size());
+    std::size_t near = 0, far = 0;
+    for (int i = 0; i < 60; ++i) {
+        const Vec3d on = mesh.vertices[random.bits() % mesh.vertices.size()];
+        const Pose pose{rotation_by(2.0 * any_direction()), on + (i % 2 == 0 ? 0.4 : 1.5) * r_max * any_direction()};
+        distances(model, probe, pose, answers);
+        // Bounds are no farther than the truth: a reach below the least of them is met by none.
+        double least = INFINITY, least_known = INFINITY;
+        for (const SignedDistance& a : answers) {
+            least = std::min(least, a.distance);
+            if (a.known == DistanceKind::Exact) least_known = std::min(least_known, a.distance);
+        }
+        if (least > 1e-4 * r_max) {
+            EXPECT_FALSE(is_nearer(model, probe, pose, least - 1e-5 * r_max)) << i;
+            ++far;
+        }
+        const double reach = std::max(least_known, 0.0) + 1e-5 * r_max;
+        if (std::isfinite(least_known)) {
+            EXPECT_TRUE(is_nearer(model, probe, pose, reach)) << i;
+            ++near;
+        }
+    }
+    EXPECT_GT(near, 10u);
+    EXPECT_GT(far, 5u);
+}
+
+TEST(Distance, IsNearerAgreesWithTheDistancesOnEveryShape)
+{
+    for (const test::Shape& shape : test::small_shapes()) {
+        SCOPED_TRACE(shape.name);
+        const test::Parsed parsed(shape.mesh);
+        const double size = mesh::largest_vertex_distance(shape.mesh);
+        expect_nearer_as_distances(parsed.view(), shape.mesh, Probe(mesh::sphere(0.3 * size, 3).vertices), 1);
+        expect_nearer_as_distances(parsed.view(), shape.mesh, Probe(shape.mesh.vertices), 2);
+    }
+}
+
+TEST(Distance, IsNearerAgreesWithTheDistancesOnRealMeshes)
+{
+    for (const char* name : {"horse_5946.obj", "fandisk_8000.obj"}) {
+        const std::optional<mesh::Mesh> real = test::shared_mesh_too(name);
+        if (!real) continue;
+        SCOPED_TRACE(name);
+        const test::Parsed parsed(*real);
+        const double size = mesh::largest_vertex_distance(*real);
+        expect_nearer_as_distances(parsed.view(), *real, Probe(mesh::sphere(0.2 * size, 3).vertices), 3);
+    }
+}
+
+TEST(Distance, ReportsHowNearAProbeIs)
 {
     const Baked& b = hand();
     const std::vector<Vec3d> ball = mesh::sphere(0.05 * b.r_max, 2).vertices;
