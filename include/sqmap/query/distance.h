@@ -31,7 +31,7 @@ struct SignedDistance {
 /// The signed distance at a point, mesh frame and units. band: how far on either side it is to be exact, mesh units; beyond, a
 /// lower bound suffices, but an exact distance may be given. Without the exact layer it is approximate within the baked band
 /// (status k_no_exact). A point that is not finite: distance 0, LowerBound, k_not_finite. Total, noexcept, no allocation, the
-/// same bits on every instruction set; thread-safe. Cost: about half a microsecond within the band, tens of nanoseconds beyond.
+/// same bits on every instruction set; thread-safe. Cost: about a microsecond within the band, tens of nanoseconds beyond.
 /// @pre model came from model::parse
 [[nodiscard]] SignedDistance distance(const model::ModelView& model, Vec3d point, double band = k_baked_band) noexcept;
 

@@ -17,7 +17,7 @@ namespace {
 
 using model::ModelView;
 
-constexpr std::size_t k_chunk = 4096;
+constexpr std::size_t k_chunk = 4096, k_few = 16;
 
 bool is_finite_point(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
@@ -45,7 +45,8 @@ bool in_root(const ModelView& model, Vec3d in_model)
     return true;
 }
 
-/// Chunks of points on their way to their answers.
+/// Chunks of points on their way to their answers. Small ones, so that a few points pay for no more.
+template <std::size_t k_size>
 class Batch {
 public:
     Batch(const ModelView& model, double band, std::span<SignedDistance> answers) : model_(model), answers_(answers)
@@ -71,7 +72,7 @@ public:
         points_[count_] = cast<float>(in_model);
         answer.point = point;
         index_[count_++] = index;
-        if (count_ == k_chunk) flush();
+        if (count_ == k_size) flush();
     }
 
     void flush()
@@ -234,33 +235,45 @@ private:
     std::span<SignedDistance> answers_;
     float within_;
     std::size_t count_ = 0;
-    Vec3f points_[k_chunk];
-    std::size_t index_[k_chunk];
-    NearestSurface found_[k_chunk];
+    Vec3f points_[k_size];
+    std::size_t index_[k_size];
+    NearestSurface found_[k_size];
 };
+
+}  // namespace
+
+namespace {
+
+template <std::size_t k_size>
+void fill(Batch<k_size>&& batch, std::span<const Vec3d> points)
+{
+    for (std::size_t i = 0; i < points.size(); ++i) batch.add(points[i], i);
+    batch.flush();
+}
 
 }  // namespace
 
 SignedDistance distance(const ModelView& model, Vec3d point, double band) noexcept
 {
     SignedDistance answer;
-    distances(model, {&point, 1}, {&answer, 1}, band);
+    fill(Batch<1>(model, band, {&answer, 1}), {&point, 1});
     return answer;
 }
 
 void distances(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
 {
-    Batch batch(model, band, answers);
-    const std::size_t count = std::min(points.size(), answers.size());
-    for (std::size_t i = 0; i < count; ++i) batch.add(points[i], i);
-    batch.flush();
+    const auto answered = points.first(std::min(points.size(), answers.size()));
+    if (answered.size() <= k_few)
+        fill(Batch<k_few>(model, band, answers), answered);
+    else
+        fill(Batch<k_chunk>(model, band, answers), answered);
 }
 
 void distances(const ModelView& model, const Probe& probe, const Pose& pose, std::span<SignedDistance> answers) noexcept
 {
     if (answers.size() < probe.size()) return;
     const ProbeJob job(model, probe, pose, {}, {});
-    Batch batch(model, k_baked_band, answers);
+    Batch<k_chunk> batch(model, k_baked_band, answers);
     for (std::size_t slot = 0; slot < job.points; ++slot) {
         const Vec3d in_model = cast<double>(job.in_model_space({job.x[slot], job.y[slot], job.z[slot]}));
         batch.add(origin_of(model) + model.header.unit * in_model, job.point[slot]);

@@ -74,7 +74,7 @@ private:
         }
     }
 
-    /// Lets each point's search begin at the nearest triangle of a leaf: that whose middle is nearest, level by level.
+    /// Lets each point's search begin at the nearest corners of a leaf: that whose middle is nearest, level by level.
     HWY_NOINLINE void seed(std::uint32_t level, std::uint32_t node)
     {
         if (level == levels_.count) {
@@ -97,7 +97,7 @@ private:
             List& next = level == levels_.count ? leaf_list_[0] : lists_[level + 1];
             take(level, c, next);
             if (level == levels_.count)
-                seed_leaf(node * k_hierarchy_width + c, next);
+                seed_corners(node * k_hierarchy_width + c, next);
             else
                 seed(level + 1, node * k_hierarchy_width + c);
         }
@@ -124,38 +124,25 @@ private:
         }
     }
 
-    /// No farther than the nearest triangle of a leaf, or for few points than the nearest of some corners.
-    HWY_NOINLINE void seed_leaf(std::uint32_t leaf, const List& list)
+    /// No farther than the nearest of some corners of a leaf.
+    HWY_NOINLINE void seed_corners(std::uint32_t leaf, const List& list)
     {
-        constexpr std::size_t k_few_points = 6;
-        if (list.count > k_few_points) {
-            prepare(leaf, k_hierarchy_leaf);
-            seed_points(list, [&](std::size_t k, const V3& p)
-                                  HWY_ATTR { return frames_.see_one(k, frames_.foot_one(k, p)).distance_sq; });
-            return;
-        }
         Vec3f corners[k_hierarchy_leaf];
         for (std::size_t k = 0; k < k_hierarchy_leaf; ++k)
             corners[k] = model::vec3(corner(entry_at(leaf * k_hierarchy_leaf + k), 0));
-        seed_points(list, [&](std::size_t k, const V3& p) HWY_ATTR {
-            const V3 d = minus(p, {set(corners[k].x), set(corners[k].y), set(corners[k].z)});
-            return dot(d, d);
-        });
-    }
-    /// distance_sq(k, points): for each of a leaf's triangles, no less than its own.
-    template <class DistanceSq>
-    HWY_INLINE void seed_points(const List& list, DistanceSq&& distance_sq)
-    {
         for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
             I index;
             const V3 p = load(list, i, index);
             F least = hn::GatherIndex(df, points_.distance_sq, index);
-            for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) least = hn::Min(least, distance_sq(k, p));
+            for (const Vec3f& q : corners) {
+                const V3 d = minus(p, {set(q.x), set(q.y), set(q.z)});
+                // A little more, so that the triangle there is found as nearer.
+                least = hn::Min(least, tie_above_lanes(dot(d, d)));
+            }
             HWY_ALIGN std::int32_t at[k_lanes];
             HWY_ALIGN float values[k_lanes];
             hn::Store(index, di, at);
-            // A little more, so that the triangle is found as nearer.
-            hn::Store(tie_above_lanes(least), df, values);
+            hn::Store(least, df, values);
             each_lane(within(list, i), [&](std::size_t lane) { points_.distance_sq[at[lane]] = values[lane]; });
         }
     }
