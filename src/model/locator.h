@@ -71,20 +71,22 @@ inline float plane_gap(const Locator& locator, LocatorPlane plane, Vec3f offset)
     return plane.distance(locator.plane_reach) * locator.cell - dot(plane.normal(), offset);
 }
 
-/// How far a point is below the planes of a flat cell: the lowest of the groups' highest (see LocatorPlane), and where that
-/// group ends among them.
+/// How far a point is below the planes of a flat cell: the lowest of the groups' highest (see LocatorPlane), which plane that is,
+/// and where its group ends.
 struct FlatGap {
     float gap = INFINITY;
-    std::size_t group_end = 0;
+    std::size_t plane = 0, group_end = 0;
 };
 inline FlatGap flat_gap(const Locator& locator, std::span<const std::uint32_t> planes, Vec3f offset)
 {
     FlatGap lowest;
     for (std::size_t k = 0; k < planes.size();) {
-        float highest = -INFINITY;
-        do highest = std::max(highest, plane_gap(locator, {planes[k]}, offset));
-        while (++k < planes.size() && LocatorPlane{planes[k]}.is_joined());
-        if (highest < lowest.gap) lowest = {highest, k};
+        FlatGap highest{-INFINITY};
+        do {
+            const float gap = plane_gap(locator, {planes[k]}, offset);
+            if (gap > highest.gap) highest = {gap, k};
+        } while (++k < planes.size() && LocatorPlane{planes[k]}.is_joined());
+        if (highest.gap < lowest.gap) lowest = {highest.gap, highest.plane, k};
     }
     return lowest;
 }

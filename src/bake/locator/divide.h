@@ -12,7 +12,7 @@
 
 namespace sqmap::bake {
 
-inline constexpr double k_division_bytes = 250;  ///< what a division takes, about
+inline constexpr double k_division_bytes = 60;  ///< what a division takes, about
 
 /// What of the cells may be divided.
 struct DivisionLimit {

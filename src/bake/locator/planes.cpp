@@ -3,6 +3,7 @@
 #include "model/locator.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sqmap::bake {
 
@@ -10,6 +11,7 @@ using model::LocatorPlane;
 
 namespace {
 
+constexpr int k_passes = 3;     ///< of balance
 constexpr double k_coarse = 5;  ///< tolerance of layer Two over that of layer Three
 
 /// The plane that touches the surface at the point nearest to a sample, relative to the cell's centre; nothing where it is
@@ -79,6 +81,98 @@ std::optional<double> add_planes(const SurfaceCell& cell, const std::vector<Samp
     }
 }
 
+/// An inside sample that a plane answers: where it is from the cell's centre, and by how much its depth below the plane is
+/// greater than below the surface; model units.
+struct Excess {
+    Vec3d at;
+    double value;
+};
+
+/// The samples of each plane.
+struct Excesses {
+    std::vector<std::vector<Excess>> of_plane;
+    double sum = 0;  ///< of absolute values
+};
+
+Excesses excesses_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, const std::vector<Sample>& samples)
+{
+    std::vector<std::uint32_t> words;
+    for (const PartPlane& p : planes) words.push_back(p.plane.word);
+    Excesses excesses;
+    excesses.of_plane.resize(planes.size());
+    for (const Sample& sample : samples) {
+        if (!sample.inside) continue;
+        const Vec3d at = sample.point - cell.cube.centre;
+        const model::FlatGap lowest = model::flat_gap(cell.subject.model.locator, words, cast<float>(at));
+        const double value = static_cast<double>(lowest.gap) - sample.nearest.distance;
+        excesses.of_plane[lowest.plane].push_back({at, value});
+        excesses.sum += std::abs(value);
+    }
+    return excesses;
+}
+
+/// A plane moved by the median of its samples' excesses.
+LocatorPlane shifted(const LocatorSubject& subject, LocatorPlane plane, std::vector<Excess> samples)
+{
+    if (samples.empty()) return plane;
+    std::sort(samples.begin(), samples.end(), [](const Excess& a, const Excess& b) { return a.value < b.value; });
+    const std::size_t n = samples.size();
+    return raised(subject, plane, -0.5 * (samples[(n - 1) / 2].value + samples[n / 2].value));
+}
+
+/// A plane tilted by what its samples' excesses grow along it (least squares), and moved by the median of what is left.
+LocatorPlane tilted(const LocatorSubject& subject, LocatorPlane plane, std::vector<Excess> samples)
+{
+    constexpr std::size_t k_enough = 4;
+    if (samples.size() < k_enough) return shifted(subject, plane, std::move(samples));
+    const Vec3d n = cast<double>(plane.normal());
+    const Vec3d u = normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})), v = cross(n, u);
+    Vec3d middle{};
+    double mean = 0;
+    for (const Excess& s : samples) {
+        middle += s.at / double(samples.size());
+        mean += s.value / double(samples.size());
+    }
+    double uu = 0, uv = 0, vv = 0, ue = 0, ve = 0;
+    for (const Excess& s : samples) {
+        const double x = dot(u, s.at - middle), y = dot(v, s.at - middle), e = s.value - mean;
+        uu += x * x;
+        uv += x * y;
+        vv += y * y;
+        ue += x * e;
+        ve += y * e;
+    }
+    const double det = uu * vv - uv * uv;
+    if (!(det > 1e-3 * uu * vv)) return shifted(subject, plane, std::move(samples));  // in a row
+    const Vec3d to = n + ((ue * vv - ve * uv) / det) * u + ((ve * uu - ue * uv) / det) * v;
+    const float reach = subject.model.locator.plane_reach;
+    const LocatorPlane turned = LocatorPlane::towards(to);
+    const Vec3d turn = cast<double>(turned.normal()) - n;
+    const double distance = static_cast<double>(plane.distance(reach)) + dot(turn, middle) / subject.cell();
+    if (!LocatorPlane::holds_distance(distance, reach)) return plane;
+    const LocatorPlane about_middle = turned.with_distance(distance, reach);
+    for (Excess& s : samples) s.value -= dot(turn, s.at - middle);
+    return shifted(subject, plane.is_joined() ? about_middle.joined() : about_middle, std::move(samples));
+}
+
+/// Tangent planes of a surface that bends away are above it, of one that bends towards the point below: fits each plane to its
+/// samples, while that brings them nearer and all stay within the tolerance.
+void balance(const SurfaceCell& cell, const std::vector<Sample>& samples, std::vector<PartPlane>& planes)
+{
+    Excesses now = excesses_of(cell, planes, samples);
+    const auto improves = [&](auto&& fit) {
+        std::vector<PartPlane> moved = planes;
+        for (std::size_t k = 0; k < planes.size(); ++k) moved[k].plane = fit(cell.subject, planes[k].plane, now.of_plane[k]);
+        Excesses then = excesses_of(cell, moved, samples);
+        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, cell.subject.flat_tolerance).worst != nullptr) return false;
+        planes = std::move(moved);
+        now = std::move(then);
+        return true;
+    };
+    for (int pass = 0; pass < k_passes && (improves(tilted) || improves(shifted)); ++pass) {
+    }
+}
+
 /// Of several planes puts the one first that misses the samples least by itself, marked, where that is within the tolerance of
 /// layer Two.
 void put_sufficient_first(const SurfaceCell& cell, const std::vector<Sample>& samples, std::vector<PartPlane>& planes)
@@ -126,6 +220,7 @@ std::optional<std::vector<PartPlane>> flat_planes(const SurfaceCell& cell, CellS
     const double tolerance = cell.subject.flat_tolerance;
     if (*least < -tolerance)
         for (PartPlane& p : planes) p.plane = raised(cell.subject, p.plane, -*least - tolerance);
+    balance(cell, samples, planes);
     put_sufficient_first(cell, samples, planes);
     return planes;
 }
