@@ -107,7 +107,8 @@ void interrogate_distances(const ModelView& view, test::Random& random)
         for (const query::SignedDistance& a : answers) EXPECT_LT(a.part, static_cast<std::int32_t>(view.parts.size()));
         answers.pop_back();
     }
-    (void)query::is_nearer(view, query::Probe(points), {}, 0.1 * size);
+    const query::Probe probe(points);
+    (void)query::is_nearer({&view}, {nullptr, &probe}, 0.1 * size);
 }
 
 /// Asks a model everything, about points on, in, around and far from its object. Answers must be numbers.

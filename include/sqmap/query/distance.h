@@ -1,7 +1,7 @@
 // Signed distance on both sides of the surface: how far, which direction, where the nearest surface is, and how that is known.
 #pragma once
 
-#include "sqmap/query/probe.h"
+#include "sqmap/query/pair.h"
 
 #include <cstdint>
 #include <span>
@@ -18,8 +18,8 @@ enum class DistanceKind : std::uint8_t {
 /// Stands for the band that a model was baked with.
 inline constexpr double k_baked_band = -1;
 
-/// The answer for one point: the mesh's frame and units.
-struct SignedDistance {
+/// The answer for one point, in the frame in which the touched body's pose is given, and its units.
+struct [[nodiscard]] SignedDistance {
     double distance = 0;     ///< to the nearest surface, negative inside; of a surface that bounds no solid never negative
     Vec3d gradient{};        ///< of the distance, unit: away from the surface outside, towards it inside; zero of a bound
     Vec3d point{};           ///< the nearest surface point; the queried point itself of a bound
@@ -28,29 +28,37 @@ struct SignedDistance {
     std::uint8_t status = k_ok;  ///< bits of Status
 };
 
-/// The signed distance at a point, mesh frame and units. band: how far on either side it is to be exact, mesh units; beyond, a
-/// lower bound suffices, but an exact distance may be given. Without the exact layer it is approximate within the baked band
-/// (status k_no_exact). A point that is not finite: distance 0, LowerBound, k_not_finite. Total, noexcept, no allocation, the
-/// same bits on every instruction set; thread-safe. Cost: about a microsecond within the band, tens of nanoseconds beyond.
-/// @pre model came from model::parse
+/// The signed distance at a point in the frame of the touched body's pose. band: how far on either side it is to be exact;
+/// beyond, a lower bound suffices, but an exact distance may be given. Without the exact layer it is approximate within the baked
+/// band (status k_no_exact). A point or a pose that is not finite: distance 0, LowerBound, k_not_finite. A body without a model
+/// is nowhere: the greatest double, LowerBound. Total, noexcept, no allocation, the same bits on every instruction set;
+/// thread-safe. Cost: about a microsecond within the band, a fifth of it beyond.
+/// @pre touched.model came from model::parse
+[[nodiscard]] SignedDistance distance(const Body& touched, Vec3d point, double band = k_baked_band) noexcept;
+
+/// The same in the mesh's own frame and units.
 [[nodiscard]] SignedDistance distance(const model::ModelView& model, Vec3d point, double band = k_baked_band) noexcept;
 
-/// A batch: answers[i] is that of points[i], the same bits as one by one. Four thousand at a time share the work: three times
+/// A batch: answers[i] is that of points[i], the same bits as one by one. Four thousand at a time share the work: four times
 /// quicker than one by one, more where points are near to one another. Uses 0.6 MB of stack. Thread-safe: for several threads
 /// give each a part of the spans.
 /// @pre answers.size() >= points.size(), else the rest is left out
+void distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers,
+               double band = k_baked_band) noexcept;
+
+/// The same in the mesh's own frame and units.
 void distances(const model::ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers,
                double band = k_baked_band) noexcept;
 
-/// Of a probe posed in the mesh's frame and units: answers[i] is that of the probe's point i. A pose that is not finite: as
-/// points that are not.
-/// @pre answers.size() >= probe.size(), else nothing is written
-void distances(const model::ModelView& model, const Probe& probe, const Pose& pose, std::span<SignedDistance> answers) noexcept;
+/// Of the collider's probe: answers[i] is that of its point i, in the frame in which both poses are given. Exact within the baked
+/// band.
+/// @pre touched has a model, collider a probe, and answers.size() >= collider.probe->size(), else nothing is written
+void distances(const Body& touched, const Body& collider, std::span<SignedDistance> answers) noexcept;
 
-/// True where some point of the posed probe is inside or nearer to the surface than reach, mesh units. Clusters of points whose
-/// sphere is farther by the tree of bounds cost next to nothing, and the first point that is near ends it. False for a pose that
-/// is not finite, or reach that is not above zero. Without the exact layer it is as right as the approximate distance.
-/// Total, noexcept, no allocation; thread-safe.
-[[nodiscard]] bool is_nearer(const model::ModelView& model, const Probe& probe, const Pose& pose, double reach) noexcept;
+/// True where some point of the collider's probe is inside the touched body or nearer to its surface than reach, in the poses'
+/// units. Clusters of points whose sphere is farther by the tree of bounds cost next to nothing, and the first point that is near
+/// ends it. False without a model or a probe, for a pose that is not finite, or reach that is not above zero. Without the exact
+/// layer it is as right as the approximate distance. Total, noexcept, no allocation; thread-safe.
+[[nodiscard]] bool is_nearer(const Body& touched, const Body& collider, double reach) noexcept;
 
 }  // namespace sqmap::query

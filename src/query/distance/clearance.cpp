@@ -60,9 +60,11 @@ float clearance_of(const model::ModelView& model, Vec3f centre, float radius)
 
 }  // namespace
 
-bool is_nearer(const model::ModelView& model, const Probe& probe, const Pose& pose, double reach) noexcept
+bool is_nearer(const Body& touched, const Body& collider, double reach) noexcept
 {
-    const ProbeJob job(model, probe, pose, {}, {});
+    if (touched.model == nullptr || collider.probe == nullptr) return false;
+    const model::ModelView& model = *touched.model;
+    const ProbeJob job(model, *collider.probe, compose(inverse(touched.pose), collider.pose), {}, {});
     if (!job.finite || job.points == 0 || !(reach > 0) || !model::has_distance(model)) return false;
     const auto reach_in_model = static_cast<float>(reach / model.header.unit * (1 + 1e-6));
     const auto is_far = [&](Vec3f centre, float radius) {

@@ -19,21 +19,17 @@ using model::ModelView;
 
 constexpr std::size_t k_chunk = 4096, k_few = 16;
 
-bool is_finite_point(Vec3d p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
 Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
 
-/// Of a point in mesh units that is not in the root of the tree: by the object's sphere. Exact in double, whatever overflows.
-SignedDistance far_away(const ModelView& model, Vec3d point)
+/// At least how far a point of the mesh's frame that is not in the root of the tree is away: by the object's sphere. Exact in
+/// double, whatever overflows.
+double away_from_sphere(const ModelView& model, Vec3d point)
 {
-    SignedDistance answer;
-    answer.point = point;
     const float* sphere = model.header.sphere;
     const Vec3d centre = origin_of(model) + model.header.unit * cast<double>(model::vec3(sphere));
     const Vec3d d = point - centre;
     const double away = std::hypot(d.x, d.y, d.z) * (1 - 1e-9) - model.header.unit * static_cast<double>(sphere[3]) * (1 + 1e-6);
-    answer.distance = std::clamp(away, 0.0, std::numeric_limits<double>::max());
-    return answer;
+    return std::clamp(away, 0.0, std::numeric_limits<double>::max());
 }
 
 bool in_root(const ModelView& model, Vec3d in_model)
@@ -49,7 +45,9 @@ bool in_root(const ModelView& model, Vec3d in_model)
 template <std::size_t k_size>
 class Batch {
 public:
-    Batch(const ModelView& model, double band, std::span<SignedDistance> answers) : model_(model), answers_(answers)
+    /// pose: of the model, in the frame of points and answers.
+    Batch(const ModelView& model, const Pose& pose, double band, std::span<SignedDistance> answers)
+        : model_(model), pose_(pose), to_mesh_(inverse(pose)), answers_(answers)
     {
         const auto baked = static_cast<double>(model.distance.header.band);
         within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, 1e30) : baked);
@@ -58,19 +56,18 @@ public:
     void add(Vec3d point, std::size_t index)
     {
         SignedDistance& answer = answers_[index];
-        if (!is_finite_point(point)) {
-            answer = {};
-            answer.point = point;
+        answer = {};
+        answer.point = point;
+        if (!is_finite(point) || !is_finite(pose_)) {
             answer.status = k_not_finite;
             return;
         }
-        const Vec3d in_model = (point - origin_of(model_)) / model_.header.unit;
+        const Vec3d in_mesh = apply(to_mesh_, point), in_model = (in_mesh - origin_of(model_)) / model_.header.unit;
         if (!model::has_distance(model_) || !in_root(model_, in_model)) {
-            answer = far_away(model_, point);
+            answer.distance = away_from_sphere(model_, in_mesh);
             return;
         }
         points_[count_] = cast<float>(in_model);
-        answer.point = point;
         index_[count_++] = index;
         if (count_ == k_size) flush();
     }
@@ -82,6 +79,9 @@ public:
         count_ = 0;
     }
 
+    /// Of a point in model space.
+    Vec3d position_in_frame(Vec3f p) const { return apply(pose_, origin_of(model_) + model_.header.unit * cast<double>(p)); }
+
 private:
     bool is_inside(Vec3f p, std::uint32_t sides) const
     {
@@ -89,7 +89,7 @@ private:
         return sides == k_seen_inside || query_exact(model_, p).contact;
     }
 
-    /// answer.point is the queried point in mesh units.
+    /// answer.point is the queried point.
     void finish(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
     {
         const Vec3d point = answer.point;
@@ -113,16 +113,19 @@ private:
             return;
         }
         const std::uint32_t triangle = triangle_of(found.entry);
-        const Vec3d offset = cast<double>(found.offset);
+        const Vec3d offset = in_frame(found.offset);
         answer.distance = sign * static_cast<double>(found.distance) * unit + 0.0;  // not -0
         // On the surface, its own normal.
         const bool touching = !(found.distance > 1e-5f * model_.header.sphere[3]);
-        answer.gradient = touching ? normal_of(triangle) : -sign * normalized(offset);
+        answer.gradient = touching ? pose_.rotation * normal_of(triangle) : -sign * normalized(offset);
         answer.point = point + unit * offset;
         answer.part = static_cast<std::int32_t>(model_.triangle_part[triangle] & model::k_part_mask);
         answer.known = DistanceKind::Exact;
         answer.status = k_ok;
     }
+
+    /// Of a direction in model space.
+    Vec3d in_frame(Vec3f direction) const { return pose_.rotation * cast<double>(direction); }
 
     std::uint32_t triangle_of(std::int32_t entry) const
     {
@@ -148,8 +151,8 @@ private:
         if (contact.contact) {
             if ((contact.status & k_no_surface) != 0) return;
             answer = {-static_cast<double>(contact.depth) * unit,
-                      cast<double>(contact.normal),
-                      origin_of(model_) + unit * cast<double>(contact.point),
+                      in_frame(contact.normal),
+                      position_in_frame(contact.point),
                       contact.part,
                       DistanceKind::Approximate,
                       k_no_exact};
@@ -201,8 +204,8 @@ private:
         if (!(away < nearest)) return false;
         nearest = away;
         answer.distance = static_cast<double>(away) * model_.header.unit;
-        answer.gradient = cast<double>(surface.direction);
-        answer.point = origin_of(model_) + model_.header.unit * cast<double>(surface.point);
+        answer.gradient = in_frame(surface.direction);
+        answer.point = position_in_frame(surface.point);
         answer.part = surface.part;
         return true;
     }
@@ -232,6 +235,7 @@ private:
     }
 
     const ModelView& model_;
+    const Pose pose_, to_mesh_;
     std::span<SignedDistance> answers_;
     float within_;
     std::size_t count_ = 0;
@@ -245,38 +249,58 @@ private:
 namespace {
 
 template <std::size_t k_size>
-void fill(Batch<k_size>&& batch, std::span<const Vec3d> points)
+void fill(const Body& touched, double band, std::span<const Vec3d> points, std::span<SignedDistance> answers)
 {
+    Batch<k_size> batch(*touched.model, touched.pose, band, answers);
     for (std::size_t i = 0; i < points.size(); ++i) batch.add(points[i], i);
     batch.flush();
 }
 
-}  // namespace
-
-SignedDistance distance(const ModelView& model, Vec3d point, double band) noexcept
+/// Of a point of a body without a model.
+SignedDistance of_nothing(Vec3d point)
 {
     SignedDistance answer;
-    fill(Batch<1>(model, band, {&answer, 1}), {&point, 1});
+    answer.distance = std::numeric_limits<double>::max();
+    answer.point = point;
     return answer;
+}
+
+}  // namespace
+
+SignedDistance distance(const Body& touched, Vec3d point, double band) noexcept
+{
+    if (touched.model == nullptr) return of_nothing(point);
+    SignedDistance answer;
+    fill<1>(touched, band, {&point, 1}, {&answer, 1});
+    return answer;
+}
+
+SignedDistance distance(const ModelView& model, Vec3d point, double band) noexcept { return distance(Body{&model}, point, band); }
+
+void distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
+{
+    const auto answered = points.first(std::min(points.size(), answers.size()));
+    if (touched.model == nullptr)
+        std::transform(answered.begin(), answered.end(), answers.begin(), of_nothing);
+    else if (answered.size() <= k_few)
+        fill<k_few>(touched, band, answered, answers);
+    else
+        fill<k_chunk>(touched, band, answered, answers);
 }
 
 void distances(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
 {
-    const auto answered = points.first(std::min(points.size(), answers.size()));
-    if (answered.size() <= k_few)
-        fill(Batch<k_few>(model, band, answers), answered);
-    else
-        fill(Batch<k_chunk>(model, band, answers), answered);
+    distances(Body{&model}, points, answers, band);
 }
 
-void distances(const ModelView& model, const Probe& probe, const Pose& pose, std::span<SignedDistance> answers) noexcept
+void distances(const Body& touched, const Body& collider, std::span<SignedDistance> answers) noexcept
 {
-    if (answers.size() < probe.size()) return;
-    const ProbeJob job(model, probe, pose, {}, {});
-    Batch<k_chunk> batch(model, k_baked_band, answers);
+    if (touched.model == nullptr || collider.probe == nullptr || answers.size() < collider.probe->size()) return;
+    const ProbeJob job(*touched.model, *collider.probe, compose(inverse(touched.pose), collider.pose), {}, {});
+    Batch<k_chunk> batch(*touched.model, touched.pose, k_baked_band, answers);
     for (std::size_t slot = 0; slot < job.points; ++slot) {
-        const Vec3d in_model = cast<double>(job.in_model_space({job.x[slot], job.y[slot], job.z[slot]}));
-        batch.add(origin_of(model) + model.header.unit * in_model, job.point[slot]);
+        const Vec3f in_model = job.in_model_space({job.x[slot], job.y[slot], job.z[slot]});
+        batch.add(batch.position_in_frame(in_model), job.point[slot]);
     }
     batch.flush();
 }

@@ -193,7 +193,7 @@ TEST_P(DistanceOf, AProbeIsAsItsPoints)
     for (const Vec3d& p : points) local.push_back(apply(inverse(pose), p));
     const Probe probe(local);
     std::vector<SignedDistance> answers(points.size());
-    distances(b.view, probe, pose, answers);
+    distances({&b.view}, {nullptr, &probe, pose}, answers);
     double nearest = INFINITY;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double truth = b.truth(points[i]);
@@ -203,7 +203,7 @@ TEST_P(DistanceOf, AProbeIsAsItsPoints)
         nearest = std::min(nearest, truth);
     }
     EXPECT_LT(nearest, 0);
-    EXPECT_TRUE(is_nearer(b.view, probe, pose, 1e-9));
+    EXPECT_TRUE(is_nearer({&b.view}, {nullptr, &probe, pose}, 1e-9));
 }
 
 TEST_P(DistanceOf, IsTheSameOnEveryInstructionSet)
@@ -220,8 +220,39 @@ TEST_P(DistanceOf, IsTheSameOnEveryInstructionSet)
     }
 }
 
+TEST_P(DistanceOf, AnswersInTheFrameOfThePoses)
+{
+    const Baked& b = GetParam()();
+    const Pose pose{rotation_by(Vec3d{0.7, -0.4, 1.1}), {3, -40, 8}}, relative{rotation_by(Vec3d{-0.2, 0.5, 0.3}), {0.4, 1, -2}};
+    const Body body{&b.view, nullptr, pose};
+    const std::vector<Vec3d> points = b.points_about(0.3, 3000);
+    const auto expect_posed = [&](const SignedDistance& own, const SignedDistance& posed) {
+        // The position is rounded to float after the poses.
+        ASSERT_NEAR(own.distance, posed.distance, own.known == DistanceKind::Exact ? 1e-6 * b.r_max : 0.01 * b.r_max);
+    };
+    std::vector<Vec3d> world;
+    for (const Vec3d& p : points) world.push_back(apply(pose, p));
+    std::vector<SignedDistance> own(points.size()), posed(points.size()), probed(points.size());
+    distances(b.view, points, own);
+    distances(body, world, posed);
+    std::vector<Vec3d> local;
+    for (const Vec3d& p : points) local.push_back(apply(inverse(relative), p));
+    const Probe probe(local);
+    distances(body, {nullptr, &probe, compose(pose, relative)}, probed);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        expect_posed(own[i], posed[i]);
+        expect_posed(own[i], probed[i]);
+        if (HasFatalFailure()) return;
+        if (posed[i].known == DistanceKind::Exact && std::abs(posed[i].distance) > 1e-3 * b.r_max) {
+            ASSERT_NEAR(norm(posed[i].point + posed[i].distance * posed[i].gradient - world[i]), 0, 1e-5 * b.r_max);
+        }
+    }
+    EXPECT_EQ(is_nearer(body, {nullptr, &probe, compose(pose, relative)}, 0.01 * b.r_max),
+              is_nearer({&b.view}, {nullptr, &probe, relative}, 0.01 * b.r_max));
+}
+
 INSTANTIATE_TEST_SUITE_P(Shapes, DistanceOf, testing::Values(hand, boxes),
-                         [](const auto& info) { return info.index == 0 ? "Hand" : "CrossingBoxes"; });
+                         [](const auto& shape) { return shape.index == 0 ? "Hand" : "CrossingBoxes"; });
 
 /// Posed where its nearest point is about a reach away, each side of it: as the distances of its points.
 void expect_nearer_as_distances(const model::ModelView& model, const mesh::Mesh& mesh, const Probe& probe, std::uint64_t seed)
@@ -234,7 +265,7 @@ void expect_nearer_as_distances(const model::ModelView& model, const mesh::Mesh&
     for (int i = 0; i < 60; ++i) {
         const Vec3d on = mesh.vertices[random.bits() % mesh.vertices.size()];
         const Pose pose{rotation_by(2.0 * any_direction()), on + (i % 2 == 0 ? 0.4 : 1.5) * r_max * any_direction()};
-        distances(model, probe, pose, answers);
+        distances({&model}, {nullptr, &probe, pose}, answers);
         // Bounds are no farther than the truth: a reach below the least of them is met by none.
         double least = INFINITY, least_known = INFINITY;
         for (const SignedDistance& a : answers) {
@@ -242,12 +273,12 @@ void expect_nearer_as_distances(const model::ModelView& model, const mesh::Mesh&
             if (a.known == DistanceKind::Exact) least_known = std::min(least_known, a.distance);
         }
         if (least > 1e-4 * r_max) {
-            EXPECT_FALSE(is_nearer(model, probe, pose, least - 1e-5 * r_max)) << i;
+            EXPECT_FALSE(is_nearer({&model}, {nullptr, &probe, pose}, least - 1e-5 * r_max)) << i;
             ++far;
         }
         const double reach = std::max(least_known, 0.0) + 1e-5 * r_max;
         if (std::isfinite(least_known)) {
-            EXPECT_TRUE(is_nearer(model, probe, pose, reach)) << i;
+            EXPECT_TRUE(is_nearer({&model}, {nullptr, &probe, pose}, reach)) << i;
             ++near;
         }
     }
@@ -288,11 +319,30 @@ TEST(Distance, ReportsHowNearAProbeIs)
         for (const Vec3d& v : ball) nearest = std::min(nearest, b.truth(p + v));
         for (const double reach : {0.01 * b.r_max, 0.1 * b.r_max, 0.5 * b.r_max})
             if (std::abs(nearest - reach) > 1e-4 * b.r_max) {
-                EXPECT_EQ(is_nearer(b.view, probe, {{}, p}, reach), nearest < reach) << nearest << ' ' << reach;
+                EXPECT_EQ(is_nearer({&b.view}, {nullptr, &probe, {{}, p}}, reach), nearest < reach) << nearest << ' ' << reach;
             }
     }
-    EXPECT_FALSE(is_nearer(b.view, probe, {{}, {NAN, 0, 0}}, 1));
-    EXPECT_FALSE(is_nearer(b.view, probe, {{}, b.mesh.vertices.front()}, 0));
+    EXPECT_FALSE(is_nearer({&b.view}, {nullptr, &probe, {{}, {NAN, 0, 0}}}, 1));
+    EXPECT_FALSE(is_nearer({&b.view}, {nullptr, &probe, {{}, b.mesh.vertices.front()}}, 0));
+}
+
+TEST(Distance, WithoutAModelOrAPoseIsNowhere)
+{
+    const Baked& b = hand();
+    const SignedDistance nothing = distance(Body{}, {1, 2, 3});
+    EXPECT_EQ(nothing.distance, std::numeric_limits<double>::max());
+    EXPECT_EQ(nothing.known, DistanceKind::LowerBound);
+    EXPECT_EQ(distance(Body{&b.view, nullptr, {{}, {NAN, 0, 0}}}, {1, 2, 3}).status, k_not_finite);
+    const Probe probe(b.mesh.vertices);
+    std::vector<SignedDistance> answers(probe.size());
+    distances(Body{}, {nullptr, &probe}, answers);
+    distances(Body{&b.view}, Body{}, answers);
+    distances({&b.view}, {nullptr, &probe}, std::span(answers).first(1));
+    EXPECT_EQ(answers[0].distance, 0);
+    EXPECT_FALSE(is_nearer(Body{}, {nullptr, &probe}, 1));
+    EXPECT_FALSE(is_nearer({&b.view}, Body{}, 1));
+    distances({&b.view, nullptr, {{}, {0, INFINITY, 0}}}, {nullptr, &probe}, answers);
+    for (const SignedDistance& a : answers) EXPECT_EQ(a.status, k_not_finite);
 }
 
 TEST(Distance, AnswersAnyPoint)
