@@ -3,6 +3,7 @@
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/query/distance.h"
 #include "sqmap/query/scene.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
@@ -399,6 +400,37 @@ TEST(RealTime, QueriesRaiseNoFloatingPointException)
             }
             EXPECT_EQ(shown, 0) << "points of " << points.size();
         }
+    }
+}
+
+/// One by one, a few and many; of a probe; clearance.
+void query_distances(const query::Body& touched, std::span<const Vec3d> points, const query::Body& collider,
+                     std::span<query::SignedDistance> answers)
+{
+    for (std::size_t i = 0; i < points.size(); i += 7) answers[i] = query::distance(touched, points[i]);
+    for (const std::size_t count : {std::size_t{3}, std::size_t{100}, points.size()})
+        query::distances(touched, points.first(count), answers);
+    query::distances(touched, collider, answers);
+    (void)query::is_nearer(touched, collider, 0.1);
+}
+
+TEST(RealTime, DistancesDoNotAllocateAndRaiseNoFloatingPointException)
+{
+    std::vector<model::ModelData> tried = models();
+    tried.push_back(test::baked(test::small_hand(), {.exact = false}).result.model);
+    for (const model::ModelData& data : tried) {
+        const std::vector<std::byte> bytes = io::serialize(data);
+        model::ModelView view;
+        ASSERT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
+        std::vector<Vec3d> points;
+        for (const Vec3f& p : points_about(view)) points.push_back(model::to_mesh_units(view.header, p));
+        const query::Probe probe(std::span<const Vec3d>(points).first(2000));
+        std::vector<query::SignedDistance> answers(points.size());
+        const query::Body touched{&view, nullptr, {{}, {0.1, 0.2, 0.3}}}, collider{nullptr, &probe, {{}, {0.3, 0.1, 0.2}}};
+        EXPECT_EQ(allocations_of([&] { query_distances(touched, points, collider, answers); }), 0);
+        std::feclearexcept(FE_ALL_EXCEPT);
+        query_distances(touched, points, collider, answers);
+        EXPECT_EQ(std::fetestexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW), 0);
     }
 }
 

@@ -54,6 +54,8 @@ HWY_NOINLINE void find_near(const ModelView& model, std::span<const Vec3f> point
     PointPacket packet;
     packet.count = near.size();
     for (std::size_t k = 0; k < near.size(); ++k) packet.put(k, points[near[k]]);
+    // A whole vector of numbers.
+    for (std::size_t k = near.size(); k % hn::Lanes(df) != 0; ++k) packet.put(k, points[near.back()]);
     const Hierarchy hierarchy(model);
     if (near.size() <= k_few)
         for (std::size_t k = 0; k < near.size(); ++k) hierarchy.search(packet, k);
