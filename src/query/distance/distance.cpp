@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <type_traits>
 
 namespace sqmap::query {
 
@@ -17,7 +19,7 @@ namespace {
 
 using model::ModelView;
 
-constexpr std::size_t k_chunk = 4096, k_few = 16;
+constexpr std::size_t k_chunk = 4096;
 
 Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
 
@@ -41,8 +43,18 @@ bool in_root(const ModelView& model, Vec3d in_model)
     return true;
 }
 
-/// Chunks of points on their way to their answers. Small ones, so that a few points pay for no more.
-template <std::size_t k_size>
+/// Memory of a chunk that nobody clears: a few points pay for no more.
+template <class T>
+class Scratch {
+public:
+    T* data() { return reinterpret_cast<T*>(bytes_); }
+
+private:
+    static_assert(std::is_trivially_copyable_v<T>);
+    alignas(T) std::byte bytes_[k_chunk * sizeof(T)];
+};
+
+/// Chunks of points on their way to their answers.
 class Batch {
 public:
     /// pose: of the model, in the frame of points and answers.
@@ -67,15 +79,17 @@ public:
             answer.distance = away_from_sphere(model_, in_mesh);
             return;
         }
-        points_[count_] = cast<float>(in_model);
+        points_.data()[count_] = cast<float>(in_model);
         index_[count_++] = index;
-        if (count_ == k_size) flush();
+        if (count_ == k_chunk) flush();
     }
 
     void flush()
     {
-        nearest_surfaces(model_, within_, std::span(points_, count_), std::span(found_, count_));
-        for (std::size_t i = 0; i < count_; ++i) finish(points_[i], found_[i], answers_[index_[i]]);
+        const std::span points(points_.data(), count_);
+        const std::span found(found_.data(), count_);
+        nearest_surfaces(model_, within_, points, found);
+        for (std::size_t i = 0; i < count_; ++i) finish(points[i], found[i], answers_[index_[i]]);
         count_ = 0;
     }
 
@@ -239,22 +253,14 @@ private:
     std::span<SignedDistance> answers_;
     float within_;
     std::size_t count_ = 0;
-    Vec3f points_[k_size];
-    std::size_t index_[k_size];
-    NearestSurface found_[k_size];
+    Scratch<Vec3f> points_;
+    std::size_t index_[k_chunk];
+    Scratch<NearestSurface> found_;
 };
 
 }  // namespace
 
 namespace {
-
-template <std::size_t k_size>
-void fill(const Body& touched, double band, std::span<const Vec3d> points, std::span<SignedDistance> answers)
-{
-    Batch<k_size> batch(*touched.model, touched.pose, band, answers);
-    for (std::size_t i = 0; i < points.size(); ++i) batch.add(points[i], i);
-    batch.flush();
-}
 
 /// Of a point of a body without a model.
 SignedDistance of_nothing(Vec3d point)
@@ -269,9 +275,8 @@ SignedDistance of_nothing(Vec3d point)
 
 SignedDistance distance(const Body& touched, Vec3d point, double band) noexcept
 {
-    if (touched.model == nullptr) return of_nothing(point);
     SignedDistance answer;
-    fill<1>(touched, band, {&point, 1}, {&answer, 1});
+    distances(touched, {&point, 1}, {&answer, 1}, band);
     return answer;
 }
 
@@ -279,13 +284,14 @@ SignedDistance distance(const ModelView& model, Vec3d point, double band) noexce
 
 void distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
 {
-    const auto answered = points.first(std::min(points.size(), answers.size()));
-    if (touched.model == nullptr)
-        std::transform(answered.begin(), answered.end(), answers.begin(), of_nothing);
-    else if (answered.size() <= k_few)
-        fill<k_few>(touched, band, answered, answers);
-    else
-        fill<k_chunk>(touched, band, answered, answers);
+    const std::size_t count = std::min(points.size(), answers.size());
+    if (touched.model == nullptr) {
+        std::transform(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), answers.begin(), of_nothing);
+        return;
+    }
+    Batch batch(*touched.model, touched.pose, band, answers);
+    for (std::size_t i = 0; i < count; ++i) batch.add(points[i], i);
+    batch.flush();
 }
 
 void distances(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
@@ -297,7 +303,7 @@ void distances(const Body& touched, const Body& collider, std::span<SignedDistan
 {
     if (touched.model == nullptr || collider.probe == nullptr || answers.size() < collider.probe->size()) return;
     const ProbeJob job(*touched.model, *collider.probe, compose(inverse(touched.pose), collider.pose), {}, {});
-    Batch<k_chunk> batch(*touched.model, touched.pose, k_baked_band, answers);
+    Batch batch(*touched.model, touched.pose, k_baked_band, answers);
     for (std::size_t slot = 0; slot < job.points; ++slot) {
         const Vec3f in_model = job.in_model_space({job.x[slot], job.y[slot], job.z[slot]});
         batch.add(batch.position_in_frame(in_model), job.point[slot]);

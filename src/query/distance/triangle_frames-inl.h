@@ -41,16 +41,14 @@ public:
                  ca = blend(from_q, pq, blend(from_r, qr, rp)), ac{hn::Neg(ca.x), hn::Neg(ca.y), hn::Neg(ca.z)};
         const F zero = hn::Zero(df), one = set(1.f), tiny = set(k_tiny);
         const F length = hn::Sqrt(hn::Max(hn::Max(pq_sq, qr_sq), rp_sq));
-        const V3 along = unit(ab, length, {one, zero, zero});
-        // Any direction beside a triangle without area. Twice, as digits cancel in a narrow one.
-        const M steep = hn::Gt(hn::Abs(along.x), set(0.6f));
-        const V3 other = beside({blend(steep, zero, one), blend(steep, one, zero), zero}, along);
-        const V3 any_side = unit(other, norm(other), {zero, one, zero});
+        const V3 along = blend(hn::Gt(length, tiny), unit(ab, length), {one, zero, zero});
         const V3 rise = beside(ac, along);
-        const F width = norm(rise);
-        const M has_area = hn::Gt(hn::Mul(width, width), hn::Max(hn::Mul(dot(ac, ac), set(1e-11f)), tiny));
-        const V3 side = beside(blend(has_area, unit(rise, width, any_side), any_side), along);
-        const V3 across = unit(side, norm(side), any_side);
+        const M has_area = hn::Gt(dot(rise, rise), hn::Max(hn::Mul(dot(ac, ac), set(1e-11f)), tiny));
+        // Any direction beside a triangle without area.
+        const M steep = hn::Gt(hn::Abs(along.x), set(0.6f));
+        const V3 side = blend(has_area, rise, beside({blend(steep, zero, one), blend(steep, one, zero), zero}, along));
+        // Twice, as digits cancel in a narrow triangle.
+        const V3 again = beside(unit(side, norm(side)), along), across = unit(again, norm(again));
         const F c_u = dot(ac, along), c_v = hn::IfThenElseZero(has_area, dot(ac, across)), bc_u = hn::Sub(c_u, length);
         const F ac_length = norm(c_u, c_v), bc_length = norm(bc_u, c_v);
         // Of a side without length any direction serves.
@@ -139,11 +137,7 @@ private:
 
     static HWY_INLINE F norm(const V3& v) { return hn::Sqrt(dot(v, v)); }
     static HWY_INLINE F norm(F u, F v) { return hn::Sqrt(mul_add(u, u, hn::Mul(v, v))); }
-    static HWY_INLINE V3 unit(const V3& v, F size, const V3& otherwise)
-    {
-        const M is_known = hn::Gt(size, set(k_tiny));
-        return blend(is_known, scaled(hn::Div(set(1.f), hn::Max(size, set(k_tiny))), v), otherwise);
-    }
+    static HWY_INLINE V3 unit(const V3& v, F size) { return scaled(hn::Div(set(1.f), hn::Max(size, set(k_tiny))), v); }
     static HWY_INLINE V3 beside(const V3& v, const V3& along) { return minus_scaled(v, dot(v, along), along); }
 
     /// A field of one triangle for all lanes, or of a triangle for each.
