@@ -4,7 +4,7 @@ set(filter ${PROJECT_SOURCE_DIR}/src/haptic/safety.cpp)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${filter})
 file(READ ${filter} source)
 
-add_library(safety_test_object OBJECT haptic/safety_test.cpp ${PROJECT_SOURCE_DIR}/src/haptic/stiffness.cpp)
+add_library(safety_test_object OBJECT ${SAFETY_TESTS} ${PROJECT_SOURCE_DIR}/src/haptic/stiffness.cpp)
 target_link_libraries(safety_test_object PRIVATE GTest::gtest sqmap_options)
 target_include_directories(safety_test_object PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
 
