@@ -34,7 +34,7 @@ std::vector<Vec3d> bent(const mesh::Mesh& mesh, const decompose::Partition& part
         if (own[v] != 0 && others[v] == 0) own_mean += mesh.vertices[v], count += 1;
     }
     if (count == 0) return out;
-    const Vec3d way = normalized(cross(own_mean / count - mean, Vec3d{0.3, 0.9, 0.2}));
+    const Vec3d direction = normalized(cross(own_mean / count - mean, Vec3d{0.3, 0.9, 0.2}));
     std::vector<double> inwards(own.size(), 0);
     double farthest = 0;
     for (std::size_t v = 0; v < own.size(); ++v) {
@@ -46,7 +46,7 @@ std::vector<Vec3d> bent(const mesh::Mesh& mesh, const decompose::Partition& part
     }
     for (std::size_t v = 0; v < own.size(); ++v) {
         const double share = inwards[v] / farthest;
-        out[v] += by * share * share * way;
+        out[v] += by * share * share * direction;
     }
     return out;
 }
@@ -107,9 +107,8 @@ int main(int argc, char** argv)
                 check.points = 4000;
                 if (layer == query::Layer::Exact) check.verdict_band = 1e-5;
                 const bake::Evaluation e = bake::evaluate(again.model.view(), solid, check);
-                std::printf(" %s %u + %u wrong, as a frame %u + %u, depth p99 %.3f %%;",
-                            layer == query::Layer::Exact ? "exact" : "L3", e.missed, e.false_contacts, e.frame.missed,
-                            e.frame.false_contacts, e.depth.p99);
+                std::printf(" %s %u + %u wrong, depth p99 %.3f %%;", layer == query::Layer::Exact ? "exact" : "L3", e.missed,
+                            e.false_contacts, e.depth.p99);
             }
             std::printf("\n");
         }

@@ -4,7 +4,9 @@ target_compile_options(sqmap_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   -Wno-restrict  # GCC 12 warns of every "text" + std::string (its bug 105651)
   # A fused multiply-add changes results between machines: models must have the same bytes everywhere.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # GCC 12 at -O2 drops the rounding of two doubles to float and back where it makes a vector of them.
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:RelWithDebInfo>>:-fno-tree-slp-vectorize>)
 if(SQMAP_WERROR)
   target_compile_options(sqmap_options INTERFACE -Werror)
 endif()
