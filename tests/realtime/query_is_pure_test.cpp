@@ -109,14 +109,18 @@ std::vector<Vec3f> points_about(const model::ModelView& view)
     return points;
 }
 
-std::vector<model::ModelData> models()
+/// As files hold them: all small shapes, and one of normal maps.
+const std::vector<std::vector<std::byte>>& models()
 {
-    std::vector<model::ModelData> out;
-    for (const test::Shape& shape : test::small_shapes()) out.push_back(test::baked(shape.mesh).result.model);
-    bake::BakeOptions normal;
-    normal.projection = model::Projection::Normal;
-    out.push_back(test::baked(test::small_hand(), normal).result.model);
-    return out;
+    static const std::vector<std::vector<std::byte>> k_models = [] {
+        std::vector<std::vector<std::byte>> out;
+        for (const test::Shape& shape : test::small_shapes()) out.push_back(test::baked_bytes(shape.mesh, true));
+        bake::BakeOptions normal;
+        normal.projection = model::Projection::Normal;
+        out.push_back(io::serialize(bake::bake(test::small_hand(), true, normal).model));
+        return out;
+    }();
+    return k_models;
 }
 
 TEST(RealTime, TheGuardSeesAllocations)
@@ -131,8 +135,7 @@ TEST(RealTime, TheGuardSeesAllocations)
 
 TEST(RealTime, ParsingAndQueriesDoNotAllocate)
 {
-    for (const model::ModelData& data : models()) {
-        const std::vector<std::byte> bytes = io::serialize(data);
+    for (const std::vector<std::byte>& bytes : models()) {
         model::ModelView view;
         EXPECT_EQ(allocations_of([&] { (void)model::parse(bytes, view); }), 0);
         ASSERT_FALSE(view.parts.empty());
@@ -294,20 +297,20 @@ public:
         wrenches_.resize(zones_.size());
         test::Random random(4);
         for (int i = 0; i < 4; ++i) {
-            ways_.emplace_back(zones_.size(), test::random_pose(random, 0.8));
-            ways_.push_back(ways_.back());
-            for (sqmap::Pose& p : ways_.back()) p.translation += Vec3d{0.01, 0, 0.01};
+            paths_.emplace_back(zones_.size(), test::random_pose(random, 0.8));
+            paths_.push_back(paths_.back());
+            for (sqmap::Pose& p : paths_.back()) p.translation += Vec3d{0.01, 0, 0.01};
         }
-        ways_.emplace_back(zones_.size(), test::shifted({1e9, 0, 0}));
-        ways_.emplace_back(zones_.size(), test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
-        ways_.emplace_back(zones_.size(), test::shifted({0, -std::numeric_limits<double>::infinity(), 0}));
-        ways_.push_back(ways_.front());
+        paths_.emplace_back(zones_.size(), test::shifted({1e9, 0, 0}));
+        paths_.emplace_back(zones_.size(), test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
+        paths_.emplace_back(zones_.size(), test::shifted({0, -std::numeric_limits<double>::infinity(), 0}));
+        paths_.push_back(paths_.front());
     }
     void run()
     {
-        for (const std::vector<sqmap::Pose>& poses : ways_)
+        for (const std::vector<sqmap::Pose>& poses : paths_)
             for (const bool degraded : {false, true}) {
-                solids_[1].pose = ways_.front().front();
+                solids_[1].pose = paths_.front().front();
                 const haptic::StepResult r =
                     haptic::step(*state_, {.touched = solids_, .poses = poses, .degraded = degraded}, wrenches_, on_touched_);
                 contacts_ += r.contacts;
@@ -328,7 +331,7 @@ private:
     std::optional<haptic::State> state_;
     std::vector<haptic::Wrench> wrenches_;
     haptic::Wrench on_touched_[2];
-    std::vector<std::vector<sqmap::Pose>> ways_;
+    std::vector<std::vector<sqmap::Pose>> paths_;
     std::size_t contacts_ = 0;
     bool finite_ = true;
 };
@@ -380,8 +383,9 @@ TEST(RealTime, HapticStepsMakeNoSystemCall)
 TEST(RealTime, QueriesRaiseNoFloatingPointException)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-    for (const model::ModelData& data : models()) {
-        const model::ModelView view = data.view();
+    for (const std::vector<std::byte>& bytes : models()) {
+        model::ModelView view;
+        ASSERT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
         std::vector<Vec3f> points = points_about(view);
         points.push_back({nan, 0, 0});
         points.push_back({0, inf, 0});
