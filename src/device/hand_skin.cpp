@@ -1,5 +1,6 @@
 #include "sqmap/device/hand_skin.h"
 
+#include "sqmap/math/assert.h"
 #include "sqmap/math/rotation.h"
 
 #include <algorithm>
@@ -88,6 +89,13 @@ const char* hand_joint_name(std::size_t joint) noexcept { return joint < k_hand_
 
 HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
 {
+    const auto of_the_hand = [](const auto& joints) {
+        return std::all_of(joints.begin(), joints.end(), [](std::size_t j) { return j < k_hand_joints; });
+    };
+    const auto finite = [](float weight) { return std::isfinite(weight); };
+    SQMAP_ASSERT(std::all_of(mesh.weights.begin(), mesh.weights.end(), finite));
+    SQMAP_ASSERT(mesh.weights.size() == mesh.points.size() && mesh.joints.size() == mesh.points.size() &&
+                 mesh.shares.size() == mesh.points.size() && std::all_of(mesh.joints.begin(), mesh.joints.end(), of_the_hand));
     // The same axes in the mesh and in the hand that hand_joints is.
     std::array<Vec3d, k_hand_joints> bones;
     const auto joints = hand_joints({}, length);

@@ -2,6 +2,7 @@
 
 #include "least_squares.h"
 #include "problems.h"
+#include "sqmap/math/assert.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -98,6 +99,7 @@ std::vector<Superquadricd> bent_starts(const ScaledPart& part, const FitOptions&
 template <int N>
 DataFit fit_data(const ScaledPart& part, std::span<const Superquadricd> starts, const FitOptions& options, std::size_t finalists)
 {
+    SQMAP_ASSERT(!starts.empty());
     std::vector<Sample> few;
     for (std::size_t i = 0; i < part.samples.size(); i += 1 + part.samples.size() / 64) few.push_back(part.samples[i]);
     std::vector<DataFit> fits;

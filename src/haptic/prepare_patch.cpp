@@ -1,5 +1,7 @@
 #include "sqmap/haptic/patch.h"
 
+#include "sqmap/math/assert.h"
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -33,6 +35,7 @@ std::optional<PatchPoints> divide(const Surface& surface, double spacing, std::s
     };
     std::vector<Triangle> left;
     for (const Triangle& whole : surface.triangles) {
+        SQMAP_ASSERT(std::max({whole[0], whole[1], whole[2]}) < surface.vertices.size());
         left.assign(1, whole);
         while (!left.empty()) {
             const Triangle t = left.back();

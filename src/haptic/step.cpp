@@ -3,11 +3,13 @@
 
 #include "contact_query.h"
 #include "modes.h"
+#include "sqmap/math/assert.h"
 
 namespace sqmap::haptic {
 
 model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept
 {
+    SQMAP_ASSERT(metres_per_unit > 0);
     // Everything in a model but these four numbers is in model space.
     model::ModelView view = model;
     view.header.unit *= metres_per_unit;
@@ -16,8 +18,16 @@ model::ModelView in_metres(const model::ModelView& model, double metres_per_unit
 }
 
 std::size_t State::zones() const noexcept { return data_->zones.size(); }
-ZoneOptions& State::options(std::size_t zone) noexcept { return data_->zones[zone].options; }
-const ZoneReport& State::report(std::size_t zone) const noexcept { return data_->reports[zone]; }
+ZoneOptions& State::options(std::size_t zone) noexcept
+{
+    SQMAP_ASSERT(zone < zones());
+    return data_->zones[zone].options;
+}
+const ZoneReport& State::report(std::size_t zone) const noexcept
+{
+    SQMAP_ASSERT(zone < zones());
+    return data_->reports[zone];
+}
 std::uint64_t State::degraded_steps() const noexcept { return data_->degraded_steps; }
 
 void State::reset() noexcept
@@ -71,6 +81,7 @@ Wrench step_zone(ZoneTick& tick)
     ZoneMemory& m = tick.memory;
     ZoneReport& report = tick.report;
     const Pose& device = tick.device();
+    SQMAP_ASSERT(is_finite(device));
     // No motion leads from what was touched before a jump, friction's stretch or a proxy behind a wall to here.
     if (m.track.jumps(device, in.dt)) {
         tick.clear();

@@ -55,6 +55,16 @@ std::vector<std::vector<std::uint32_t>> boundary_loops(const Surface& surface, s
     return loops;
 }
 
+/// Two faces at an edge run along it in opposite directions, and no edge has more than max_faces.
+[[maybe_unused]] bool agree_in_orientation(std::span<const EdgeUse> uses, std::size_t max_faces)
+{
+    bool agree = true;
+    for_each_edge(uses, [&](std::span<const EdgeUse> sides) {
+        agree = agree && sides.size() <= max_faces && (sides.size() != 2 || sides[0].forward != sides[1].forward);
+    });
+    return agree;
+}
+
 /// Triangles of least total area over a loop; empty where none avoids the edges that exist.
 std::vector<Triangle> least_area(const Surface& surface, const std::vector<std::uint32_t>& loop, const std::set<Edge>& existing)
 {
@@ -98,6 +108,7 @@ std::vector<Triangle> least_area(const Surface& surface, const std::vector<std::
 std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits)
 {
     const std::vector<EdgeUse> uses = edge_uses(surface.faces);
+    SQMAP_ASSERT(agree_in_orientation(uses, k_none));
     std::set<Edge> existing;
     for (const EdgeUse& u : uses) existing.emplace(u.lo, u.hi);
     std::set<Triangle> corners;  // a lone triangle is its own hole: covering it would make a sheet, not a solid
@@ -177,6 +188,8 @@ bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, con
 
 void thicken(Surface& surface, double thickness)
 {
+    const std::vector<EdgeUse> uses = edge_uses(surface.faces);
+    SQMAP_ASSERT(agree_in_orientation(uses, 2));
     const std::size_t count = surface.points.size();
     std::vector<Vec3d> normals(count);
     for (const Face& f : surface.faces) {
@@ -191,7 +204,7 @@ void thicken(Surface& surface, double thickness)
     }
     std::vector<Face> faces;
     const auto below = [&](std::uint32_t v) { return v + static_cast<std::uint32_t>(count); };
-    for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> sides) {
+    for_each_edge(uses, [&](std::span<const EdgeUse> sides) {
         if (sides.size() != 1) return;
         const Face& f = surface.faces[sides[0].half / 3];
         const std::uint32_t a = f.v[sides[0].half % 3], b = f.v[(sides[0].half + 1) % 3];

@@ -1,6 +1,7 @@
 // The exact layer's lists: for each locator cell the triangles that can be nearest to a point of it. Written and read here.
 #pragma once
 
+#include "sqmap/math/assert.h"
 #include "sqmap/model/model.h"
 
 #include <bit>
@@ -79,6 +80,7 @@ struct CandidateRecord {
     /// cell: from 0 to 63 in its brick, 0 of a deep one. @pre the cell is not Free
     constexpr CandidateList of_cell(std::uint32_t cell) const
     {
+        SQMAP_ASSERT((occupied >> cell & 1) != 0);
         const std::uint16_t* start = starts + std::popcount(occupied & ((std::uint64_t{1} << cell) - 1));
         return start[0] == start[1] ? all() : of_refs(start[0], static_cast<std::uint32_t>(start[1] - start[0]));
     }
@@ -100,6 +102,7 @@ constexpr CandidateRecord candidate_record(const std::uint16_t* values, bool wid
 /// @pre the brick is not free
 [[nodiscard]] constexpr CandidateRecord candidate_record(const ModelView& view, std::size_t brick)
 {
+    SQMAP_ASSERT(view.near_bricks[brick] != k_no_candidates);
     return candidate_record(view.near.data() + view.near_bricks[brick], has_wide_candidates(view.triangle_part.size()));
 }
 /// cell: from 0 to 63 in its brick, 0 of a deep one. @pre the cell is not Free

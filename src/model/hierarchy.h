@@ -1,6 +1,7 @@
 // The hierarchy of boxes over a model's triangles: how its levels and boxes are stored.
 #pragma once
 
+#include "sqmap/math/assert.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/model/distance.h"
 
@@ -30,6 +31,7 @@ constexpr std::uint32_t group_count(std::uint32_t entries)
 /// The levels above the groups: none where there is but one. @pre entries <= k_max_hierarchy_entries
 constexpr HierarchyLevels hierarchy_levels(std::uint32_t entries)
 {
+    SQMAP_ASSERT(entries <= k_max_hierarchy_entries);
     HierarchyLevels levels;
     std::uint32_t children[k_max_hierarchy_levels] = {};
     for (std::uint32_t below = group_count(entries); below > 1 && levels.count < k_max_hierarchy_levels;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "model/octahedral.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/model/model.h"
 
 #include <algorithm>
@@ -43,7 +44,12 @@ struct LocatorBrick {
 
     constexpr bool is_free() const { return (word & k_free) != 0; }
     constexpr std::uint32_t gap() const { return word & ~k_free; }
-    constexpr bool is_deep() const { return (word & k_deep) != 0; }  ///< @pre it is not free
+    /// @pre it is not free
+    constexpr bool is_deep() const
+    {
+        SQMAP_ASSERT(!is_free());
+        return (word & k_deep) != 0;
+    }
     constexpr std::uint32_t first() const { return word & ~k_deep; }
     constexpr std::uint32_t cell_count() const { return is_deep() ? 1 : k_brick_cells; }
 

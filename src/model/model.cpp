@@ -57,7 +57,7 @@ bool is_fallback(const Part& part) noexcept { return (part.flags & k_fit_fallbac
 
 std::uint32_t part_of_triangle(const ModelView& view, std::size_t triangle) noexcept
 {
-    SQMAP_ASSERT(has_exact(view) && triangle < view.triangle_part.size());
+    SQMAP_ASSERT(triangle < view.triangle_part.size());
     return part_of(view.triangle_part[triangle]);
 }
 

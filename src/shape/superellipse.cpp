@@ -9,10 +9,21 @@
 
 namespace sqmap::shape {
 
+namespace {
+
+/// In [0.1, 2]; the ends may be rounded.
+template <class Real>
+constexpr bool is_exponent(Real eps)
+{
+    return eps > Real(0.0999) && eps < Real(2.001);
+}
+
+}  // namespace
+
 template <class Real>
 Arc<Real> arc_through(Real x, Real y, Real eps) noexcept
 {
-    SQMAP_ASSERT(eps > Real(0.0999) && eps < Real(2.001));  // an end of the range, rounded
+    SQMAP_ASSERT(is_exponent(eps));
     const Real ax = std::abs(x), ay = std::abs(y);
     const bool x_is_big = ax >= ay;
     const Real big = x_is_big ? ax : ay, small = x_is_big ? ay : ax;
@@ -34,6 +45,7 @@ Arc<Real> arc_through(Real x, Real y, Real eps) noexcept
 template <class Real>
 ArcDerivative<Real> derivative(const Arc<Real>& arc, Real eps) noexcept
 {
+    SQMAP_ASSERT(is_exponent(eps));
     // The tangent is perpendicular to (nc, ns), and c ds - s dc = c^2 + s^2 for the polar angle.
     const Real radius_sq = arc.c * arc.c + arc.s * arc.s;
     const Real dc = -radius_sq * arc.ns, ds = radius_sq * arc.nc;

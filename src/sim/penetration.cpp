@@ -1,4 +1,5 @@
 // How deep cloth is inside colliders: measured apart from the simulation.
+#include "sqmap/math/assert.h"
 #include "sqmap/sim/cloth.h"
 
 #include <algorithm>
@@ -30,7 +31,8 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
 {
     const int steps = options.steps;
     std::vector<Vec3d> points(nodes.begin(), nodes.end());
-    for (const auto& t : triangles)
+    for (const auto& t : triangles) {
+        SQMAP_ASSERT(t[0] < nodes.size() && t[1] < nodes.size() && t[2] < nodes.size());
         for (int i = 0; i <= steps; ++i)
             for (int j = 0; j <= steps - i; ++j) {
                 const int k = steps - i - j;
@@ -38,6 +40,7 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
                 const double n = steps;
                 points.push_back((i / n) * nodes[t[0]] + (j / n) * nodes[t[1]] + (k / n) * nodes[t[2]]);
             }
+    }
     std::vector<double> depth(points.size());
     for (std::size_t p = 0; p < points.size(); ++p) depth[p] = depth_of(points[p], colliders, options.layer);
     for (const Collider& collider : colliders)

@@ -1,5 +1,7 @@
 #include "sqmap/sim/walker.h"
 
+#include "sqmap/math/assert.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -94,6 +96,7 @@ void pose_bones(std::span<const Bone> bones, std::span<const Mat3d> turns, Vec3d
 
 void walk(std::span<const Bone> bones, const Gait& gait, double time, std::span<Pose> poses)
 {
+    SQMAP_ASSERT(bones.size() == k_parts && poses.size() == bones.size());
     std::vector<Mat3d> turns(bones.size());
     const double down = eased((time - gait.lower_at) / gait.ease), go = eased((time - gait.walk_at) / gait.ease);
     const double phase = 2 * std::numbers::pi * std::max(0.0, time - gait.walk_at) / gait.period;

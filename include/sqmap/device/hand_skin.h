@@ -32,7 +32,7 @@ public:
     /// Points are sorted by zone. Allocates. @pre sizes agree, joints < k_hand_joints, weights finite
     HandSkin(const HandMesh& mesh, double length);
 
-    /// No allocation; cost: some 50 operations a point. @pre poses are finite
+    /// No allocation; cost: some 50 operations a point. Of poses that are not finite, points are not.
     void pose(std::span<const Pose, k_glove_zones> zones) noexcept;
 
     [[nodiscard]] std::span<const Vec3d> points() const noexcept { return posed_; }  ///< world

@@ -18,7 +18,7 @@ struct Pose {
 {
     return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};
 }
-/// @pre the rotation is orthogonal
+/// Of a rotation: another matrix is transposed, not inverted. NaN stays NaN.
 [[nodiscard]] constexpr Pose inverse(const Pose& pose) noexcept
 {
     return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)};

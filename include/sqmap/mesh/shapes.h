@@ -21,7 +21,7 @@ namespace sqmap::mesh {
 
 /// Box of the given half sizes whose edges and corners are rounded: every point within `radius` of the inner box.
 /// segments: quads across a rounded edge and, at the same size, across the flats.
-/// @pre 0 < radius < every half size
+/// @throw std::invalid_argument unless 0 < radius < every half size
 [[nodiscard]] Mesh rounded_box(Vec3d half_size, double radius, int segments);
 
 struct TorusOptions {

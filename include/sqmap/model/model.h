@@ -1,6 +1,7 @@
 // The baked model as the runtime sees it: plain structs over one immutable blob that the caller owns.
 #pragma once
 
+#include "sqmap/math/assert.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/model/arrays.h"
 #include "sqmap/model/normal_map.h"
@@ -98,6 +99,7 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
 /// Vertex k (0 to 2) of a triangle. @pre has_exact(view) and the triangle exists
 [[nodiscard]] constexpr std::uint32_t triangle_vertex(const ModelView& view, std::uint32_t triangle, std::uint32_t k)
 {
+    SQMAP_ASSERT(triangle < view.triangle_part.size() && k < 3);
     const std::size_t i = 3 * static_cast<std::size_t>(triangle) + k;
     return view.triangles16.empty() ? view.triangles32[i] : view.triangles16[i];
 }

@@ -73,7 +73,7 @@ Vec3<Real> deform(const Superquadric<Real>& sq, Vec3<Real> q, Deformation which 
 
 /// Undoes bend and taper: the point of the plain superellipsoid that the local point q came from.
 /// Points where the taper vanishes (behind its apex) have no source: they map to infinity and so lie outside.
-/// @pre bend a.z < pi, or the body overlaps itself and the inverse is not unique.
+/// Where bend * a.z >= pi the body overlaps itself: of several sources the one nearest to the middle of the axis.
 template <class Real>
 Vec3<Real> undeform(const Superquadric<Real>& sq, Vec3<Real> q);
 

@@ -48,7 +48,8 @@ template <class Real>
 [[nodiscard]] SurfaceAngles<Real> angles_of(const SurfacePosition<Real>& position) noexcept;
 
 /// Eq. 8 (tapered and bent) with the unit outward normal of the deformed surface: n_d of eq. 24 computed directly and
-/// carried through the deformations, never multiplied by s (errata 2 and 4). @pre bend * |r| < 1 on the body.
+/// carried through the deformations, never multiplied by s (errata 2 and 4). Where the body is bent so far that it folds
+/// over (bend * r >= 1), the normal of the least stretch 0.001 along the axis.
 template <class Real>
 [[nodiscard]] SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept;
 template <class Real>
@@ -56,7 +57,7 @@ template <class Real>
 {
     return surface_point(sq, position_at(sq, angles));
 }
-/// The surface point with its first derivatives. @pre as surface_point
+/// The surface point with its first derivatives.
 template <class Real>
 [[nodiscard]] SurfaceJet<Real> surface_jet(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept;
 
