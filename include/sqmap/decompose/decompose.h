@@ -87,6 +87,7 @@ struct CutSurface;
 /// is the same for all. Const members are thread-safe.
 class Cutter {
 public:
+    /// Cost: O(n log n) in the mesh.
     explicit Cutter(const mesh::Mesh& mesh);
     ~Cutter();
 

@@ -50,6 +50,7 @@ struct Sample {
 };
 
 /// A device that cannot be opened: no such kind, not there, or wrong arguments; what() gives the reason and the remedy.
+/// Thread safety: a value.
 class DeviceError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

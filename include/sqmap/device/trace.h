@@ -17,7 +17,7 @@
 
 namespace sqmap::device {
 
-/// A trace that cannot be read or written; what() names file and line and says what to do.
+/// A trace that cannot be read or written; what() names file and line and says what to do. Thread safety: a value.
 class TraceError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

@@ -33,7 +33,7 @@ struct TouchedBody {
 
 /// How a zone follows the device.
 enum class Mode : std::uint8_t {
-    Direct,   ///< the zone's points are at the device's pose; the paper's
+    Direct,   ///< the zone's points are at the device's pose
     Proxy,    ///< a proxy stays outside the surface and the device pulls it: for thin bodies and deep presses. Turns with it
     Coupled,  ///< a simulated body, joined to the device by springs and dampers in position and rotation
 };

@@ -13,7 +13,7 @@
 
 namespace sqmap::io {
 
-/// A model file that cannot be read or written; what() says why and what to do.
+/// A model file that cannot be read or written; what() says why and what to do. Thread safety: a value.
 class ModelFileError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
@@ -39,6 +39,7 @@ struct SectionBytes {
 void write_model(const model::ModelData& data, const std::filesystem::path& path);
 
 /// A model file mapped into memory, verified. Movable; the view lives as long as the object.
+/// Thread safety: any number of threads may read it; moving and destroying it by its owner alone.
 class MappedModel {
 public:
     /// @throw ModelFileError where the file cannot be opened or does not verify.

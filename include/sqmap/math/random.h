@@ -6,6 +6,7 @@
 namespace sqmap {
 
 /// SplitMix64 (Steele, Lea, Flood 2014). Every seed gives a sequence of its own.
+/// Thread safety: one thread at a time; any number of generators at once.
 class SplitMix64 {
 public:
     /// The sequence of that seed.

@@ -34,19 +34,19 @@ struct Diagnosis {
     std::string cure;     ///< what a user can do
 };
 
-/// Base of everything that mesh, decompose, fit and bake throw.
+/// Base of everything that mesh, decompose, fit and bake throw. Thread safety: a value.
 class Error : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// A mesh or an option that the algorithm cannot work on.
+/// A mesh or an option that the algorithm cannot work on. Thread safety: a value.
 class InvalidInput : public Error {
 public:
     using Error::Error;
 };
 
-/// A mesh that the gate refused.
+/// A mesh that the gate refused. Thread safety: a value.
 class RefusedMesh : public Error {
 public:
     /// what() is "E_OPEN at edge 7-9: ..."

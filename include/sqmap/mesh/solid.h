@@ -18,6 +18,7 @@ enum class Boundary : std::uint8_t {
 };
 
 /// Exact inside, distance and ray crossings of the solid, in double. The mesh must outlive it.
+/// Thread safety: immutable once made; any number of threads may read it.
 class Solid {
 public:
     /// crossed: #triangles, non-zero where another triangle cuts it (see find_self_intersections); empty for none.

@@ -130,10 +130,10 @@ public:
     /// Number of its self-crossings now (crossings.h); sewn pairs count as one vertex. Allocates.
     [[nodiscard]] std::size_t crossings() const;
 
+    static constexpr std::uint32_t k_world = 0xffffffffu;  ///< for a collider's number: no collider
     /// Nodes keep their present position relative to a collider (its number at step, pose: its present one); k_world: in the
     /// world.
     /// @throw std::invalid_argument for a node that is not there
-    static constexpr std::uint32_t k_world = 0xffffffffu;
     void pin(std::span<const std::uint32_t> nodes, std::uint32_t collider, const Pose& pose);
     /// Nodes that are not pinned stay as they are.
     void unpin(std::span<const std::uint32_t> nodes);
