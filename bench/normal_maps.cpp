@@ -55,8 +55,9 @@ query::PartAnswer printed_layer2(const model::NormalMapView& map, Vec3f p)
     const std::uint16_t code = map.distance[row * map.omega_count + column];
     answer.foot_distance = norm(p - shape::surface_point(map.superquadric, {map.rows[row], map.columns[column]}).point);
     answer.verdict = query::Verdict::Free;
-    if (code == model::k_map_miss) return answer;
-    if (code == model::k_map_cap)
+    const model::MapRay ray = model::ray_of(code);
+    if (ray == model::MapRay::Miss) return answer;
+    if (ray == model::MapRay::Cap)
         answer.flags = query::k_projection_cap;
     else
         answer.map_distance = map.distance_scale * static_cast<float>(code);

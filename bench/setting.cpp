@@ -9,7 +9,7 @@
 
 namespace sqmap::bench {
 
-mesh::Mesh placed(mesh::Mesh mesh, double diagonal)
+mesh::Mesh centred(mesh::Mesh mesh, double diagonal)
 {
     const Box box = box_of(mesh.vertices);
     const double scale = diagonal / norm(size(box));
@@ -18,8 +18,8 @@ mesh::Mesh placed(mesh::Mesh mesh, double diagonal)
 }
 
 Setting::Setting(mesh::Mesh object_mesh, mesh::Mesh probe_mesh, std::vector<std::uint8_t> crossed)
-    : object(placed(std::move(object_mesh), k_object_diagonal)),
-      probe(placed(std::move(probe_mesh), k_probe_diagonal)),
+    : object(centred(std::move(object_mesh), k_object_diagonal)),
+      probe(centred(std::move(probe_mesh), k_probe_diagonal)),
       solid(object, crossed),
       r_max(mesh::largest_vertex_distance(object))
 {

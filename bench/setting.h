@@ -15,7 +15,7 @@ inline constexpr double k_object_diagonal = 1.0;
 inline constexpr double k_probe_diagonal = 0.4;
 
 /// The mesh centred on its bounding box and scaled to the given box diagonal.
-[[nodiscard]] mesh::Mesh placed(mesh::Mesh mesh, double diagonal);
+[[nodiscard]] mesh::Mesh centred(mesh::Mesh mesh, double diagonal);
 
 /// The two meshes as a path means them. Neither copied nor moved: the oracle refers to the object.
 class Setting {

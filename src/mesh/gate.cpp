@@ -60,6 +60,22 @@ std::optional<std::size_t> stray_vertex(std::span<const Vec3d> positions, const 
     return {};
 }
 
+/// Which vertices some corner names; all corners must name one.
+std::vector<bool> used_vertices(const PolygonView& in)
+{
+    std::vector<bool> used(in.positions.size(), false);
+    for (std::size_t f = 0; f + 1 < in.offsets.size(); ++f)
+        for (std::uint32_t i = in.offsets[f]; i < in.offsets[f + 1]; ++i) {
+            const std::int64_t v = in.indices[i];
+            if (v < 0 || static_cast<std::uint64_t>(v) >= in.positions.size())
+                refuse(Refusal::Index, element("face", f),
+                       "a corner names a vertex that is not there; the file has " + number(in.positions.size()),
+                       "export the mesh again");
+            used[static_cast<std::size_t>(v)] = true;
+        }
+    return used;
+}
+
 class Gate {
 public:
     Gate(const PolygonView& in, const GateOptions& options) : in_(in), options_(options) {}
@@ -91,16 +107,7 @@ private:
     void check_numbers()
     {
         const std::size_t polygon_count = in_.offsets.empty() ? 0 : in_.offsets.size() - 1;
-        used_.assign(in_.positions.size(), false);
-        for (std::size_t f = 0; f < polygon_count; ++f)
-            for (std::uint32_t i = in_.offsets[f]; i < in_.offsets[f + 1]; ++i) {
-                const std::int64_t v = in_.indices[i];
-                if (v < 0 || static_cast<std::uint64_t>(v) >= in_.positions.size())
-                    refuse(Refusal::Index, element("face", f),
-                           "a corner names a vertex that is not there; the file has " + number(in_.positions.size()),
-                           "export the mesh again");
-                used_[static_cast<std::size_t>(v)] = true;
-            }
+        used_ = used_vertices(in_);
         for (std::size_t v = 0; v < in_.positions.size(); ++v) {
             const Vec3d p = in_.positions[v];
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))

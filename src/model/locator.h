@@ -2,6 +2,7 @@
 #pragma once
 
 #include "model/locator_cells.h"
+#include "sqmap/math/assert.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +23,7 @@ struct LocatedCell {
 /// Cost: two look-ups, or three. @pre the model has a locator
 inline LocatedCell locate(const ModelView& model, Vec3f p)
 {
+    SQMAP_ASSERT(has_locator(model));
     const Locator& l = model.locator;
     const float inverse_cell = 1.f / l.cell;
     constexpr auto k_n = static_cast<std::uint32_t>(k_brick);
@@ -43,7 +45,7 @@ inline LocatedCell locate(const ModelView& model, Vec3f p)
     }
     found.within = deep ? 0 : (at[2] % k_n * k_n + at[1] % k_n) * k_n + at[0] % k_n;
     found.index = brick.first() + found.within;
-    found.cell = {model.places[found.index]};
+    found.cell = {model.locator_cells[found.index]};
     float quarter = 0.25f;
     for (int d = 0; d < k_max_divisions && !deep && found.cell.is_divided(); ++d, quarter *= 0.5f) {
         std::uint32_t eighth = 0;
@@ -53,7 +55,7 @@ inline LocatedCell locate(const ModelView& model, Vec3f p)
             found.offset[k] -= up ? quarter : -quarter;
         }
         found.index = found.cell.first() + eighth;
-        found.cell = {model.places[found.index]};
+        found.cell = {model.locator_cells[found.index]};
     }
     found.is_free = !deep && found.cell.is_free();
     return found;

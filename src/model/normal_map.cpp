@@ -1,6 +1,8 @@
 // What a normal map promises to the queries that read it.
 #include "sqmap/model/normal_map.h"
 
+#include "model/normal_codes.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -40,6 +42,13 @@ bool is_sparse_table(std::span<const std::uint32_t> rows, std::span<const Entry>
 }
 
 }  // namespace
+
+MapRay ray_of(std::uint16_t stored) noexcept
+{
+    return stored == k_map_miss ? MapRay::Miss : stored == k_map_cap ? MapRay::Cap : MapRay::Surface;
+}
+
+bool is_smoothed(const SmoothedSample& sample) noexcept { return sample.change != k_not_smoothed; }
 
 void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Arc<float>> columns) noexcept
 {

@@ -165,9 +165,9 @@ bool valid_chain(const ModelView& v, std::uint32_t first)
 bool valid_divisions(const ModelView& v, LocatorCell cell, int left)
 {
     if (!cell.is_divided()) return true;
-    if (left == 0 || !within(cell.first(), 8, v.places.size())) return false;
+    if (left == 0 || !within(cell.first(), 8, v.locator_cells.size())) return false;
     for (std::uint32_t i = 0; i < 8; ++i)
-        if (!valid_divisions(v, {v.places[cell.first() + i]}, left - 1)) return false;
+        if (!valid_divisions(v, {v.locator_cells[cell.first() + i]}, left - 1)) return false;
     return true;
 }
 
@@ -187,13 +187,13 @@ ParseStatus check_locator(const ModelView& v)
 {
     const Locator& l = v.locator;
     if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.places.empty() && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()
+        return l.bricks[0] == 0 && v.locator_cells.empty() && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()
                    ? ParseStatus::Ok
                    : ParseStatus::BadStructure;
     if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0) || !std::isfinite(l.plane_reach) || !(l.plane_reach > 0))
         return ParseStatus::BadValue;
     // A byte names a part, and a cell leads to a central map.
-    if (v.parts.size() >= k_no_part || v.places.empty()) return ParseStatus::BadStructure;
+    if (v.parts.size() >= k_no_part || v.locator_cells.empty()) return ParseStatus::BadStructure;
     for (const Part& part : v.parts)
         if (part.base == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t n : l.bricks)
@@ -202,24 +202,24 @@ ParseStatus check_locator(const ModelView& v)
     for (const std::uint32_t word : v.bricks) {
         const LocatorBrick brick{word};
         if (brick.is_free()) continue;
-        if (!within(brick.first(), brick.cell_count(), v.places.size())) return ParseStatus::BadStructure;
-        if (brick.is_deep() && LocatorCell{v.places[brick.first()]}.is_free()) return ParseStatus::BadStructure;
+        if (!within(brick.first(), brick.cell_count(), v.locator_cells.size())) return ParseStatus::BadStructure;
+        if (brick.is_deep() && LocatorCell{v.locator_cells[brick.first()]}.is_free()) return ParseStatus::BadStructure;
     }
     for (const std::uint32_t word : v.bricks) {
         const LocatorBrick brick{word};
         if (brick.is_free()) continue;
         for (std::uint32_t k = 0; k < brick.cell_count(); ++k)
-            if (!valid_divisions(v, {v.places[brick.first() + k]}, brick.is_deep() ? 0 : k_max_divisions))
+            if (!valid_divisions(v, {v.locator_cells[brick.first() + k]}, brick.is_deep() ? 0 : k_max_divisions))
                 return ParseStatus::BadStructure;
     }
-    for (const std::uint32_t word : v.places)
+    for (const std::uint32_t word : v.locator_cells)
         if (!valid_contents(v, {word})) return ParseStatus::BadStructure;
     for (const std::uint32_t list : v.part_lists)
         for (const std::uint8_t part : decode_list(list))
             if (part != k_no_part && part >= v.parts.size()) return ParseStatus::BadStructure;
     // Every chain ends.
     if (!v.seeds.empty() && !is_last_seed(v.seeds.back())) return ParseStatus::BadStructure;
-    for (const std::uint32_t word : v.places)
+    for (const std::uint32_t word : v.locator_cells)
         if (const LocatorCell cell{word}; cell.has_seeds() && !valid_chain(v, cell.first())) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
@@ -229,7 +229,7 @@ std::uint64_t occupied_cells(const ModelView& v, LocatorBrick brick)
 {
     std::uint64_t occupied = 0;
     for (std::uint32_t k = 0; k < brick.cell_count(); ++k)
-        if (!LocatorCell{v.places[brick.first() + k]}.is_free()) occupied |= std::uint64_t{1} << k;
+        if (!LocatorCell{v.locator_cells[brick.first() + k]}.is_free()) occupied |= std::uint64_t{1} << k;
     return occupied;
 }
 
@@ -259,7 +259,7 @@ ParseStatus check_candidates(const ModelView& v)
 {
     if (v.bricks.empty() || !has_exact(v))
         return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
-    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.places.size()))
+    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.locator_cells.size()))
         return ParseStatus::BadStructure;
     for (std::size_t i = 0; i < v.bricks.size(); ++i)
         if (!valid_candidates(v, i)) return ParseStatus::BadStructure;

@@ -167,8 +167,8 @@ TEST_F(RenderCommand, ColoursPartsApart)
     const auto hues = [](const Picture& p) {
         std::set<int> out;
         for (const Pixel& q : p.pixels) {
-            const int most = std::max({q.r, q.g, q.b}), least = std::min({q.r, q.g, q.b});
-            if (most < 100 || most - least < 60) continue;
+            const int largest = std::max({q.r, q.g, q.b}), least = std::min({q.r, q.g, q.b});
+            if (largest < 100 || largest - least < 60) continue;
             const double h = std::atan2(std::sqrt(3.0) * (q.g - q.b), 2.0 * q.r - q.g - q.b);
             out.insert(static_cast<int>(std::lround(h * 6 / 3.14159265)));
         }

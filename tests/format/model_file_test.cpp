@@ -134,7 +134,7 @@ void interrogate(const ModelView& view, std::uint64_t seed)
 }
 
 /// Parses a copy of the bytes; what verifies must also be safe to ask.
-ParseStatus parse_and_ask(std::span<const std::byte> bytes, std::uint64_t seed = 1)
+ParseStatus parse_and_query(std::span<const std::byte> bytes, std::uint64_t seed = 1)
 {
     Bytes copy(bytes);
     ModelView view;
@@ -151,7 +151,7 @@ ParseStatus parse_changed(const std::function<void(ModelData&)>& change)
 {
     ModelData data = torus_model();
     change(data);
-    return parse_and_ask(serialize(data));
+    return parse_and_query(serialize(data));
 }
 
 template <class T>
@@ -244,7 +244,7 @@ TEST(ModelFile, EveryTruncationIsRefused)
     for (std::size_t n = 1; n <= 64; ++n) lengths.push_back(bytes.size() - n);
     for (std::size_t i = 1; i < 200; ++i) lengths.push_back(bytes.size() * i / 200);
     for (const std::size_t n : lengths)
-        EXPECT_NE(parse_and_ask(std::span(bytes).first(n)), ParseStatus::Ok) << n << " of " << bytes.size() << " bytes";
+        EXPECT_NE(parse_and_query(std::span(bytes).first(n)), ParseStatus::Ok) << n << " of " << bytes.size() << " bytes";
 }
 
 TEST(ModelFile, BytesBehindTheEndAreRefused)
@@ -252,7 +252,7 @@ TEST(ModelFile, BytesBehindTheEndAreRefused)
     for (const std::size_t extra : {1u, 7u, 8u, 64u, 4096u}) {
         std::vector<std::byte> bytes = serialize(torus_model());
         bytes.resize(bytes.size() + extra, std::byte{0x5a});
-        EXPECT_NE(parse_and_ask(bytes), ParseStatus::Ok) << extra << " bytes too many";
+        EXPECT_NE(parse_and_query(bytes), ParseStatus::Ok) << extra << " bytes too many";
     }
 }
 
@@ -260,10 +260,10 @@ TEST(ModelFile, AnotherIdentifierIsNotAModel)
 {
     std::vector<std::byte> bytes = serialize(torus_model());
     bytes[4] = std::byte{'X'};
-    EXPECT_EQ(parse_and_ask(bytes), ParseStatus::NotAModel);
+    EXPECT_EQ(parse_and_query(bytes), ParseStatus::NotAModel);
     const std::vector<std::byte> zeros(4096), ones(4096, std::byte{0xff});
-    EXPECT_EQ(parse_and_ask(zeros), ParseStatus::NotAModel);
-    EXPECT_EQ(parse_and_ask(ones), ParseStatus::NotAModel);
+    EXPECT_EQ(parse_and_query(zeros), ParseStatus::NotAModel);
+    EXPECT_EQ(parse_and_query(ones), ParseStatus::NotAModel);
 }
 
 /// Where a 32-bit value stands in the bytes, if it stands there once.
@@ -288,7 +288,7 @@ TEST(ModelFile, AnotherVersionIsNamedAsSuch)
         std::memcpy(&stored, bytes.data() + slot, 4);
         ASSERT_EQ(stored, model::k_format_version);
         std::memcpy(bytes.data() + slot, &version, 4);
-        EXPECT_EQ(parse_and_ask(bytes), ParseStatus::WrongVersion);
+        EXPECT_EQ(parse_and_query(bytes), ParseStatus::WrongVersion);
     }
 }
 
@@ -367,7 +367,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                     damage(data.bricks);
                     break;
                 case 8:
-                    damage(data.places);
+                    damage(data.locator_cells);
                     break;
                 case 9:
                     damage(data.part_lists);
@@ -399,7 +399,7 @@ TEST(ModelFile, RandomDamageWithAValidHashNeverCrashes)
                     damage(data.parts);
                     break;
             }
-        if (parse_and_ask(serialize(data), static_cast<std::uint64_t>(i)) == ParseStatus::Ok) ++passed;
+        if (parse_and_query(serialize(data), static_cast<std::uint64_t>(i)) == ParseStatus::Ok) ++passed;
     }
     EXPECT_GT(passed, 100) << "damage that the values' ranges allow should reach the queries";
 }
@@ -444,44 +444,44 @@ std::uint32_t& stored_near(ModelData& m)
     return *it;
 }
 
-/// The first place that is not free.
-std::uint32_t& occupied_place(ModelData& m)
+/// The first cell that is not free.
+std::uint32_t& occupied_cell(ModelData& m)
 {
-    const auto it = std::find_if(m.places.begin(), m.places.end(), [](std::uint32_t p) {
+    const auto it = std::find_if(m.locator_cells.begin(), m.locator_cells.end(), [](std::uint32_t p) {
         return !model::LocatorCell{p}.is_free() && !model::LocatorCell{p}.is_divided();
     });
-    if (it == m.places.end()) throw std::logic_error("the model has no occupied place");
+    if (it == m.locator_cells.end()) throw std::logic_error("the model has no occupied cell");
     return *it;
 }
 
-/// The first place that planes answer for, with a list that has room for another part.
-std::uint32_t& flat_place(ModelData& m)
+/// The first cell that planes answer for, with a list that has room for another part.
+std::uint32_t& flat_cell(ModelData& m)
 {
-    const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
+    const auto it = std::find_if(m.locator_cells.begin(), m.locator_cells.end(), [&](std::uint32_t p) {
         return model::LocatorCell{p}.is_flat() && m.part_lists[model::LocatorCell{p}.list()] >> 24 == model::k_no_part;
     });
-    if (it == m.places.end()) throw std::logic_error("the model has no flat place");
+    if (it == m.locator_cells.end()) throw std::logic_error("the model has no flat cell");
     return *it;
 }
 
-/// The first place that is searched from several seeds.
-std::uint32_t& place_of_a_chain(ModelData& m)
+/// The first cell that is searched from several seeds.
+std::uint32_t& cell_of_a_chain(ModelData& m)
 {
-    const auto it = std::find_if(m.places.begin(), m.places.end(), [&](std::uint32_t p) {
+    const auto it = std::find_if(m.locator_cells.begin(), m.locator_cells.end(), [&](std::uint32_t p) {
         return model::LocatorCell{p}.has_seeds() && !model::is_last_seed(m.seeds[model::LocatorCell{p}.first()]);
     });
-    if (it != m.places.end()) return *it;
-    // Planes answer everywhere: one place asks two seeds instead.
+    if (it != m.locator_cells.end()) return *it;
+    // Planes answer everywhere: one cell asks two seeds instead.
     m.seeds.push_back({0, 0});
     const auto first = static_cast<std::uint32_t>(m.seeds.size());
     m.seeds.push_back({0, 0x8000});
     for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) m.seeds.push_back({0, 0x8000 | model::k_last_seed});
-    std::uint32_t& place = flat_place(m);
-    place = (place & 0x7ffu) | first << 14;
-    return place;
+    std::uint32_t& cell = flat_cell(m);
+    cell = (cell & 0x7ffu) | first << 14;
+    return cell;
 }
 
-/// The first brick that is stored place by place.
+/// The first brick that is stored cell by cell.
 std::uint32_t& stored_brick(ModelData& m)
 {
     const auto it = std::find_if(m.bricks.begin(), m.bricks.end(), [](std::uint32_t b) {
@@ -615,12 +615,12 @@ const Lie k_lies[] = {
     {"locator_header_without_bricks",
      [](ModelData& m) {
          m.bricks.clear();
-         m.places.clear();
+         m.locator_cells.clear();
          m.part_lists.clear();
          m.planes.clear();
          m.seeds.clear();
      }},
-    {"places_without_bricks",
+    {"cells_without_bricks",
      [](ModelData& m) {
          m.bricks.clear();
          m.locator = {};
@@ -628,31 +628,31 @@ const Lie k_lies[] = {
     {"seeds_without_bricks",
      [](ModelData& m) {
          m.bricks.clear();
-         m.places.clear();
+         m.locator_cells.clear();
          m.part_lists.clear();
          m.locator = {};
      }},
     {"bricks_missing_one", [](ModelData& m) { m.bricks.pop_back(); }},
-    {"brick_beyond_places", [](ModelData& m) { stored_brick(m) = static_cast<std::uint32_t>(m.places.size() - 63); }},
+    {"brick_beyond_cells", [](ModelData& m) { stored_brick(m) = static_cast<std::uint32_t>(m.locator_cells.size() - 63); }},
     {"brick_far_away", [](ModelData& m) { stored_brick(m) = 0x3fffffffu; }},
-    {"deep_brick_beyond_places",
-     [](ModelData& m) { stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.places.size()); }},
+    {"deep_brick_beyond_cells",
+     [](ModelData& m) { stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.locator_cells.size()); }},
     {"deep_brick_far_away", [](ModelData& m) { stored_brick(m) = 0x7fffffffu; }},
-    {"deep_brick_of_a_free_place",
+    {"deep_brick_of_a_free_cell",
      [](ModelData& m) {
-         // What a deep brick holds is read as occupied, so that a free place's gap would be an index of seeds.
-         m.places.push_back(0xfffffffcu);
-         stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.places.size() - 1);
+         // What a deep brick holds is read as occupied, so that a free cell's gap would be an index of seeds.
+         m.locator_cells.push_back(0xfffffffcu);
+         stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.locator_cells.size() - 1);
      }},
-    {"eighths_beyond_places",
+    {"eighths_beyond_cells",
      [](ModelData& m) {
-         std::uint32_t& place = occupied_place(m);
-         place = model::LocatorCell::divided(static_cast<std::uint32_t>(m.places.size() - 7)).word;
+         std::uint32_t& cell = occupied_cell(m);
+         cell = model::LocatorCell::divided(static_cast<std::uint32_t>(m.locator_cells.size() - 7)).word;
      }},
     {"eighths_of_their_own_eighth",
      [](ModelData& m) {
-         std::uint32_t& place = occupied_place(m);
-         place = model::LocatorCell::divided(static_cast<std::uint32_t>(&place - m.places.data())).word;
+         std::uint32_t& cell = occupied_cell(m);
+         cell = model::LocatorCell::divided(static_cast<std::uint32_t>(&cell - m.locator_cells.data())).word;
      }},
     {"bounds_missing_one", [](ModelData& m) { m.distance.bounds.pop_back(); }},
     {"bounds_missing_eight", [](ModelData& m) { m.distance.bounds.resize(m.distance.bounds.size() - 8); }},
@@ -697,7 +697,7 @@ const Lie k_lies[] = {
     {"near_bricks_missing_one", [](ModelData& m) { m.near_bricks.pop_back(); }},
     {"near_brick_of_no_record", [](ModelData& m) { stored_near(m) = model::k_no_candidates; }},
     {"near_brick_beyond_end", [](ModelData& m) { stored_near(m) = static_cast<std::uint32_t>(m.near.size() - 2); }},
-    {"near_record_of_other_places", [](ModelData& m) { m.near[stored_near(m)] ^= 1; }},
+    {"near_record_of_other_cells", [](ModelData& m) { m.near[stored_near(m)] ^= 1; }},
     {"near_list_that_ends_before_it_begins", [](ModelData& m) { m.near[stored_near(m) + model::CandidateRecord::k_head + 1] = 0xffff; }},
     {"near_list_beyond_end",
      [](ModelData& m) {
@@ -710,65 +710,65 @@ const Lie k_lies[] = {
          const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);
          m.near[static_cast<std::size_t>(r.table - m.near.data())] = 0xffff;
      }},
-    {"places_missing", [](ModelData& m) { m.places.clear(); }},
-    {"places_missing_one", [](ModelData& m) { m.places.pop_back(); }},
-    {"place_list_beyond_end",
+    {"locator_cells_missing", [](ModelData& m) { m.locator_cells.clear(); }},
+    {"locator_cells_missing_one", [](ModelData& m) { m.locator_cells.pop_back(); }},
+    {"cell_list_beyond_end",
      [](ModelData& m) {
-         std::uint32_t& place = occupied_place(m);
-         place = (place & ~(0x1ffu << 2)) | static_cast<std::uint32_t>(m.part_lists.size()) << 2;
+         std::uint32_t& cell = occupied_cell(m);
+         cell = (cell & ~(0x1ffu << 2)) | static_cast<std::uint32_t>(m.part_lists.size()) << 2;
      }},
-    {"place_seed_beyond_end",
+    {"cell_seed_beyond_end",
      [](ModelData& m) {
-         std::uint32_t& place = place_of_a_chain(m);
-         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.seeds.size()) << 14;
+         std::uint32_t& cell = cell_of_a_chain(m);
+         cell = (cell & 0x3fffu) | static_cast<std::uint32_t>(m.seeds.size()) << 14;
      }},
-    {"place_planes_beyond_end",
+    {"cell_planes_beyond_end",
      [](ModelData& m) {
-         std::uint32_t& place = flat_place(m);
-         place = (place & 0x3fffu) | static_cast<std::uint32_t>(m.planes.size() - model::LocatorCell{place}.planes() + 1) << 14;
+         std::uint32_t& cell = flat_cell(m);
+         cell = (cell & 0x3fffu) | static_cast<std::uint32_t>(m.planes.size() - model::LocatorCell{cell}.planes() + 1) << 14;
      }},
     {"planes_missing", [](ModelData& m) { m.planes.clear(); }},
     {"plane_of_no_part",
-     [](ModelData& m) { m.planes[model::LocatorCell{flat_place(m)}.first()] |= 3u << 29; }},
+     [](ModelData& m) { m.planes[model::LocatorCell{flat_cell(m)}.first()] |= 3u << 29; }},
     {"plane_reach_of_nothing", [](ModelData& m) { m.locator.plane_reach = 0; }},
     {"plane_reach_nan", [](ModelData& m) { m.locator.plane_reach = NAN; }},
     {"rises_missing", [](ModelData& m) { m.rises.clear(); }},
     {"rises_missing_some", [](ModelData& m) { m.rises.resize(m.rises.size() - 4); }},
-    {"place_seed_far_away", [](ModelData& m) { occupied_place(m) |= 0xffffc000u; }},
+    {"cell_seed_far_away", [](ModelData& m) { occupied_cell(m) |= 0xffffc000u; }},
     {"part_lists_missing", [](ModelData& m) { m.part_lists.clear(); }},
     {"list_of_no_part",
      [](ModelData& m) { m.part_lists[0] = (m.part_lists[0] & 0xffff00ffu) | static_cast<std::uint32_t>(m.parts.size()) << 8; }},
     {"seeds_missing",
      [](ModelData& m) {
-         (void)place_of_a_chain(m);
+         (void)cell_of_a_chain(m);
          m.seeds.clear();
      }},
     {"seed_of_no_part",
      [](ModelData& m) {
-         std::uint32_t& direction = m.seeds[model::LocatorCell{place_of_a_chain(m)}.first()].direction;
+         std::uint32_t& direction = m.seeds[model::LocatorCell{cell_of_a_chain(m)}.first()].direction;
          direction = (direction & ~0xffu) | static_cast<std::uint32_t>(m.parts.size());
      }},
     {"seed_chain_without_end",
      [](ModelData& m) {
-         (void)place_of_a_chain(m);
+         (void)cell_of_a_chain(m);
          m.seeds.back().extent &= ~model::k_last_seed;
      }},
     {"seed_chain_too_long",
      [](ModelData& m) {
-         const std::uint32_t first = model::LocatorCell{place_of_a_chain(m)}.first();
+         const std::uint32_t first = model::LocatorCell{cell_of_a_chain(m)}.first();
          for (std::uint32_t k = 0; k < model::k_max_seeds; ++k) {
              m.seeds[first + k].extent &= ~model::k_last_seed;
              m.seeds[first + k].direction &= ~0xffu;
          }
      }},
-    {"seed_choice_beyond_chain", [](ModelData& m) { m.seeds[model::LocatorCell{place_of_a_chain(m)}.first() - 1].direction |= 7u << 21; }},
+    {"seed_choice_beyond_chain", [](ModelData& m) { m.seeds[model::LocatorCell{cell_of_a_chain(m)}.first() - 1].direction |= 7u << 21; }},
     {"seed_chain_without_choices",
      [](ModelData& m) {
          // The chain starts the array, so that nothing stands before it.
-         std::uint32_t& place = place_of_a_chain(m);
-         m.seeds.erase(m.seeds.begin(), m.seeds.begin() + model::LocatorCell{place}.first());
-         const std::uint32_t kept = place & 0x3fffu;
-         for (std::uint32_t& p : m.places) p = model::LocatorCell{p}.is_free() ? p : kept;
+         std::uint32_t& cell = cell_of_a_chain(m);
+         m.seeds.erase(m.seeds.begin(), m.seeds.begin() + model::LocatorCell{cell}.first());
+         const std::uint32_t kept = cell & 0x3fffu;
+         for (std::uint32_t& p : m.locator_cells) p = model::LocatorCell{p}.is_free() ? p : kept;
      }},
     {"locator_of_more_parts_than_a_byte_names",
      [](ModelData& m) {
@@ -790,7 +790,7 @@ TEST(ModelFile, AGridOfAbsurdSizeIsSafeToAsk)
 
 /// Asks a model again and again, each time without another field of its root table: a writer may leave an array out instead of
 /// storing an empty one, and its pointer is null.
-void ask_without_each_field(const ModelData& data)
+void query_without_each_field(const ModelData& data)
 {
     const std::vector<std::byte> good = serialize(data);
     const auto read = [&](std::size_t at, auto value) {
@@ -804,23 +804,23 @@ void ask_without_each_field(const ModelData& data)
     for (std::size_t slot = vtable + 4; slot < end; slot += 2) {
         std::vector<std::byte> bytes = good;
         bytes[slot] = bytes[slot + 1] = std::byte{0};
-        (void)parse_and_ask(bytes);
+        (void)parse_and_query(bytes);
     }
 }
 
 TEST(ModelFile, AFieldThatIsNotThereIsNeverFollowed)
 {
-    ask_without_each_field(torus_model());
+    query_without_each_field(torus_model());
     test::Baked surface{{}, bake::bake(test::small_torus(), false, {.exact = false})};
-    ask_without_each_field(surface.result.model);
+    query_without_each_field(surface.result.model);
 }
 
 TEST(ModelFile, AFieldThatIsNotThereIsNeverFollowedFromAnEmptyGrid)
 {
     ModelData empty_grid = torus_model();
     for (std::uint32_t& b : empty_grid.bricks) b = model::LocatorBrick::k_free;
-    empty_grid.places.clear();
-    ask_without_each_field(empty_grid);
+    empty_grid.locator_cells.clear();
+    query_without_each_field(empty_grid);
 }
 
 TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
@@ -830,7 +830,7 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     const ModelData& central = torus_model();
     m.locator = central.locator;
     m.bricks = central.bricks;
-    m.places = central.places;
+    m.locator_cells = central.locator_cells;
     m.part_lists = central.part_lists;
     m.planes = central.planes;
     m.seeds = central.seeds;
@@ -838,7 +838,7 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
     for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
     for (model::Seed& seed : m.seeds) seed.direction &= ~0xffu;
     for (std::uint32_t& plane : m.planes) plane &= ~(3u << 29);
-    for (std::uint32_t& p : m.places)
+    for (std::uint32_t& p : m.locator_cells)
         if (model::LocatorCell{p}.is_divided()) {
             p = 0;
         } else if (!model::LocatorCell{p}.is_free() && model::LocatorCell{p}.planes() == 0) {
@@ -847,7 +847,7 @@ TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
             p = (p & 0x3fffu) | last << 14;
         }
     for (model::Part& part : m.parts) part.base = 0;
-    const ParseStatus status = parse_and_ask(serialize(m));
+    const ParseStatus status = parse_and_query(serialize(m));
     EXPECT_TRUE(status == ParseStatus::BadStructure || status == ParseStatus::BadValue) << model::to_string(status);
 }
 

@@ -69,7 +69,7 @@ TEST(Paper, Fig4MapOfTwoSpheresMatchesTheClosedForm)
                 if (q >= 0) expected = std::min(expected, -b - std::sqrt(q));
             }
             const std::uint16_t code = map.distance[std::size_t{i} * map.omega_count + j];
-            ASSERT_LE(code, model::k_map_largest);
+            ASSERT_EQ(model::ray_of(code), model::MapRay::Surface);
             const double stored = double(map.distance_scale) * code;
             mean += std::abs(stored - expected);
             largest = std::max(largest, stored);

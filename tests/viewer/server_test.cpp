@@ -124,7 +124,7 @@ protected:
                                                   "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                                                   "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
     }
-    std::string ask(const std::string& bytes)
+    std::string status_of(const std::string& bytes)
     {
         Wire wire(server->port());
         wire.send(bytes);
@@ -182,22 +182,22 @@ TEST_F(ServerTest, AnswersThePrintedAddress)
 {
     serve();
     EXPECT_EQ(server->url(), "http://" + host() + "/?token=" + options.token);
-    EXPECT_EQ(ask(head("GET /?token=" + options.token)), "HTTP/1.1 200");
+    EXPECT_EQ(status_of(head("GET /?token=" + options.token)), "HTTP/1.1 200");
 }
 
 TEST_F(ServerTest, RefusesWrongHostOriginAndToken)
 {
     serve();
-    EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\nHost: evil.example\r\n\r\n"), "HTTP/1.1 403");
-    EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\n\r\n"), "HTTP/1.1 403");
-    EXPECT_EQ(ask("GET /?token=" + options.token + " HTTP/1.1\r\nHost: " + host() + "\r\nHost: evil.example\r\n\r\n"),
+    EXPECT_EQ(status_of("GET /?token=" + options.token + " HTTP/1.1\r\nHost: evil.example\r\n\r\n"), "HTTP/1.1 403");
+    EXPECT_EQ(status_of("GET /?token=" + options.token + " HTTP/1.1\r\n\r\n"), "HTTP/1.1 403");
+    EXPECT_EQ(status_of("GET /?token=" + options.token + " HTTP/1.1\r\nHost: " + host() + "\r\nHost: evil.example\r\n\r\n"),
               "HTTP/1.1 403");
-    EXPECT_EQ(ask(head("GET /?token=" + options.token, "Origin: http://evil.example\r\n")), "HTTP/1.1 403");
-    EXPECT_EQ(ask(head("GET /?token=wrong")), "HTTP/1.1 403");
-    EXPECT_EQ(ask(head("GET /")), "HTTP/1.1 403");
-    EXPECT_EQ(ask(upgrade("http://evil.example", options.token)), "HTTP/1.1 403");
-    EXPECT_EQ(ask(upgrade("http://" + host(), "wrong")), "HTTP/1.1 403");
-    EXPECT_EQ(ask(head("POST /api/upload?token=" + options.token, "Content-Length: 0\r\n")), "HTTP/1.1 403");
+    EXPECT_EQ(status_of(head("GET /?token=" + options.token, "Origin: http://evil.example\r\n")), "HTTP/1.1 403");
+    EXPECT_EQ(status_of(head("GET /?token=wrong")), "HTTP/1.1 403");
+    EXPECT_EQ(status_of(head("GET /")), "HTTP/1.1 403");
+    EXPECT_EQ(status_of(upgrade("http://evil.example", options.token)), "HTTP/1.1 403");
+    EXPECT_EQ(status_of(upgrade("http://" + host(), "wrong")), "HTTP/1.1 403");
+    EXPECT_EQ(status_of(head("POST /api/upload?token=" + options.token, "Content-Length: 0\r\n")), "HTTP/1.1 403");
     EXPECT_EQ(echo.requests, 0);
     EXPECT_EQ(echo.opened, 0);
 }
@@ -218,12 +218,12 @@ TEST_F(ServerTest, ListensOnTheLoopbackInterfaceAlone)
 TEST_F(ServerTest, RefusesAnUploadThatIsTooLargeBeforeItComes)
 {
     serve();
-    EXPECT_EQ(
-        ask(head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nContent-Length: 99999999999\r\n")),
-        "HTTP/1.1 413");
+    EXPECT_EQ(status_of(head("POST /api/upload?token=" + options.token,
+                             "Origin: http://" + host() + "\r\nContent-Length: 99999999999\r\n")),
+              "HTTP/1.1 413");
     const std::string chunked =
         head("POST /api/upload?token=" + options.token, "Origin: http://" + host() + "\r\nTransfer-Encoding: chunked\r\n");
-    EXPECT_EQ(ask(chunked + "200000\r\n" + std::string(0x200000, 'x') + "\r\n0\r\n\r\n"), "HTTP/1.1 413");
+    EXPECT_EQ(status_of(chunked + "200000\r\n" + std::string(0x200000, 'x') + "\r\n0\r\n\r\n"), "HTTP/1.1 413");
     EXPECT_EQ(echo.requests, 0);
 }
 

@@ -28,9 +28,10 @@ Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int 
                 static_cast<std::uint32_t>(out.height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(out.height);
             const auto column = static_cast<std::uint32_t>(x) * map.omega_count / static_cast<std::uint32_t>(out.width);
             const std::uint16_t stored = map.distance[row * map.omega_count + column];
-            out.distance.push_back(stored == model::k_map_miss  ? k_no_hit
-                                   : stored == model::k_map_cap ? k_cap
-                                                                : map.distance_scale * static_cast<float>(stored));
+            const model::MapRay ray = model::ray_of(stored);
+            out.distance.push_back(ray == model::MapRay::Miss  ? k_no_hit
+                                   : ray == model::MapRay::Cap ? k_cap
+                                                               : map.distance_scale * static_cast<float>(stored));
         }
     return out;
 }

@@ -131,18 +131,18 @@ struct NormalArrays {
 /// The locator; empty in a model without one.
 template <template <class> class Array>
 struct LocatorArrays {
-    Locator locator{};                ///< the grid; no array
-    Array<std::uint32_t> bricks;      ///< x fastest
-    Array<std::uint32_t> places;      ///< cells, 64 a stored brick, x fastest
-    Array<std::uint32_t> part_lists;  ///< four parts each, lowest byte first
-    Array<std::uint32_t> planes;      ///< of flat cells
+    Locator locator{};                   ///< the grid; no array
+    Array<std::uint32_t> bricks;         ///< x fastest
+    Array<std::uint32_t> locator_cells;  ///< 64 a stored brick, x fastest
+    Array<std::uint32_t> part_lists;     ///< four parts each, lowest byte first
+    Array<std::uint32_t> planes;         ///< of flat cells
     Array<Seed> seeds;
     /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
         visit("bricks", of.bricks...);
-        visit("places", of.places...);
+        visit("locator_cells", of.locator_cells...);
         visit("part_lists", of.part_lists...);
         visit("planes", of.planes...);
         visit("seeds", of.seeds...);
@@ -154,7 +154,7 @@ template <template <class> class Array>
 struct CandidateArrays {
     Array<std::uint32_t> near_bricks;  ///< beside bricks: where a brick's record is in near
     Array<std::uint16_t> near;         ///< records of candidate lists
-    Array<std::uint8_t> rises;         ///< beside places
+    Array<std::uint8_t> rises;         ///< beside locator_cells
     /// In the file's order.
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)

@@ -9,10 +9,14 @@
 
 namespace sqmap::model {
 
-/// Values of NormalMapView::distance above k_map_largest are not distances.
-inline constexpr std::uint16_t k_map_largest = 65533;
-inline constexpr std::uint16_t k_map_cap = 65534;   ///< the ray starts inside the solid: solid from depth 0, no surface
-inline constexpr std::uint16_t k_map_miss = 65535;  ///< the ray meets no surface: free along all of it
+/// What the ray of a sample met on its way in.
+enum class MapRay {
+    Surface,  ///< the surface, at the stored distance
+    Cap,      ///< none: it starts inside the solid, which is solid from depth 0
+    Miss,     ///< none: all of it is free
+};
+/// Of a value of NormalMapView::distance. Any thread.
+[[nodiscard]] MapRay ray_of(std::uint16_t stored) noexcept;
 
 /// A mesh vertex seen by step 3, as a correction of the interpolated map: a pyramid over its cell, 1 at the vertex and 0
 /// on the border, times correction. Sorted by row (normal map: correction_rows) and column.
@@ -24,8 +28,8 @@ struct VertexCorrection {
 };
 
 /// Beyond the paper: an opening behind the first surface on a sample's ray, from where the ray leaves the solid to where it
-/// enters again (k_map_miss: never). Sorted by row (gap_rows), column and distance. Only openings that some point with its
-/// foot at this sample can lie in are kept. They lift the limit of Q2 regions (section 5).
+/// enters again (as a miss is stored: never). Sorted by row (gap_rows), column and distance. Only openings that some point with
+/// its foot at this sample can lie in are kept. They lift the limit of Q2 regions (section 5).
 struct MapGap {
     std::uint16_t column;
     std::uint16_t leave, enter;  ///< times distance_scale
@@ -33,13 +37,14 @@ struct MapGap {
 };
 
 /// The smoothed map at a base sample: what smoothing adds to the distance, times distance_scale, and the normal of the
-/// smoothed surface, octahedral. k_not_smoothed: beside a jump, a cap or a miss there is no one surface to smooth.
+/// smoothed surface, octahedral. Beside a jump, a cap or a miss there is no one surface to smooth: see is_smoothed.
 struct SmoothedSample {
     std::int16_t change;
     std::uint16_t normal;
     friend constexpr bool operator==(const SmoothedSample&, const SmoothedSample&) = default;
 };
-inline constexpr std::int16_t k_not_smoothed = -32768;
+/// Any thread.
+[[nodiscard]] bool is_smoothed(const SmoothedSample& sample) noexcept;
 
 /// A coarse table of starts for the foot search: equal-spaced angles in 1/256 of their ranges.
 struct FootSeed {

@@ -42,7 +42,7 @@ double near_budget(const model::ModelData& data, double target_error)
 /// Of a cell, or of the eighths that it is divided in. near: the triangles near it.
 void set_rises(Rise& rise, const CellCube& cube, std::uint32_t index, const Triangles& near, model::ModelData& data)
 {
-    const LocatorCell cell{data.places[index]};
+    const LocatorCell cell{data.locator_cells[index]};
     if (cell.is_divided()) {
         for (std::uint32_t e = 0; e < 8; ++e) set_rises(rise, cube.eighth(e), cell.first() + e, near, data);
     } else if (cell.kind() == model::LocatorCellKind::Mixed && cell.is_flat()) {
@@ -75,7 +75,7 @@ ListedBrick listed_brick(const model::ModelData& data, const ListsBefore* before
     if (before != nullptr) listed.before = before->update.brick_before[number];
     if (listed.before != LocatorUpdate::k_no_brick) listed.reached = before->update.reached[number];
     for (std::uint32_t k = 0; k < listed.brick.cell_count(); ++k) {
-        if (LocatorCell{data.places[listed.brick.first() + k]}.is_free()) continue;
+        if (LocatorCell{data.locator_cells[listed.brick.first() + k]}.is_free()) continue;
         const bool reached = (listed.reached >> k & 1u) != 0;
         const bool known =
             reached && before != nullptr && !before->update.near[number].empty() && !before->update.near[number][k].empty();

@@ -20,7 +20,7 @@ public:
     explicit Packer(model::ModelData& data) : data_(data), cell_(static_cast<double>(data.locator.cell))
     {
         data_.bricks.clear();
-        data_.places.clear();
+        data_.locator_cells.clear();
         data_.part_lists.clear();
         data_.planes.clear();
         data_.seeds.clear();
@@ -33,7 +33,7 @@ public:
     void run(std::span<const BrickDraft> bricks)
     {
         for (const BrickDraft& brick : bricks) {
-            const auto first = static_cast<std::uint32_t>(data_.places.size());
+            const auto first = static_cast<std::uint32_t>(data_.locator_cells.size());
             if (brick.kind == BrickDraft::Kind::Free) {
                 data_.bricks.push_back(LocatorBrick::free(model::encode_gap(brick.cells.front().gap, cell_)).word);
                 continue;
@@ -48,23 +48,23 @@ public:
             if (brick.kind == BrickDraft::Kind::Free) continue;
             for (const CellDraft& cell : brick.cells) add_eighths(at++, cell);
         }
-        data_.rises.resize(model::padded_rises(data_.places.size()), model::k_no_rise);
+        data_.rises.resize(model::padded_rises(data_.locator_cells.size()), model::k_no_rise);
     }
 
 private:
     void add_eighths(std::size_t at, const CellDraft& cell)
     {
         if (cell.eighths.empty()) return;
-        const std::size_t first = data_.places.size();
+        const std::size_t first = data_.locator_cells.size();
         if (first > model::k_max_first)
             throw mesh::InvalidInput("the locator needs more cells than it can name: use a larger target error");
-        data_.places[at] = LocatorCell::divided(static_cast<std::uint32_t>(first)).word;
+        data_.locator_cells[at] = LocatorCell::divided(static_cast<std::uint32_t>(first)).word;
         for (const CellDraft& eighth : cell.eighths) add(eighth);
     }
 
     void add(const CellDraft& cell)
     {
-        data_.places.push_back(word_of(cell));
+        data_.locator_cells.push_back(word_of(cell));
         data_.rises.push_back(cell.rise);
     }
 
@@ -130,7 +130,7 @@ double gap_of(const model::ModelData& data, std::uint32_t code)
 
 CellDraft unpacked(const model::ModelData& data, std::size_t index)
 {
-    const LocatorCell cell{data.places[index]};
+    const LocatorCell cell{data.locator_cells[index]};
     CellDraft draft;
     draft.kind = cell.kind();
     if (cell.is_free()) {

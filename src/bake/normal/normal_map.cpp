@@ -1,6 +1,7 @@
 // Moustakas, Tzovaras, Strintzis, "SQ-Map", section 4.1 steps 2 and 3, eqs. 9 to 12 and 22 to 27, section 5 for Q2.
 #include "sqmap/bake/normal_map.h"
 
+#include "model/normal_codes.h"
 #include "model/octahedral.h"
 
 #include "sqmap/query/normal_projection.h"
@@ -323,7 +324,7 @@ bool occluded(const Caster& caster, const shape::Foot<double>& foot)
     return caster.rays.first_hit(foot.point, -foot.normal, 0.0, foot.depth - margin).has_value();
 }
 
-struct PlacedVertex {
+struct LocatedVertex {
     std::uint32_t row;
     VertexCorrection data;
     double residual;
@@ -337,10 +338,10 @@ double hat(const VertexCorrection& v, double y, double x)
 
 // Heights of the pyramids so that their sum meets every residual of the cell; vertices too close together to be told
 // apart are dropped, least residual first.
-void solve_cell(std::vector<PlacedVertex>& cell)
+void solve_cell(std::vector<LocatedVertex>& cell)
 {
     std::stable_sort(cell.begin(), cell.end(),
-                     [](const PlacedVertex& a, const PlacedVertex& b) { return std::abs(a.residual) > std::abs(b.residual); });
+                     [](const LocatedVertex& a, const LocatedVertex& b) { return std::abs(a.residual) > std::abs(b.residual); });
     if (cell.size() > 8) cell.resize(8);
     while (!cell.empty()) {
         const std::size_t n = cell.size();
@@ -381,7 +382,7 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
     const mesh::Mesh& m = caster.rays.mesh();
     const NormalMapView view = map.view();
     const double scale = static_cast<double>(map.distance_scale);
-    std::vector<PlacedVertex> placed;
+    std::vector<LocatedVertex> located;
     for (const std::uint32_t v : vertices_of(m, triangles)) {
         ++map.report.vertices;
         const shape::Foot<double> foot = exact_foot(caster.sq, view, m.vertices[v]);
@@ -403,19 +404,19 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
         const double high = value(i + 1, j) + fx * (value(i + 1, j + 1) - value(i + 1, j));
         const double residual = foot.depth - (low + fy * (high - low));
         if (std::abs(residual) < threshold) continue;
-        placed.push_back({static_cast<std::uint32_t>(i), data, residual});
+        located.push_back({static_cast<std::uint32_t>(i), data, residual});
     }
-    const auto cell_key = [](const PlacedVertex& p) { return std::pair(p.row, p.data.column); };
-    std::stable_sort(placed.begin(), placed.end(),
-                     [&](const PlacedVertex& a, const PlacedVertex& b) { return cell_key(a) < cell_key(b); });
+    const auto cell_key = [](const LocatedVertex& p) { return std::pair(p.row, p.data.column); };
+    std::stable_sort(located.begin(), located.end(),
+                     [&](const LocatedVertex& a, const LocatedVertex& b) { return cell_key(a) < cell_key(b); });
     map.correction_rows.assign(static_cast<std::size_t>(grid.rows), 0);
-    for (std::size_t first = 0; first < placed.size();) {
+    for (std::size_t first = 0; first < located.size();) {
         std::size_t last = first;
-        while (last < placed.size() && cell_key(placed[last]) == cell_key(placed[first])) ++last;
-        std::vector<PlacedVertex> cell(placed.begin() + static_cast<std::ptrdiff_t>(first),
-                                       placed.begin() + static_cast<std::ptrdiff_t>(last));
+        while (last < located.size() && cell_key(located[last]) == cell_key(located[first])) ++last;
+        std::vector<LocatedVertex> cell(located.begin() + static_cast<std::ptrdiff_t>(first),
+                                        located.begin() + static_cast<std::ptrdiff_t>(last));
         solve_cell(cell);
-        for (PlacedVertex& p : cell) {
+        for (LocatedVertex& p : cell) {
             const double code = std::round(p.residual / scale);
             if (std::abs(code) > 32767 || code == 0) continue;
             p.data.correction = static_cast<std::int16_t>(code);

@@ -1,5 +1,5 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, beyond its layers: depth to the mesh's
-// own triangles. A place of the locator lists every triangle that can be nearest to a point of it. The ball about a point up to
+// own triangles. A cell of the locator lists every triangle that can be nearest to a point of it. The ball about a point up to
 // the nearest one holds no boundary, so what the point sees there is the side that it is on.
 #include "exact_layer.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 using model::ModelView;
 
-/// A place's list, or all of the model's triangles.
+/// A cell's list, or all of the model's triangles.
 struct Candidates {
     const ModelView& model;
     model::CandidateList list;  ///< empty: all
@@ -112,7 +112,7 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
         return dot(nearest.across, to_nearest) > 0;
 
     Vec3d aim = nearest.point, across = nearest.across, sum{};
-    double most = -1;
+    double largest = -1;
     std::uint32_t triangles = 0, last = 0;  // as near, and the last of them
     const double reach_sq = (distance + hair) * (distance + hair);
     for (std::uint32_t i = 0; i < candidates.count(); ++i)
@@ -128,8 +128,8 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
                 sum += unit;
             }
             const double facing = std::abs(dot(unit, q - p)) / norm(q - p);
-            if (!(facing > most)) return;
-            most = facing;
+            if (!(facing > largest)) return;
+            largest = facing;
             const Vec3d inwards = (piece.a + piece.b + piece.c) / 3.0 - q;
             aim = q + std::min(0.1, hair / std::max(norm(inwards), hair)) * inwards;
             across = normal;
@@ -155,8 +155,8 @@ Contact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
     contact.depth = static_cast<float>(std::sqrt(nearest.distance_sq));
     contact.point = cast<float>(nearest.point);
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
-    const Vec3d way = contact.depth > 1e-4f * model.header.sphere[3] ? nearest.point - cast<double>(point) : nearest.across;
-    contact.normal = cast<float>(normalized(way));
+    const Vec3d direction = contact.depth > 1e-4f * model.header.sphere[3] ? nearest.point - cast<double>(point) : nearest.across;
+    contact.normal = cast<float>(normalized(direction));
     return contact;
 }
 
@@ -178,9 +178,9 @@ Contact answer(const Candidates& candidates, Vec3f point, bool inside)
 
 }  // namespace
 
-Contact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t place, bool inside) noexcept
+Contact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell, bool inside) noexcept
 {
-    return answer({model, model::candidate_list(model, brick, place)}, point, inside);
+    return answer({model, model::candidate_list(model, brick, cell)}, point, inside);
 }
 
 Contact query_exact(const ModelView& model, Vec3f point) noexcept
@@ -201,8 +201,8 @@ Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from
     const auto finite = [](Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
     if (!finite(point) || !finite(from.point) || !finite(from.normal)) return {};
     constexpr int k_rounds = 6;
-    // The list of a surface point's place holds its triangle, so that each round ends no farther away than the one before.
-    const float hair = 1e-5f * model.header.sphere[3];  // below the surface: a place that touches it from outside lists nothing
+    // The list of a surface point's cell holds its triangle, so that each round ends no farther away than the one before.
+    const float hair = 1e-5f * model.header.sphere[3];  // below the surface: a cell that touches it from outside lists nothing
     const Vec3d p = cast<double>(point);
     Nearest best;
     Vec3f at = from.point - hair * from.normal;

@@ -9,8 +9,8 @@ namespace sqmap::query {
 /// bounds no solid, only what some part holds is in contact. @pre model::has_exact(model)
 [[nodiscard]] Contact query_exact(const model::ModelView& model, Vec3f point) noexcept;
 
-/// The same where the point's place, which is not Free, is known; inside: all of it is in the solid.
-[[nodiscard]] Contact query_exact_in(const model::ModelView& model, Vec3f point, std::size_t brick, std::uint32_t place,
+/// The same where the point's cell, which is not Free, is known; inside: all of it is in the solid.
+[[nodiscard]] Contact query_exact_in(const model::ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell,
                                      bool inside) noexcept;
 
 }  // namespace sqmap::query

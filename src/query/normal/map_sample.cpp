@@ -1,6 +1,7 @@
 // Values of a normal map between its samples.
 #include "map_sample.h"
 
+#include "model/normal_codes.h"
 #include "model/octahedral.h"
 
 #include <algorithm>

@@ -29,15 +29,15 @@ void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
 
 }  // namespace
 
-Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& asked) noexcept
+Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& wanted) noexcept
 {
     SQMAP_ASSERT(model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal));
     Contact contact;
     contact.point = point;
     ProjectionOptions options;
-    options.layer = asked.layer;
-    options.layer3_gate = asked.layer3_gate;
-    options.use_offset = asked.offset;
+    options.layer = wanted.layer;
+    options.layer3_gate = wanted.layer3_gate;
+    options.use_offset = wanted.offset;
     WitnessRule rule;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
         const model::Part& part = model.parts[i];
@@ -52,7 +52,7 @@ Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOpti
         contact.point = point + contact.depth * contact.normal;
     }
     contact.contact = claimed;
-    if (claimed && has_surface && asked.smoothing)
+    if (claimed && has_surface && wanted.smoothing)
         smooth(model::normal_map_of(model, static_cast<std::size_t>(contact.part)), point, contact);
     if (claimed && !has_surface) {
         // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact

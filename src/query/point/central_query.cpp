@@ -195,7 +195,7 @@ struct PartVerdict {
     ChartVerdict verdict{};
 };
 
-PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer layer, std::uint32_t gate)
+PartVerdict query_part(const ModelView& model, const Part& part, Vec3f p, Layer layer, std::uint32_t gate)
 {
     const Vec3f offset = p - model::vec3(part.sphere);
     if (norm_sq(offset) > part.sphere[3] * part.sphere[3]) return {};
@@ -223,16 +223,16 @@ PartVerdict ask_part(const ModelView& model, const Part& part, Vec3f p, Layer la
 }
 
 /// The best answer of all parts: a proof where one has it, else the part that is farthest from changing its mind.
-PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::uint32_t gate, std::int32_t& asked)
+PartVerdict query_parts(const ModelView& model, Vec3f p, Layer layer, std::uint32_t gate, std::int32_t& answering)
 {
     PartVerdict best;
     best.verdict.margin = -1.f;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        const PartVerdict v = ask_part(model, model.parts[i], p, layer, gate);
+        const PartVerdict v = query_part(model, model.parts[i], p, layer, gate);
         if (!v.covers) continue;
         if (v.verdict.certain || v.verdict.margin > best.verdict.margin) {
             best = v;
-            asked = static_cast<std::int32_t>(i);
+            answering = static_cast<std::int32_t>(i);
         }
         if (v.verdict.certain) break;
     }
@@ -244,7 +244,7 @@ PartVerdict ask_all(const ModelView& model, Vec3f p, Layer layer, std::uint32_t 
 PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     PointVerdict verdict;
-    const PartVerdict answer = ask_all(model, point, layer, gate, verdict.part);
+    const PartVerdict answer = query_parts(model, point, layer, gate, verdict.part);
     if (!answer.covers) return verdict;  // the superquadrics cover the solid: certified at bake
     verdict.inside = answer.verdict.inside;
     verdict.certain = answer.verdict.certain;
@@ -254,7 +254,7 @@ PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, s
 Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     const PointVerdict verdict = verdict_central(model, point, layer, gate);
-    const std::int32_t asked = verdict.part;
+    const std::int32_t answering = verdict.part;
     Contact contact;
     contact.point = point;
     contact.certain = verdict.certain;
@@ -262,14 +262,14 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uin
 
     Nearest best;
     const auto search = [&](std::int32_t i) { nearest_on_map(model, i, point, layer != Layer::Two, best); };
-    search(asked);
+    search(answering);
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        if (static_cast<std::int32_t>(i) == asked) continue;
+        if (static_cast<std::int32_t>(i) == answering) continue;
         const float gap = sphere_gap(model.parts[i], point);
         if (gap * gap < best.distance_sq) search(static_cast<std::int32_t>(i));
     }
     contact.contact = true;
-    contact.part = best.part >= 0 ? best.part : asked;
+    contact.part = best.part >= 0 ? best.part : answering;
     contact.depth = best.part >= 0 ? std::sqrt(best.distance_sq) : 0.f;
     contact.point = best.part >= 0 ? best.point : point;
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.

@@ -120,7 +120,7 @@ public:
     {
         const Address a = address(at, active);
         Located found;
-        found.cell = gather_word(model_.places.data(), a.index);
+        found.cell = gather_word(model_.locator_cells.data(), a.index);
         found.is_free = hn::Or(a.free_brick, hn::And(active, is_free(found.cell, a.whole)));
         found.offset = a.offset;
         found.index = a.index;
@@ -148,7 +148,7 @@ public:
             const I eighth =
                 hn::Add(blend(up_x, set_int(1), nil), hn::Add(blend(up_y, set_int(2), nil), blend(up_z, set_int(4), nil)));
             index = blend(divided, hn::Add(first_of(cell), eighth), index);
-            cell = blend(divided, gather_word(model_.places.data(), index), cell);
+            cell = blend(divided, gather_word(model_.locator_cells.data(), index), cell);
             const auto move = [&](M up, F v) { return blend(divided, hn::Sub(v, blend(up, set(quarter), set(-quarter))), v); };
             offset = {move(up_x, offset.x), move(up_y, offset.y), move(up_z, offset.z)};
             occupied = hn::AndNot(hn::And(divided, equal(kind_of(cell), nil)), occupied);

@@ -75,11 +75,11 @@ std::size_t Probe::bytes() const noexcept
 
 void Probe::move(std::span<const Vec3d> points) noexcept { move(points, {}); }
 
-void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> asked) noexcept
+void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> wanted) noexcept
 {
     if (points.size() != size_) return;
-    place_clusters(
-        points.data(), point_.data(), origin_, asked.size() == size_ ? asked.data() : nullptr, k_far,
+    fill_clusters(
+        points.data(), point_.data(), origin_, wanted.size() == size_ ? wanted.data() : nullptr, k_far,
         {x_.data(), y_.data(), z_.data(), centre_x_.data(), centre_y_.data(), centre_z_.data(), radius_.data(), clusters()});
     refit_groups();
 }
@@ -107,11 +107,11 @@ bool Probe::reaches(const Sphere& sphere) const noexcept
 
 void Probe::refit() noexcept
 {
-    const auto place = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
+    const auto position = [&](std::size_t slot) { return Vec3f{x_[slot], y_[slot], z_[slot]}; };
     float s[4], sum = 0.f;
     for (std::size_t c = 0; c < clusters(); ++c) {
         fit_sphere(
-            k_cluster, [&](std::size_t i) { return place(c * k_cluster + i); }, s);
+            k_cluster, [&](std::size_t i) { return position(c * k_cluster + i); }, s);
         centre_x_[c] = s[0];
         centre_y_[c] = s[1];
         centre_z_[c] = s[2];
@@ -121,14 +121,14 @@ void Probe::refit() noexcept
     for (std::size_t g = 0; g < group_radius_.size(); ++g) {
         const std::size_t first = g * k_cluster * k_cluster, last = std::min(point_.size(), first + k_cluster * k_cluster);
         fit_sphere(
-            last - first, [&](std::size_t i) { return place(first + i); }, s);
+            last - first, [&](std::size_t i) { return position(first + i); }, s);
         group_x_[g] = s[0];
         group_y_[g] = s[1];
         group_z_[g] = s[2];
         group_radius_[g] = s[3];
     }
     if (size_ > 0) {
-        fit_sphere(point_.size(), place, sphere_);
+        fit_sphere(point_.size(), position, sphere_);
         // n points, each with a square of its own: pi r^2 = n spacing^2.
         spacing_ = sum / static_cast<float>(clusters()) * std::sqrt(3.14159f / static_cast<float>(k_cluster));
     }

@@ -66,7 +66,7 @@ private:
         const Address a = address(e.in_cells, e.in_grid);
         const M read = hn::AndNot(a.free_brick, e.in_grid);
         if (!any(read)) return;
-        fetch(model_.places.data(), a.index, read);
+        fetch(model_.locator_cells.data(), a.index, read);
         const I whole = hn::IfThenElseZero(hn::RebindMask(di, a.whole), set_int(k_whole));
         addressed_.add(e.p, a.offset, hn::Or(a.index, whole),
                        hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot)), read);
@@ -79,7 +79,7 @@ private:
         for (std::size_t first = 0; first < addressed_.count; first += hn::Lanes(df)) {
             const I word = hn::LoadU(di, addressed_.cell + first);
             const M present = addressed_.present(first), whole = hn::RebindMask(df, hn::Lt(word, hn::Zero(di)));
-            const I cell = gather_word(model_.places.data(),
+            const I cell = gather_word(model_.locator_cells.data(),
                                        hn::IfThenElseZero(hn::RebindMask(di, present), hn::And(word, set_int(~k_whole))));
             const M occupied = hn::AndNot(is_free(cell, whole), present);
             if (!any(occupied)) continue;
@@ -95,7 +95,7 @@ private:
     {
         const M divided = is_divided(cell, occupied), flat = is_flat(cell, occupied);
         const I at = first_of(cell);
-        if (any(divided)) fetch(model_.places.data(), at, divided);
+        if (any(divided)) fetch(model_.locator_cells.data(), at, divided);
         if (any(flat)) fetch(model_.planes.data(), at, flat);
     }
 

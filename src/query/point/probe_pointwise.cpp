@@ -24,7 +24,7 @@ public:
                 if (is_far({job_.centre_x[c], job_.centre_y[c], job_.centre_z[c]}, job_.radius[c])) continue;
                 // The last cluster is filled up with its last point.
                 for (std::size_t slot = c * Probe::k_cluster; slot < std::min(job_.points, (c + 1) * Probe::k_cluster); ++slot) {
-                    ask(slot);
+                    compute(slot);
                     if (job_.first_only && result_.contacts > 0) return result_;
                 }
             }
@@ -54,7 +54,7 @@ private:
                                                               [&](const model::Part& part) { return apart(part.sphere); });
     }
 
-    void ask(std::size_t slot)
+    void compute(std::size_t slot)
     {
         const Contact c = query_point(job_.model, transformed({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
         if (!c.contact) return;

@@ -133,7 +133,7 @@ public:
         const Centres c = centres(first);
         if (!any(c.touches_box)) return;
         const Address a = address(c.at, c.touches_box);
-        fetch(model_.places.data(), a.index, hn::AndNot(a.free_brick, c.touches_box));
+        fetch(model_.locator_cells.data(), a.index, hn::AndNot(a.free_brick, c.touches_box));
     }
 
     /// The clusters from first on that may touch the solid: the same test, finer, for each lane.

@@ -32,8 +32,8 @@ HWY_INLINE void extent(const float* v, F& least, F& greatest)
     greatest = hn::MaxOfLanes(df, greatest);
 }
 
-void place(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const std::uint8_t* asked, float far,
-           const ClusterColumns& to)
+void fill(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const std::uint8_t* wanted, float far,
+          const ClusterColumns& to)
 {
     const F half = set(0.5f);
     for (std::size_t c = 0; c < to.clusters; ++c) {
@@ -42,10 +42,10 @@ void place(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const 
         // Points come in their own order, which no machine foresees.
         const std::size_t ahead = std::min(c + k_ahead, to.clusters - 1) * Probe::k_cluster;
         for (std::size_t i = 0; i < Probe::k_cluster; ++i)
-            if (asked == nullptr || asked[index[ahead + i]] != 0) hwy::Prefetch(&points[index[ahead + i]]);
+            if (wanted == nullptr || wanted[index[ahead + i]] != 0) hwy::Prefetch(&points[index[ahead + i]]);
         std::size_t shown = 0;
-        if (asked != nullptr)
-            while (shown < Probe::k_cluster && asked[own[shown]] == 0) ++shown;
+        if (wanted != nullptr)
+            while (shown < Probe::k_cluster && wanted[own[shown]] == 0) ++shown;
         if (shown == Probe::k_cluster) {
             if (to.centre_x[c] == far) continue;  // as it was
             for (std::size_t i = 0; i < Probe::k_cluster; ++i) x[i] = y[i] = z[i] = far;
@@ -54,7 +54,7 @@ void place(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const 
             continue;
         }
         for (std::size_t i = 0; i < Probe::k_cluster; ++i) {
-            const std::uint32_t p = asked == nullptr || asked[own[i]] != 0 ? own[i] : own[shown];
+            const std::uint32_t p = wanted == nullptr || wanted[own[i]] != 0 ? own[i] : own[shown];
             x[i] = static_cast<float>(points[p].x - origin.x);
             y[i] = static_cast<float>(points[p].y - origin.y);
             z[i] = static_cast<float>(points[p].z - origin.z);
@@ -84,12 +84,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace sqmap::query {
 
-HWY_EXPORT(place);
+HWY_EXPORT(fill);
 
-void place_clusters(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const std::uint8_t* asked, float far,
-                    const ClusterColumns& to) noexcept
+void fill_clusters(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const std::uint8_t* wanted, float far,
+                   const ClusterColumns& to) noexcept
 {
-    HWY_DYNAMIC_DISPATCH(place)(points, index, origin, asked, far, to);
+    HWY_DYNAMIC_DISPATCH(fill)(points, index, origin, wanted, far, to);
 }
 
 }  // namespace sqmap::query

@@ -15,9 +15,9 @@ struct ClusterColumns {
     std::size_t clusters;
 };
 
-/// Places points[index[i]] - origin, in float, and spheres about each cluster's box. asked: of points, those with 0 stand where
-/// an asked one of their cluster does, or at `far` with all of a cluster's; null for all. The same bits on every instruction set.
-void place_clusters(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const std::uint8_t* asked, float far,
-                    const ClusterColumns& to) noexcept;
+/// Places points[index[i]] - origin, in float, and spheres about each cluster's box. wanted: of points, those with 0 stand where
+/// a wanted one of their cluster does, or at `far` with all of a cluster's; null for all. The same bits on every instruction set.
+void fill_clusters(const Vec3d* points, const std::uint32_t* index, Vec3d origin, const std::uint8_t* wanted, float far,
+                   const ClusterColumns& to) noexcept;
 
 }  // namespace sqmap::query

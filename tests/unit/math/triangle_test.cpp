@@ -10,7 +10,7 @@ namespace {
 template <class Real>
 class ClosestPoint : public testing::Test {
 protected:
-    Vec3<Real> place(double size)
+    Vec3<Real> position(double size)
     {
         return {static_cast<Real>(random_.between(-size, size)), static_cast<Real>(random_.between(-size, size)),
                 static_cast<Real>(random_.between(-size, size))};
@@ -23,7 +23,7 @@ TYPED_TEST_SUITE(ClosestPoint, Reals);
 TYPED_TEST(ClosestPoint, NoPointOfALatticeIsNearer)
 {
     for (int i = 0; i < 2000; ++i) {
-        const auto a = this->place(1), b = this->place(1), c = this->place(1), p = this->place(2);
+        const auto a = this->position(1), b = this->position(1), c = this->position(1), p = this->position(2);
         const auto found = closest_point_on_triangle(p, a, b, c);
         TypeParam least = norm(found - p), nearest_lattice = 100;
         constexpr int k_steps = 24;

@@ -147,9 +147,9 @@ TEST(NormalProjection, PyramidFindsTheNearestSampleOfTheBaseGridWhenShallow)
                                                     .point) -
                                    p));
             const GridFoot foot = pyramid_search(view, cast<float>(p));
-            const shape::SurfacePosition<float> place{view.rows[foot.row * stride], view.columns[foot.column * stride]};
+            const shape::SurfacePosition<float> position{view.rows[foot.row * stride], view.columns[foot.column * stride]};
             ++count;
-            other += norm(cast<double>(shape::surface_point(view.superquadric, place).point) - p) > 1.001 * best + 1e-6;
+            other += norm(cast<double>(shape::surface_point(view.superquadric, position).point) - p) > 1.001 * best + 1e-6;
         }
     });
     EXPECT_LT(other, count / 50);

@@ -31,7 +31,7 @@ std::vector<Cell> cells_of(const ModelView& v)
     const double cell = l.cell;
     constexpr std::uint32_t n = model::k_brick;
     const auto add = [&](Vec3d centre, double half, std::uint32_t index, const model::CandidateList& near) {
-        const std::uint32_t word = v.places[index];
+        const std::uint32_t word = v.locator_cells[index];
         if (!model::LocatorCell{word}.is_free()) out.push_back({centre, half, index, word, near});
     };
     for (std::uint32_t i = 0; i < v.bricks.size(); ++i) {
@@ -45,7 +45,7 @@ std::vector<Cell> cells_of(const ModelView& v)
             continue;
         }
         for (std::uint32_t k = 0; k < n * n * n; ++k) {
-            const std::uint32_t word = v.places[first + k];
+            const std::uint32_t word = v.locator_cells[first + k];
             if (model::LocatorCell{word}.is_free()) continue;
             const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
             const model::CandidateList near = model::candidate_list(v, i, k);

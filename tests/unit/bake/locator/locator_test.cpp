@@ -39,7 +39,7 @@ std::vector<Cell> cells_of(const ModelView& v)
         if ((brick & model::LocatorBrick::k_free) != 0) {
             out.push_back({LocatorCellKind::Free, middle, n * cell, step * (brick & ~model::LocatorBrick::k_free), 0});
         } else if ((brick & model::LocatorBrick::k_deep) != 0) {
-            const std::uint32_t word = v.places[brick & ~model::LocatorBrick::k_deep];
+            const std::uint32_t word = v.locator_cells[brick & ~model::LocatorBrick::k_deep];
             out.push_back({model::LocatorCell{word}.kind(), middle, n * cell, 0, word});
         } else {
             for (std::uint32_t k = 0; k < n * n * n; ++k) {
@@ -48,14 +48,14 @@ std::vector<Cell> cells_of(const ModelView& v)
                     out.push_back({model::LocatorCell{word}.kind(), centre, side,
                                    is_free ? step * model::LocatorCell{word}.gap() : 0, word});
                 };
-                const std::uint32_t word = v.places[brick + k];
+                const std::uint32_t word = v.locator_cells[brick + k];
                 const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
                 if (!model::LocatorCell{word}.is_divided()) {
                     add(word, centre, cell);
                     continue;
                 }
                 for (std::uint32_t e = 0; e < 8; ++e)
-                    add(v.places[model::LocatorCell{word}.first() + e],
+                    add(v.locator_cells[model::LocatorCell{word}.first() + e],
                         centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.5 * cell);
             }
         }

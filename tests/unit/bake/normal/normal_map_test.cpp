@@ -84,7 +84,7 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
             const Vec3d m = s.point - expected * s.normal;
             if (expected < 0 || dot(m, s.normal) < 0.2) continue;  // a near miss of the sphere need not be one of the mesh
             ++hits;
-            ASSERT_LE(code, model::k_map_largest);
+            ASSERT_EQ(model::ray_of(code), model::MapRay::Surface);
             EXPECT_NEAR(double(map.distance_scale) * code, expected, 3 * facet);
             EXPECT_GT(dot(cast<double>(model::decode_normal(map.normal[std::size_t{i} * map.omega_count + j])), m) / 0.6,
                       std::cos(0.07));
@@ -103,7 +103,7 @@ TEST(NormalMap, SmoothingLeavesASphereAsItIs)
     ASSERT_EQ(map.smoothed.size(), map.offset.size());
     std::size_t smoothed = 0;
     for (const model::SmoothedSample& s : map.smoothed)
-        if (s.change != model::k_not_smoothed) {
+        if (model::is_smoothed(s)) {
             ++smoothed;
             EXPECT_LT(std::abs(double(map.distance_scale) * s.change), 1e-3);
         }
@@ -130,7 +130,7 @@ TEST(NormalMap, SmoothingIsTheBinomialMeanOfTheBaseGrid)
     for (std::size_t i = 1; i + 1 < rows; ++i)
         for (std::size_t j = 0; j < columns; ++j) {
             const model::SmoothedSample s = map.smoothed[i * columns + j];
-            if (s.change == model::k_not_smoothed) continue;
+            if (!model::is_smoothed(s)) continue;
             double sum = 0;
             constexpr double k_weight[] = {0.25, 0.5, 0.25};
             for (std::size_t di = 0; di < 3; ++di)
