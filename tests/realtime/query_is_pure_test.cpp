@@ -420,10 +420,9 @@ void query_distances(const query::Body& touched, std::span<const Vec3d> points, 
 
 TEST(RealTime, DistancesDoNotAllocateAndRaiseNoFloatingPointException)
 {
-    std::vector<model::ModelData> tried = models();
-    tried.push_back(test::baked(test::small_hand(), {.exact = false}).result.model);
-    for (const model::ModelData& data : tried) {
-        const std::vector<std::byte> bytes = io::serialize(data);
+    std::vector<std::vector<std::byte>> tried = models();
+    tried.push_back(io::serialize(bake::bake(test::small_hand(), true, {.exact = false}).model));
+    for (const std::vector<std::byte>& bytes : tried) {
         model::ModelView view;
         ASSERT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
         std::vector<Vec3d> points;

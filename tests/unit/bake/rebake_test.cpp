@@ -235,7 +235,8 @@ TEST(Rebake, MapsOfNeighboursAreAgainAsBakedWhenAllIsBack)
     const model::ModelData& baked = hand.baked.model;
     const RebakeOptions options{.fineness = hand.baked.report.fineness};
     std::size_t followed = 0;
-    for (std::uint32_t moved = 0; moved < baked.parts.size(); ++moved) {
+    // Every other part: most of the parts are made again with a neighbour.
+    for (std::uint32_t moved = 0; moved < baked.parts.size(); moved += 2) {
         const std::vector<Vec3d> vertices = hand.with_moved(moved, 0.02 * hand.r_max * normalized(Vec3d{1, 2, 1}));
         const RebakeResult there = rebake(baked, vertices, options);
         const RebakeResult back = rebake(there.model, hand.mesh.vertices, options);
