@@ -15,8 +15,24 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-/// So few points are sought one by one.
-constexpr std::size_t k_few = 200;
+/// Points are sought together where leaves have several of them, else one by one.
+bool are_dense(const ModelView& model, std::span<const Vec3f> points, std::span<const std::uint16_t> near)
+{
+    constexpr std::size_t k_few = 8;
+    constexpr float k_leaves_a_point = 5;
+    if (near.size() <= k_few) return false;
+    Vec3f lo = points[near.front()], hi = lo;
+    for (const std::uint16_t i : near)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::min(lo[k], points[i][k]);
+            hi[k] = std::max(hi[k], points[i][k]);
+        }
+    // Of the object's leaves those about the points, as though the surface were spread over its sphere.
+    const Vec3f extent = hi - lo;
+    const float share = std::max({extent.x, extent.y, extent.z}) / (2 * model.header.sphere[3]);
+    const auto leaves = static_cast<float>(model::leaf_count(model.distance.header.entries));
+    return k_leaves_a_point * static_cast<float>(near.size()) >= leaves * std::min(share * share, 1.f);
+}
 
 /// Bounds for all; near: those that are not beyond, returns how many.
 HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points,
@@ -57,10 +73,10 @@ HWY_NOINLINE void find_near(const ModelView& model, std::span<const Vec3f> point
     // A whole vector of numbers.
     for (std::size_t k = near.size(); k % hn::Lanes(df) != 0; ++k) packet.put(k, points[near.back()]);
     const Hierarchy hierarchy(model);
-    if (near.size() <= k_few)
-        for (std::size_t k = 0; k < near.size(); ++k) hierarchy.search(packet, k);
-    else
+    if (are_dense(model, points, near))
         PacketSearch(model, packet).run();
+    else
+        for (std::size_t k = 0; k < near.size(); ++k) hierarchy.search(packet, k);
     NearestSurface some[k_lanes];
     for (std::size_t first = 0; first < near.size(); first += hn::Lanes(df)) {
         hierarchy.finish(packet, first, some);
