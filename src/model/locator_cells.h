@@ -19,7 +19,7 @@ namespace sqmap::model {
 
 inline constexpr int k_brick = 4;  ///< cells along a brick's side
 inline constexpr std::uint32_t k_brick_cells = 64;
-inline constexpr int k_max_divisions = 1;              ///< of a cell
+inline constexpr int k_max_divisions = 2;              ///< of a cell
 inline constexpr std::uint32_t k_max_first = 0x3ffff;  ///< greatest index that a cell can name
 inline constexpr std::uint32_t k_max_planes = 7;       ///< of a cell
 inline constexpr std::uint32_t k_max_seeds = 8;        ///< of a cell

@@ -14,6 +14,12 @@ namespace sqmap::bake {
 
 using model::LocatorCellKind;
 
+namespace {
+
+constexpr int k_max_loosened = 5;  ///< times that the tolerance is doubled
+
+}  // namespace
+
 mesh::ClosestPoint closest_from(const mesh::Solid& solid, Vec3d known, Vec3d p)
 {
     return solid.closest_boundary(p, 1.000001 * norm(known - p) + 1e-12);
@@ -44,22 +50,39 @@ CellDraft CellBaker::bake(const CellCube& cube, const mesh::ClosestPoint& neares
         draft.near = triangles_near(subject_.solid, cube, nearest.distance);
         near = draft.near;
     }
-    const SurfaceCell cell{subject_, cube, draft.kind, {cube.centre, nearest, inside}, near};
-    CellSampler sampler(cell);
-    const std::vector<Sample> samples = sampler.samples();
-    std::vector<Sample> checked = samples;
-    if (std::optional<std::vector<PartPlane>> planes = flat_planes(cell, sampler, checked)) {
-        draft.planes = std::move(*planes);
-    } else {
-        SeedChain chain = seed_chain(cell, samples);
-        draft.seeds = std::move(chain.seeds);
-        draft.choices = chain.choices;
-    }
+    const SurfaceCell cell{subject_, cube, draft.kind, {cube.centre, nearest, inside}, near, subject_.flat_tolerance};
+    find_surface(cell, draft);
     if (crossed) list_parts(subject_, cube, subject_.part_of_triangle[nearest.triangle], draft);
     return draft;
 }
 
-std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near) const
+void CellBaker::find_surface(SurfaceCell cell, CellDraft& draft) const
+{
+    CellSampler sampler(cell);
+    std::vector<Sample> samples = sampler.samples();
+    const auto is_flat = [&] {
+        std::vector<Sample> checked = samples;
+        std::optional<std::vector<PartPlane>> planes = flat_planes(cell, sampler, checked);
+        if (planes) draft.planes = std::move(*planes);
+        return planes.has_value();
+    };
+    if (is_flat()) return;
+    sampler.add_more(samples);
+    SeedChain chain = seed_chain(cell, samples);
+    // Charts may not show the sheet that is nearest. What is not divided any more is then better off with planes, loose as they
+    // are.
+    constexpr double k_least = 1.5 / (1 << model::k_max_divisions);  // of the cell: above the smallest of them
+    for (int loosened = 0; loosened < k_max_loosened && cell.cube.side < k_least * subject_.cell(); ++loosened) {
+        cell.tolerance *= 2;
+        if (!(cell.tolerance < chain.miss)) break;
+        if (is_flat()) return;
+    }
+    draft.seeds = std::move(chain.seeds);
+    draft.choices = chain.choices;
+    draft.miss = chain.miss;
+}
+
+std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near, int divisions) const
 {
     std::vector<CellDraft> eighths;
     mesh::ClosestPoint nearest = subject_.solid.closest_boundary(cube.centre);
@@ -67,6 +90,8 @@ std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<c
         const CellCube eighth = cube.eighth(e);
         nearest = closest_from(subject_.solid, nearest.point, eighth.centre);
         eighths.push_back(bake(eighth, nearest, near));
+        if (eighths.back().miss > subject_.flat_tolerance && divisions > 1)
+            eighths.back().eighths = bake_eighths(eighth, near, divisions - 1);
     }
     return eighths;
 }

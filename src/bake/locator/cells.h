@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bake/locator/draft.h"
+#include "bake/locator/samples.h"
 #include "sqmap/mesh/solid.h"
 
 #include <cstdint>
@@ -26,12 +27,16 @@ public:
     /// nearest: of the boundary, to the centre. near: of a cell that this is an eighth of, or nothing.
     [[nodiscard]] CellDraft bake(const CellCube& cube, const mesh::ClosestPoint& nearest,
                                  std::span<const std::uint32_t> near = {}) const;
-    /// The eighths of a cell.
-    [[nodiscard]] std::vector<CellDraft> bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near) const;
+    /// The eighths of a cell, divided in turn where their seeds miss the surface, so many times in all.
+    [[nodiscard]] std::vector<CellDraft> bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near,
+                                                      int divisions = model::k_max_divisions) const;
     /// in_full: with the cells of a brick that is stored.
     [[nodiscard]] BrickDraft bake_brick(const Grid& grid, std::size_t brick, bool in_full) const;
 
 private:
+    /// Planes, or seeds.
+    void find_surface(SurfaceCell cell, CellDraft& draft) const;
+
     const LocatorSubject& subject_;
     bool keeps_near_;
 };

@@ -60,6 +60,7 @@ private:
             throw mesh::InvalidInput("the locator needs more cells than it can name: use a larger target error");
         data_.locator_cells[at] = LocatorCell::divided(static_cast<std::uint32_t>(first)).word;
         for (const CellDraft& eighth : cell.eighths) add(eighth);
+        for (std::size_t e = 0; e < cell.eighths.size(); ++e) add_eighths(first + e, cell.eighths[e]);
     }
 
     void add(const CellDraft& cell)

@@ -26,6 +26,7 @@ struct CellDraft {
     std::uint8_t rise = model::k_no_rise;
     std::vector<model::Seed> seeds;   ///< of another
     std::uint32_t choices = 0;        ///< which seed comes first in each octant, three bits each
+    double miss = 0;                  ///< of the seeds: see SeedChain
     std::vector<CellDraft> eighths;   ///< of a cell that is divided, x fastest
     std::vector<std::uint32_t> near;  ///< in an update, of one that is baked anew: the triangles near it
 };

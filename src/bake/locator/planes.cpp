@@ -55,8 +55,9 @@ Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, cons
         const double excess = gap - (sample.inside ? sample.nearest.distance : 0);
         if (sample.inside) miss.least = std::min(miss.least, excess);
         double here = excess > 0 ? excess / tolerance : (sample.inside ? -excess / (2 * tolerance) : 0);
-        // On the wrong side, and not because it is so near.
-        if (excess > 0 && !sample.inside && sample.nearest.distance > cell.subject.flat_tolerance) here += 1;
+        // On the wrong side, and not because it is so near; however loose the tolerance of depths.
+        const double clear = (sample.inside ? 2 : 1) * cell.subject.flat_tolerance;
+        if ((gap > 0) != sample.inside && sample.nearest.distance > clear) here += 1;
         if (here > miss.share) {
             miss.share = here;
             miss.worst = here > 1 ? &sample : nullptr;
@@ -70,7 +71,7 @@ Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, cons
 std::optional<double> add_planes(const SurfaceCell& cell, const std::vector<Sample>& samples, std::vector<PartPlane>& planes)
 {
     for (;;) {
-        const Miss miss = miss_of(cell, planes, samples, cell.subject.flat_tolerance);
+        const Miss miss = miss_of(cell, planes, samples, cell.tolerance);
         if (miss.worst == nullptr) return miss.least;
         if (planes.size() == model::k_max_planes) return std::nullopt;
         std::optional<PartPlane> next = plane_at(cell, *miss.worst);
@@ -164,7 +165,7 @@ void balance(const SurfaceCell& cell, const std::vector<Sample>& samples, std::v
         std::vector<PartPlane> moved = planes;
         for (std::size_t k = 0; k < planes.size(); ++k) moved[k].plane = fit(cell.subject, planes[k].plane, now.of_plane[k]);
         Excesses then = excesses_of(cell, moved, samples);
-        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, cell.subject.flat_tolerance).worst != nullptr) return false;
+        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, cell.tolerance).worst != nullptr) return false;
         planes = std::move(moved);
         now = std::move(then);
         return true;
@@ -210,14 +211,15 @@ std::optional<std::vector<PartPlane>> flat_planes(const SurfaceCell& cell, CellS
     if (!first) return std::nullopt;
     std::vector<PartPlane> planes{*first};
     std::optional<double> least = add_planes(cell, samples, planes);
-    if (least && planes.size() > 1 && mixed) {
+    const bool deep = cell.cube.side > 1.5 * cell.subject.cell();
+    if (least && planes.size() > 1 && (mixed || deep)) {
         // Planes that are right at all of these may still meet at the wrong position between them.
         sampler.add_more(samples);
         least = add_planes(cell, samples, planes);
     }
     if (!least) return std::nullopt;
     // A surface that bends towards the point is met in the middle.
-    const double tolerance = cell.subject.flat_tolerance;
+    const double tolerance = cell.tolerance;
     if (*least < -tolerance)
         for (PartPlane& p : planes) p.plane = raised(cell.subject, p.plane, -*least - tolerance);
     balance(cell, samples, planes);

@@ -31,6 +31,7 @@ struct SurfaceCell {
     model::LocatorCellKind kind;  ///< Mixed or Inside
     Sample centre;
     std::span<const std::uint32_t> near;  ///< triangles that can be nearest to a point of it, or none: not known
+    double tolerance;                     ///< by how much its planes may miss the surface, model units
 };
 
 class CellSampler {

@@ -118,6 +118,11 @@ SeedChain seed_chain(const SurfaceCell& cell, const std::vector<Sample>& samples
         if (own.distance < best - tolerance) chain.seeds.push_back(own.seed);
     }
     if (chain.seeds.size() > 1) rank(cell, samples, chain);
+    for (const Sample& sample : samples) {
+        double found = INFINITY;
+        for (const Seed& seed : chain.seeds) found = std::min(found, reach_from(cell, seed, sample.point));
+        if (sample.inside) chain.miss = std::max(chain.miss, std::abs(found - sample.nearest.distance));
+    }
     return chain;
 }
 

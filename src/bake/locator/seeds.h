@@ -12,6 +12,7 @@ namespace sqmap::bake {
 struct SeedChain {
     std::vector<model::Seed> seeds;
     std::uint32_t choices = 0;  ///< of several: which one comes first in each octant
+    double miss = 0;            ///< the greatest error of depth at inside samples, model units
 };
 
 /// Enough seeds that every sample of the cell finds its nearest surface from one of them: outside too, for the side is told by

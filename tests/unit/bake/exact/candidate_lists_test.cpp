@@ -49,13 +49,14 @@ std::vector<Cell> cells_of(const ModelView& v)
             if (model::LocatorCell{word}.is_free()) continue;
             const Vec3d centre = corner + cell * Vec3d{k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5};
             const model::CandidateList near = model::candidate_list(v, i, k);
-            if (!model::LocatorCell{word}.is_divided()) {
-                add(centre, 0.5 * cell, first + k, near);
-                continue;
-            }
-            for (std::uint32_t e = 0; e < 8; ++e)
-                add(centre + 0.25 * cell * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.25 * cell,
-                    model::LocatorCell{word}.first() + e, near);
+            const auto add_all = [&](auto&& again, Vec3d middle, double half, std::uint32_t index) -> void {
+                const model::LocatorCell one{v.locator_cells[index]};
+                if (!one.is_divided()) return add(middle, half, index, near);
+                for (std::uint32_t e = 0; e < 8; ++e)
+                    again(again, middle + 0.5 * half * Vec3d{e & 1u ? 1. : -1., e & 2u ? 1. : -1., e & 4u ? 1. : -1.}, 0.5 * half,
+                          one.first() + e);
+            };
+            add_all(add_all, centre, 0.5 * cell, first + k);
         }
     }
     return out;
