@@ -11,8 +11,8 @@ using model::LocatorPlane;
 
 namespace {
 
-constexpr int k_passes = 3;     ///< of balance
-constexpr double k_coarse = 5;  ///< tolerance of layer Two over that of layer Three
+constexpr int k_passes = 3;      ///< of balance
+constexpr double k_coarse = 10;  ///< tolerance of layer Two over that of layer Three
 
 /// The plane that touches the surface at the point nearest to a sample, relative to the cell's centre; nothing where it is
 /// farther than planes can be stored.
@@ -42,7 +42,19 @@ struct Miss {
     double share = 0;               ///< the greatest, of the tolerance
 };
 
-Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, const std::vector<Sample>& samples, double tolerance)
+/// What planes may miss; model units.
+struct Limits {
+    double depth;    ///< the depth of an inside sample by
+    double missed;   ///< inside samples of that depth, as if they were outside
+    double touched;  ///< outside samples of that distance, as if they were inside
+};
+
+Limits limits_of(const SurfaceCell& cell)
+{
+    return {cell.tolerance, 2 * cell.subject.flat_tolerance, cell.subject.flat_tolerance};
+}
+
+Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, const std::vector<Sample>& samples, Limits limits)
 {
     std::vector<std::uint32_t> words;
     for (const PartPlane& p : planes) words.push_back(p.plane.word);
@@ -54,9 +66,9 @@ Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, cons
         // Outside only the side counts.
         const double excess = gap - (sample.inside ? sample.nearest.distance : 0);
         if (sample.inside) miss.least = std::min(miss.least, excess);
-        double here = excess > 0 ? excess / tolerance : (sample.inside ? -excess / (2 * tolerance) : 0);
+        double here = excess > 0 ? excess / limits.depth : (sample.inside ? -excess / (2 * limits.depth) : 0);
         // On the wrong side, and not because it is so near; however loose the tolerance of depths.
-        const double clear = (sample.inside ? 2 : 1) * cell.subject.flat_tolerance;
+        const double clear = sample.inside ? limits.missed : limits.touched;
         if ((gap > 0) != sample.inside && sample.nearest.distance > clear) here += 1;
         if (here > miss.share) {
             miss.share = here;
@@ -71,7 +83,7 @@ Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, cons
 std::optional<double> add_planes(const SurfaceCell& cell, const std::vector<Sample>& samples, std::vector<PartPlane>& planes)
 {
     for (;;) {
-        const Miss miss = miss_of(cell, planes, samples, cell.tolerance);
+        const Miss miss = miss_of(cell, planes, samples, limits_of(cell));
         if (miss.worst == nullptr) return miss.least;
         if (planes.size() == model::k_max_planes) return std::nullopt;
         std::optional<PartPlane> next = plane_at(cell, *miss.worst);
@@ -165,7 +177,7 @@ void balance(const SurfaceCell& cell, const std::vector<Sample>& samples, std::v
         std::vector<PartPlane> moved = planes;
         for (std::size_t k = 0; k < planes.size(); ++k) moved[k].plane = fit(cell.subject, planes[k].plane, now.of_plane[k]);
         Excesses then = excesses_of(cell, moved, samples);
-        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, cell.tolerance).worst != nullptr) return false;
+        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, limits_of(cell)).worst != nullptr) return false;
         planes = std::move(moved);
         now = std::move(then);
         return true;
@@ -181,7 +193,8 @@ void put_sufficient_first(const SurfaceCell& cell, const std::vector<Sample>& sa
     std::size_t best = 0;
     double least = 1;
     for (std::size_t i = 0; i < planes.size(); ++i) {
-        const double share = miss_of(cell, {planes[i]}, samples, k_coarse * cell.subject.flat_tolerance).share;
+        const double coarse = k_coarse * cell.subject.flat_tolerance;
+        const double share = miss_of(cell, {planes[i]}, samples, {coarse, 2 * coarse, 2 * cell.subject.flat_tolerance}).share;
         if (share < least) {
             least = share;
             best = i;
