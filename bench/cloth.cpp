@@ -108,7 +108,7 @@ void fill(Part& part, std::uint32_t samples, bool own)
 
 /// Depth and normal by trilinear interpolation, for every node. Returns the contacts.
 std::size_t query_field(const bench::DistanceGrid& g, const sqmap::Pose& pose, std::span<const Vec3d> nodes,
-                        std::vector<query::ProbeContact>& out)
+                        std::vector<query::Contact>& out)
 {
     Mat3f to_cells;
     Vec3f origin;
@@ -136,7 +136,7 @@ std::size_t query_field(const bench::DistanceGrid& g, const sqmap::Pose& pose, s
         const Vec3f gradient{sx / static_cast<float>(g.spacing.x),
                              ((1 - fz) * (b - a) + fz * (d - c)) / static_cast<float>(g.spacing.y),
                              (far - near) / static_cast<float>(g.spacing.z)};
-        query::ProbeContact& contact = out[count++];
+        query::Contact& contact = out[count++];
         contact.index = n;
         contact.depth = -distance;
         contact.normal = normalized(gradient);
@@ -173,7 +173,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
 {
     nlohmann::json rows = nlohmann::json::object();
     query::Probe probe(c.frames.front().nodes);
-    std::vector<query::ProbeContact> found(c.frames.front().nodes.size());
+    std::vector<query::Contact> found(c.frames.front().nodes.size());
     rows["sqmap, points moved and refitted"] = timed(clock, c, [&](const Frame& f) {
         probe.move(f.nodes);
         return std::size_t{0};
@@ -190,7 +190,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             for (std::size_t p = 0; p < parts.size(); ++p) {
                 sqmap::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
                 if (!probe.reaches(sphere)) continue;
-                contacts += query::query_probe(parts[p].model, probe, sqmap::inverse(f.poses[p]), options, found).contacts;
+                contacts += query::query_probe({.model = &parts[p].model}, {.probe = &probe, .pose = sqmap::inverse(f.poses[p])}, options, found).contacts;
             }
             return contacts;
         });

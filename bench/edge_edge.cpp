@@ -124,7 +124,7 @@ struct Totals {
 
 class Measure {
 public:
-    Measure(const Item& a, const Item& b) : a_(a), b_(b), tree_a_(a.mesh), tree_b_(b.mesh), workspace_(100000), contacts_(200000)
+    Measure(const Item& a, const Item& b) : a_(a), b_(b), tree_a_(a.mesh), tree_b_(b.mesh), workspace_(100000)
     {
     }
 
@@ -178,19 +178,18 @@ public:
     void apart(const sqmap::Pose& pose, Totals& totals)
     {
         ++totals.apart;
-        totals.offset_false += ask(pose, {.offset = true}).contacts > 0 ? 1u : 0u;
-        totals.margin_false += ask(pose, k_margin).contacts > 0 ? 1u : 0u;
+        totals.offset_false += ask(pose, {.offset = true}).contacts.empty() ? 0u : 1u;
+        totals.margin_false += ask(pose, k_margin).contacts.empty() ? 0u : 1u;
     }
 
 private:
     query::PairResult ask(const sqmap::Pose& pose, const query::QueryOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
-                                                      {.frame = options, .merge_distance = 0}, workspace_, contacts_);
+                                                      {.query = options, .merge_distance = 0}, workspace_);
         in_a_.assign(a_.mesh.vertices.size(), 0);
         in_b_.assign(b_.mesh.vertices.size(), 0);
-        for (std::size_t i = 0; i < r.contacts; ++i)
-            (contacts_[i].vertex_of == query::Side::A ? in_a_ : in_b_)[contacts_[i].index] = 1;
+        for (const query::PairContact& c : r.contacts) (c.vertex_of == query::Side::A ? in_a_ : in_b_)[c.index] = 1;
         return r;
     }
     bool is_marked(const Pair& p) const
@@ -204,7 +203,6 @@ private:
     const Item &a_, &b_;
     mesh::Bvh tree_a_, tree_b_;
     query::PairWorkspace workspace_;
-    std::vector<query::PairContact> contacts_;
     std::vector<char> in_a_, in_b_;
 };
 

@@ -210,8 +210,8 @@ int main(int argc, char** argv)
                                                [&](const std::vector<Vec3d>& points) {
                                                    query::SkinWorkspace workspace(lattice, points);
                                                    std::vector<query::SkinContact> contacts(points.size());
-                                                   const auto r = query::query_skin(model, posed_skin, points, {.layer = layer},
-                                                                                    workspace, contacts);
+                                                   const auto r = query::query_skin({&model, &posed_skin, points, {}},
+                                                                                    {.layer = layer}, workspace, contacts);
                                                    std::vector<bool> contact(points.size(), false);
                                                    for (std::size_t c = 0; c < r.contacts; ++c) contact[contacts[c].index] = true;
                                                    return contact;

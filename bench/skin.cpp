@@ -153,7 +153,7 @@ int main(int argc, char** argv)
                     start = cpu_seconds();
                     (void)posed_skin.pose(maps);
                     const double is_posed = cpu_seconds();
-                    r = query::query_skin(model, posed_skin, placed, {.layer = layer}, workspace, contacts);
+                    r = query::query_skin({&model, &posed_skin, placed, {}}, {.layer = layer}, workspace, contacts);
                     pose_seconds += is_posed - start;
                     query_seconds += cpu_seconds() - is_posed;
                     ++frames;

@@ -124,14 +124,13 @@ void Solids::ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& poin
                  std::vector<double>& depth) const
 {
     query::Probe probe(points);
-    std::vector<query::ProbeContact> contacts(points.size());
+    std::vector<query::Contact> contacts(points.size());
     for (const Model& m : models_) {
-        // A bone's map is rigid, so its inverse is the transpose.
-        const sqmap::Pose pose = sqmap::inverse({maps[m.joint].linear, maps[m.joint].shift});
-        const auto r = query::query_probe(m.view, probe, pose, {.layer = layer}, contacts);
+        // A bone's map is rigid.
+        const query::Body touched{.model = &m.view, .pose = {maps[m.joint].linear, maps[m.joint].shift}};
+        const auto r = query::query_probe(touched, {.probe = &probe}, {.layer = layer}, contacts);
         for (std::size_t c = 0; c < std::min(r.contacts, contacts.size()); ++c)
-            depth[contacts[c].index] =
-                std::max(depth[contacts[c].index], static_cast<double>(contacts[c].depth) * m.view.header.unit);
+            depth[contacts[c].index] = std::max(depth[contacts[c].index], static_cast<double>(contacts[c].depth));
     }
 }
 

@@ -55,8 +55,7 @@ public:
 
     void run(const Pose& pose) override
     {
-        result_ = query::query_probe(baked_->view, probe_, {pose.rotation, pose.translation},
-                                     {.layer = layer_, .first_only = first_only_}, contacts_);
+        result_ = query::query_probe({.model = &baked_->view}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}}, {.layer = layer_, .first_only = first_only_}, contacts_);
     }
 
     void read(FrameAnswer& out) const override
@@ -72,15 +71,14 @@ public:
     void read_all(const Pose& pose, FrameAnswer& out) override
     {
         if (!first_only_) return read(out);
-        read_vertices(query::query_probe(baked_->view, probe_, {pose.rotation, pose.translation}, {.layer = layer_}, contacts_),
+        read_vertices(query::query_probe({.model = &baked_->view}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}}, {.layer = layer_}, contacts_),
                       out);
     }
 
 private:
     void read_vertices(const query::ProbeResult& result, FrameAnswer& out) const
     {
-        const auto unit = static_cast<float>(baked_->view.header.unit);
-        for (std::size_t i = 0; i < result.contacts; ++i) out.vertices.push_back({contacts_[i].index, unit * contacts_[i].depth});
+        for (std::size_t i = 0; i < result.contacts; ++i) out.vertices.push_back({contacts_[i].index, contacts_[i].depth});
         std::sort(out.vertices.begin(), out.vertices.end(),
                   [](const VertexContact& a, const VertexContact& b) { return a.vertex < b.vertex; });
     }
@@ -89,7 +87,7 @@ private:
     query::Layer layer_;
     bool first_only_;
     query::Probe probe_;
-    std::vector<query::ProbeContact> contacts_;
+    std::vector<query::Contact> contacts_;
     query::ProbeResult result_;
 };
 

@@ -1,7 +1,7 @@
 // The layers of a query by the names that options, traces, messages and reports give them.
 #pragma once
 
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <array>
 #include <initializer_list>

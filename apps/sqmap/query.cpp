@@ -1,4 +1,4 @@
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include "commands.h"
 #include "common/layer_name.h"
@@ -99,12 +99,11 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
     const bool by_gate = o.layer == "auto" && o.tolerance < 0;
     const query::QueryOptions options{.layer = by_gate ? query::Layer::Gate : layer_named(o.layer).value(),
                                       .tolerance = o.tolerance,
-                                      .layer3_gate = o.gate,
+                                      .gate = o.gate,
                                       .offset = o.offset,
                                       .smoothing = o.smoothing};
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
         throw BadPoints(o.model + " was baked without the exact layer: bake it without --no-exact");
-    const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
     const double size = m.header.r_max * m.header.unit;
     std::string text;
     char row[256];
@@ -113,16 +112,13 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
     };
     print("contact,part,depth,nx,ny,nz,px,py,pz%s\n", o.certain ? ",certain" : "");
     for (const Vec3d& p : points) {
-        // To model space in double: coordinates may be far from zero.
-        const query::Contact c = query::query_point(m, cast<float>((p - origin) / m.header.unit), options);
-        if (c.contact) {
-            const Vec3d s = m.header.unit * cast<double>(c.point) + origin;
-            print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, static_cast<double>(c.depth) * m.header.unit,
-                  static_cast<double>(c.normal.x), static_cast<double>(c.normal.y), static_cast<double>(c.normal.z),
-                  digits_of(s.x, size), s.x, digits_of(s.y, size), s.y, digits_of(s.z, size), s.z);
-        } else {
+        const query::PointResult c = query::query_point(m, p, options);
+        if (c.contact)
+            print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, c.depth, c.normal.x, c.normal.y, c.normal.z,
+                  digits_of(c.point.x, size), c.point.x, digits_of(c.point.y, size), c.point.y, digits_of(c.point.z, size),
+                  c.point.z);
+        else
             text += "0,-1,,,,,,,";
-        }
         if (o.certain) print(",%d", c.certain ? 1 : 0);
         text += '\n';
     }

@@ -139,7 +139,7 @@ TickCost tick_cost(const HandPath& path, int passes)
     std::vector<double> us, query_us, scene_us;
     std::vector<std::uint32_t> contacts;
     const std::span<const haptic::TouchedBody> alone(solids.data(), 1);
-    std::vector<query::ProbeContact> found(hand.probe->size());
+    std::vector<query::Contact> found(hand.probe->size());
     TickCost out;
     for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
         hand.state->reset();
@@ -147,7 +147,7 @@ TickCost tick_cost(const HandPath& path, int passes)
         // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
         for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)query::query_probe(scene.view, *hand.probe, pose, {.layer = hand.zone.options.layer}, found);
+            (void)query::query_probe({.model = &scene.view}, {.probe = hand.probe, .pose = pose}, {.layer = hand.zone.options.layer}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }

@@ -1,6 +1,7 @@
 #include "sqmap/device/path.h"
 
 #include "device/channel.h"
+#include "sqmap/query/point.h"
 
 #include <algorithm>
 #include <charconv>
@@ -116,8 +117,9 @@ public:
 
     [[nodiscard]] bool touches(Vec3d position) const
     {
-        query::ProbeContact contact[1];
-        return query::query_probe(model_, tool_, {{}, position}, {.first_only = true}, contact).contacts > 0;
+        query::Contact contact[1];
+        const query::Body touched{&model_, nullptr, {}}, tool{nullptr, &tool_, {{}, position}};
+        return query::query_probe(touched, tool, {.first_only = true}, contact).contacts > 0;
     }
 
     /// The greatest height up to from at which the tool, at base + height along normal, touches; false where it never does.
@@ -145,10 +147,10 @@ public:
     /// Surface point and outward normal below a position a little inside; false where it is outside.
     bool surface(Vec3d at, Vec3d& point, Vec3d& normal) const
     {
-        const query::Contact c = query::query_point(model_, model::to_model_space(model_.header, at), query::Layer::Exact);
+        const query::PointResult c = query::query_point(model_, at, {.layer = query::Layer::Exact});
         if (!c.contact || norm(c.normal) == 0) return false;
-        point = model::to_mesh_units(model_.header, c.point);
-        normal = normalized(cast<double>(c.normal));
+        point = c.point;
+        normal = normalized(c.normal);
         return true;
     }
 

@@ -18,7 +18,7 @@ double share_of_sphere(double distance_sq, double radius)
 
 SpreadForce contact_force(ZoneTick& tick, const ContactPose& where)
 {
-    const std::span<const query::ProbeContact> contacts = query_contacts(tick, where.body, where.at);
+    const std::span<const query::Contact> contacts = query_contacts(tick, where.body, where.at);
     SpreadForce out;
     if (tick.options.averaging == Averaging::Patch)
         out = patch_force(tick, where, contacts);
@@ -29,7 +29,7 @@ SpreadForce contact_force(ZoneTick& tick, const ContactPose& where)
     return out;
 }
 
-SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<const query::ProbeContact> contacts)
+SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<const query::Contact> contacts)
 {
     const TouchedBody& body = tick.body(where.body);
     const Pose& at = where.at;

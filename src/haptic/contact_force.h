@@ -26,9 +26,9 @@ struct SpreadForce {
 [[nodiscard]] ContactForce plane_force(const ZoneTick& tick, std::size_t s, const Pose& at);
 
 /// Averaging::Patch. contacts: of query_contacts.
-[[nodiscard]] SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<const query::ProbeContact> contacts);
+[[nodiscard]] SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<const query::Contact> contacts);
 /// Averaging::Stencil and Ball.
-[[nodiscard]] ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<const query::ProbeContact> contacts);
+[[nodiscard]] ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<const query::Contact> contacts);
 
 /// Keeps one plane for the whole contact, `out` metres along the force from its centre.
 void remember_plane(ZoneTick& tick, const ContactPose& where, const ContactForce& force, double out);

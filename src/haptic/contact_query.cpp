@@ -7,7 +7,7 @@ namespace {
 constexpr double k_denser_share = 0.75;  ///< of max_touching: so many points of a denser set are expected to touch at most
 
 /// Memory for the contacts with a body.
-std::span<query::ProbeContact> contact_memory(State::Data& state, std::size_t s)
+std::span<query::Contact> contact_memory(State::Data& state, std::size_t s)
 {
     const std::size_t size = state.found.size() / state.max_touched;
     return std::span(state.found).subspan(s * size, size);
@@ -48,15 +48,16 @@ void choose_points(ZoneTick& tick)
     }
 }
 
-std::span<const query::ProbeContact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at)
+std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at)
 {
     const query::Probe* probe = points(tick).probe;
     const Pose pose = compose(inverse(tick.body(s).pose), probe_pose(tick, at));
     const query::Layer layer = tick.options.layer == query::Layer::One ? query::Layer::Two : tick.options.layer;
-    const std::span<query::ProbeContact> memory = contact_memory(tick.state, s);
+    const std::span<query::Contact> memory = contact_memory(tick.state, s);
     CachedQuery& cached = tick.state.queries[s];
     if (probe != cached.probe || layer != cached.layer || !same_pose(pose, cached.pose)) {
-        const query::ProbeResult r = query::query_probe(*tick.body(s).model, *probe, pose, {.layer = layer}, memory);
+        const query::ProbeResult r = 
+            query::query_probe({tick.body(s).model, nullptr, {}}, {nullptr, probe, pose}, {.layer = layer}, memory);
         cached = {probe, pose, layer, r};
     }
     if (cached.result.contacts > memory.size()) tick.report.status |= k_step_full;

@@ -11,7 +11,7 @@ namespace sqmap::haptic {
 void choose_points(ZoneTick& tick);
 
 /// The contacts of the zone's probe with body s while the zone stands at `at`; other zones' too, where they share a probe.
-[[nodiscard]] std::span<const query::ProbeContact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at);
+[[nodiscard]] std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at);
 
 /// One contact.
 struct PointContact {
@@ -20,8 +20,8 @@ struct PointContact {
     Vec3d point;            ///< of the zone, from the pose's centre, world axes
 };
 
-/// False: another zone's point, or one without a surface to push to.
-inline bool read_contact(ZoneTick& tick, std::size_t s, const Pose& at, const query::ProbeContact& c, PointContact& out)
+/// A contact that query_contacts found last with body s. False: another zone's point, or one without a surface to push to.
+inline bool read_contact(ZoneTick& tick, std::size_t s, const Pose& at, const query::Contact& c, PointContact& out)
 {
     const Zone& zone = tick.zone;
     const TouchedBody& body = tick.body(s);
@@ -30,9 +30,9 @@ inline bool read_contact(ZoneTick& tick, std::size_t s, const Pose& at, const qu
         tick.report.status |= k_step_no_surface;
         return false;
     }
-    out.surface = model::to_mesh_units(body.model->header, c.point);
+    out.surface = tick.state.queries[s].result.position(c);
     out.normal = cast<double>(c.normal);
-    out.depth = body.model->header.unit * static_cast<double>(c.depth);
+    out.depth = static_cast<double>(c.depth);
     out.point = apply(body.pose, out.surface - out.depth * out.normal) - at.translation;
     return true;
 }

@@ -66,7 +66,7 @@ struct State::Data {
     std::vector<ZoneMemory> memory;
     std::vector<TouchMemory> touches;  ///< zone by touched body
     std::size_t max_touched = 0;
-    std::vector<query::ProbeContact> found;  ///< touched body by contact
+    std::vector<query::Contact> found;  ///< touched body by contact
     std::vector<CachedQuery> queries;        ///< per touched body
     std::vector<Sample> samples;             ///< of one stencil
     std::vector<Trail> trails;               ///< zone by touched body by sample

@@ -1,6 +1,7 @@
 // Averaging::Stencil and Ball: the force at a tip from samples on a sphere about it.
 #include "contact_force.h"
 #include "contact_query.h"
+#include "sqmap/query/point.h"
 
 namespace sqmap::haptic {
 
@@ -9,26 +10,21 @@ namespace {
 /// The exact layer at a position in the world: searched, not looked up.
 Sample search_exact(const TouchedBody& body, Vec3d at)
 {
-    const model::Header& header = body.model->header;
-    const query::Contact c =
-        query::query_point(*body.model, model::to_model_space(header, apply_inverse(body.pose, at)), query::Layer::Exact);
-    if (!c.contact || (c.status & query::k_no_surface) != 0) return {};
-    const Vec3d normal = body.pose.rotation * cast<double>(c.normal);
-    const double depth = header.unit * static_cast<double>(c.depth);
-    return {{}, depth * normal, normal, depth};
+    const query::PointResult r =
+        query::query_point(query::Body{body.model, nullptr, body.pose}, at, {.layer = query::Layer::Exact});
+    if (!r.contact || (r.status & query::k_no_surface) != 0) return {};
+    return {{}, r.depth * r.normal, r.normal, r.depth};
 }
 
 /// The vector from a position to the nearest surface, searched for about `offset`, another such vector.
 Vec3d nearer_surface(const TouchedBody& body, Vec3d from, Vec3d offset)
 {
-    const model::Header& header = body.model->header;
     if (!model::has_exact(*body.model)) return offset;
-    const auto in_model = [&](Vec3d p) { return model::to_model_space(header, apply_inverse(body.pose, p)); };
-    query::Contact there;
-    there.point = in_model(from + offset);
-    there.normal = cast<float>(normalized(transpose_mul(body.pose.rotation, -1. * offset)));
-    const query::Contact c = query::nearest_surface(*body.model, in_model(from), there);
-    return c.contact ? apply(body.pose, model::to_mesh_units(header, c.point)) - from : offset;
+    query::PointResult there;
+    there.point = from + offset;
+    there.normal = normalized(-offset);
+    const query::PointResult nearest = query::nearest_surface({body.model, nullptr, body.pose}, from, there);
+    return nearest.contact ? nearest.point - from : offset;
 }
 
 /// How far samples may have moved over the body since the last tick.
@@ -48,7 +44,7 @@ Passed passed(const ZoneTick& tick, const ContactPose& where)
 
 }  // namespace
 
-ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<const query::ProbeContact> contacts)
+ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<const query::Contact> contacts)
 {
     const Zone& zone = tick.zone;
     const ZoneOptions& o = tick.options;
@@ -61,7 +57,7 @@ ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<c
     sum.samples = std::span(tick.state.samples).first(own - 1);
     for (Sample& sample : sum.samples) sample = {};
     PointContact f;
-    for (const query::ProbeContact& c : contacts) {
+    for (const query::Contact& c : contacts) {
         if (!read_contact(tick, where.body, where.at, c, f)) continue;
         const Vec3d normal = body.pose.rotation * f.normal, position = f.point - centre;
         const Sample sample{position, position + f.depth * normal, normal, f.depth};

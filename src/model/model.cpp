@@ -21,6 +21,14 @@ shape::Superquadricf superquadric_of(const Part& part) noexcept
     return sq;
 }
 
+ModelView normalized(const ModelView& view) noexcept
+{
+    ModelView out = view;
+    for (double& coordinate : out.header.origin) coordinate = 0;
+    out.header.unit = 1;
+    return out;
+}
+
 NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
 {
     SQMAP_ASSERT(part < view.normal.parts.size());

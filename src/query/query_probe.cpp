@@ -11,33 +11,47 @@
 
 namespace sqmap::query {
 
-ProbeJob::ProbeJob(const model::ModelView& m, const Probe& p, const Pose& pose, const QueryOptions& o,
-                   std::span<ProbeContact> contacts) noexcept
-    : model(m),
-      x(p.x_.data()),
-      y(p.y_.data()),
-      z(p.z_.data()),
-      point(p.point_.data()),
-      centre_x(p.centre_x_.data()),
-      centre_y(p.centre_y_.data()),
-      centre_z(p.centre_z_.data()),
-      radius(p.radius_.data()),
-      group_x(p.group_x_.data()),
-      group_y(p.group_y_.data()),
-      group_z(p.group_z_.data()),
-      group_radius(p.group_radius_.data()),
-      clusters(p.clusters()),
-      groups(p.group_radius_.size()),
-      points(p.size_),
-      layer(chosen_layer(m, o)),
-      layer3_gate(o.layer3_gate),
+CallerFrame::CallerFrame(const model::Header& header, const Pose& touched) noexcept : unit(static_cast<float>(header.unit))
+{
+    constexpr double k_near = 16;  // times R_max: 16 units in the last place of a float are 1e-6 of R_max
+    const Vec3d origin = apply(touched, {header.origin[0], header.origin[1], header.origin[2]});
+    const bool near = norm(origin) <= k_near * header.r_max * header.unit;
+    if (!near) anchor = origin;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) rotation[3 * i + j] = static_cast<float>(touched.rotation.row[i][j]);
+        translation[i] = near ? static_cast<float>(origin[i]) : 0.f;
+    }
+}
+
+ProbeJob::ProbeJob(const Body& touched, const Body& collider, const QueryOptions& o, std::span<Contact> contacts) noexcept
+    : model(*touched.model),
+      x(collider.probe->x_.data()),
+      y(collider.probe->y_.data()),
+      z(collider.probe->z_.data()),
+      point(collider.probe->point_.data()),
+      centre_x(collider.probe->centre_x_.data()),
+      centre_y(collider.probe->centre_y_.data()),
+      centre_z(collider.probe->centre_z_.data()),
+      radius(collider.probe->radius_.data()),
+      group_x(collider.probe->group_x_.data()),
+      group_y(collider.probe->group_y_.data()),
+      group_z(collider.probe->group_z_.data()),
+      group_radius(collider.probe->group_radius_.data()),
+      clusters(collider.probe->clusters()),
+      groups(collider.probe->group_radius_.size()),
+      points(collider.probe->size_),
+      layer(chosen_layer(model, o)),
+      gate(o.gate),
       first_only(o.first_only),
+      caller(model.header, touched.pose),
       out(contacts)
 {
+    const Probe& p = *collider.probe;
+    const Pose pose = compose(inverse(touched.pose), collider.pose);
     for (int k = 0; k < 4; ++k) sphere[k] = p.sphere_[k];
     // In double up to here: a mesh may lie far from its origin.
-    const double unit = m.header.unit;
-    const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+    const double unit = model.header.unit;
+    const Vec3d origin{model.header.origin[0], model.header.origin[1], model.header.origin[2]};
     const Vec3d shift = (pose.rotation * p.origin_ + pose.translation - origin) / unit;
     double largest = 0;
     for (int i = 0; i < 3; ++i) {
@@ -62,7 +76,7 @@ PointBatch::PointBatch(std::span<const Vec3f> points) noexcept : count(std::min(
     }
 }
 
-ProbeJob::ProbeJob(const model::ModelView& m, PointBatch& batch, const QueryOptions& o, std::span<ProbeContact> contacts) noexcept
+ProbeJob::ProbeJob(const model::ModelView& m, PointBatch& batch, const QueryOptions& o, std::span<Contact> contacts) noexcept
     : model(m),
       x(batch.x),
       y(batch.y),
@@ -71,23 +85,24 @@ ProbeJob::ProbeJob(const model::ModelView& m, PointBatch& batch, const QueryOpti
       points(batch.count),
       reached(batch.reached),
       layer(chosen_layer(m, o)),
-      layer3_gate(o.layer3_gate),
+      gate(o.gate),
       first_only(false),
       out(contacts)
 {
 }
 
-ProbeResult query_probe(const model::ModelView& model, const Probe& probe, const Pose& pose, const QueryOptions& options,
-                        std::span<ProbeContact> contacts) noexcept
+ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOptions& options,
+                        std::span<Contact> contacts) noexcept
 {
-    const ProbeJob job(model, probe, pose, options, contacts);
-    if (!job.finite) return {0, k_probe_not_finite, 0};
+    if (touched.model == nullptr || collider.probe == nullptr) return {};
+    const ProbeJob job(touched, collider, options, contacts);
+    if (!job.finite) return {0, k_probe_not_finite, 0, {}};
     // The locator knows nothing of a surface that has moved.
     const bool by_points = options.offset || options.margin > 0.f ||
-                           !(job.layer == Layer::One ? model::has_locator(model) : is_located(model, job.layer));
+                           !(job.layer == Layer::One ? model::has_locator(job.model) : is_located(job.model, job.layer));
     ProbeResult result =
         by_points ? run_probe_pointwise(job, options) : (job.layer == Layer::Exact ? run_probe_exact(job) : run_probe(job));
-    if (lacks_exact(model, options)) result.status |= k_probe_no_exact;
+    if (lacks_exact(job.model, options)) result.status |= k_probe_no_exact;
     return result;
 }
 

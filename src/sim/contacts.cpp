@@ -56,7 +56,7 @@ Contacts::Contacts(std::span<const Vec3d> points, double thickness, double sweep
       stale_(points.size(), 1),
       thickness_(thickness),
       sweep_step_(std::max(sweep_step, 2 * thickness)),
-      options_{layer, false, false, 0}
+      options_{.layer = layer}
 {
 }
 
@@ -282,24 +282,24 @@ std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, 
     // Query points are as far ahead as a node is thick.
     near.radius += search.longest + motion + k_deeper * thickness_;
     if (!probe_.reaches(near)) return k_cloth_ok;
+    // In the collider's own frame, in which contacts ride on it.
+    const query::Body touched{collider.model, nullptr, {}};
     const Pose to = inverse(collider.pose);
     query::ProbeResult frame;
     if (search.longest + motion <= sweep_step_) {
-        frame = query::query_probe(*collider.model, probe_, to, options_, found_);
+        frame = query::query_probe(touched, {nullptr, &probe_, to}, options_, found_);
     } else {
         const query::SweptOptions swept{options_, sweep_step_, 64};
-        const query::SweptResult result = query::query_swept(*collider.model, probe_, previous, query_points_,
-                                                             inverse(collider.previous), to, swept, workspace_, found_);
-        frame = result.frame;
+        const query::SweptResult result =
+            query::query_swept({touched, &probe_, inverse(collider.previous), to, previous, query_points_}, swept, workspace_, found_);
+        frame = result.probe;
         report.caught += result.caught;
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
     if ((frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
-    const auto& header = collider.model->header;
-    const double unit = header.unit;
-    const auto contacts = std::span<const query::ProbeContact>(found_).first(std::min(frame.contacts, found_.size()));
+    const auto contacts = std::span<const query::Contact>(found_).first(std::min(frame.contacts, found_.size()));
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-        const query::ProbeContact& contact = contacts[c];
+        const query::Contact& contact = contacts[c];
         // Nodes lie in another order than what is found.
         if (c + k_fetched < contacts.size()) {
             const std::uint32_t next = contacts[c + k_fetched].index;
@@ -308,10 +308,10 @@ std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, 
             __builtin_prefetch(&last_head_[next]);
         }
         if ((contact.status & query::k_no_surface) != 0 || stale_[contact.index] == 0) continue;
-        const Vec3d in_mesh = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + unit * cast<double>(contact.point);
+        const Vec3d in_mesh = frame.position(contact);
         const Vec3d at = apply(collider.pose, in_mesh), direction = cast<double>(contact.normal);
         if (!add({contact.index, number, at, collider.pose.rotation * direction, at - apply(collider.previous, in_mesh),
-                  unit * static_cast<double>(contact.depth), in_mesh, direction},
+                  static_cast<double>(contact.depth), in_mesh, direction},
                  search.nodes))
             status |= k_cloth_full;
     }
@@ -323,13 +323,13 @@ std::uint32_t Contacts::query_skinned(std::uint32_t number, const Search& search
     const Collider& collider = search.colliders[number];
     std::uint32_t status = k_cloth_ok;
     const query::SweptResult result =
-        query::query_swept_skin(*collider.model, *collider.skin, search.nodes.previous, query_points_,
-                                {options_, sweep_step_, 64}, *skin_workspace_, skin_found_, stale_);
+        query::query_swept_skin({collider.model, collider.skin, search.nodes.previous, query_points_, stale_},
+                                {options_, sweep_step_, 64}, *skin_workspace_, skin_found_);
     report.caught += result.caught;
-    if ((result.frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
-    if ((result.frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
-    if ((result.frame.status & query::k_skin_crowded) != 0) status |= k_cloth_crowded;
-    for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.frame.contacts, skin_found_.size()))) {
+    if ((result.probe.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+    if ((result.probe.status & query::k_probe_full) != 0) status |= k_cloth_full;
+    if ((result.probe.status & query::k_skin_crowded) != 0) status |= k_cloth_crowded;
+    for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.probe.contacts, skin_found_.size()))) {
         if ((c.status & query::k_no_surface) != 0) continue;
         Affine was, is;
         if (!collider.skin->from().carry_forward(c.bound_point, was) || !collider.skin->to().carry_forward(c.bound_point, is))

@@ -102,7 +102,7 @@ private:
 
     query::Probe probe_;
     query::SweptWorkspace workspace_;
-    std::vector<query::ProbeContact> found_;
+    std::vector<query::Contact> found_;
     std::unique_ptr<query::SkinWorkspace> skin_workspace_;
     std::vector<query::SkinContact> skin_found_;
     std::vector<HalfSpace> spaces_;

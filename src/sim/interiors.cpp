@@ -1,6 +1,7 @@
 #include "interiors.h"
 
 #include "contacts.h"
+#include "sqmap/query/point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,22 +59,17 @@ bool Interiors::hold(InteriorSpace& space, const TouchingNodes& nodes, std::span
         if (collider.model == nullptr || collider.skin != nullptr) continue;
         const Sphere sphere = query::sphere_of({collider.model, nullptr, collider.pose});
         if (!(norm_sq(below - sphere.centre) <= sphere.radius * sphere.radius)) continue;
-        const auto& header = collider.model->header;
         const Pose to = inverse(collider.pose);
-        const Vec3d origin{header.origin[0], header.origin[1], header.origin[2]};
-        const Vec3d in_model = (to.rotation * below + to.translation - origin) / header.unit;
-        const query::Contact c = query::query_point(*collider.model, cast<float>(in_model), layer_);
-        const double depth = header.unit * static_cast<double>(c.depth);
-        if (!c.contact || (c.status & query::k_no_surface) != 0 || depth <= deepest) continue;
-        deepest = depth;
+        const query::Body touched{collider.model, nullptr, collider.pose};
+        const query::PointResult c = query::query_point(touched, below, {.layer = layer_});
+        if (!c.contact || (c.status & query::k_no_surface) != 0 || c.depth <= deepest) continue;
+        deepest = c.depth;
         // Where something thin has gone through the cloth its surface is beside the point: outwards is along the cloth's own
         // normal, back to the tip.
-        const Vec3d normal = collider.pose.rotation * cast<double>(c.normal);
-        const bool pierced = dot(normal, out) < k_along;
-        const Vec3d direction = pierced ? out : normal;
-        const Vec3d surface = apply(collider.pose, origin + header.unit * cast<double>(c.point));
+        const bool pierced = dot(c.normal, out) < k_along;
+        const Vec3d direction = pierced ? out : c.normal;
         const double off = k_off * thickness_;
-        const double rise = pierced ? depth + off : dot(direction, surface - p) + off;
+        const double rise = pierced ? c.depth + off : dot(direction, c.point - p) + off;
         const double max_rise = (nodes.rests ? k_raise_resting : k_raise) * thickness_;
         const Vec3d at = p + std::min(rise, max_rise) * direction;
         const Vec3d local = apply(to, at);

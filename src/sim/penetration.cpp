@@ -1,5 +1,6 @@
 // How deep cloth is inside colliders: measured apart from the simulation.
 #include "sqmap/math/assert.h"
+#include "sqmap/query/point.h"
 #include "sqmap/sim/cloth.h"
 
 #include <algorithm>
@@ -14,12 +15,9 @@ double depth_of(Vec3d p, std::span<const Collider> colliders, query::Layer layer
     double deepest = 0;
     for (const Collider& collider : colliders) {
         if (collider.model == nullptr || collider.skin != nullptr) continue;
-        const auto& header = collider.model->header;
-        const Pose to = inverse(collider.pose);
-        const Vec3d in_mesh = to.rotation * p + to.translation;
-        const Vec3d in_model = (in_mesh - Vec3d{header.origin[0], header.origin[1], header.origin[2]}) / header.unit;
-        const query::Contact contact = query::query_point(*collider.model, cast<float>(in_model), layer);
-        if (contact.contact) deepest = std::max(deepest, header.unit * static_cast<double>(contact.depth));
+        const query::Body touched{collider.model, nullptr, collider.pose};
+        const query::PointResult contact = query::query_point(touched, p, {.layer = layer});
+        if (contact.contact) deepest = std::max(deepest, contact.depth);
     }
     return deepest;
 }
@@ -47,8 +45,8 @@ Penetration penetration(std::span<const Vec3d> nodes, std::span<const std::array
         if (collider.model != nullptr && collider.skin != nullptr) {
             query::SkinWorkspace workspace(collider.skin->lattice(), points);
             std::vector<query::SkinContact> contacts(points.size());
-            const auto found =
-                query::query_skin(*collider.model, collider.skin->to(), points, {.layer = options.layer}, workspace, contacts);
+            const auto found = query::query_skin({collider.model, &collider.skin->to(), points, {}}, {.layer = options.layer},
+                                                 workspace, contacts);
             for (const query::SkinContact& c : std::span(contacts).first(std::min(found.contacts, contacts.size())))
                 depth[c.index] = std::max(depth[c.index], c.depth);
         }

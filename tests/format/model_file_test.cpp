@@ -8,7 +8,7 @@
 #include "model/schema.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/probe.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
 
 #include <flatbuffers/minireflect.h>
@@ -79,11 +79,11 @@ void interrogate_frames(const ModelView& view, test::Random& random)
     for (Vec3d& p : points) p = size * random.in_box({-1, -1, -1}, {1, 1, 1});
     const query::Probe probe(points);
     const Vec3d middle = model::to_mesh_units(view.header, model::vec3(view.header.sphere));
-    query::ProbeContact contacts[80];
+    query::Contact contacts[80];
     for (const double away : {0.0, 0.8})
         for (const query::Layer layer : {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
             const sqmap::Pose pose{{}, middle + away * size * random.direction()};
-            const query::ProbeResult result = query::query_probe(view, probe, pose, {.layer = layer}, contacts);
+            const query::ProbeResult result = query::query_probe({.model = &view}, {.probe = &probe, .pose = pose}, {.layer = layer}, contacts);
             ASSERT_LE(result.contacts, points.size());
             for (std::size_t i = 0; i < result.contacts; ++i) {
                 EXPECT_LT(contacts[i].index, points.size());
@@ -123,11 +123,11 @@ void interrogate(const ModelView& view, std::uint64_t seed)
         if (i % 8 == 1) p = 1e30f * p;
         for (const query::Layer layer :
              {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact, query::Layer::Auto}) {
-            const query::Contact c = query::query_point(view, p, layer);
+            const query::PointResult c = query::query_point(model::normalized(view), cast<double>(p), {.layer = layer});
             EXPECT_LT(c.part, static_cast<std::int32_t>(view.parts.size()));
         }
-        float distance = 0;
-        (void)query::distance_along_projection(view, random.below(view.parts.size()), p, query::Layer::Three, distance);
+        const auto part = static_cast<std::uint32_t>(random.below(view.parts.size()));
+        (void)query::distance_along_projection(model::normalized(view), part, cast<double>(p), query::Layer::Three);
     }
     interrogate_frames(view, random);
     interrogate_distances(view, random);
@@ -225,9 +225,10 @@ TEST(ModelFile, ASerializedModelAnswersAsTheOneInMemory)
     const ModelView direct = data.view();
     test::Random random(5);
     for (int i = 0; i < 2000; ++i) {
-        const Vec3f p = cast<float>(random.in_box({-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}));
+        const Vec3d p = random.in_box({-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5});
         for (const query::Layer layer : {query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
-            const query::Contact a = query::query_point(parsed, p, layer), b = query::query_point(direct, p, layer);
+            const query::PointResult a = query::query_point(parsed, p, {.layer = layer}),
+                                     b = query::query_point(direct, p, {.layer = layer});
             ASSERT_EQ(a.contact, b.contact);
             ASSERT_EQ(a.depth, b.depth);
             ASSERT_EQ(a.point, b.point);

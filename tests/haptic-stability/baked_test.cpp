@@ -3,7 +3,7 @@
 #include "loop.h"
 #include "open_positions.h"
 #include "sqmap/haptic/step.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Where a surface can be touched.
 #pragma once
 
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "support/parsed.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct OpenPosition {
 inline std::vector<OpenPosition> open_positions(const Parsed& parsed, const model::ModelView& model, std::size_t count)
 {
     const auto free = [&](const Vec3d& metres) {
-        return !query::query_point(model, model::to_model_space(model.header, metres), query::Layer::Three).contact;
+        return !query::query_point(model, metres).contact;
     };
     std::vector<double> sum;
     double total = 0;

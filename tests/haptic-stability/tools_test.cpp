@@ -99,11 +99,11 @@ Vec3d first_touch(const Tool& tool, const haptic::TouchedBody& solid, Vec3d poin
     for (const Pose& zone : tool.zones)
         for (const Vec3d& p : tool.points) points.push_back(zone.rotation * p + zone.translation);
     const query::Probe probe(points);
-    std::vector<query::ProbeContact> found(1);
+    std::vector<query::Contact> found(1);
     const auto touches = [&](double far) {
-        const Pose pose = sqmap::compose(sqmap::inverse(solid.pose), {{}, point + far * out});
-        return query::query_probe(*solid.model, probe, pose, {.layer = query::Layer::Three, .first_only = true}, found).contacts >
-               0;
+        const query::Body touched{.model = solid.model, .pose = solid.pose};
+        const query::Body tool_body{.probe = &probe, .pose = {{}, point + far * out}};
+        return query::query_probe(touched, tool_body, {.first_only = true}, found).contacts > 0;
     };
     double far = 0.6;
     while (far > -0.6 && !touches(far)) far -= 0.002;

@@ -5,7 +5,7 @@ import checked
 COMMON = {
     "docs/architecture.md": "```\nsqmap check mesh.obj\n```\n\n```\nmath < shape < model < query < sim\nmodel < io\nshape < bake\nquery < bake\n"
                             "bake < apps/common < apps/sqmap\napps/common < bench\n```\n",
-    "src/io/soup.h": "", "include/sqmap/io/soup.h": "", "include/sqmap/shape/superquadric.h": "", "include/sqmap/query/query.h": "",
+    "src/io/soup.h": "", "include/sqmap/io/soup.h": "", "include/sqmap/shape/superquadric.h": "", "include/sqmap/query/point.h": "",
     "apps/common/layer.h": "", "apps/sqmap/touch.h": "", "bench/path.h": "", "src/math/vec.h": "",
 }
 CASES = [
@@ -15,7 +15,7 @@ CASES = [
     ("in a sub-folder", {"src/shape/deep/a.cpp": '#include "sqmap/io/soup.h"\n'}, "shape/ must not include io/"),
     ("a comment is no include", {"include/sqmap/math/a.h": '// #include "sqmap/shape/superquadric.h"\n'}, None),
     ("neighbours in no order", {"src/sim/a.cpp": '#include "sqmap/io/soup.h"\n'}, "sim/ must not include io/"),
-    ("what the order allows, two steps away", {"src/bake/a.cpp": '#include "math/vec.h"\n#include "sqmap/query/query.h"\n'}, None),
+    ("what the order allows, two steps away", {"src/bake/a.cpp": '#include "math/vec.h"\n#include "sqmap/query/point.h"\n'}, None),
     ("a folder without a place", {"src/elsewhere/a.cpp": ""}, "'elsewhere' has no place"),
     ("an app that includes another", {"apps/common/a.cpp": '#include "sqmap/touch.h"\n'}, "apps/common/ must not include apps/sqmap/"),
     ("a bench that includes an app", {"bench/a.cpp": '#include "apps/sqmap/touch.h"\n', "bench/b.cpp": '#include "layer.h"\n'}, None),

@@ -37,13 +37,13 @@ std::vector<Pose> poses(const model::ModelView& model)
 }  // namespace
 
 extern "C" std::size_t measured_frames(const model::ModelView& model, const query::Probe& probe, const std::vector<Pose>& path,
-                                       query::Layer layer, std::span<query::ProbeContact> out);
+                                       query::Layer layer, std::span<query::Contact> out);
 extern "C" __attribute__((noinline)) std::size_t measured_frames(const model::ModelView& model, const query::Probe& probe,
                                                                  const std::vector<Pose>& path, query::Layer layer,
-                                                                 std::span<query::ProbeContact> out)
+                                                                 std::span<query::Contact> out)
 {
     std::size_t contacts = 0;
-    for (const Pose& pose : path) contacts += query::query_probe(model, probe, pose, {.layer = layer}, out).contacts;
+    for (const Pose& pose : path) contacts += query::query_probe({.model = &model}, {.probe = &probe, .pose = pose}, {.layer = layer}, out).contacts;
     return contacts;
 }
 
@@ -62,7 +62,7 @@ int main(int argc, char** argv)
     const double scale = 0.8 * double{header.r_max} * header.unit / norm(hi - lo);
     for (Vec3d& p : points) p = scale * (p - 0.5 * (lo + hi));
     const query::Probe probe(points);
-    std::vector<query::ProbeContact> out(points.size());
+    std::vector<query::Contact> out(points.size());
     const auto layer = static_cast<query::Layer>(std::atoi(argv[3]) - 1);
     const std::size_t contacts = measured_frames(model.view(), probe, poses(model.view()), layer, out);
     const auto targets = static_cast<std::uint64_t>(hwy::SupportedTargets());

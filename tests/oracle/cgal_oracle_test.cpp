@@ -1,7 +1,7 @@
 // The exact layer, and the oracle that everything else is measured with, against CGAL: side by exact predicates,
 // distance by its own tree.
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
 
 #include <CGAL/AABB_face_graph_triangle_primitive.h>
@@ -74,7 +74,7 @@ std::vector<Vec3f> points_about(const mesh::Mesh& mesh, double r_max, std::size_
 void compare(const std::string& name, const mesh::Mesh& input)
 {
     const test::Baked b = test::baked(input);
-    const model::ModelView view = b.view();
+    const model::ModelView view = b.in_model_space();
     const double r_max = view.header.r_max;
     const Oracle oracle(b.mesh);
     const mesh::Solid solid(b.mesh);
@@ -86,11 +86,11 @@ void compare(const std::string& name, const mesh::Mesh& input)
         EXPECT_NEAR(solid.closest_boundary(q).distance, distance, 1e-9 * r_max) << name;
         if (distance <= 1e-5 * r_max) continue;
         const bool inside = oracle.inside(q);
-        const query::Contact c = query::query_point(view, p, query::Layer::Exact);
+        const query::PointResult c = query::query_point(view, q, {.layer = query::Layer::Exact});
         ++judged;
         wrong += c.contact != inside ? 1u : 0u;
         solid_wrong += solid.inside(q) != inside ? 1u : 0u;
-        if (c.contact && inside) depth_error.push_back(std::abs(static_cast<double>(c.depth) - distance) / r_max);
+        if (c.contact && inside) depth_error.push_back(std::abs(c.depth - distance) / r_max);
     }
     EXPECT_EQ(wrong, 0u) << name << ": exact verdicts wrong of " << judged;
     EXPECT_EQ(solid_wrong, 0u) << name << ": winding numbers wrong of " << judged;

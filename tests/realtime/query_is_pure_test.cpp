@@ -77,7 +77,7 @@ int allocations_of(Work&& work)
 }
 
 /// Points in and around a model, and the awkward ones: centres, vertices, edge midpoints, zeros, far, tiny, not finite.
-std::vector<Vec3f> points_about(const model::ModelView& view)
+std::vector<Vec3d> points_about(const model::ModelView& view)
 {
     test::Random random(7);
     std::vector<Vec3f> points;
@@ -106,7 +106,9 @@ std::vector<Vec3f> points_about(const model::ModelView& view)
         points.push_back({0, big, big});
         points.push_back({big, big, big});
     }
-    return points;
+    std::vector<Vec3d> out;
+    for (const Vec3f& p : points) out.push_back(cast<double>(p));
+    return out;
 }
 
 /// As files hold them: all small shapes, and one of normal maps.
@@ -139,12 +141,12 @@ TEST(RealTime, ParsingAndQueriesDoNotAllocate)
         model::ModelView view;
         EXPECT_EQ(allocations_of([&] { (void)model::parse(bytes, view); }), 0);
         ASSERT_FALSE(view.parts.empty());
-        const std::vector<Vec3f> points = points_about(view);
-        std::vector<query::Contact> contacts(points.size());
+        const std::vector<Vec3d> points = points_about(view);
+        std::vector<query::PointResult> contacts(points.size());
         for (const query::Layer layer : k_layers) {
-            EXPECT_EQ(allocations_of([&] { query::query_points(view, points, layer, contacts); }), 0);
+            EXPECT_EQ(allocations_of([&] { query::query_points({.model = &view}, points, {.layer = layer}, contacts); }), 0);
             EXPECT_EQ(allocations_of([&] {
-                          for (const Vec3f& p : points) contacts[0] = query::query_point(view, p, layer);
+                          for (const Vec3d& p : points) contacts[0] = query::query_point(view, p, {.layer = layer});
                       }),
                       0);
         }
@@ -167,26 +169,24 @@ public:
 private:
     void frame(const query::QueryOptions& options, const sqmap::Pose& pose)
     {
-        total_ += query::query_probe(ring_.view, hand_.probe, pose, options, frame_).contacts;
-        for (std::size_t size : {contacts_.size(), std::size_t{5}})
-            total_ +=
-                query::query_pair(ring_.at(), hand_.at(pose), {.frame = options}, workspace_, std::span(contacts_).first(size))
-                    .contacts;
+        total_ += query::query_probe({.model = &ring_.view}, {.probe = &hand_.probe, .pose = pose}, options, frame_).contacts;
+        for (query::PairWorkspace* workspace : {&workspace_, &small_workspace_})
+            total_ += query::query_pair(ring_.at(), hand_.at(pose), {.query = options}, *workspace).contacts.size();
         // Every third body jumps.
         for (query::BodyId id = 0; id < scene_.size(); ++id)
             (void)scene_.set_pose(id, {pose.rotation, (id % 3 == 0 ? 2.0 : 0.01) * static_cast<double>(id) * pose.translation});
-        const query::SceneResult r = scene_.query_pairs({.frame = options}, std::span(pairs_).first(20), contacts_);
+        const query::SceneResult r = scene_.query_pairs({.query = options}, std::span(pairs_).first(20), contacts_);
         total_ += r.pairs + r.contacts;
-        total_ += scene_.query_probe(deforming_, pose, options, pairs_, contacts_).contacts;
+        total_ += scene_.query_probe({.probe = &deforming_, .pose = pose}, options, pairs_, contacts_).contacts;
     }
 
     test::Solid hand_{test::small_hand()}, ring_{test::small_torus()}, ball_{mesh::sphere(0.3, 2)};
     query::Probe deforming_{hand_.mesh.vertices};
-    query::PairWorkspace workspace_{2048};
+    query::PairWorkspace workspace_{2048}, small_workspace_{5};
     query::Scene scene_{2048};
     std::vector<query::ScenePair> pairs_{500};
     std::vector<query::PairContact> contacts_{4096};
-    std::vector<query::ProbeContact> frame_{4096};
+    std::vector<query::Contact> frame_{4096};
     std::vector<sqmap::Pose> poses_;
     std::size_t total_ = 0;
 
@@ -236,14 +236,14 @@ public:
         for (const query::Layer layer : k_layers)
             for (std::size_t i = 0; i < poses_.size(); ++i) {
                 const sqmap::Pose &to = poses_[i], &from = poses_[(i + 1) % poses_.size()];
-                swept.frame.layer = layer;
-                swept_ +=
-                    query::query_swept(ring_.view, probe_, previous_, now, from, to, swept, workspace_, contacts_).frame.contacts;
+                swept.query.layer = layer;
+                const query::SweptQuery path{{.model = &ring_.view}, &probe_, from, to, previous_, now};
+                swept_ += query::query_swept(path, swept, workspace_, contacts_).probe.contacts;
                 // The second half of the ring goes where the pose says.
                 const Affine maps[] = {{}, {to.rotation, to.translation}};
                 (void)skin_->pose(maps);
-                skinned_ +=
-                    query::query_skin(ring_.view, *skin_, now, {.layer = layer}, skin_workspace_, skin_contacts_).contacts;
+                const query::SkinnedQuery points{&ring_.view, &*skin_, now, {}};
+                skinned_ += query::query_skin(points, {.layer = layer}, skin_workspace_, skin_contacts_).contacts;
             }
     }
     [[nodiscard]] std::size_t swept() const { return swept_; }
@@ -257,7 +257,7 @@ private:
     query::Probe probe_{hand_.mesh.vertices};
     query::SweptWorkspace workspace_{hand_.mesh.vertices.size()};
     query::SkinWorkspace skin_workspace_{lattice_, hand_.mesh.vertices};
-    std::vector<query::ProbeContact> contacts_{4096};
+    std::vector<query::Contact> contacts_{4096};
     std::vector<query::SkinContact> skin_contacts_{4096};
     std::vector<sqmap::Pose> poses_;
     std::vector<Vec3d> previous_;
@@ -382,19 +382,20 @@ TEST(RealTime, HapticStepsMakeNoSystemCall)
 
 TEST(RealTime, QueriesRaiseNoFloatingPointException)
 {
-    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     for (const std::vector<std::byte>& bytes : models()) {
-        model::ModelView view;
-        ASSERT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
-        std::vector<Vec3f> points = points_about(view);
+        model::ModelView placed;
+        ASSERT_EQ(model::parse(bytes, placed), model::ParseStatus::Ok);
+        const model::ModelView view = model::normalized(placed);
+        std::vector<Vec3d> points = points_about(view);
         points.push_back({nan, 0, 0});
         points.push_back({0, inf, 0});
         points.push_back({-inf, nan, inf});
         for (const query::Layer layer : k_layers) {
             int shown = 0;
-            for (const Vec3f& p : points) {
+            for (const Vec3d& p : points) {
                 std::feclearexcept(FE_ALL_EXCEPT);
-                (void)query::query_point(view, p, layer);
+                (void)query::query_point(view, p, {.layer = layer});
                 const int raised = std::fetestexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
                 if (raised != 0 && ++shown <= 3)
                     ADD_FAILURE() << "layer " << static_cast<int>(layer) << " projection " << view.header.projection << " at "

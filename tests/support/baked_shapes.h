@@ -153,6 +153,8 @@ struct Baked {
     mesh::Mesh mesh;
     bake::BakeResult result;
     [[nodiscard]] model::ModelView view() const { return result.model.view(); }
+    /// Queried where `mesh` is.
+    [[nodiscard]] model::ModelView in_model_space() const { return model::normalized(view()); }
 };
 
 inline Baked baked(const mesh::Mesh& mesh, const bake::BakeOptions& options = {})

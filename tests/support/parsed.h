@@ -61,6 +61,8 @@ public:
     Parsed& operator=(const Parsed&) = delete;
 
     [[nodiscard]] const model::ModelView& view() const { return view_; }
+    /// The same, queried in model space.
+    [[nodiscard]] const model::ModelView& in_model_space() const { return in_model_space_; }
     /// Model space. Made when first wanted: not for several threads at once.
     [[nodiscard]] const mesh::Solid& solid() const
     {
@@ -74,17 +76,25 @@ public:
         const double* o = view_.header.origin;
         return (p - Vec3d{o[0], o[1], o[2]}) / view_.header.unit;
     }
+    /// Of a probe: takes its points to model space, where in_model_space() is queried.
+    [[nodiscard]] sqmap::Pose to_model(const sqmap::Pose& pose) const
+    {
+        sqmap::Pose out{pose.rotation, to_model(pose.translation)};
+        for (Vec3d& row : out.rotation.row) row = row / view_.header.unit;
+        return out;
+    }
 
 private:
     Parsed(const mesh::Mesh& mesh, std::vector<std::byte> bytes) : mesh_(bake::model_space(mesh)), bytes_(std::move(bytes))
     {
         if (model::parse(bytes_, view_) != model::ParseStatus::Ok) throw std::logic_error("a baked model does not parse");
+        in_model_space_ = model::normalized(view_);
     }
 
     mesh::Mesh mesh_;
     mutable std::optional<mesh::Solid> solid_;
     std::vector<std::byte> bytes_;
-    model::ModelView view_;
+    model::ModelView view_, in_model_space_;
 };
 
 }  // namespace sqmap::test

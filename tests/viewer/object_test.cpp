@@ -3,7 +3,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <gtest/gtest.h>
 
@@ -64,10 +64,9 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
                     c = cast<double>(o.world(o.mesh.vertices[k]));
         const Vec3d in_world = (1.0 / 3) * (a + b + c) - 1e-3 * normalized(cross(b - a, c - a));
         const Vec3d in_metres = in_world - o.pose().translation;
-        const query::Contact contact =
-            query::query_point(o.metres, model::to_model_space(o.metres.header, in_metres), query::Layer::Exact);
+        const query::PointResult contact = query::query_point(o.metres, in_metres, {.layer = query::Layer::Exact});
         ASSERT_TRUE(contact.contact);
-        EXPECT_NEAR(static_cast<double>(contact.depth) * o.metres.header.unit, 1e-3, 5e-5);
+        EXPECT_NEAR(contact.depth, 1e-3, 5e-5);
         ++commanded;
     }
     EXPECT_GT(commanded, 100);

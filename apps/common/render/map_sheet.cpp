@@ -2,7 +2,7 @@
 // Normal: the stored grid, longitude omega across, latitude eta up.
 #include "common/render/pictures.h"
 #include "common/render/unrolled.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,23 +70,21 @@ constexpr double k_below = 0.01;  ///< of R_max: how far below the surface error
 ErrorSample depth_error(const Subject& subject, const mesh::Solid& solid, Vec3d on_surface, Vec3d normal)
 {
     for (double below = k_below; below > 0.1 * k_below; below /= 2) {
-        const Vec3f p = cast<float>(on_surface - below * subject.r_max * normal);
-        if (!solid.inside(cast<double>(p))) continue;
-        const query::Contact contact = query::query_point(subject.model->view(), p, query::Layer::Three);
+        const Vec3d p = on_surface - below * subject.r_max * normal;
+        if (!solid.inside(p)) continue;
+        const query::PointResult contact = query::query_point(model::normalized(subject.model->view()), p);
         if (!contact.contact) return {ErrorSample::Kind::Missed, 0};
-        return {ErrorSample::Kind::Known,
-                100 * std::abs(static_cast<double>(contact.depth) - solid.closest_boundary(cast<double>(p)).distance) /
-                    subject.r_max};
+        return {ErrorSample::Kind::Known, 100 * std::abs(contact.depth - solid.closest_boundary(p).distance) / subject.r_max};
     }
     return {};
 }
 
 ErrorSample projection_error(const Subject& subject, std::uint32_t part, Vec3d on_surface)
 {
-    float distance = 0;
-    if (!query::distance_along_projection(subject.model->view(), part, cast<float>(on_surface), query::Layer::Three, distance))
-        return {};
-    return {ErrorSample::Kind::Known, 100 * std::abs(static_cast<double>(distance)) / subject.r_max};
+    const std::optional<double> distance =
+        query::distance_along_projection(model::normalized(subject.model->view()), part, on_surface, query::Layer::Three);
+    if (!distance) return {};
+    return {ErrorSample::Kind::Known, 100 * std::abs(*distance) / subject.r_max};
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <limits>
 #include <utility>
@@ -52,7 +52,7 @@ std::vector<std::uint32_t> nearest_parts(const Subject& subject, const Subject& 
         const auto& [a, b, c] = subject.mesh.triangles[t];
         const auto& v = subject.mesh.vertices;
         const Vec3d below = centroid - 0.002 * subject.r_max * normalized(cross(v[b] - v[a], v[c] - v[a]));
-        const query::Contact contact = query::query_point(view, cast<float>(below), query::Layer::Three);
+        const query::PointResult contact = query::query_point(model::normalized(view), below);
         parts.push_back(contact.contact && contact.part >= 0 ? static_cast<std::uint32_t>(contact.part)
                                                              : innermost(subject.superquadrics, centroid));
     }

@@ -1,6 +1,6 @@
 #include "common/render/unrolled.h"
 
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <algorithm>
 #include <array>
@@ -52,8 +52,9 @@ Below distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q
     if (!(end > 0) || !std::isfinite(end)) return {};
     // The crossing nearest to the domain's end is the outermost one; a little less, for rounding.
     const float from = 0.9999f * end;
-    float to_surface = 0;
-    if (!query::distance_along_projection(model, index, centre + from * step, query::Layer::Three, to_surface)) return {};
+    const std::optional<double> to_surface = query::distance_along_projection(
+        model::normalized(model), index, cast<double>(centre + from * step), query::Layer::Three);
+    if (!to_surface) return {};
     // Where the superquadric ends on the ray: bent ones may be left and met again, the last exit counts.
     float inside = 0, outside = 3;
     for (float r = outside; r > 0; r -= 0.125f)
@@ -67,8 +68,8 @@ Below distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q
         const float middle = 0.5f * (inside + outside);
         (shape::implicit(sq, centre + middle * step) <= 1 ? inside : outside) = middle;
     }
-    const float length = norm(step);
-    return {std::max(0.0f, (inside - from) * length - to_surface), centre + (from + to_surface / length) * step};
+    const float length = norm(step), along = static_cast<float>(*to_surface);
+    return {std::max(0.0f, (inside - from) * length - along), centre + (from + along / length) * step};
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model.h"
 #include "sqmap/model/model_data.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <cstdint>
 #include <vector>

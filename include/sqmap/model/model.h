@@ -119,7 +119,9 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
 /// The part's normal map, over the view's arrays. @pre the model has normal maps and the part exists
 [[nodiscard]] NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept;
 
-/// Mesh units -> model space, where queries live. In double up to the last step: coordinates may be far from zero.
+/// The same model with model space for its mesh frame: origin zero, unit one. Shares the model's bytes.
+[[nodiscard]] ModelView normalized(const ModelView& view) noexcept;
+/// Mesh units -> model space, where the model's arrays are. In double up to the last step: coordinates may be far from zero.
 [[nodiscard]] constexpr Vec3f to_model_space(const Header& header, Vec3d p)
 {
     return cast<float>((p - Vec3d{header.origin[0], header.origin[1], header.origin[2]}) / header.unit);

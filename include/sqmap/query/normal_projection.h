@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/model/normal_map.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/options.h"
 #include "sqmap/shape/foot_point.h"
 
 #include <cstdint>

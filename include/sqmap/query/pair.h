@@ -1,6 +1,7 @@
 // Two bodies against each other: each one's map against the other's vertices, contacts seen from both sides reported once.
 #pragma once
 
+#include "sqmap/query/body.h"
 #include "sqmap/query/probe.h"
 
 #include <cstddef>
@@ -10,22 +11,9 @@
 
 namespace sqmap::query {
 
-/// A solid in the world. model and probe are about the same mesh, in its frame and units; what they point at outlives the body.
-/// Either may be missing: ground without a probe, a cloud of points without a model.
-struct Body {
-    const model::ModelView* model = nullptr;  ///< from model::parse
-    const Probe* probe = nullptr;             ///< the mesh's vertices
-    Pose pose{};                              ///< rigid: mesh frame -> world
-};
-
-/// Holds all of a body; the world's frame and units.
-[[nodiscard]] Sphere sphere_of(const Body& body) noexcept;
-/// How far options move the body's surface out at most; the world's units.
-[[nodiscard]] double reach_of(const Body& body, const QueryOptions& options) noexcept;
-
 enum class Side : std::uint8_t { A, B };
 
-/// A vertex of one body in the other. World frame and units.
+/// A vertex of one body in the other. The frame and units of the bodies' poses.
 struct PairContact {
     Vec3d on_a{}, on_b{};     ///< the vertex and the nearest surface point: on_b = on_a - depth normal
     Vec3f normal{};           ///< unit, the direction in which b leaves a; zero with k_no_surface
@@ -39,7 +27,7 @@ struct PairContact {
 };
 
 struct PairOptions {
-    QueryOptions frame{};
+    QueryOptions query{};  ///< in both directions
     /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
     /// coarser body (Probe::spacing), normals with at least this cosine. Distance 0: none is.
     float merge_distance = 0.5f;
@@ -49,28 +37,28 @@ struct PairOptions {
 /// What a pair query works in, made outside the tick: one for each thread that queries.
 class PairWorkspace {
 public:
-    /// contacts: the most that are found in one direction; what is beyond it is counted, not written. Allocates.
+    /// contacts: the most that are found in one direction; what is beyond it is counted, not kept. Allocates.
     explicit PairWorkspace(std::size_t contacts);
 
 private:
     friend struct PairQuery;
-    std::vector<ProbeContact> found_;
+    std::vector<Contact> found_;
     std::vector<std::uint32_t> head_, next_;  ///< lists of near contacts, by a hash of their position
+    std::vector<PairContact> contacts_;       ///< of the last query_pair
 };
 
 struct PairResult {
-    std::size_t contacts = 0;          ///< written, after merging
-    std::size_t found = 0;             ///< in both directions, before merging, written or not
-    std::uint8_t status = k_probe_ok;  ///< bits of ProbeStatus
+    std::span<const PairContact> contacts{};  ///< after merging; in the workspace, valid until its next query
+    std::size_t found = 0;                    ///< in both directions, before merging, kept or not
+    std::uint8_t status = k_probe_ok;         ///< bits of ProbeStatus
 };
 
 /// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both
 /// sides only the deeper one. Swapping the bodies swaps on_a and on_b and turns the normals round. With first_only the first
-/// contact of either direction ends it. Total, noexcept, no allocation.
-/// contacts: with space for both directions before merging. Several threads may query the same bodies, each with its workspace.
+/// contact of either direction ends it. Total, noexcept, no allocation. Several threads may query the same bodies, each with its
+/// workspace.
 /// @pre a.model, b.model came from model::parse.
 /// Cost: two query_probe, and merging linear in what they find.
-PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace,
-                      std::span<PairContact> contacts) noexcept;
+[[nodiscard]] PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace) noexcept;
 
 }  // namespace sqmap::query

@@ -1,8 +1,8 @@
-// A whole probe against a model, a frame at a time: which of its points are in contact, how deep, which way is out.
+// A whole probe against a model: which of its points are in contact, how deep, which way is out.
 #pragma once
 
-#include "sqmap/math/pose.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/body.h"
+#include "sqmap/query/contact.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -60,17 +60,6 @@ private:
     float spacing_ = 0;
 };
 
-/// One contact of a frame, the model's space.
-struct ProbeContact {
-    Vec3f point{};            ///< nearest surface point
-    Vec3f normal{};           ///< unit, outward
-    float depth = 0;          ///< >= 0
-    std::uint32_t index = 0;  ///< of the probe's point
-    std::int16_t part = -1;   ///< that owns the surface point
-    bool certain = false;     ///< the verdict is proven
-    std::uint8_t status = k_ok;
-};
-
 enum ProbeStatus : std::uint8_t {
     k_probe_ok = 0,
     k_probe_full = 1,        ///< more contacts than the span holds: the rest is counted, not written
@@ -82,13 +71,19 @@ struct ProbeResult {
     std::size_t contacts = 0;          ///< found; at most the span's size are written
     std::uint8_t status = k_probe_ok;  ///< bits of ProbeStatus
     std::uint32_t unseen = 0;  ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
+    /// What witness points are relative to. Zero, unless the touched mesh lies so far from its frame's origin that float would
+    /// round by more than 1e-6 of R_max.
+    Vec3d anchor{};
+
+    /// Witness point of a contact of this result.
+    [[nodiscard]] Vec3d position(const Contact& contact) const noexcept { return anchor + cast<double>(contact.point); }
 };
 
-/// The contacts of a probe posed in the mesh's frame and units (x_mesh = rotation x_probe + translation), in an order
-/// that depends on nothing else. Total, noexcept, no allocation. The answers are the same bits on every instruction set. A model
-/// without a locator (a surface, or only normal maps) is asked point by point.
-/// @pre model came from model::parse: its arrays lie in one blob.
-ProbeResult query_probe(const model::ModelView& model, const Probe& probe, const Pose& pose, const QueryOptions& options,
-                        std::span<ProbeContact> contacts) noexcept;
+/// The points of the collider's probe that are inside the touched body's model, in an order that depends on nothing else; in
+/// the frame in which the poses are given (see Body). Where either is missing, none. A model without a locator (a surface, or only
+/// normal maps) is queried point by point. Total, noexcept, no allocation, the same bits on every instruction set; thread-safe.
+/// @pre the model came from model::parse: its arrays lie in one blob
+[[nodiscard]] ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOptions& options,
+                                      std::span<Contact> contacts) noexcept;
 
 }  // namespace sqmap::query

@@ -16,7 +16,7 @@ inline constexpr BodyId k_no_body = 0xffffffffu;
 /// Bodies that are near each other, and which of the contacts are theirs.
 struct ScenePair {
     BodyId a = k_no_body;
-    BodyId b = k_no_body;                ///< none: the probe of query_probe
+    BodyId b = k_no_body;                ///< none: the collider of query_probe
     std::uint32_t first = 0, count = 0;  ///< contacts[first, first + count)
     std::uint8_t status = k_probe_ok;    ///< bits of ProbeStatus
 };
@@ -62,8 +62,9 @@ public:
     /// The same with their contacts, pair after pair; spheres count as larger by what the options move surfaces out.
     SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs, std::span<PairContact> contacts) noexcept;
 
-    /// Contacts of a probe with the maps of all bodies: the probe is b of each pair.
-    SceneResult query_probe(const Probe& probe, const Pose& pose, const QueryOptions& options, std::span<ScenePair> pairs,
+    /// Contacts of a collider's probe with the models of all bodies: the collider is b of each pair, whether or not it is itself
+    /// in the scene; its model is not queried. A collider without a probe has none.
+    SceneResult query_probe(const Body& collider, const QueryOptions& options, std::span<ScenePair> pairs,
                             std::span<PairContact> contacts) noexcept;
 
 private:
@@ -84,8 +85,13 @@ private:
     void narrow() noexcept;
     /// Some sphere of sorted_[first, first + k_block) may be at most slack from s.
     bool any_near(std::size_t s, std::size_t first, float slack) const noexcept;
-    SceneResult ask(SceneResult result, const Body* probe, const PairOptions& options, std::span<ScenePair> pairs,
-                    std::span<PairContact> contacts) noexcept;
+    /// Where contacts go.
+    struct Output {
+        std::span<ScenePair> pairs;
+        std::span<PairContact> contacts;
+    };
+    /// Queries the pairs that were found; collider: b of each, or null.
+    SceneResult query(SceneResult result, const Body* collider, const PairOptions& options, const Output& to) noexcept;
 
     std::vector<Body> bodies_;     // by id
     std::vector<Sphere> spheres_;  // by id, the world's frame; radius below zero without a finite pose

@@ -170,11 +170,11 @@ private:
     std::vector<SkinPlace> found_places_;  ///< of a cluster, k_max a point
     std::vector<std::uint32_t> first_;     ///< of a point's places
     std::vector<std::uint8_t> count_;      ///< of them
-    std::vector<Vec3d> asked_places_;
-    std::vector<std::uint8_t> asked_;
+    std::vector<Vec3d> active_positions_;
+    std::vector<std::uint8_t> active_;
     std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign
     std::vector<SkinContact> best_;
-    std::vector<ProbeContact> found_;
+    std::vector<Contact> found_;
     std::vector<Vec3d> at_;  ///< of a sweep; so below
     std::vector<std::uint8_t> fast_;
     std::vector<std::uint32_t> contact_;
@@ -184,26 +184,38 @@ private:
 /// The unit normal of a surface with this one where a map takes it (the cofactors, as areas go).
 [[nodiscard]] Vec3d carried_normal(const Affine& local, Vec3d normal) noexcept;
 
+/// Points against a posed solid.
+struct SkinnedQuery {
+    const model::ModelView* bound = nullptr;  ///< baked from the bound mesh
+    const PosedSkin* skin = nullptr;
+    std::span<const Vec3d> points;         ///< as many as the workspace was made for, the posed frame
+    std::span<const std::uint8_t> active;  ///< of each point, whether it is queried; empty for all
+};
+
 /// Which points are in the posed solid (where the winding number of the posed surface is positive), how deep and which direction
-/// leads out; in order of their index. bound: baked from the bound mesh. points: as many as the workspace was made for, the posed
-/// frame; those that are not finite have no contacts. Depth is that to the tangent plane at the nearest surface of the bound
-/// pose, carried forward with its surroundings; of several bound positions at a point the deepest counts. Total, noexcept, no
-/// allocation. first_only stops at the contact of lowest index.
+/// leads out; in order of their index. Points that are not finite have no contacts. Depth is that to the tangent plane at the
+/// nearest surface of the bound pose, carried forward with its surroundings; of several bound positions at a point the deepest
+/// counts. Total, noexcept, no allocation. first_only stops at the contact of lowest index. In the posed frame.
 /// @pre options.offset and margin are off
 /// Cost: a walk down the tree a point, and a probe query of the points that it finds something for.
-/// asked: of each point, whether it is queried; empty for all.
-ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const QueryOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
-                       std::span<const std::uint8_t> asked = {}) noexcept;
+[[nodiscard]] ProbeResult query_skin(const SkinnedQuery& query, const QueryOptions& options, SkinWorkspace& workspace,
+                                     std::span<SkinContact> contacts) noexcept;
+
+/// Points that move against a skin that moves.
+struct SweptSkinQuery {
+    const model::ModelView* bound = nullptr;  ///< baked from the bound mesh
+    MovingSkin* skin = nullptr;
+    std::span<const Vec3d> previous, now;  ///< the points at both ends of the step, the posed frame; as many as the workspace's
+    std::span<const std::uint8_t> active;  ///< of each point, whether it is queried; empty for all
+};
 
 /// Contacts of the points at the end of the skin's step and their own, as query_skin gives them, and of those that crossed the
 /// surface on their path, as query_swept has it: with the surface that was crossed first, carried to where the step ends, and the
-/// depth behind its tangent plane there. previous, now: the posed frame. In between, bones' maps are blended, which is right to
-/// the square of half the angle that they turn in a step.
-/// @pre as query_skin; previous.size() == now.size(), and the workspace is for as many
+/// depth behind its tangent plane there. In between, bones' maps are blended, which is right to the square of half the angle that
+/// they turn in a step.
+/// @pre as query_skin
 /// Cost: a query, and for each options.step of the longest path a pose and a query of the points that move farther than one.
-SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
-                             std::span<const Vec3d> now, const SweptOptions& options, SkinWorkspace& workspace,
-                             std::span<SkinContact> contacts, std::span<const std::uint8_t> asked = {}) noexcept;
+[[nodiscard]] SweptResult query_swept_skin(const SweptSkinQuery& query, const SweptOptions& options, SkinWorkspace& workspace,
+                                           std::span<SkinContact> contacts) noexcept;
 
 }  // namespace sqmap::query

@@ -14,7 +14,7 @@ namespace sqmap::query {
 [[nodiscard]] Pose between(const Pose& from, const Pose& to, double share) noexcept;
 
 struct SweptOptions {
-    QueryOptions frame{};
+    QueryOptions query{};
     /// Nothing is missed whose chord along a point's path, as the model sees it, is at least this long, where the path meets it
     /// at more than 15 degrees. Probe units, > 0. Points that move less are queried once.
     double step = 0;
@@ -35,29 +35,35 @@ public:
     explicit SweptWorkspace(const Probe& probe);
 
 private:
-    friend struct SweptQuery;
+    friend struct SweptRun;
     Probe probe_;
     std::vector<Vec3d> at_;
     std::vector<std::uint8_t> fast_;
     std::vector<std::uint32_t> contact_;  ///< of each point: where its contact is, or none
-    std::vector<ProbeContact> found_;
+    std::vector<Contact> found_;
 };
 
 struct SweptResult {
-    ProbeResult frame;
-    std::size_t fast = 0;      ///< points that moved farther than a step
-    std::size_t caught = 0;    ///< contacts that the last frame alone had missed or had with a surface behind the point
-    std::uint32_t frames = 1;  ///< positions of the path that were queried
+    ProbeResult probe;            ///< as query_probe's, of all contacts
+    std::size_t fast = 0;         ///< points that moved farther than a step
+    std::size_t caught = 0;       ///< contacts that the end alone had missed or had with a surface behind the point
+    std::uint32_t positions = 1;  ///< of the path that were queried
+};
+
+/// A probe that moves, and that deforms on its way.
+struct SweptQuery {
+    Body touched{};                        ///< where the path ends
+    Probe* probe = nullptr;                ///< stands at `now` afterwards, so it belongs to one thread
+    Pose from{}, to{};                     ///< probe's frame -> that of touched.pose, at both ends
+    std::span<const Vec3d> previous, now;  ///< positions of the probe's points at both ends, the probe's frame
 };
 
 /// Contacts of the probe's points at the end of their path, as query_probe gives them, and of those that crossed the surface on
 /// it: such a contact is with the surface that was crossed first, and its depth is the distance behind that surface's tangent
-/// plane. Contacts are in model space. previous, now: positions in the probe's frame at the poses from and to; the probe stands
-/// at now afterwards, so it belongs to one thread. Total, noexcept, no allocation; a point that is not finite has no contacts.
-/// @pre previous.size() == now.size() == probe.size(), and the workspace is for as many.
+/// plane. In the frame of the poses. Total, noexcept, no allocation; a point that is not finite has no contacts.
+/// @pre previous.size() == now.size() == probe->size(), and the workspace is for as many
 /// Cost: a probe query, and for each step of the fastest point one of the points that move farther than a step.
-SweptResult query_swept(const model::ModelView& model, Probe& probe, std::span<const Vec3d> previous, std::span<const Vec3d> now,
-                        const Pose& from, const Pose& to, const SweptOptions& options, SweptWorkspace& workspace,
-                        std::span<ProbeContact> contacts) noexcept;
+[[nodiscard]] SweptResult query_swept(const SweptQuery& query, const SweptOptions& options, SweptWorkspace& workspace,
+                                      std::span<Contact> contacts) noexcept;
 
 }  // namespace sqmap::query

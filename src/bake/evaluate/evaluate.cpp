@@ -85,9 +85,10 @@ AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t i
     double exact = 0;
     result.mesh = exact_along_ray(solid, part, q, exact);
     const Vec3d along = normalized(q - cast<double>(model::vec3(part.chart_centre)));
-    float mapped = 0;
-    result.map = query::distance_along_projection(model, index, result.mesh ? cast<float>(q + exact * along) : p, layer, mapped);
-    result.error = std::abs(static_cast<double>(mapped));
+    const std::optional<double> mapped =
+        query::distance_along_projection(model, index, result.mesh ? q + exact * along : q, layer);
+    result.map = mapped.has_value();
+    result.error = std::abs(mapped.value_or(0));
     return result;
 }
 
@@ -171,8 +172,9 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     return result;
 }
 
-LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
+LayerErrors layer_errors(const model::ModelView& placed, const mesh::Solid& solid, const EvaluateOptions& options)
 {
+    const model::ModelView model = model::normalized(placed);
     constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three};
     const double r_max = model.header.r_max;
     LayerErrors errors;
@@ -183,8 +185,8 @@ LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid
         const double distance = solid.closest_boundary(cast<double>(p)).distance;
         ++errors.points;
         for (std::size_t k = 0; k < 3; ++k) {
-            const query::Contact c = query::query_point(model, p, k_layers[k]);
-            if (inside && c.contact) depth[k].push_back(100 * std::abs(static_cast<double>(c.depth) - distance) / r_max);
+            const query::PointResult c = query::query_point(model, cast<double>(p), {.layer = k_layers[k]});
+            if (inside && c.contact) depth[k].push_back(100 * std::abs(c.depth - distance) / r_max);
             if (k_layers[k] != query::Layer::Three || distance <= options.verdict_band * r_max) continue;
             errors.missed += inside && !c.contact ? 1u : 0u;
             errors.false_contacts += !inside && c.contact ? 1u : 0u;
@@ -194,8 +196,9 @@ LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid
     return errors;
 }
 
-Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options)
+Evaluation evaluate(const model::ModelView& placed, const mesh::Solid& solid, const EvaluateOptions& options)
 {
+    const model::ModelView model = model::normalized(placed);
     const double r_max = model.header.r_max;
     const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
     Evaluation e;
@@ -207,7 +210,7 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
         const Vec3d q = cast<double>(p);
         const bool inside = solid.inside(q);
         const mesh::ClosestPoint nearest = solid.closest_boundary(q);
-        const query::Contact c = query::query_point(model, p, options.layer);
+        const query::PointResult c = query::query_point(model, q, {.layer = options.layer});
         ++e.points;
         e.inside += inside ? 1u : 0u;
         const bool far = nearest.distance > options.verdict_band * r_max;
@@ -224,17 +227,18 @@ Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, con
             ++e.certain;
             e.certain_wrong += inside != c.contact && beyond_rounding ? 1u : 0u;
             for (const query::Layer layer : {query::Layer::Two, query::Layer::Three})
-                if (query::Contact other = query::query_point(model, p, layer); other.certain && other.contact != c.contact)
+                if (const query::PointResult other = query::query_point(model, q, {.layer = layer});
+                    other.certain && other.contact != c.contact)
                     ++e.contradictions;
         }
-        if (inside && beyond_rounding && !query::query_point(model, p, query::Layer::One).contact) ++e.layer1_missed;
+        if (inside && beyond_rounding && !query::query_point(model, q, {.layer = query::Layer::One}).contact) ++e.layer1_missed;
         if (inside && c.contact) {
-            const double error = 100 * std::abs(static_cast<double>(c.depth) - nearest.distance) / r_max;
+            const double error = 100 * std::abs(c.depth - nearest.distance) / r_max;
             depth.push_back(error);
             worst.emplace_back(error, q);
             const Vec3d to_surface = nearest.point - q;
             if (norm(to_surface) > 1e-4 * r_max) {
-                const double cosine = dot(normalized(to_surface), cast<double>(c.normal));
+                const double cosine = dot(normalized(to_surface), c.normal);
                 normal.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
             }
         }

@@ -64,7 +64,7 @@ bool is_nearer(const Body& touched, const Body& collider, double reach) noexcept
 {
     if (touched.model == nullptr || collider.probe == nullptr) return false;
     const model::ModelView& model = *touched.model;
-    const ProbeJob job(model, *collider.probe, compose(inverse(touched.pose), collider.pose), {}, {});
+    const ProbeJob job(touched, collider, {}, {});
     if (!job.finite || job.points == 0 || !(reach > 0) || !model::has_distance(model)) return false;
     const auto reach_in_model = static_cast<float>(reach / model.header.unit * (1 + 1e-6));
     const auto is_far = [&](Vec3f centre, float radius) {

@@ -160,7 +160,7 @@ private:
     {
         const double unit = model_.header.unit;
         const Vec3d point = answer.point;
-        const Contact contact = model_.header.solid != 0 ? query_point(model_, p, Layer::Three) : Contact{};
+        const ModelContact contact = model_.header.solid != 0 ? query_in_model(model_, p, {}) : ModelContact{};
         answer = {0, {}, point, -1, DistanceKind::Approximate, k_no_exact};
         if (contact.contact) {
             if ((contact.status & k_no_surface) != 0) return;
@@ -230,7 +230,7 @@ private:
         constexpr int k_rounds = 10;
         Vec3f last = start;
         for (int round = 0; round < k_rounds; ++round) {
-            const Contact c = query_point(model_, start, Layer::Three);
+            const ModelContact c = query_in_model(model_, start, {});
             const Vec3f to_point = p - c.point;
             const float away = norm(to_point);
             const Vec3f direction = away > 1e-4f * model_.header.sphere[3] ? (1 / away) * to_point : c.normal;
@@ -302,7 +302,7 @@ void distances(const ModelView& model, std::span<const Vec3d> points, std::span<
 void distances(const Body& touched, const Body& collider, std::span<SignedDistance> answers) noexcept
 {
     if (touched.model == nullptr || collider.probe == nullptr || answers.size() < collider.probe->size()) return;
-    const ProbeJob job(*touched.model, *collider.probe, compose(inverse(touched.pose), collider.pose), {}, {});
+    const ProbeJob job(touched, collider, {}, {});
     Batch batch(*touched.model, touched.pose, k_baked_band, answers);
     for (std::size_t slot = 0; slot < job.points; ++slot) {
         const Vec3f in_model = job.in_model_space({job.x[slot], job.y[slot], job.z[slot]});

@@ -146,9 +146,9 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
     return dot(across, aim - p) > 0;
 }
 
-Contact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
+ModelContact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
 {
-    Contact contact;
+    ModelContact contact;
     contact.contact = true;
     contact.certain = true;
     contact.part = static_cast<std::int32_t>(model::part_of(model.triangle_part[nearest.triangle]));
@@ -160,15 +160,15 @@ Contact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
     return contact;
 }
 
-Contact free_at(Vec3f point)
+ModelContact free_at(Vec3f point)
 {
-    Contact contact;
+    ModelContact contact;
     contact.point = point;
     contact.certain = true;
     return contact;
 }
 
-Contact answer(const Candidates& candidates, Vec3f point, bool inside)
+ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
 {
     const Vec3d p = cast<double>(point);
     const Nearest nearest = nearest_of(candidates, p);
@@ -178,12 +178,12 @@ Contact answer(const Candidates& candidates, Vec3f point, bool inside)
 
 }  // namespace
 
-Contact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell, bool inside) noexcept
+ModelContact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell, bool inside) noexcept
 {
     return answer({model, model::candidate_list(model, brick, cell)}, point, inside);
 }
 
-Contact query_exact(const ModelView& model, Vec3f point) noexcept
+ModelContact query_exact(const ModelView& model, Vec3f point) noexcept
 {
     SQMAP_ASSERT(model::has_exact(model));
     if (!model::has_locator(model)) {
@@ -196,7 +196,7 @@ Contact query_exact(const ModelView& model, Vec3f point) noexcept
     return at.is_free ? free_at(point) : query_exact_in(model, point, at.brick, at.within, inside);
 }
 
-Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from) noexcept
+ModelContact nearest_in_model(const ModelView& model, Vec3f point, const ModelContact& from) noexcept
 {
     const auto finite = [](Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
     if (!finite(point) || !finite(from.point) || !finite(from.normal)) return {};
@@ -219,7 +219,7 @@ Contact nearest_surface(const ModelView& model, Vec3f point, const Contact& from
         at = cast<float>(best.point - static_cast<double>(hair) * normalized(best.across));
     }
     if (!(best.distance_sq < INFINITY)) return {};
-    Contact contact = contact_at(model, point, best);
+    ModelContact contact = contact_at(model, point, best);
     contact.normal = cast<float>(normalized(best.across));
     contact.certain = false;
     return contact;

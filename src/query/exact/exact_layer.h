@@ -1,16 +1,19 @@
 // The exact layer: the mesh's own triangles, for one point.
 #pragma once
 
-#include "sqmap/query/query.h"
+#include "query/point/model_point.h"
 
 namespace sqmap::query {
 
 /// Layer Exact for a finite point: 10 to 50 triangles where the model has a locator, else all of them. Behind a surface that
 /// bounds no solid, only what some part holds is in contact. @pre model::has_exact(model)
-[[nodiscard]] Contact query_exact(const model::ModelView& model, Vec3f point) noexcept;
+[[nodiscard]] ModelContact query_exact(const model::ModelView& model, Vec3f point) noexcept;
 
 /// The same where the point's cell, which is not Free, is known; inside: all of it is in the solid.
-[[nodiscard]] Contact query_exact_in(const model::ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell,
+[[nodiscard]] ModelContact query_exact_in(const model::ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell,
                                      bool inside) noexcept;
+
+/// As nearest_surface, model space. @pre model::has_exact(model)
+[[nodiscard]] ModelContact nearest_in_model(const model::ModelView& model, Vec3f point, const ModelContact& from) noexcept;
 
 }  // namespace sqmap::query

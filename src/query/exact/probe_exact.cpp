@@ -15,6 +15,7 @@
 #include <hwy/highway.h>
 
 #include "math/triangles-inl.h"
+#include "query/point/contacts-inl.h"
 #include "query/point/probe_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,7 +24,7 @@ namespace {
 
 class ExactKernel : ProbeWalk {
 public:
-    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job)
+    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job.caller, job.out)
     {
         const float size = model_.header.sphere[3];
         tie_ = 4e-12f * size * size;
@@ -38,10 +39,10 @@ public:
                   },
                   [&] {
                       if (job_.first_only) flush();
-                      return !job_.first_only || result_.contacts == 0;
+                      return !job_.first_only || contacts_.count() == 0;
                   });
         flush();
-        return result_;
+        return contacts_.result();
     }
 
 private:
@@ -265,7 +266,7 @@ private:
             }
             const std::uint32_t triangle = list[static_cast<std::uint32_t>(entry[i])];
             const Vec3f normal = v[6][i] > touching_ ? Vec3f{v[3][i], v[4][i], v[5][i]} : normal_of(triangle);
-            put({{v[0][i], v[1][i], v[2][i]},
+            contacts_.write({{v[0][i], v[1][i], v[2][i]},
                  normal,
                  v[6][i],
                  point_[slot],
@@ -287,21 +288,12 @@ private:
 
     void answer_singly(std::size_t slot, std::uint32_t key)
     {
-        const Contact c =
+        const ModelContact c =
             query_exact_in(model_, {x_[slot], y_[slot], z_[slot]}, (key & ~k_inside) >> 6, key & 63u, (key & k_inside) != 0);
-        if (c.contact) put({c.point, c.normal, c.depth, point_[slot], static_cast<std::int16_t>(c.part), c.certain, c.status});
+        if (c.contact) contacts_.write(contact_of(c, point_[slot]));
     }
 
-    void put(const ProbeContact& contact)
-    {
-        const std::size_t at = result_.contacts++;
-        if (at < job_.out.size())
-            job_.out[at] = contact;
-        else
-            result_.status |= k_probe_full;
-    }
-
-    ProbeResult result_;
+    ContactWriter contacts_;
     float tie_;       // what rounding adds to a squared distance
     float touching_;  // depth up to which a contact's normal is its triangle's
     std::size_t queued_ = 0;

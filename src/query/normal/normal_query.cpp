@@ -15,7 +15,7 @@ namespace sqmap::query {
 namespace {
 
 /// Depth and normal of the smoothed map at the point's own foot, as the tangent plane there has them.
-void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
+void smooth(const model::NormalMapView& map, Vec3f point, ModelContact& contact)
 {
     std::uint8_t flags = 0;
     const shape::Foot<float> foot = find_foot(map, point, Projector::Newton, &flags);
@@ -29,14 +29,14 @@ void smooth(const model::NormalMapView& map, Vec3f point, Contact& contact)
 
 }  // namespace
 
-Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& wanted) noexcept
+ModelContact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& wanted) noexcept
 {
     SQMAP_ASSERT(model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal));
-    Contact contact;
+    ModelContact contact;
     contact.point = point;
     ProjectionOptions options;
     options.layer = wanted.layer;
-    options.layer3_gate = wanted.layer3_gate;
+    options.layer3_gate = wanted.gate;
     options.use_offset = wanted.offset;
     WitnessRule rule;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
@@ -58,7 +58,7 @@ Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOpti
         // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact
         // layer, knows the nearest surface.
         if (model.parts.front().base != 0)
-            if (const Contact nearest = query_central(model, point, Layer::Three); nearest.contact) {
+            if (const ModelContact nearest = query_central(model, point, Layer::Three); nearest.contact) {
                 contact.part = nearest.part;
                 contact.depth = nearest.depth;
                 contact.normal = nearest.normal;

@@ -1,14 +1,14 @@
 // The layered query on the paper's own maps.
 #pragma once
 
-#include "sqmap/query/query.h"
+#include "query/point/model_point.h"
 
 namespace sqmap::query {
 
 /// Layers Two, Three and Gate for a finite point; Exact is answered by Three. @pre the model's parts have normal maps.
-[[nodiscard]] Contact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
+[[nodiscard]] ModelContact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
-/// See distance_along_projection.
+/// See distance_along_projection; model space.
 [[nodiscard]] bool distance_along_normal(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer,
                                          float& distance) noexcept;
 

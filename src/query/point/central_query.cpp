@@ -251,11 +251,11 @@ PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, s
     return verdict;
 }
 
-Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
+ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
     const PointVerdict verdict = verdict_central(model, point, layer, gate);
     const std::int32_t answering = verdict.part;
-    Contact contact;
+    ModelContact contact;
     contact.point = point;
     contact.certain = verdict.certain;
     if (!verdict.inside) return contact;
@@ -277,7 +277,7 @@ Contact query_central(const ModelView& model, Vec3f point, Layer layer, std::uin
     return contact;
 }
 
-void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset& move, Contact& contact) noexcept
+void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset& move, ModelContact& contact) noexcept
 {
     // How far out any part moves its surface.
     float reach = move.least;
@@ -307,7 +307,7 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset
     contact.point = best.point + offset * best.normal;
 }
 
-void apply_smoothing(const ModelView& model, Vec3f point, Contact& contact) noexcept
+void apply_smoothing(const ModelView& model, Vec3f point, ModelContact& contact) noexcept
 {
     if (!contact.contact || contact.part < 0) return;
     const Part& part = model.parts[static_cast<std::size_t>(contact.part)];

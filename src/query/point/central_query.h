@@ -2,13 +2,13 @@
 // free point, and as the tests' oracle.
 #pragma once
 
-#include "sqmap/query/query.h"
+#include "model_point.h"
 
 namespace sqmap::query {
 
 /// Layers Two, Three and Gate for a finite point, by an exhaustive search; gate: k_L of Gate. @pre the model's parts have central
 /// maps.
-[[nodiscard]] Contact query_central(const model::ModelView& model, Vec3f point, Layer layer,
+[[nodiscard]] ModelContact query_central(const model::ModelView& model, Vec3f point, Layer layer,
                                     std::uint32_t gate = k_layer3_gate) noexcept;
 
 /// Whether a finite point is inside, and nothing else.
@@ -26,12 +26,12 @@ struct Offset {
 };
 
 /// Moves an answer out; a free point within the offset becomes a contact.
-void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, const Offset& move, Contact& contact) noexcept;
+void apply_offset(const model::ModelView& model, Vec3f point, Layer layer, const Offset& move, ModelContact& contact) noexcept;
 
 /// Replaces depth, normal and point of a contact by those of the smoothed map on the point's own ray.
-void apply_smoothing(const model::ModelView& model, Vec3f point, Contact& contact) noexcept;
+void apply_smoothing(const model::ModelView& model, Vec3f point, ModelContact& contact) noexcept;
 
-/// See distance_along_projection.
+/// See distance_along_projection; model space.
 [[nodiscard]] bool distance_along_central(const model::ModelView& model, std::uint32_t part, Vec3f point, Layer layer,
                                           float& distance) noexcept;
 

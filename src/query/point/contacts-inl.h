@@ -7,6 +7,7 @@
 #endif
 
 #include "math/lanes-inl.h"
+#include "query/point/caller_frame.h"
 #include "sqmap/query/probe.h"
 
 #include <algorithm>
@@ -29,40 +30,44 @@ struct ContactLanes {
 
 class ContactWriter {
 public:
-    explicit ContactWriter(std::span<ProbeContact> out) : out_(out) {}
+    ContactWriter(const CallerFrame& caller, std::span<Contact> out) : caller_(caller), out_(out)
+    {
+        result_.anchor = caller.anchor;
+    }
 
     const ProbeResult& result() const { return result_; }
     std::size_t count() const { return result_.contacts; }
     void count_unseen() { ++result_.unseen; }
 
-    void write(const ProbeContact& contact)
+    void write(const Contact& contact)
     {
         const std::size_t at = result_.contacts++;
         if (at < out_.size())
-            out_[at] = contact;
+            out_[at] = caller_.convert(contact);
         else
             result_.status |= k_probe_full;
     }
 
-    /// As ProbeContact has them: eight words, and a ninth of part (16 bits), certain and status.
+    /// As Contact has them: eight words, and a ninth of part (16 bits), certain and status.
     HWY_INLINE void write(const ContactLanes& contacts, M which)
     {
-        static_assert(sizeof(ProbeContact) == 36 && offsetof(ProbeContact, normal) == 12 && offsetof(ProbeContact, depth) == 24 &&
-                      offsetof(ProbeContact, index) == 28 && offsetof(ProbeContact, part) == 32 &&
-                      offsetof(ProbeContact, certain) == 34 && k_ok == 0);
+        static_assert(sizeof(Contact) == 36 && offsetof(Contact, normal) == 12 && offsetof(Contact, depth) == 24 &&
+                      offsetof(Contact, index) == 28 && offsetof(Contact, part) == 32 &&
+                      offsetof(Contact, certain) == 34 && k_ok == 0);
         const auto packed = [&](F v) { return compress(v, which); };
-        const auto &point = contacts.point, &normal = contacts.normal;
+        const V3 point = in_caller_frame(contacts.point), normal = turned(contacts.normal);
+        const F depth = hn::Mul(set(caller_.unit), contacts.depth);
         const I ninth = hn::Or(contacts.part, hn::IfThenElseZero(hn::RebindMask(di, contacts.certain), set_int(1 << 16)));
         HWY_ALIGN float low[4 * k_lanes], high[4 * k_lanes];
         HWY_ALIGN std::int32_t last[k_lanes];
         hn::StoreInterleaved4(packed(point.x), packed(point.y), packed(point.z), packed(normal.x), df, low);
-        hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(contacts.depth), packed(hn::BitCast(df, contacts.index)),
+        hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(depth), packed(hn::BitCast(df, contacts.index)),
                               df, high);
         hn::Store(compress(ninth, which), di, last);
         const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, out_.size()),
                           space = std::min(count, out_.size() - at);
         auto* to = reinterpret_cast<std::byte*>(out_.data() + at);
-        for (std::size_t i = 0; i < space; ++i, to += sizeof(ProbeContact)) {
+        for (std::size_t i = 0; i < space; ++i, to += sizeof(Contact)) {
             std::memcpy(to, low + 4 * i, 16);
             std::memcpy(to + 16, high + 4 * i, 16);
             std::memcpy(to + 32, last + i, 4);
@@ -72,7 +77,22 @@ public:
     }
 
 private:
-    std::span<ProbeContact> out_;
+    // As CallerFrame::convert.
+    HWY_INLINE V3 turned(const V3& v) const
+    {
+        const float* r = caller_.rotation;
+        return {row_dot(r, v), row_dot(r + 3, v), row_dot(r + 6, v)};
+    }
+    HWY_INLINE V3 in_caller_frame(const V3& p) const
+    {
+        const F unit = set(caller_.unit);
+        const V3 v = turned({hn::Mul(unit, p.x), hn::Mul(unit, p.y), hn::Mul(unit, p.z)});
+        const float* t = caller_.translation;
+        return {hn::Add(v.x, set(t[0])), hn::Add(v.y, set(t[1])), hn::Add(v.z, set(t[2]))};
+    }
+
+    const CallerFrame& caller_;
+    std::span<Contact> out_;
     ProbeResult result_;
 };
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "model/chart.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/options.h"
 
 namespace sqmap::query {
 

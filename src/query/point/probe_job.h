@@ -1,6 +1,7 @@
 // What the kernels of probe queries work on: plain data, set up once a query, the same for every instruction set.
 #pragma once
 
+#include "caller_frame.h"
 #include "sqmap/query/probe.h"
 
 namespace sqmap::query {
@@ -17,10 +18,10 @@ struct PointBatch {
 };
 
 struct ProbeJob {
-    ProbeJob(const model::ModelView& m, const Probe& p, const Pose& pose, const QueryOptions& o,
-             std::span<ProbeContact> contacts) noexcept;
-    /// Points where they are, without clusters.
-    ProbeJob(const model::ModelView& m, PointBatch& points, const QueryOptions& o, std::span<ProbeContact> contacts) noexcept;
+    /// @pre touched has a model, collider a probe
+    ProbeJob(const Body& touched, const Body& collider, const QueryOptions& o, std::span<Contact> contacts) noexcept;
+    /// Points where they are, without clusters; contacts in model space.
+    ProbeJob(const model::ModelView& m, PointBatch& points, const QueryOptions& o, std::span<Contact> contacts) noexcept;
 
     const model::ModelView& model;
     const float *x, *y, *z;
@@ -44,9 +45,10 @@ struct ProbeJob {
     }
 
     Layer layer;  ///< One, Two, Three, Exact, or Gate
-    std::uint32_t layer3_gate;
+    std::uint32_t gate;
     bool first_only;
-    std::span<ProbeContact> out;
+    CallerFrame caller;  ///< of the contacts that are written
+    std::span<Contact> out;
 };
 
 }  // namespace sqmap::query

@@ -29,7 +29,7 @@ namespace {
 class ProbeKernel : ProbeWalk {
 public:
     explicit ProbeKernel(const ProbeJob& job)
-        : ProbeWalk(job), contacts_(job.out), lowest_planes_(*this), queue_(*this, job.model, contacts_)
+        : ProbeWalk(job), contacts_(job.caller, job.out), lowest_planes_(*this), queue_(*this, job.model, contacts_)
     {
     }
 
@@ -139,7 +139,7 @@ private:
         hn::Store(planes.part(), di, parts);
         for (std::size_t i = 0; i < hn::Lanes(df); ++i) {
             const auto index = static_cast<std::size_t>(parts[i]);
-            dense[i] = index < model_.parts.size() && !passes_gate(model_.parts[index], job_.layer3_gate) ? -1 : 0;
+            dense[i] = index < model_.parts.size() && !passes_gate(model_.parts[index], job_.gate) ? -1 : 0;
         }
         const M coarse = hn::And(occupied, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, dense))));
         planes.write({LocatedPoints::load(located_.p, first), hn::LoadU(di, located_.point + first), is_inside(cell, coarse)},
@@ -181,10 +181,9 @@ private:
         each_lane(held, [&](std::size_t i) {
             const std::size_t k = first + i;
             if (job_.first_only && contacts_.count() > 0) return;
-            const Contact c = query_point(model_, Vec3f{located_.p[0][k], located_.p[1][k], located_.p[2][k]}, job_.layer);
-            if (c.contact)
-                contacts_.write({c.point, c.normal, c.depth, static_cast<std::uint32_t>(located_.point[k]),
-                                 static_cast<std::int16_t>(c.part), c.certain, k_ok});
+            const ModelContact c = query_in_model(model_, {located_.p[0][k], located_.p[1][k], located_.p[2][k]},
+                                                  {.layer = job_.layer});
+            if (c.contact) contacts_.write(contact_of(c, static_cast<std::uint32_t>(located_.point[k])));
         });
     }
 

@@ -1,6 +1,8 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
 #include "probe_pointwise.h"
 
+#include "model_point.h"
+
 #include <algorithm>
 
 namespace sqmap::query {
@@ -12,8 +14,9 @@ public:
     PointwiseProbe(const ProbeJob& job, const QueryOptions& options)
         : job_(job),
           reach_(offset_reach(job.model, options)),
-          options_{.layer = job.layer, .layer3_gate = options.layer3_gate, .offset = options.offset, .margin = options.margin}
+          options_{.layer = job.layer, .gate = options.gate, .offset = options.offset, .margin = options.margin}
     {
+        result_.anchor = job.caller.anchor;
     }
 
     ProbeResult run()
@@ -33,18 +36,10 @@ public:
     }
 
 private:
-    Vec3f transformed(Vec3f p) const
-    {
-        const float* r = job_.rotation;
-        return {r[0] * p.x + r[1] * p.y + r[2] * p.z + job_.translation[0],
-                r[3] * p.x + r[4] * p.y + r[5] * p.z + job_.translation[1],
-                r[6] * p.x + r[7] * p.y + r[8] * p.z + job_.translation[2]};
-    }
-
     /// True where no point of a sphere (of the probe) is within reach of a part.
     bool is_far(Vec3f centre, float radius) const
     {
-        const Vec3f c = transformed(centre);
+        const Vec3f c = job_.in_model_space(centre);
         const float margin = radius * job_.scale + reach_;
         const auto apart = [&](const float* sphere) {
             const float within = (margin + sphere[3]) * 1.0001f;
@@ -56,11 +51,11 @@ private:
 
     void compute(std::size_t slot)
     {
-        const Contact c = query_point(job_.model, transformed({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
+        const ModelContact c = query_in_model(job_.model, job_.in_model_space({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
         if (!c.contact) return;
         const std::size_t at = result_.contacts++;
         if (at < job_.out.size())
-            job_.out[at] = {c.point, c.normal, c.depth, job_.point[slot], static_cast<std::int16_t>(c.part), c.certain, c.status};
+            job_.out[at] = job_.caller.convert(contact_of(c, job_.point[slot]));
         else
             result_.status |= k_probe_full;
     }

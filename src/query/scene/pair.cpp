@@ -1,6 +1,6 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, asks the vertices of B of the map of A (section
 // 4.2); here both ways.
-#include "sqmap/query/pair.h"
+#include "pair_query.h"
 
 #include "merge.h"
 #include "query/point/probe_pointwise.h"
@@ -38,65 +38,55 @@ double reach_of(const Body& body, const QueryOptions& options) noexcept
     return body.model == nullptr ? 0. : static_cast<double>(offset_reach(*body.model, options)) * body.model->header.unit;
 }
 
-/// One query on its way.
-struct PairQuery {
-    const PairOptions& options;
-    PairWorkspace& workspace;
-    std::span<PairContact> out;
-    PairResult result{};
-
-    /// Vertices of a body in the solid of another.
-    void ask(const Body& solid, const Body& vertices, Side vertex_of)
-    {
-        if (solid.model == nullptr || vertices.probe == nullptr) return;
-        const ProbeResult frame = query_probe(*solid.model, *vertices.probe, compose(inverse(solid.pose), vertices.pose),
-                                              options.frame, workspace.found_);
-        result.found += frame.contacts;
-        result.status |= frame.status;
-        const model::Header& header = solid.model->header;
-        for (const ProbeContact& c : std::span(workspace.found_).first(std::min(frame.contacts, workspace.found_.size()))) {
-            if (result.contacts == out.size()) {
-                result.status |= k_probe_full;
-                return;
-            }
-            const Vec3d normal = solid.pose.rotation * cast<double>(c.normal);
-            const double depth = static_cast<double>(c.depth) * header.unit;
-            const Vec3d surface = apply(solid.pose, model::to_mesh_units(header, c.point)), vertex = surface - depth * normal;
-            const bool of_b = vertex_of == Side::B;
-            out[result.contacts++] = {of_b ? surface : vertex,
-                                      of_b ? vertex : surface,
-                                      cast<float>(of_b ? normal : -normal),
-                                      static_cast<float>(depth),
-                                      c.index,
-                                      c.part,
-                                      vertex_of,
-                                      c.certain,
-                                      false,
-                                      c.status};
-        }
-    }
-
-    void merge(std::size_t split, double spacing)
-    {
-        // Far below the rounding of places nothing is the same, and cells could not be counted.
-        if (!(options.merge_distance > 1e-6f) || !(spacing > 0)) return;
-        const std::size_t lists = std::bit_ceil(std::max<std::size_t>(split, result.contacts - split));
-        const MergeRule rule{static_cast<double>(options.merge_distance) * spacing, options.merge_cosine};
-        result.contacts =
-            merge_mutual(out.first(result.contacts), split, rule, std::span(workspace.head_).first(lists), workspace.next_);
-    }
-};
-
-PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace,
-                      std::span<PairContact> contacts) noexcept
+void PairQuery::add(const Body& touched, const Body& collider, Side vertex_of) noexcept
 {
-    PairQuery query{options, workspace, contacts};
-    query.ask(a, b, Side::B);
-    if (options.frame.first_only && query.result.found > 0) return query.result;
-    const std::size_t split = query.result.contacts;
-    query.ask(b, a, Side::A);
-    if (split > 0 && split < query.result.contacts) query.merge(split, std::max(a.probe->spacing(), b.probe->spacing()));
-    return query.result;
+    const ProbeResult found = query_probe(touched, collider, options.query, workspace.found_);
+    result.found += found.contacts;
+    result.status |= found.status;
+    for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size()))) {
+        if (result.contacts == out.size()) {
+            result.status |= k_probe_full;
+            return;
+        }
+        const Vec3d surface = found.position(c), vertex = surface - static_cast<double>(c.depth) * cast<double>(c.normal);
+        const bool of_b = vertex_of == Side::B;
+        out[result.contacts++] = {of_b ? surface : vertex,
+                                  of_b ? vertex : surface,
+                                  of_b ? c.normal : -c.normal,
+                                  c.depth,
+                                  c.index,
+                                  c.part,
+                                  vertex_of,
+                                  c.certain,
+                                  false,
+                                  c.status};
+    }
+}
+
+void PairQuery::merge(std::size_t split, double spacing) noexcept
+{
+    // Far below the rounding of positions nothing is the same, and cells could not be counted.
+    if (!(options.merge_distance > 1e-6f) || !(spacing > 0)) return;
+    const std::size_t lists = std::bit_ceil(std::max<std::size_t>(split, result.contacts - split));
+    const MergeRule rule{static_cast<double>(options.merge_distance) * spacing, options.merge_cosine};
+    result.contacts =
+        merge_mutual(out.first(result.contacts), split, rule, std::span(workspace.head_).first(lists), workspace.next_);
+}
+
+void PairQuery::run(const Body& a, const Body& b) noexcept
+{
+    add(a, b, Side::B);
+    if (options.query.first_only && result.found > 0) return;
+    const std::size_t split = result.contacts;
+    add(b, a, Side::A);
+    if (split > 0 && split < result.contacts) merge(split, std::max(a.probe->spacing(), b.probe->spacing()));
+}
+
+PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace) noexcept
+{
+    PairQuery query{options, workspace, PairQuery::contacts_of(workspace)};
+    query.run(a, b);
+    return {query.out.first(query.result.contacts), query.result.found, query.result.status};
 }
 
 }  // namespace sqmap::query

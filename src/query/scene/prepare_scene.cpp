@@ -6,7 +6,10 @@
 
 namespace sqmap::query {
 
-PairWorkspace::PairWorkspace(std::size_t contacts) : found_(contacts), head_(std::bit_ceil(contacts)), next_(contacts) {}
+PairWorkspace::PairWorkspace(std::size_t contacts)
+    : found_(contacts), head_(std::bit_ceil(contacts)), next_(contacts), contacts_(2 * contacts)
+{
+}
 
 Scene::Scene(std::size_t contacts_in_a_direction) : workspace_(contacts_in_a_direction) {}
 

@@ -2,6 +2,8 @@
 // on one axis, over spheres.
 #include "sqmap/query/scene.h"
 
+#include "pair_query.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +17,7 @@ bool touch(const Sphere& a, const Sphere& b, double slack)
     return norm_sq(a.centre - b.centre) <= reach * reach;
 }
 
-bool can_ask(const Body& a, const Body& b)
+bool can_touch(const Body& a, const Body& b)
 {
     return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr);
 }
@@ -174,7 +176,7 @@ SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
         for (std::size_t first = i + 1; first < posed_ && order_[first].lo <= hi; first += k_block) {
             if (!any_near(i, first, slack_above)) continue;
             for (std::size_t j = first; j < std::min(first + k_block, posed_); ++j)
-                if (touch(s, sorted_[j], slack) && can_ask(bodies_[order_[i].id], bodies_[order_[j].id]))
+                if (touch(s, sorted_[j], slack) && can_touch(bodies_[order_[i].id], bodies_[order_[j].id]))
                     list.add(order_[i].id, order_[j].id);
         }
     }
@@ -182,37 +184,38 @@ SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
     return result;
 }
 
-SceneResult Scene::ask(SceneResult result, const Body* probe, const PairOptions& options, std::span<ScenePair> pairs,
-                       std::span<PairContact> contacts) noexcept
+SceneResult Scene::query(SceneResult result, const Body* collider, const PairOptions& options, const Output& to) noexcept
 {
-    for (ScenePair& p : pairs.first(std::min(result.pairs, pairs.size()))) {
-        const PairResult r = query_pair(bodies_[p.a], probe != nullptr ? *probe : bodies_[p.b], options, workspace_,
-                                        contacts.subspan(result.contacts));
+    for (ScenePair& p : to.pairs.first(std::min(result.pairs, to.pairs.size()))) {
+        PairQuery pair{options, workspace_, to.contacts.subspan(result.contacts)};
+        pair.run(bodies_[p.a], collider != nullptr ? *collider : bodies_[p.b]);
+        const PairQuery::Result& r = pair.result;
         p.first = static_cast<std::uint32_t>(result.contacts);
         p.count = static_cast<std::uint32_t>(r.contacts);
         p.status = r.status;
         result.contacts += r.contacts;
         result.status |= r.status;
-        if (options.frame.first_only && r.found > 0) break;
+        if (options.query.first_only && r.found > 0) break;
     }
     return result;
 }
 
 SceneResult Scene::query_pairs(const PairOptions& options, std::span<ScenePair> near, std::span<PairContact> contacts) noexcept
 {
-    return ask(find(largest_reach(options.frame), near), nullptr, options, near, contacts);
+    return query(find(largest_reach(options.query), near), nullptr, options, {near, contacts});
 }
 
-SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const QueryOptions& options, std::span<ScenePair> near,
+SceneResult Scene::query_probe(const Body& collider, const QueryOptions& options, std::span<ScenePair> near,
                                std::span<PairContact> contacts) noexcept
 {
     update();
     SceneResult result;
     if (posed_ < order_.size()) result.status |= k_probe_not_finite;
-    const Body body{nullptr, &probe, pose};
+    const Body body{nullptr, collider.probe, collider.pose};
+    if (body.probe == nullptr) return result;
     Sphere s = safe_sphere(body);
     s.radius += largest_reach(options);
-    if (!is_finite(pose) || !is_finite(s.centre)) {
+    if (!is_finite(body.pose) || !is_finite(s.centre)) {
         result.status |= k_probe_not_finite;
         return result;
     }
@@ -225,7 +228,7 @@ SceneResult Scene::query_probe(const Probe& probe, const Pose& pose, const Query
         if (touch(s, sorted_[static_cast<std::size_t>(at - order_.begin())], 0) && bodies_[at->id].model != nullptr)
             list.add(at->id, k_no_body);
     list.sort();
-    return ask(result, &body, {.frame = options}, near, contacts);
+    return query(result, &body, {.query = options}, {near, contacts});
 }
 
 }  // namespace sqmap::query

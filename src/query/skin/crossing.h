@@ -13,8 +13,8 @@ inline constexpr std::uint32_t k_no_contact = 0xffffffffu;
 inline constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal
 
 /// In place of the point's own contact at the end, or behind the others, of which there are `count`.
-template <class Contact>
-void keep_crossing(const Contact& crossing, std::uint32_t own, std::span<Contact> contacts, std::size_t& count,
+template <class Crossing>
+void keep_crossing(const Crossing& crossing, std::uint32_t own, std::span<Crossing> contacts, std::size_t& count,
                    SweptResult& result) noexcept
 {
     ++result.caught;
@@ -22,11 +22,11 @@ void keep_crossing(const Contact& crossing, std::uint32_t own, std::span<Contact
         contacts[own] = crossing;
         return;
     }
-    ++result.frame.contacts;
+    ++result.probe.contacts;
     if (count < contacts.size())
         contacts[count++] = crossing;
     else
-        result.frame.status |= k_probe_full;
+        result.probe.status |= k_probe_full;
 }
 
 }  // namespace sqmap::query

@@ -3,6 +3,7 @@
 #include "sqmap/query/skin.h"
 
 #include "skin_kernels.h"
+#include "sqmap/math/assert.h"
 
 #include <algorithm>
 #include <bit>
@@ -251,13 +252,12 @@ Vec3d carried_normal(const Affine& local, Vec3d normal) noexcept
 }
 
 struct SkinQuery {
-    const model::ModelView& bound;
-    const PosedSkin& skin;
-    std::span<const Vec3d> points;
-    QueryOptions options;
+    const SkinnedQuery& query;
+    const QueryOptions& options;
     SkinWorkspace& workspace;
     std::span<SkinContact> contacts;
-    std::span<const std::uint8_t> only;
+    const PosedSkin& skin = *query.skin;
+    const std::span<const Vec3d> points = query.points;
 
     ProbeResult run() const noexcept
     {
@@ -276,12 +276,12 @@ struct SkinQuery {
             bool any = false;
             for (std::size_t k = 0; k < SkinCluster::k_points; ++k) {
                 const std::uint32_t i = order[slot + std::min(k, size - 1)];
-                const bool asked = k < size && (only.size() != points.size() || only[i] != 0) && is_finite(points[i]);
-                const Vec3d p = asked ? points[i] : Vec3d{NAN, NAN, NAN};
+                const bool active = k < size && (query.active.size() != points.size() || query.active[i] != 0) && is_finite(points[i]);
+                const Vec3d p = active ? points[i] : Vec3d{NAN, NAN, NAN};
                 cluster.x[k] = p.x;
                 cluster.y[k] = p.y;
                 cluster.z[k] = p.z;
-                any = any || asked;
+                any = any || active;
             }
             if (!any) continue;
             std::size_t counts[SkinCluster::k_points];
@@ -303,15 +303,15 @@ struct SkinQuery {
         all.first_only = false;
         for (std::size_t round = 0; round < most; ++round) {
             for (std::size_t i = 0; i < points.size(); ++i) {
-                workspace.asked_[i] = workspace.count_[i] > round ? 1 : 0;
-                if (workspace.asked_[i] != 0) workspace.asked_places_[i] = place(i, round).bound;
+                workspace.active_[i] = workspace.count_[i] > round ? 1 : 0;
+                if (workspace.active_[i] != 0) workspace.active_positions_[i] = place(i, round).bound;
             }
-            workspace.probe_.move(workspace.asked_places_, workspace.asked_);
-            const ProbeResult frame = query_probe(bound, workspace.probe_, {}, all, workspace.found_);
-            result.status |= frame.status;
-            result.unseen += frame.unseen;
-            for (const ProbeContact& c : std::span(workspace.found_).first(std::min(frame.contacts, workspace.found_.size())))
-                if (workspace.asked_[c.index] != 0) take(c, place(c.index, round));
+            workspace.probe_.move(workspace.active_positions_, workspace.active_);
+            const ProbeResult found = query_probe({query.bound, nullptr, {}}, {nullptr, &workspace.probe_, {}}, all, workspace.found_);
+            result.status |= found.status;
+            result.unseen += found.unseen;
+            for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size())))
+                if (workspace.active_[c.index] != 0) take(c, found.position(c), place(c.index, round));
         }
         for (std::size_t i = 0; i < points.size(); ++i) {
             if (workspace.covered_[i] <= 0) continue;
@@ -330,21 +330,19 @@ struct SkinQuery {
         return workspace.places_[workspace.first_[point] + round];
     }
 
-    void take(const ProbeContact& c, const SkinPlace& at) const noexcept
+    void take(const Contact& c, Vec3d surface, const SkinPlace& at) const noexcept
     {
         workspace.covered_[c.index] += at.sign;
         if (at.sign < 0) return;
-        const model::Header& header = bound.header;
-        const Vec3d surface = Vec3d{header.origin[0], header.origin[1], header.origin[2]} + header.unit * cast<double>(c.point);
         Affine there;
         if (!skin.carry_forward(surface, there)) there = skin.local_at(at);
-        const Vec3d asked = points[c.index];
+        const Vec3d point = points[c.index];
         SkinContact contact;
         contact.bound_point = surface;
         contact.bound_normal = cast<double>(c.normal);
         contact.normal = carried_normal(there, contact.bound_normal);
-        contact.depth = std::max(0.0, dot(apply(there, surface) - asked, contact.normal));
-        contact.point = asked + contact.depth * contact.normal;
+        contact.depth = std::max(0.0, dot(apply(there, surface) - point, contact.normal));
+        contact.point = point + contact.depth * contact.normal;
         contact.index = c.index;
         contact.part = c.part;
         contact.status = c.status;
@@ -353,11 +351,12 @@ struct SkinQuery {
     }
 };
 
-ProbeResult query_skin(const model::ModelView& bound, const PosedSkin& skin, std::span<const Vec3d> points,
-                       const QueryOptions& options, SkinWorkspace& workspace, std::span<SkinContact> contacts,
-                       std::span<const std::uint8_t> asked) noexcept
+ProbeResult query_skin(const SkinnedQuery& query, const QueryOptions& options, SkinWorkspace& workspace,
+                       std::span<SkinContact> contacts) noexcept
 {
-    return SkinQuery{bound, skin, points, options, workspace, contacts, asked}.run();
+    SQMAP_ASSERT(query.skin != nullptr && !options.offset && !(options.margin > 0.f));
+    if (query.bound == nullptr) return {};
+    return SkinQuery{query, options, workspace, contacts}.run();
 }
 
 }  // namespace sqmap::query

@@ -2,6 +2,7 @@
 #include "sqmap/query/skin.h"
 
 #include "crossing.h"
+#include "sqmap/math/assert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,23 +21,23 @@ bool meets(const PosedSkin::Box& box, Vec3d a, Vec3d b, double slack)
 }  // namespace
 
 struct SkinSweep {
-    const model::ModelView& bound;
-    MovingSkin& skin;
-    std::span<const Vec3d> previous, now;
+    const SweptSkinQuery& query;
     const SweptOptions& options;
     SkinWorkspace& workspace;
     std::span<SkinContact> contacts;
-    std::span<const std::uint8_t> asked;
+    MovingSkin& skin = *query.skin;
+    const std::span<const Vec3d> previous = query.previous, now = query.now;
+    const std::span<const std::uint8_t> active = query.active;
 
     SweptResult run() noexcept
     {
         SweptResult result;
         if (now.size() != workspace.size_ || previous.size() != now.size()) return result;
-        result.frame = query_skin(bound, skin.to(), now, options.frame, workspace, contacts, asked);
+        result.probe = query_skin({query.bound, &skin.to(), now, active}, options.query, workspace, contacts);
         double longest = 0;
         for (std::size_t i = 0; i < now.size(); ++i) {
             workspace.fast_[i] = 0;
-            if (asked.size() == now.size() && asked[i] == 0) continue;
+            if (active.size() == now.size() && active[i] == 0) continue;
             const double way = norm(now[i] - previous[i]) + skin.motion();
             if (!(way > options.step && std::isfinite(way))) continue;
             if (!meets(skin.to().box(), previous[i], now[i], skin.motion())) continue;
@@ -46,13 +47,13 @@ struct SkinSweep {
         }
         if (result.fast == 0) return result;
 
-        std::size_t count = std::min(result.frame.contacts, contacts.size());
+        std::size_t count = std::min(result.probe.contacts, contacts.size());
         std::fill(workspace.contact_.begin(), workspace.contact_.end(), k_no_contact);
         for (std::size_t c = 0; c < count; ++c) workspace.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(longest / options.step);
         const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.max_steps))));
-        if (wanted > steps) result.frame.status |= k_swept_coarse;
-        for (std::uint32_t step = 1; step < steps; ++step, ++result.frames) {
+        if (wanted > steps) result.probe.status |= k_swept_coarse;
+        for (std::uint32_t step = 1; step < steps; ++step, ++result.positions) {
             const double share = static_cast<double>(step) / steps;
             for (std::size_t b = 0; b < skin.maps_.size(); ++b) {
                 const Affine &from = skin.from_.maps()[b], &to = skin.to_.maps()[b];
@@ -63,8 +64,8 @@ struct SkinSweep {
             (void)skin.between_.pose(skin.maps_);
             for (std::size_t i = 0; i < now.size(); ++i) workspace.at_[i] = previous[i] + share * (now[i] - previous[i]);
             const ProbeResult found =
-                query_skin(bound, skin.between_, workspace.at_, options.frame, workspace, workspace.swept_, workspace.fast_);
-            result.frame.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
+                query_skin({query.bound, &skin.between_, workspace.at_, workspace.fast_}, options.query, workspace, workspace.swept_);
+            result.probe.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
             for (std::size_t f = 0; f < std::min(found.contacts, workspace.swept_.size()); ++f)
                 if (workspace.fast_[workspace.swept_[f].index] == 1) take(workspace.swept_[f], count, result);
         }
@@ -91,11 +92,12 @@ struct SkinSweep {
     }
 };
 
-SweptResult query_swept_skin(const model::ModelView& bound, MovingSkin& skin, std::span<const Vec3d> previous,
-                             std::span<const Vec3d> now, const SweptOptions& options, SkinWorkspace& workspace,
-                             std::span<SkinContact> contacts, std::span<const std::uint8_t> asked) noexcept
+SweptResult query_swept_skin(const SweptSkinQuery& query, const SweptOptions& options, SkinWorkspace& workspace,
+                             std::span<SkinContact> contacts) noexcept
 {
-    return SkinSweep{bound, skin, previous, now, options, workspace, contacts, asked}.run();
+    SQMAP_ASSERT(query.skin != nullptr);
+    if (query.bound == nullptr) return {};
+    return SkinSweep{query, options, workspace, contacts}.run();
 }
 
 }  // namespace sqmap::query

@@ -5,7 +5,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>
@@ -369,12 +369,12 @@ TEST(Bake, WithoutTheExactLayerIsSmallerAndSaysSo)
     EXPECT_GE(gone, went - 64);
     EXPECT_LE(gone, 1.02 * went + 64);
     EXPECT_FALSE(model::has_exact(lean.model.view()));
-    const Vec3f p = model::vec3(lean.model.parts[0].chart_centre);
-    EXPECT_EQ(query::query_point(full.model.view(), p, query::Layer::Exact).status, query::k_ok);
-    const query::Contact c = query::query_point(lean.model.view(), p, query::Layer::Exact);
+    const Vec3d p = model::to_mesh_units(lean.model.view().header, model::vec3(lean.model.parts[0].chart_centre));
+    EXPECT_EQ(query::query_point(full.model.view(), p, {.layer = query::Layer::Exact}).status, query::k_ok);
+    const query::PointResult c = query::query_point(lean.model.view(), p, {.layer = query::Layer::Exact});
     EXPECT_EQ(c.status, query::k_no_exact);
     EXPECT_TRUE(c.contact);
-    EXPECT_EQ(c.depth, query::query_point(lean.model.view(), p, query::Layer::Three).depth);
+    EXPECT_EQ(c.depth, query::query_point(lean.model.view(), p).depth);
 }
 
 }  // namespace

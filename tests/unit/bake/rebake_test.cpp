@@ -181,12 +181,10 @@ TEST(Rebake, AMovedFingerAnswersAsAFullBakeOfItsParts)
     std::size_t contacts = 0;
     for (const Vec3d p : sample_points(posed, again.model.header.r_max, sampling)) {
         const Vec3d in_mesh = model::to_mesh_units(a.view.header, cast<float>(p));
-        const query::Contact x = query::query_point(a.view, cast<float>(p), query::Layer::Exact),
-                             y = query::query_point(b.view, model::to_model_space(b.view.header, in_mesh), query::Layer::Exact);
-        const double depth_x = static_cast<double>(x.depth) * a.view.header.unit,
-                     depth_y = static_cast<double>(y.depth) * b.view.header.unit;
-        EXPECT_NEAR(depth_x, depth_y, 1e-5 * hand.r_max);
-        EXPECT_TRUE(x.contact == y.contact || std::max(depth_x, depth_y) <= 1e-5 * hand.r_max);
+        const query::PointResult x = query::query_point(a.view, in_mesh, {.layer = query::Layer::Exact}),
+                                 y = query::query_point(b.view, in_mesh, {.layer = query::Layer::Exact});
+        EXPECT_NEAR(x.depth, y.depth, 1e-5 * hand.r_max);
+        EXPECT_TRUE(x.contact == y.contact || std::max(x.depth, y.depth) <= 1e-5 * hand.r_max);
         contacts += x.contact ? 1 : 0;
     }
     EXPECT_GT(contacts, 500u);

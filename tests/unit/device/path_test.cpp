@@ -3,7 +3,7 @@
 #include "device/channel.h"
 #include "sqmap/device/servo.h"
 
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // A point and a probe of that point answer alike, to the bit, in every model with a locator.
+#include "sqmap/query/point.h"
 #include "sqmap/query/probe.h"
-#include "support/parsed.h"
+#include "support/bodies.h"
 
 #include <gtest/gtest.h>
 
@@ -36,44 +37,30 @@ std::vector<Vec3d> positions_about(const test::Parsed& m)
     return points;
 }
 
-/// Positions in model space, posed so that they stay where they are.
-Pose still(const model::Header& header)
-{
-    Pose pose;
-    for (int k = 0; k < 3; ++k) {
-        pose.rotation.row[k] = {};
-        pose.rotation.row[k][k] = header.unit;
-        pose.translation[k] = header.origin[k];
-    }
-    return pose;
-}
-
 template <class T>
 bool same_bits(const T& a, const T& b)
 {
     return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-void expect_alike(const test::Parsed& m, const std::string& name)
+/// touched: the model, queried in the frame of the positions.
+void expect_alike(const Body& touched, const std::vector<Vec3d>& points, const std::string& name)
 {
-    const std::vector<Vec3d> points = positions_about(m);
-    std::vector<Vec3f> in_model;
-    for (const Vec3d& p : points) in_model.push_back(cast<float>(p));
     const Probe probe(points);
-    std::vector<ProbeContact> contacts(points.size());
-    std::vector<Contact> batch(points.size());
+    std::vector<Contact> contacts(points.size());
+    std::vector<PointResult> batch(points.size());
     for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact, Layer::Gate}) {
-        const ProbeResult found = query_probe(m.view(), probe, still(m.view().header), {.layer = layer}, contacts);
+        const ProbeResult found = query_probe(touched, {.probe = &probe}, {.layer = layer}, contacts);
         ASSERT_EQ(found.status, k_probe_ok);
-        std::vector<const ProbeContact*> contact_of(points.size(), nullptr);
+        std::vector<const Contact*> contact_of(points.size(), nullptr);
         for (std::size_t i = 0; i < found.contacts; ++i) contact_of[contacts[i].index] = &contacts[i];
-        ASSERT_EQ(query_points(m.view(), in_model, layer, batch), found.contacts) << name;
+        ASSERT_EQ(query_points(touched, points, {.layer = layer}, batch), found.contacts) << name;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const Contact c = query_point(m.view(), in_model[i], layer);
-            const ProbeContact* p = contact_of[i];
+            const PointResult c = query_point(touched, points[i], {.layer = layer});
+            const Contact* p = contact_of[i];
             const auto where = [&] {
-                return testing::Message() << name << ", layer " << static_cast<int>(layer) << ", at " << in_model[i].x << ' '
-                                          << in_model[i].y << ' ' << in_model[i].z;
+                return testing::Message() << name << ", layer " << static_cast<int>(layer) << ", at " << points[i].x << ' '
+                                          << points[i].y << ' ' << points[i].z;
             };
             ASSERT_EQ(c.contact, p != nullptr) << where();
             ASSERT_TRUE(same_bits(c.point, batch[i].point) && same_bits(c.normal, batch[i].normal) &&
@@ -81,17 +68,23 @@ void expect_alike(const test::Parsed& m, const std::string& name)
                         c.status == batch[i].status && c.contact == batch[i].contact)
                 << where();
             if (p == nullptr) {
-                ASSERT_EQ(c.point, in_model[i]) << where();
+                ASSERT_EQ(c.point, points[i]) << where();
                 ASSERT_EQ(c.part, -1) << where();
                 continue;
             }
-            ASSERT_TRUE(same_bits(c.point, p->point) && same_bits(c.normal, p->normal) && same_bits(c.depth, p->depth))
+            ASSERT_TRUE(same_bits(c.point, found.position(*p)) && same_bits(c.normal, cast<double>(p->normal)) &&
+                        same_bits(c.depth, static_cast<double>(p->depth)))
                 << where();
             ASSERT_EQ(c.part, p->part) << where();
             ASSERT_EQ(c.certain, p->certain) << where();
             ASSERT_EQ(c.status, p->status) << where();
         }
     }
+}
+
+void expect_alike(const test::Parsed& m, const std::string& name)
+{
+    expect_alike({.model = &m.in_model_space()}, positions_about(m), name);
 }
 
 TEST(PointAndProbe, AnswerAlikeToTheBitOnEveryShape)
@@ -101,6 +94,23 @@ TEST(PointAndProbe, AnswerAlikeToTheBitOnEveryShape)
     shapes.push_back({"crossing bars", test::crossing_bars()});
     shapes.push_back({"nested balls", test::nested_balls()});
     for (const test::Shape& shape : shapes) expect_alike(test::Parsed(shape.mesh), shape.name);
+}
+
+TEST(PointAndProbe, AnswerAlikeToTheBitInAWorldOfOtherUnits)
+{
+    // Turned by a quarter and scaled by a power of two, which rounds nothing.
+    const test::Parsed m(test::small_torus());
+    model::ModelView view = m.in_model_space();
+    view.header.unit = 4;
+    view.header.origin[0] = -2;
+    std::vector<Vec3d> positions = positions_about(m);
+    positions.resize(20000);
+    for (const double far : {0.0, 1e6}) {
+        const Pose quarter{{{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}, {far, 0, 0}};
+        std::vector<Vec3d> points;
+        for (const Vec3d& p : positions) points.push_back(apply(quarter, 4. * p + Vec3d{-2, 0, 0}));
+        expect_alike({.model = &view, .pose = quarter}, points, far > 0 ? "far away" : "turned");
+    }
 }
 
 TEST(PointAndProbe, AnswerAlikeToTheBitOnARealMesh)
@@ -115,13 +125,14 @@ TEST(PointAndProbe, LayerOneOfAProbeIsThatOfItsPointsWhereTheLocatorKnowsOfSolid
     const test::Parsed m(test::small_torus());
     const std::vector<Vec3d> points = positions_about(m);
     const Probe probe(points);
-    std::vector<ProbeContact> contacts(points.size());
-    const ProbeResult found = query_probe(m.view(), probe, still(m.view().header), {.layer = Layer::One}, contacts);
+    std::vector<Contact> contacts(points.size());
+    const ProbeResult found = query_probe({.model = &m.in_model_space()}, {.probe = &probe}, {.layer = Layer::One}, contacts);
     ASSERT_GT(found.contacts, 1000u);
     for (std::size_t i = 0; i < found.contacts; ++i) {
-        const Contact c = query_point(m.view(), cast<float>(points[contacts[i].index]), Layer::One);
+        const PointResult c = query_point(m.in_model_space(), points[contacts[i].index], {.layer = Layer::One});
         ASSERT_TRUE(c.contact);
-        ASSERT_TRUE(same_bits(c.depth, contacts[i].depth) && same_bits(c.normal, contacts[i].normal));
+        ASSERT_TRUE(same_bits(c.depth, static_cast<double>(contacts[i].depth)) &&
+                    same_bits(c.normal, cast<double>(contacts[i].normal)));
     }
 }
 

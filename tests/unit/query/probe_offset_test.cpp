@@ -25,26 +25,26 @@ TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
         std::vector<Vec3d> points;
         for (int i = 0; i < 3000; ++i) points.push_back(0.6 * random.in_box({-1, -1, -1}, {1, 1, 1}));
         const Probe probe(points);
-        std::vector<ProbeContact> contacts(points.size());
+        std::vector<Contact> contacts(points.size());
         std::size_t total = 0;
         for (int i = 0; i < 5; ++i) {
             const Pose pose = test::random_pose(random, 0.3);
-            const ProbeResult r = query_probe(view, probe, pose, {.offset = true}, contacts);
-            std::vector<const ProbeContact*> of_point(points.size(), nullptr);
-            for (const ProbeContact& c : std::span(contacts).first(r.contacts)) {
+            const ProbeResult r = query_probe({.model = &view}, {.probe = &probe, .pose = pose}, {.offset = true}, contacts);
+            std::vector<const Contact*> of_point(points.size(), nullptr);
+            for (const Contact& c : std::span(contacts).first(r.contacts)) {
                 EXPECT_EQ(of_point[c.index], nullptr);
                 of_point[c.index] = &c;
                 EXPECT_FALSE(c.certain);
             }
             for (std::size_t k = 0; k < points.size(); ++k) {
-                const Contact c = query_point(view, in_model(view, pose, points[k]), {.layer = Layer::Three, .offset = true});
+                const PointResult c = query_point(view, apply(pose, points[k]), {.offset = true});
                 // Places are rounded in another order: points on the moved surface may change sides.
-                if (c.contact && c.depth > 1e-4f) {
+                if (c.contact && c.depth > 1e-4 * view.header.unit) {
                     ASSERT_NE(of_point[k], nullptr);
-                    EXPECT_NEAR(of_point[k]->depth, c.depth, 2e-3f);
+                    EXPECT_NEAR(of_point[k]->depth, c.depth, 2e-3 * view.header.unit);
                     ++total;
                 } else if (!c.contact && of_point[k] != nullptr) {
-                    EXPECT_LE(of_point[k]->depth, 1e-4f);
+                    EXPECT_LE(of_point[k]->depth, 1e-4 * view.header.unit);
                 }
             }
         }
@@ -56,17 +56,17 @@ TEST(FrameOffset, FindsAtLeastTheContactsWithoutIt)
 {
     const test::Solid hand(test::small_hand()), ring(test::small_torus());
     test::Random random(32);
-    std::vector<ProbeContact> plain(4096), moved(4096);
+    std::vector<Contact> plain(4096), moved(4096);
     std::size_t more = 0, total = 0;
     for (int i = 0; i < 30; ++i) {
         const Pose pose = test::random_pose(random, 0.8);
-        const ProbeResult without = query_probe(ring.view, hand.probe, pose, {}, plain);
-        const ProbeResult with = query_probe(ring.view, hand.probe, pose, {.offset = true}, moved);
-        for (const ProbeContact& c : std::span(plain).first(without.contacts))
+        const ProbeResult without = query_probe({.model = &ring.view}, {.probe = &hand.probe, .pose = pose}, {}, plain);
+        const ProbeResult with = query_probe({.model = &ring.view}, {.probe = &hand.probe, .pose = pose}, {.offset = true}, moved);
+        for (const Contact& c : std::span(plain).first(without.contacts))
             // A kernel and a point's own query may disagree within the target of the bake.
-            EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max ||
+            EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max * ring.view.header.unit ||
                         std::any_of(moved.begin(), moved.begin() + static_cast<std::ptrdiff_t>(with.contacts),
-                                    [&](const ProbeContact& m) { return m.index == c.index; }));
+                                    [&](const Contact& m) { return m.index == c.index; }));
         more += with.contacts > without.contacts ? 1u : 0u;
         total += without.contacts;
     }
@@ -81,13 +81,13 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
     std::vector<Vec3d> points;
     for (int i = 0; i < 2000; ++i) points.push_back(random.between(0.9, 1.1) * random.direction());
     const Probe probe(points);
-    std::vector<ProbeContact> contacts(points.size());
+    std::vector<Contact> contacts(points.size());
     for (const float margin : {0.01f, 0.02f, 0.04f})
         for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
-            const ProbeResult r = query_probe(ball.view, probe, {}, {.layer = layer, .margin = margin}, contacts);
+            const ProbeResult r = query_probe({.model = &ball.view}, {.probe = &probe}, {.layer = layer, .margin = margin}, contacts);
             std::vector<double> depth(points.size(), 0);
-            for (const ProbeContact& c : std::span(contacts).first(r.contacts)) {
-                depth[c.index] = static_cast<double>(c.depth) * ball.view.header.unit;
+            for (const Contact& c : std::span(contacts).first(r.contacts)) {
+                depth[c.index] = static_cast<double>(c.depth);
                 if (layer == Layer::Two) continue;  // whose surface may lie beyond the point
                 EXPECT_GE(dot(cast<double>(c.normal), normalized(points[c.index])), 0.95);
             }
@@ -107,11 +107,11 @@ TEST(FrameOffset, BodiesWithinTheMarginAreAPair)
     std::vector<ScenePair> pairs(2);
     std::vector<PairContact> contacts(1000);
     EXPECT_EQ(scene.query_pairs({}, pairs, contacts).pairs, 0u);
-    const SceneResult r = scene.query_pairs({.frame = {.margin = 0.05f}}, pairs, contacts);
+    const SceneResult r = scene.query_pairs({.query = {.margin = 0.05f}}, pairs, contacts);
     EXPECT_EQ(r.pairs, 1u);
     EXPECT_GT(r.contacts, 0u);
-    EXPECT_GT(scene.query_probe(ball.probe, test::shifted({-2.05, 0, 0}), {.margin = 0.05f}, pairs, contacts).contacts, 0u);
-    EXPECT_EQ(scene.query_probe(ball.probe, test::shifted({-2.05, 0, 0}), {}, pairs, contacts).contacts, 0u);
+    EXPECT_GT(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {.margin = 0.05f}, pairs, contacts).contacts, 0u);
+    EXPECT_EQ(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {}, pairs, contacts).contacts, 0u);
 }
 
 TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
@@ -124,22 +124,22 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
     bare.bricks = {};
     const std::vector<Vec3d> points = mesh::sphere(0.3, 4).vertices;
     const Probe probe(points);
-    std::vector<ProbeContact> contacts(4096);
+    std::vector<Contact> contacts(4096);
     std::size_t total = 0;
     test::Random random(33);
     for (int i = 0; i < 10; ++i) {
         const Pose pose = test::random_pose(random, 0.3);
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-            const ProbeResult r = query_probe(bare, probe, pose, {.layer = layer}, contacts);
+            const ProbeResult r = query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, contacts);
             EXPECT_EQ(r.status, k_probe_ok);
-            EXPECT_EQ(query_probe(bare, probe, pose, {.layer = layer, .first_only = true}, contacts).contacts > 0,
+            EXPECT_EQ(query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, contacts).contacts > 0,
                       r.contacts > 0);
             std::size_t expected = 0;
-            for (const Vec3d& p : points) expected += query_point(bare, in_model(view, pose, p), layer).contact ? 1u : 0u;
+            for (const Vec3d& p : points) expected += query_point(bare, apply(pose, p), {.layer = layer}).contact ? 1u : 0u;
             // Places are rounded in another order.
             EXPECT_NEAR(static_cast<double>(r.contacts), static_cast<double>(expected), 1);
             total += r.contacts;
-            const ProbeResult few = query_probe(bare, probe, pose, {.layer = layer}, std::span(contacts).first(1));
+            const ProbeResult few = query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, std::span(contacts).first(1));
             EXPECT_EQ(few.contacts, r.contacts);
             EXPECT_EQ(few.status, r.contacts > 1 ? k_probe_full : k_probe_ok);
         }

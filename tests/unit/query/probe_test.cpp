@@ -43,20 +43,22 @@ std::vector<Pose> touching_poses(std::span<const Vec3d> probe, std::span<const V
 
 struct Answer {
     ProbeResult result;
-    std::vector<ProbeContact> contacts;  ///< by index
+    std::vector<Contact> contacts;  ///< by index
 };
 
-Answer ask(const model::ModelView& view, const Probe& probe, const Pose& pose, const QueryOptions& options = {})
+/// pose: to the mesh's frame; contacts in model space.
+Answer ask(const test::Parsed& m, const Probe& probe, const Pose& pose, const QueryOptions& options = {})
 {
     Answer answer;
     answer.contacts.resize(probe.size());
-    answer.result = query_probe(view, probe, pose, options, answer.contacts);
+    answer.result =
+        query_probe({.model = &m.in_model_space()}, {.probe = &probe, .pose = m.to_model(pose)}, options, answer.contacts);
     answer.contacts.resize(std::min(answer.contacts.size(), answer.result.contacts));
     std::sort(answer.contacts.begin(), answer.contacts.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return answer;
 }
 
-bool same_bits(const ProbeContact& a, const ProbeContact& b)
+bool same_bits(const Contact& a, const Contact& b)
 {
     return std::memcmp(&a.point, &b.point, sizeof a.point) == 0 && std::memcmp(&a.normal, &b.normal, sizeof a.normal) == 0 &&
            std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0 && a.index == b.index && a.part == b.part &&
@@ -76,11 +78,11 @@ void expect_same(const Answer& a, const Answer& b, const std::string& what)
 }
 
 /// Which points are in contact: one entry a point.
-std::vector<const ProbeContact*> by_point(const Answer&& answer, std::size_t points) = delete;  // it points into the answer
-std::vector<const ProbeContact*> by_point(const Answer& answer, std::size_t points)
+std::vector<const Contact*> by_point(const Answer&& answer, std::size_t points) = delete;  // it points into the answer
+std::vector<const Contact*> by_point(const Answer& answer, std::size_t points)
 {
-    std::vector<const ProbeContact*> out(points, nullptr);
-    for (const ProbeContact& c : answer.contacts) {
+    std::vector<const Contact*> out(points, nullptr);
+    for (const Contact& c : answer.contacts) {
         EXPECT_EQ(out[c.index], nullptr) << "point " << c.index << " twice";
         out[c.index] = &c;
     }
@@ -119,14 +121,14 @@ void check_against_oracle(Layer layer, const Limits& limits)
         std::uint32_t unseen = 0;
         std::vector<double> errors, tilts;
         for (const Pose& pose : touching_poses(points, target.mesh.vertices, 8, 7)) {
-            const Answer answer = ask(m.view(), probe, pose, {.layer = layer});
+            const Answer answer = ask(m, probe, pose, {.layer = layer});
             EXPECT_EQ(answer.result.status, k_probe_ok);
             unseen += answer.result.unseen;
             const auto contact_of = by_point(answer, points.size());
             for (std::size_t i = 0; i < points.size(); ++i) {
                 const Vec3d p = m.to_model(apply(pose, points[i]));
                 const bool inside = m.solid().inside(p);
-                const ProbeContact* c = contact_of[i];
+                const Contact* c = contact_of[i];
                 contacts += inside ? 1u : 0u;
                 if (inside != (c != nullptr)) {
                     const double distance = m.solid().closest_boundary(p).distance;
@@ -184,7 +186,7 @@ TEST(Frame, ExactDepthsHoldOnNeedles)
     test::Random random(8);
     std::vector<Vec3d> points(6000);
     for (Vec3d& p : points) p = random.in_box({-0.52, -0.52, -0.1}, {0.52, 0.52, 10.1});
-    const Answer answer = ask(m.view(), Probe(points), {}, {.layer = Layer::Exact});
+    const Answer answer = ask(m, Probe(points), {}, {.layer = Layer::Exact});
     const auto contact_of = by_point(answer, points.size());
     std::size_t contacts = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -212,7 +214,7 @@ TEST(Frame, LayerThreeVerdictsOfPointsBesideARealSurfaceAreRightBeyondHalfAPerce
         for (int i = 0; i < 4; ++i)
             points.push_back(v + random.between(0, 0.04) * m.r_max() * m.view().header.unit * random.direction());
     const Probe probe(points);
-    const Answer answer = ask(m.view(), probe, {.rotation = test::rotation_about({1, 0, 0}, 0)});
+    const Answer answer = ask(m, probe, {.rotation = test::rotation_about({1, 0, 0}, 0)});
     const auto contact_of = by_point(answer, points.size());
     int wrong = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -230,7 +232,7 @@ TEST(Frame, LayerOneMissesNothing)
     const Probe probe(hand_points());
     const test::Parsed m(test::small_torus());
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 3)) {
-        const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::One});
+        const Answer answer = ask(m, probe, pose, {.layer = Layer::One});
         const auto contact_of = by_point(answer, hand_points().size());
         for (std::size_t i = 0; i < hand_points().size(); ++i) {
             const Vec3d p = m.to_model(apply(pose, hand_points()[i]));
@@ -248,13 +250,13 @@ TEST(Frame, EveryInstructionSetGivesTheSameBits)
         const test::Parsed m(target.mesh);
         for (const Pose& pose : touching_poses(hand_points(), target.mesh.vertices, 4, 11))
             for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
-                const Answer best = ask(m.view(), probe, pose, {.layer = layer});
+                const Answer best = ask(m, probe, pose, {.layer = layer});
                 int others = 0;
                 for (std::int64_t left = supported; left != 0; left &= left - 1) {
                     const std::int64_t one = left & -left;
                     hwy::SetSupportedTargetsForTest(one);
-                    const Answer answer = ask(m.view(), probe, pose, {.layer = layer});
-                    const Answer first = ask(m.view(), probe, pose, {.layer = layer, .first_only = true});
+                    const Answer answer = ask(m, probe, pose, {.layer = layer});
+                    const Answer first = ask(m, probe, pose, {.layer = layer, .first_only = true});
                     hwy::SetSupportedTargetsForTest(0);
                     expect_same(best, answer, target.name + " by " + hwy::TargetName(one));
                     EXPECT_EQ(first.result.contacts > 0, best.result.contacts > 0) << hwy::TargetName(one);
@@ -279,10 +281,10 @@ TEST(Frame, TheOrderOfPointsDoesNotMatter)
     const Probe straight(hand_points()), mixed(shuffled);
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 13))
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-            Answer a = ask(m.view(), straight, pose, {.layer = layer});
-            for (ProbeContact& c : a.contacts) c.index = place[c.index];
+            Answer a = ask(m, straight, pose, {.layer = layer});
+            for (Contact& c : a.contacts) c.index = place[c.index];
             std::sort(a.contacts.begin(), a.contacts.end(), [](const auto& x, const auto& y) { return x.index < y.index; });
-            expect_same(a, ask(m.view(), mixed, pose, {.layer = layer}), "layer " + std::to_string(static_cast<int>(layer)));
+            expect_same(a, ask(m, mixed, pose, {.layer = layer}), "layer " + std::to_string(static_cast<int>(layer)));
         }
 }
 
@@ -300,9 +302,9 @@ TEST(Frame, MovingBothBodiesChangesNothing)
         const Pose frame{random_rotation(random), 2. * random.direction()};
         std::vector<Vec3d> retold;
         for (const Vec3d& p : points) retold.push_back(apply(frame, p));
-        const Answer plain = ask(m.view(), probe, pose, {.layer = Layer::Exact});
-        for (const Answer& other : {ask(m.view(), probe, moved, {.layer = Layer::Exact}),
-                                    ask(m.view(), Probe(retold), compose(pose, inverse(frame)), {.layer = Layer::Exact})}) {
+        const Answer plain = ask(m, probe, pose, {.layer = Layer::Exact});
+        for (const Answer& other : {ask(m, probe, moved, {.layer = Layer::Exact}),
+                                    ask(m, Probe(retold), compose(pose, inverse(frame)), {.layer = Layer::Exact})}) {
             const auto a = by_point(plain, points.size()), b = by_point(other, points.size());
             std::size_t both = 0, near = 0;
             for (std::size_t i = 0; i < points.size(); ++i) {
@@ -348,12 +350,12 @@ TEST(Frame, AMovedProbeAnswersAsAFreshOneDoes)
     Probe probe(hand_points());
     const Probe fresh(bent);
     for (const Pose& pose : touching_poses(bent, test::small_torus().vertices, 6, 19)) {
-        const Answer before = ask(m.view(), probe, pose);
+        const Answer before = ask(m, probe, pose);
         probe.move(bent);
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact})
-            expect_same(ask(m.view(), fresh, pose, {.layer = layer}), ask(m.view(), probe, pose, {.layer = layer}), "moved");
+            expect_same(ask(m, fresh, pose, {.layer = layer}), ask(m, probe, pose, {.layer = layer}), "moved");
         probe.move(hand_points());
-        expect_same(before, ask(m.view(), probe, pose), "moved back");
+        expect_same(before, ask(m, probe, pose), "moved back");
     }
 }
 
@@ -365,14 +367,14 @@ TEST(Frame, AFullSpanIsFlaggedAndTheRestCounted)
     for (const model::ModelView* view : {&m.view(), &surface.view()})
         for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 23))
             for (const Layer layer : {Layer::Three, Layer::Exact}) {
-                std::vector<ProbeContact> all(probe.size());
-                const ProbeResult whole = query_probe(*view, probe, pose, {.layer = layer}, all);
+                std::vector<Contact> all(probe.size());
+                const ProbeResult whole = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer}, all);
                 EXPECT_EQ(whole.status, k_probe_ok);
                 for (const std::size_t room : {whole.contacts / 2, std::size_t{0}, whole.contacts}) {
                     // One more entry behind the span must stay as it is.
-                    std::vector<ProbeContact> some(room + 1);
+                    std::vector<Contact> some(room + 1);
                     some.back().depth = -7;
-                    const ProbeResult part = query_probe(*view, probe, pose, {.layer = layer}, std::span(some).first(room));
+                    const ProbeResult part = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer}, std::span(some).first(room));
                     EXPECT_EQ(part.contacts, whole.contacts);
                     EXPECT_EQ(part.status, room < whole.contacts ? k_probe_full : k_probe_ok);
                     full += room < whole.contacts ? 1 : 0;
@@ -392,8 +394,8 @@ TEST(Frame, FirstOnlySaysWhetherThereAreContacts)
     for (int i = 0; i < 200; ++i) {
         const Pose pose{random_rotation(random), random.between(0.2, 2.2) * random.direction()};
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-            const bool any = ask(m.view(), probe, pose, {.layer = layer}).result.contacts > 0;
-            const ProbeResult first = query_probe(m.view(), probe, pose, {.layer = layer, .first_only = true}, {});
+            const bool any = ask(m, probe, pose, {.layer = layer}).result.contacts > 0;
+            const ProbeResult first = query_probe({.model = &m.view()}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, {});
             ASSERT_EQ(first.contacts > 0, any);
             (any ? yes : no) += 1;
         }
@@ -408,7 +410,7 @@ TEST(Frame, APoseThatIsNotFiniteIsRefused)
     const Probe probe(hand_points());
     for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
         for (int i = 0; i < 12; ++i)
-            for (const model::ModelView* view : {&m.view(), &surface.view()}) {
+            for (const test::Parsed* view : {&m, &surface}) {
                 Pose pose;
                 (i < 9 ? pose.rotation.row[i / 3][i % 3] : pose.translation[i - 9]) = bad;
                 const Answer answer = ask(*view, probe, pose);
@@ -424,7 +426,7 @@ TEST(Frame, FarPosesGiveNothing)
     for (const double far : {4.0, 1e3, 1e9, 1e18, 1e19, 1e30, 1e37, 1e300})
         for (const Vec3d direction : {Vec3d{1, 0, 0}, Vec3d{0, -1, 0}, Vec3d{1, 1, -1}})
             for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact})
-                for (const model::ModelView* view : {&m.view(), &surface.view()}) {
+                for (const test::Parsed* view : {&m, &surface}) {
                     const Answer answer = ask(*view, probe, {{}, far * direction}, {.layer = layer});
                     EXPECT_EQ(answer.result.contacts, 0u) << far;
                     if (far < 1e38) {
@@ -445,7 +447,7 @@ TEST(Frame, MeshesFarFromTheirOriginAreAnswered)
     for (Pose pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 31)) {
         // The probe is told about a far place of its own: only the posed points are near the mesh.
         pose.translation = 1000. * pose.translation + shift + pose.rotation * shift;
-        const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::Exact});
+        const Answer answer = ask(m, probe, pose, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d p = m.to_model(apply(pose, points[i]));
@@ -465,7 +467,7 @@ TEST(Frame, AProbeOfNoPointsTouchesNothing)
     EXPECT_EQ(probe.size(), 0u);
     probe.move({});
     for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-        const ProbeResult result = query_probe(m.view(), probe, {}, {.layer = layer}, {});
+        const ProbeResult result = query_probe({.model = &m.view()}, {.probe = &probe}, {.layer = layer}, {});
         EXPECT_EQ(result.contacts, 0u);
         EXPECT_EQ(result.status, k_probe_ok);
     }
@@ -480,7 +482,7 @@ TEST(Frame, ProbesOfAnySizeAnswerEachPointOnce)
         std::vector<Vec3d> points(size);
         for (Vec3d& p : points) p = random.in_box({-1.3, -1.3, -0.3}, {1.3, 1.3, 0.3});
         const Probe probe(points);
-        const Answer answer = ask(m.view(), probe, {}, {.layer = Layer::Exact});
+        const Answer answer = ask(m, probe, {}, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, size);
         for (std::size_t i = 0; i < size; ++i) {
             const Vec3d p = m.to_model(points[i]);
@@ -498,7 +500,7 @@ TEST(Frame, AModelWithoutALocatorIsAnsweredPointByPoint)
     const Probe probe(points);
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(points, test::small_torus().vertices, 4, 41)) {
-        const Answer answer = ask(m.view(), probe, pose, {.layer = Layer::Exact});
+        const Answer answer = ask(m, probe, pose, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d p = m.to_model(apply(pose, points[i]));
@@ -519,7 +521,7 @@ TEST(Frame, WithoutTheExactLayerThreeAnswersAndSaysSo)
     const Probe probe(hand_points());
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 43)) {
-        const Answer exact = ask(m.view(), probe, pose, {.layer = Layer::Exact}), three = ask(m.view(), probe, pose);
+        const Answer exact = ask(m, probe, pose, {.layer = Layer::Exact}), three = ask(m, probe, pose);
         EXPECT_EQ(exact.result.status, k_probe_no_exact);
         contacts += exact.result.contacts;
         EXPECT_NEAR(static_cast<double>(exact.result.contacts), static_cast<double>(three.result.contacts),

@@ -1,7 +1,7 @@
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include "sqmap/mesh/solid.h"
-#include "support/baked_shapes.h"
+#include "support/bodies.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>
@@ -14,27 +14,29 @@ namespace sqmap::query {
 namespace {
 
 /// Pseudo-random points and the awkward ones: vertices, edge midpoints, face centres, a hair beside them, centres, axes.
-std::vector<Vec3f> points_about(const test::Baked& b, std::uint64_t seed)
+std::vector<Vec3d> points_about(const test::Baked& b, std::uint64_t seed)
 {
     test::Random random(seed);
-    std::vector<Vec3f> points;
+    std::vector<Vec3d> points;
     const auto view = b.view();
     const double r = view.header.sphere[3];
-    for (int i = 0; i < 1500; ++i) points.push_back(cast<float>(r * random.in_box({-1, -1, -1}, {1, 1, 1})));
+    for (int i = 0; i < 1500; ++i) points.push_back(r * random.in_box({-1, -1, -1}, {1, 1, 1}));
     for (int i = 0; i < 1500; ++i) {
         const mesh::Triangle& t = b.mesh.triangles[random.below(b.mesh.triangles.size())];
         const Vec3d a = b.mesh.vertices[t[0]], c = b.mesh.vertices[t[1]], d = b.mesh.vertices[t[2]];
         const Vec3d base = i % 4 == 0 ? a : i % 4 == 1 ? 0.5 * (a + c) : (a + c + d) / 3.0;
         const double step = i % 3 == 0 ? 0.0 : i % 3 == 1 ? 1e-4 * r : 0.03 * r;
-        points.push_back(cast<float>(base + step * random.direction()));
+        points.push_back(base + step * random.direction());
     }
     for (const model::Part& part : view.parts) {
         const Vec3f c = model::vec3(part.chart_centre);
-        points.push_back(c);
+        points.push_back(cast<double>(c));
         for (int k = 0; k < 3; ++k)
             for (int i = -10; i <= 10; ++i)
-                points.push_back(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k));
+                points.push_back(cast<double>(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k)));
     }
+    // As a query rounds them.
+    for (Vec3d& p : points) p = cast<double>(cast<float>(p));
     return points;
 }
 
@@ -42,19 +44,18 @@ TEST(Query, LayersKeepTheirPromisesOnEveryShape)
 {
     for (const test::Shape& shape : test::small_shapes()) {
         const test::Baked b = test::baked(shape.mesh);
-        const model::ModelView view = b.view();
+        const model::ModelView view = b.in_model_space();
         const mesh::Solid solid(b.mesh);
         const double r_max = view.header.r_max, rounding = 1e-5 * r_max;
         std::vector<double> depth_error;
         int certain_by_map = 0, total = 0;
-        for (const Vec3f& p : points_about(b, 3)) {
-            const Vec3d q = cast<double>(p);
-            const double distance = solid.closest_boundary(q).distance;
+        for (const Vec3d& p : points_about(b, 3)) {
+            const double distance = solid.closest_boundary(p).distance;
             if (distance < rounding) continue;  // no verdict is promised on the surface
             ++total;
-            const bool inside = solid.inside(q);
-            const Contact one = query_point(view, p, Layer::One), two = query_point(view, p, Layer::Two),
-                          three = query_point(view, p, Layer::Three), exact = query_point(view, p, Layer::Exact);
+            const bool inside = solid.inside(p);
+            const auto by = [&](Layer layer) { return query_point(view, p, {.layer = layer}); };
+            const PointResult one = by(Layer::One), two = by(Layer::Two), three = by(Layer::Three), exact = by(Layer::Exact);
             const auto where = [&] {
                 return testing::Message() << shape.name << " at " << p.x << ' ' << p.y << ' ' << p.z << ", " << distance / r_max
                                           << " of R_max off";
@@ -62,30 +63,30 @@ TEST(Query, LayersKeepTheirPromisesOnEveryShape)
             ASSERT_EQ(exact.contact, inside) << where();
             EXPECT_TRUE(exact.certain) << where();
             EXPECT_TRUE(one.contact || !inside) << where();
-            for (const Contact& c : {one, two, three})
+            for (const PointResult& c : {one, two, three})
                 if (c.certain) {
                     ++certain_by_map;
                     ASSERT_EQ(c.contact, inside) << where();
                 }
             EXPECT_EQ(two.certain, three.certain) << where();
-            for (const Contact& c : {one, two, three, exact}) {
+            for (const PointResult& c : {one, two, three, exact}) {
                 EXPECT_EQ(c.status, k_ok);
                 if (!c.contact) {
                     EXPECT_EQ(c.part, -1);
-                    EXPECT_EQ(c.depth, 0.f);
-                    EXPECT_EQ(c.normal, Vec3f{});
+                    EXPECT_EQ(c.depth, 0);
+                    EXPECT_EQ(c.normal, Vec3d{});
                     continue;
                 }
                 ASSERT_GE(c.part, 0);
                 ASSERT_LT(static_cast<std::size_t>(c.part), view.parts.size());
-                EXPECT_NEAR(norm(c.normal), 1.f, 1e-4f) << where();
+                EXPECT_NEAR(norm(c.normal), 1, 1e-4) << where();
                 EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << where();
             }
             if (inside) {
-                depth_error.push_back(std::abs(static_cast<double>(exact.depth) - distance) / r_max);
-                EXPECT_LT(solid.bvh().closest_point(cast<double>(exact.point)).distance, 1e-5 * r_max) << where();
+                depth_error.push_back(std::abs(exact.depth - distance) / r_max);
+                EXPECT_LT(solid.bvh().closest_point(exact.point).distance, 1e-5 * r_max) << where();
                 if (distance > 1e-3 * r_max) {
-                    EXPECT_GT(dot(exact.normal, normalized(exact.point - p)), 0.99f) << where();
+                    EXPECT_GT(dot(exact.normal, normalized(exact.point - p)), 0.99) << where();
                 }
             }
         }
@@ -100,16 +101,16 @@ TEST(Query, LayersKeepTheirPromisesOnEveryShape)
 TEST(Query, PointsThatAreNotFiniteOrFarAreFree)
 {
     const test::Baked b = test::baked(test::small_torus());
-    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto, Layer::Gate}) {
-        for (const Vec3f p : {Vec3f{nan, 0, 0}, Vec3f{0, inf, 0}, Vec3f{0, 0, -inf}, Vec3f{nan, nan, nan}}) {
-            const Contact c = query_point(b.view(), p, layer);
+        for (const Vec3d p : {Vec3d{nan, 0, 0}, Vec3d{0, inf, 0}, Vec3d{0, 0, -inf}, Vec3d{nan, nan, nan}}) {
+            const PointResult c = query_point(b.view(), p, {.layer = layer});
             EXPECT_FALSE(c.contact);
             EXPECT_EQ(c.status, k_not_finite);
             EXPECT_FALSE(c.certain);
         }
-        for (const Vec3f p : {Vec3f{1e30f, 0, 0}, Vec3f{3e38f, 3e38f, -3e38f}, Vec3f{5, 5, 5}, Vec3f{0, -1e10f, 0}}) {
-            const Contact c = query_point(b.view(), p, layer);
+        for (const Vec3d p : {Vec3d{1e30, 0, 0}, Vec3d{3e38, 3e38, -3e38}, Vec3d{5, 5, 5}, Vec3d{0, -1e10, 0}}) {
+            const PointResult c = query_point(b.view(), p, {.layer = layer});
             EXPECT_FALSE(c.contact);
             EXPECT_TRUE(c.certain);
             EXPECT_EQ(c.point, p);
@@ -123,22 +124,25 @@ TEST(Query, LayerOneKnowsTheDepthOfACentre)
     const test::Baked b = test::baked(mesh::sphere(1, 3));
     const model::Part& part = b.view().parts[0];
     for (const float step : {0.f, 1e-9f, 1e-7f, 1e-5f}) {
-        const Contact c = query_point(b.view(), model::vec3(part.translation) + Vec3f{step, 0, 0}, Layer::One);
+        const Vec3f centre = model::vec3(part.translation);
+        const PointResult c = query_point(b.in_model_space(), cast<double>(centre + Vec3f{step, 0, 0}), {.layer = Layer::One});
         ASSERT_TRUE(c.contact);
-        EXPECT_NEAR(c.depth, part.a[0], 0.1f * part.a[0]) << step;
+        EXPECT_NEAR(c.depth, part.a[0], 0.1 * static_cast<double>(part.a[0])) << step;
     }
 }
 
 TEST(Query, ABatchAnswersAsItsPointsDo)
 {
     const test::Baked b = test::baked(test::small_hand());
-    const std::vector<Vec3f> points = points_about(b, 5);
-    std::vector<Contact> contacts(points.size());
+    const std::vector<Vec3d> points = points_about(b, 5);
+    std::vector<PointResult> contacts(points.size());
+    const model::ModelView view = b.view();
     for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto, Layer::Gate}) {
-        const std::size_t count = query_points(b.view(), points, layer, contacts);
+        const Body touched{.model = &view, .pose = test::shifted({1, -2, 3})};
+        const std::size_t count = query_points(touched, points, {.layer = layer}, contacts);
         std::size_t expected = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const Contact c = query_point(b.view(), points[i], layer);
+            const PointResult c = query_point(touched, points[i], {.layer = layer});
             ASSERT_EQ(c.contact, contacts[i].contact);
             ASSERT_EQ(c.depth, contacts[i].depth);
             ASSERT_EQ(c.point, contacts[i].point);
@@ -147,7 +151,7 @@ TEST(Query, ABatchAnswersAsItsPointsDo)
         }
         EXPECT_EQ(count, expected);
     }
-    EXPECT_EQ(query_points(b.view(), std::span(points).first(3), Layer::Exact, std::span<Contact>{}), 0u);
+    EXPECT_EQ(query_points({.model = &view}, std::span(points).first(3), {}, std::span<PointResult>{}), 0u);
 }
 
 /// How many points layers 2 and 3 answer differently; the gate is the one or the other.
@@ -156,11 +160,11 @@ int check_gate(const model::ModelView& view)
     test::Random random(17);
     int differ = 0;
     for (int i = 0; i < 4000; ++i) {
-        const float r = view.header.sphere[3];
-        const Vec3f p = model::vec3(view.header.sphere) + cast<float>(random.in_box({-r, -r, -r}, {r, r, r}));
-        const Contact two = query_point(view, p, Layer::Two), three = query_point(view, p, Layer::Three);
-        const Contact never = query_point(view, p, {.layer = Layer::Gate, .layer3_gate = 0});
-        const Contact always = query_point(view, p, {.layer = Layer::Gate, .layer3_gate = 1000000});
+        const double r = view.header.sphere[3];
+        const Vec3d p = cast<double>(model::vec3(view.header.sphere)) + random.in_box({-r, -r, -r}, {r, r, r});
+        const PointResult two = query_point(view, p, {.layer = Layer::Two}), three = query_point(view, p, {.layer = Layer::Three});
+        const PointResult never = query_point(view, p, {.layer = Layer::Gate, .gate = 0});
+        const PointResult always = query_point(view, p, {.layer = Layer::Gate, .gate = 1000000});
         EXPECT_EQ(never.contact, two.contact);
         EXPECT_EQ(always.contact, three.contact);
         EXPECT_EQ(always.depth, three.depth);
@@ -172,12 +176,12 @@ int check_gate(const model::ModelView& view)
 TEST(Query, TheGateChoosesBetweenLayersTwoAndThree)
 {
     const test::Baked central = test::baked(test::small_hand());
-    model::ModelView bare = central.view();
+    model::ModelView bare = central.in_model_space();
     bare.locator = {};
     bare.bricks = {};
-    (void)check_gate(central.view());  // its planes answer nearly everywhere, on both layers
+    (void)check_gate(central.in_model_space());  // its planes answer nearly everywhere, on both layers
     EXPECT_GT(check_gate(bare), 0);
-    EXPECT_GT(check_gate(test::baked(test::small_hand(), {.projection = model::Projection::Normal}).view()), 0);
+    EXPECT_GT(check_gate(test::baked(test::small_hand(), {.projection = model::Projection::Normal}).in_model_space()), 0);
 }
 
 TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
@@ -187,7 +191,7 @@ TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
     m.layer1_depth_p99 = 5;
     m.layer2_depth_p99 = 0.5;
     m.depth_p99 = 0.2;
-    const model::ModelView view = b.view();
+    const model::ModelView view = b.in_model_space();
     const double percent = 0.01 * static_cast<double>(view.header.r_max) * view.header.unit;
     const auto layer_within = [&](double tolerance) {
         return chosen_layer(view, {.layer = Layer::Auto, .tolerance = tolerance * percent});
@@ -209,23 +213,22 @@ TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)
 {
     for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
         const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
-        const model::ModelView view = b.view();
+        const model::ModelView view = b.in_model_space();
         test::Random random(23);
         int contacts = 0, changed = 0;
         double moved = 0;
         for (int i = 0; i < 12000; ++i) {
-            const float r = view.header.sphere[3];
-            const Vec3f p = model::vec3(view.header.sphere) + cast<float>(random.in_box({-r, -r, -r}, {r, r, r}));
-            const Contact plain = query_point(view, p, Layer::Three);
-            const Contact smooth = query_point(view, p, {.layer = Layer::Three, .smoothing = true});
+            const double r = view.header.sphere[3];
+            const Vec3d p = cast<double>(model::vec3(view.header.sphere)) + random.in_box({-r, -r, -r}, {r, r, r});
+            const PointResult plain = query_point(view, p), smooth = query_point(view, p, {.smoothing = true});
             ASSERT_EQ(smooth.contact, plain.contact);
             EXPECT_FALSE(smooth.certain);
             if (!plain.contact || (plain.status & k_no_surface) != 0) continue;
             ++contacts;
-            EXPECT_GE(smooth.depth, 0.f);
-            EXPECT_NEAR(norm(smooth.normal), 1.f, 1e-4f);
+            EXPECT_GE(smooth.depth, 0);
+            EXPECT_NEAR(norm(smooth.normal), 1, 1e-4);
             changed += smooth.depth != plain.depth ? 1 : 0;
-            moved += std::abs(static_cast<double>(smooth.depth) - static_cast<double>(plain.depth));
+            moved += std::abs(smooth.depth - plain.depth);
         }
         ASSERT_GT(contacts, 100);
         EXPECT_GT(changed, contacts / 4);
@@ -247,15 +250,15 @@ TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
         const model::ModelView view = b.view();
         const mesh::Solid solid(moved);  // in the mesh's own units
         const double r_max = view.header.r_max * view.header.unit;
-        const Vec3d origin{view.header.origin[0], view.header.origin[1], view.header.origin[2]};
         for (int i = 0; i < 1500; ++i) {
             const Vec3d p = place.shift + place.scale * random.in_box({-1.7, -1.1, -0.6}, {1.7, 1.1, 0.6});
             const mesh::ClosestPoint nearest = solid.closest_boundary(p);
             if (nearest.distance < 1e-5 * r_max) continue;
-            const Contact c = query_point(view, cast<float>((p - origin) / view.header.unit), Layer::Exact);
+            const PointResult c = query_point(view, p, {.layer = Layer::Exact});
             ASSERT_EQ(c.contact, solid.inside(p)) << place.scale;
             if (c.contact) {
-                EXPECT_NEAR(static_cast<double>(c.depth) * view.header.unit, nearest.distance, 2e-5 * r_max) << place.scale;
+                EXPECT_NEAR(c.depth, nearest.distance, 2e-5 * r_max) << place.scale;
+                EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << place.scale;
             }
         }
     }
@@ -265,16 +268,14 @@ TEST(Query, ExactDepthsAreThoseOfTheVisibleSurfaceWhereTrianglesCutEachOther)
 {
     const mesh::Mesh bars = test::crossing_bars();
     const test::Parsed m(bars);
-    const double unit = m.view().header.unit;
     test::Random random(6);
     int contacts = 0;
     for (int i = 0; i < 2000; ++i) {
         const Vec3d p = random.in_box({-2, -2, -0.5}, {2, 2, 0.5});
-        const Contact c = query_point(m.view(), cast<float>(m.to_model(p)), Layer::Exact);
+        const PointResult c = query_point(m.view(), p, {.layer = Layer::Exact});
         if (!c.contact) continue;
         ++contacts;
-        ASSERT_NEAR(unit * static_cast<double>(c.depth), test::depth_in_crossing_bars(p), 2e-5)
-            << p.x << ' ' << p.y << ' ' << p.z;
+        ASSERT_NEAR(c.depth, test::depth_in_crossing_bars(p), 2e-5) << p.x << ' ' << p.y << ' ' << p.z;
     }
     EXPECT_GT(contacts, 700);
 }
@@ -288,24 +289,24 @@ TEST(Query, TheNearestSurfaceFromOutsideIsFoundFromAPlaceNearIt)
     int outside = 0;
     for (int i = 0; i < 2000; ++i) {
         const Vec3d vertex = mesh.vertices[random.below(mesh.vertices.size())];
-        const Vec3f p = cast<float>(vertex + 0.1 * m.r_max() * random.between(0, 1) * random.direction());
-        const mesh::ClosestPoint nearest = m.solid().closest_boundary(cast<double>(p));
-        if (m.solid().inside(cast<double>(p))) continue;
+        const Vec3d p = vertex + 0.1 * m.r_max() * random.between(0, 1) * random.direction();
+        const mesh::ClosestPoint nearest = m.solid().closest_boundary(p);
+        if (m.solid().inside(p)) continue;
         ++outside;
         // From a place beside it, a twentieth of the object's size away.
         const mesh::ClosestPoint from = m.solid().closest_boundary(nearest.point + 0.05 * m.r_max() * random.direction());
         const mesh::Triangle& t = mesh.triangles[from.triangle];
         const Vec3d a = mesh.vertices[t[0]], across = cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a);
-        Contact start;
-        start.point = cast<float>(from.point);
-        start.normal = cast<float>(normalized(across));
-        const Contact c = nearest_surface(m.view(), p, start);
+        PointResult start;
+        start.point = from.point;
+        start.normal = normalized(across);
+        const PointResult c = nearest_surface({.model = &m.in_model_space()}, p, start);
         ASSERT_TRUE(c.contact);
-        worst = std::max(worst, std::abs(static_cast<double>(c.depth) - nearest.distance));
+        worst = std::max(worst, std::abs(c.depth - nearest.distance));
     }
     EXPECT_GT(outside, 500);
     EXPECT_LT(worst, 1e-6 * m.r_max());
-    EXPECT_FALSE(nearest_surface(m.view(), {std::numeric_limits<float>::quiet_NaN(), 0, 0}, {}).contact);
+    EXPECT_FALSE(nearest_surface({.model = &m.view()}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}).contact);
 }
 
 TEST(Query, ExactVerdictsHoldAtTheCreasesOfShellsThatCross)
@@ -321,12 +322,11 @@ TEST(Query, ExactVerdictsHoldAtTheCreasesOfShellsThatCross)
     for (int i = 0; i < 60000; ++i) {
         const mesh::Triangle& t = m.mesh().triangles[random.below(m.mesh().triangles.size())];
         const Vec3d near = m.mesh().vertices[t[0]] + 0.03 * r_max * random.between(0, 1) * random.direction();
-        const Vec3f p = cast<float>(near);
-        const Vec3d q = cast<double>(p);
+        const Vec3d q = cast<double>(cast<float>(near));
         const mesh::ClosestPoint closest = m.solid().closest_boundary(q);
         if (closest.distance <= 1e-5 * r_max) continue;
         const bool truth = m.solid().bvh().winding_number(q) > 0;
-        wrong += query_point(m.view(), p, Layer::Exact).contact != truth ? 1 : 0;
+        wrong += query_point(m.in_model_space(), q, {.layer = Layer::Exact}).contact != truth ? 1 : 0;
         inside += truth ? 1 : 0;
         at_creases += truth && m.solid().boundary()[closest.triangle] == mesh::Boundary::Partly ? 1 : 0;
     }
@@ -338,13 +338,12 @@ TEST(Query, ExactVerdictsHoldAtTheCreasesOfShellsThatCross)
 TEST(Query, AShellWithinTheSolidIsNoSurface)
 {
     const test::Parsed m(test::nested_balls());
-    const double unit = m.view().header.unit;
     for (const Layer layer : {Layer::Three, Layer::Exact})
         for (const Vec3d p : {Vec3d{0.6, 0.01, 0.02}, Vec3d{0.3, 0.2, 0.1}, Vec3d{-0.45, 0.2, -0.1}}) {
-            const Contact c = query_point(m.view(), cast<float>(m.to_model(p)), layer);
+            const PointResult c = query_point(m.view(), p, {.layer = layer});
             ASSERT_TRUE(c.contact);
-            EXPECT_NEAR(unit * static_cast<double>(c.depth), 1 - norm(p), 0.015) << p.x;  // as a ball of flat faces
-            EXPECT_GT(dot(cast<double>(c.normal), normalized(p)), 0.9) << p.x;
+            EXPECT_NEAR(c.depth, 1 - norm(p), 0.015) << p.x;  // as a ball of flat faces
+            EXPECT_GT(dot(c.normal, normalized(p)), 0.9) << p.x;
         }
 }
 

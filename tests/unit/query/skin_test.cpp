@@ -81,7 +81,7 @@ Asked ask(const PosedSkin& skin, std::span<const Vec3d> points, Layer layer, std
     SkinWorkspace workspace(finger.lattice, points);
     Asked asked;
     asked.contacts.resize(std::min(room_for, points.size()));
-    asked.result = query_skin(finger.model.view(), skin, points, {.layer = layer}, workspace, asked.contacts);
+    asked.result = query_skin({&finger.model.view(), &skin, points, {}}, {.layer = layer}, workspace, asked.contacts);
     asked.contacts.resize(std::min(asked.contacts.size(), asked.result.contacts));
     asked.depth.assign(points.size(), -1);
     for (const SkinContact& c : asked.contacts) asked.depth[c.index] = c.depth;
@@ -176,16 +176,18 @@ TEST(Skin, BonesThatMoveAlikeMoveTheModel)
     const std::vector<Vec3d> points = points_near(finger.posed(std::array{map, map, map}), 0.1, 4000, random);
     const Asked asked = ask(skin, points, Layer::Exact);
     Probe probe(points);
-    std::vector<ProbeContact> rigid(points.size());
-    const ProbeResult r = query_probe(finger.model.view(), probe, inverse({turn, map.shift}), {.layer = Layer::Exact}, rigid);
+    std::vector<Contact> rigid(points.size());
+    const Body posed{.model = &finger.model.view(), .pose = {turn, map.shift}};
+    const ProbeResult r = query_probe(posed, {.probe = &probe}, {.layer = Layer::Exact}, rigid);
     ASSERT_EQ(r.contacts, asked.result.contacts);
     ASSERT_GT(r.contacts, 1000u);
     rigid.resize(r.contacts);
     std::sort(rigid.begin(), rigid.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     for (std::size_t i = 0; i < rigid.size(); ++i) {
         EXPECT_EQ(rigid[i].index, asked.contacts[i].index);
-        EXPECT_NEAR(static_cast<double>(rigid[i].depth) * finger.model.view().header.unit, asked.contacts[i].depth, 1e-5);
-        EXPECT_GT(dot(turn * cast<double>(rigid[i].normal), asked.contacts[i].normal), 1 - 1e-6);
+        EXPECT_NEAR(rigid[i].depth, asked.contacts[i].depth, 1e-5);
+        EXPECT_GT(dot(cast<double>(rigid[i].normal), asked.contacts[i].normal), 1 - 1e-6);
+        EXPECT_NEAR(norm(r.position(rigid[i]) - asked.contacts[i].point), 0, 1e-5);
     }
 }
 
@@ -237,8 +239,9 @@ TEST(Skin, WhatCannotBeAskedIsFreeAndSaid)
     EXPECT_NE(narrow.result.status & k_probe_full, 0);
     SkinWorkspace workspace(finger.lattice, points);
     std::vector<SkinContact> contacts(6);
-    EXPECT_EQ(query_skin(finger.model.view(), skin, std::span(points).first(3), {}, workspace, contacts).contacts, 0u);
-    EXPECT_EQ(query_skin(finger.model.view(), skin, points, {.first_only = true}, workspace, contacts).contacts, 1u);
+    const model::ModelView& bound = finger.model.view();
+    EXPECT_EQ(query_skin({&bound, &skin, std::span(points).first(3), {}}, {}, workspace, contacts).contacts, 0u);
+    EXPECT_EQ(query_skin({&bound, &skin, points, {}}, {.first_only = true}, workspace, contacts).contacts, 1u);
     // A bone that is shrunk to nothing takes what it alone moves with it.
     std::vector<Affine> flat = Finger::bent(0);
     for (Vec3d& row : flat[0].linear.row) row = {};
@@ -271,8 +274,8 @@ struct SweptFinger {
         contacts.resize(now.size());
         SweptOptions options;
         options.step = step;
-        result = query_swept_skin(Finger::get().model.view(), skin, previous, now, options, workspace, contacts);
-        contacts.resize(std::min(contacts.size(), result.frame.contacts));
+        result = query_swept_skin({&Finger::get().model.view(), &skin, previous, now, {}}, options, workspace, contacts);
+        contacts.resize(std::min(contacts.size(), result.probe.contacts));
     }
 };
 
@@ -283,7 +286,7 @@ TEST(SweptSkin, PointsThatJumpThroughItAreCaughtOnTheSideTheyCameFrom)
         above.push_back({x, 0, 0.5});
         below.push_back({x, 0.01, -0.45});
     }
-    EXPECT_EQ(SweptFinger(0, 0, above, below, 10).result.frame.contacts, 0u);  // a frame alone sees nothing
+    EXPECT_EQ(SweptFinger(0, 0, above, below, 10).result.probe.contacts, 0u);  // a frame alone sees nothing
     const SweptFinger swept(0, 0, above, below, 0.1);
     ASSERT_EQ(swept.contacts.size(), above.size());
     EXPECT_EQ(swept.result.caught, above.size());
@@ -300,7 +303,7 @@ TEST(SweptSkin, AFingerThatSweepsOverPointsCatchesThemToo)
 {
     // What is near its tip goes up by about 0.8; the points stand still where it passes.
     const std::vector<Vec3d> points{{0.8, 0.02, 0}, {0.83, 0, 0.02}, {0.78, 0.04, -0.03}};
-    EXPECT_EQ(SweptFinger(-0.25, 0.3, points, points, 100).result.frame.contacts, 0u);
+    EXPECT_EQ(SweptFinger(-0.25, 0.3, points, points, 100).result.probe.contacts, 0u);
     const SweptFinger swept(-0.25, 0.3, points, points, 0.05);
     EXPECT_EQ(swept.contacts.size(), points.size());
     for (const SkinContact& c : swept.contacts) {

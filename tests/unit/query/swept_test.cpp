@@ -33,7 +33,7 @@ std::vector<Vec3d> grid_at(double y, double half, int n)
 
 struct Swept {
     SweptResult result;
-    std::vector<ProbeContact> contacts;
+    std::vector<Contact> contacts;
 };
 
 Swept ask(const model::ModelView& view, std::span<const Vec3d> previous, std::span<const Vec3d> now, double step,
@@ -45,8 +45,8 @@ Swept ask(const model::ModelView& view, std::span<const Vec3d> previous, std::sp
     out.contacts.resize(now.size());
     SweptOptions options;
     options.step = step;
-    out.result = query_swept(view, probe, previous, now, from, to, options, workspace, out.contacts);
-    out.contacts.resize(std::min(out.contacts.size(), out.result.frame.contacts));
+    out.result = query_swept({{.model = &view}, &probe, from, to, previous, now}, options, workspace, out.contacts);
+    out.contacts.resize(std::min(out.contacts.size(), out.result.probe.contacts));
     std::sort(out.contacts.begin(), out.contacts.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return out;
 }
@@ -72,16 +72,15 @@ TEST(Swept, PosesBetweenTwoAreExactAtTheEndsAndTurnEvenly)
 TEST(Swept, PointsThatJumpOverAThinPlateAreCaughtOnTheSideTheyCameFrom)
 {
     const std::vector<Vec3d> above = grid_at(0.31, 0.8, 20), below = grid_at(-0.29, 0.8, 20);
-    EXPECT_EQ(ask(plate().view(), above, below, 10).result.frame.contacts, 0u);  // a frame alone sees nothing
+    EXPECT_EQ(ask(plate().view(), above, below, 10).result.probe.contacts, 0u);  // a frame alone sees nothing
     const Swept swept = ask(plate().view(), above, below, 2 * k_half_thickness);
     ASSERT_EQ(swept.contacts.size(), above.size());
     EXPECT_EQ(swept.result.caught, above.size());
-    const double unit = plate().view().header.unit;
-    for (const ProbeContact& c : swept.contacts) {
+    for (const Contact& c : swept.contacts) {
         EXPECT_GT(c.normal.y, 0.99f);
-        EXPECT_NEAR(unit * static_cast<double>(c.depth), 0.29 + k_half_thickness, 0.01);
+        EXPECT_NEAR(c.depth, 0.29 + k_half_thickness, 0.01);
     }
-    for (const ProbeContact& c : ask(plate().view(), below, above, 2 * k_half_thickness).contacts) EXPECT_LT(c.normal.y, -0.99f);
+    for (const Contact& c : ask(plate().view(), below, above, 2 * k_half_thickness).contacts) EXPECT_LT(c.normal.y, -0.99f);
 }
 
 TEST(Swept, APlateThatJumpsOverPointsCatchesThemToo)
@@ -90,13 +89,13 @@ TEST(Swept, APlateThatJumpsOverPointsCatchesThemToo)
     // From 0.31, not 0.3: at whole steps of 0.04 from there the plate's two sides would lie exactly on the points.
     const Swept swept = ask(plate().view(), points, points, 2 * k_half_thickness, {{}, {0, 0.31, 0}}, {{}, {0, -0.29, 0}});
     ASSERT_EQ(swept.contacts.size(), points.size());
-    for (const ProbeContact& c : swept.contacts) EXPECT_GT(c.normal.y, 0.99f);
+    for (const Contact& c : swept.contacts) EXPECT_GT(c.normal.y, 0.99f);
 }
 
 TEST(Swept, PointsThatPassBesideOrRestInsideAnswerAsAFrameDoes)
 {
     const std::vector<Vec3d> from = grid_at(0.2, 0.8, 10), to = grid_at(0.06, 0.8, 10);
-    EXPECT_EQ(ask(plate().view(), from, to, 0.05).result.frame.contacts, 0u);
+    EXPECT_EQ(ask(plate().view(), from, to, 0.05).result.probe.contacts, 0u);
     const std::vector<Vec3d> inside = grid_at(0.02, 0.8, 10);
     const Swept swept = ask(plate().view(), from, inside, 0.05), frame = ask(plate().view(), inside, inside, 0.05);
     ASSERT_EQ(swept.contacts.size(), inside.size());
@@ -110,8 +109,8 @@ TEST(Swept, PointsThatPassBesideOrRestInsideAnswerAsAFrameDoes)
 TEST(Swept, AWayOfMoreThanTheMostStepsSaysSo)
 {
     const std::vector<Vec3d> above = grid_at(50, 0.8, 4), below = grid_at(-50, 0.8, 4);
-    EXPECT_NE(ask(plate().view(), above, below, 0.05).result.frame.status & k_swept_coarse, 0);
-    EXPECT_EQ(ask(plate().view(), above, below, 5).result.frame.status & k_swept_coarse, 0);
+    EXPECT_NE(ask(plate().view(), above, below, 0.05).result.probe.status & k_swept_coarse, 0);
+    EXPECT_EQ(ask(plate().view(), above, below, 5).result.probe.status & k_swept_coarse, 0);
 }
 
 TEST(Swept, APointThatIsNotFiniteHasNoContact)
@@ -122,11 +121,12 @@ TEST(Swept, APointThatIsNotFiniteHasNoContact)
     Probe probe(above);
     probe.move(below);
     SweptWorkspace workspace(all);
-    std::vector<ProbeContact> contacts(all);
+    std::vector<Contact> contacts(all);
     SweptOptions options;
     options.step = 0.05;
-    const SweptResult result = query_swept(plate().view(), probe, above, below, {}, {}, options, workspace, contacts);
-    for (const ProbeContact& c : std::span(contacts).first(result.frame.contacts)) EXPECT_NE(c.index, 5u);
+    const SweptResult result =
+        query_swept({{.model = &plate().view()}, &probe, {}, {}, above, below}, options, workspace, contacts);
+    for (const Contact& c : std::span(contacts).first(result.probe.contacts)) EXPECT_NE(c.index, 5u);
 }
 
 class MovedProbe : public testing::Test {
@@ -136,10 +136,10 @@ protected:
         static const test::Parsed k_hand(test::small_hand());
         return k_hand;
     }
-    static std::vector<ProbeContact> contacts(const Probe& probe)
+    static std::vector<Contact> contacts(const Probe& probe)
     {
-        std::vector<ProbeContact> out(4 * probe.size());
-        out.resize(query_probe(hand().view(), probe, {}, {}, out).contacts);
+        std::vector<Contact> out(4 * probe.size());
+        out.resize(query_probe({.model = &hand().view()}, {.probe = &probe}, {}, out).contacts);
         std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
         return out;
     }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/math/vec.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <cstdint>
 #include <optional>

@@ -3,7 +3,7 @@
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
 #include "viewer/server/scene/displacement.h"
 #include "viewer/server/scene/object.h"
@@ -23,24 +23,21 @@ float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t 
     const Vec3d middle = mesh::triangle_centroid(object.mesh, triangle);
     const double r_max = object.view.header.r_max;
     for (double below = 0.01; below > 0.001; below /= 2) {
-        const Vec3f p = cast<float>(middle - below * r_max * normal);
-        if (!solid.inside(cast<double>(p))) continue;
-        const query::Contact contact = query::query_point(object.view, p, query::Layer::Three);
+        const Vec3d p = middle - below * r_max * normal;
+        if (!solid.inside(p)) continue;
+        const query::PointResult contact = query::query_point(model::normalized(object.view), p);
         if (!contact.contact) return -1;
-        return static_cast<float>(
-            100 * std::abs(static_cast<double>(contact.depth) - solid.closest_boundary(cast<double>(p)).distance) / r_max);
+        return static_cast<float>(100 * std::abs(contact.depth - solid.closest_boundary(p).distance) / r_max);
     }
     return -2;
 }
 
 float projection_error(const Object& object, std::uint32_t triangle)
 {
-    float distance = 0;
-    const Vec3f p = cast<float>(mesh::triangle_centroid(object.mesh, triangle));
-    if (!query::distance_along_projection(object.view, object.parts.partition.part_of_triangle[triangle], p, query::Layer::Three,
-                                          distance))
-        return -2;
-    return static_cast<float>(100 * std::abs(static_cast<double>(distance)) / object.view.header.r_max);
+    const std::optional<double> distance =
+        query::distance_along_projection(model::normalized(object.view), object.parts.partition.part_of_triangle[triangle],
+                                         mesh::triangle_centroid(object.mesh, triangle), query::Layer::Three);
+    return distance ? static_cast<float>(100 * std::abs(*distance) / object.view.header.r_max) : -2;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // What the workbench shows and does beside pictures of the parts: hidden surface, samples, the offset, moved cuts.
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
 #include "viewer/server/scene/object.h"
 
@@ -75,16 +75,13 @@ std::string offset_bytes(const Object& object)
         for (const std::uint32_t c : {i, j, k}) normal[c] += n;
     }
     const double r_max = object.view.header.r_max, metres = object.view.header.unit * object.metres_per_unit;
+    const model::ModelView model = model::normalized(object.view);
     for (std::size_t v = 0; v < normal.size(); ++v) {
         const double length = norm(normal[v]);
         // A hair below the surface, so that both questions are about the same contact.
-        const Vec3f p = cast<float>(object.mesh.vertices[v] - (length > 0 ? 2e-3 * r_max / length : 0) * normal[v]);
-        const query::Contact as_is = query::query_point(object.view, p, query::QueryOptions{.layer = query::Layer::Three});
-        const query::Contact moved =
-            query::query_point(object.view, p, query::QueryOptions{.layer = query::Layer::Three, .offset = true});
-        out.put(as_is.contact && moved.contact ? static_cast<float>(metres * std::max(0.0, static_cast<double>(moved.depth) -
-                                                                                               static_cast<double>(as_is.depth)))
-                                               : 0.f);
+        const Vec3d p = object.mesh.vertices[v] - (length > 0 ? 2e-3 * r_max / length : 0) * normal[v];
+        const query::PointResult as_is = query::query_point(model, p), moved = query::query_point(model, p, {.offset = true});
+        out.put(as_is.contact && moved.contact ? static_cast<float>(metres * std::max(0.0, moved.depth - as_is.depth)) : 0.f);
     }
     return out.take();
 }

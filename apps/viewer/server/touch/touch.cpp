@@ -2,7 +2,7 @@
 
 #include "sqmap/device/handover.h"
 #include "sqmap/device/simulated.h"
-#include "sqmap/query/query.h"
+#include "sqmap/query/point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -217,8 +217,7 @@ bool Touch::frame(TouchFrame& out)
             if (w.forces->objects()[i] == nullptr) continue;
             const Object& object = *w.forces->objects()[i];
             const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
-            const query::Contact contact =
-                query::query_point(object.metres, model::to_model_space(object.metres.header, in_metres), query::Layer::Three);
+            const query::PointResult contact = query::query_point(object.metres, in_metres);
             if (!contact.contact) continue;
             out.object = static_cast<int>(i);
             out.part = contact.part;

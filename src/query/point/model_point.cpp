@@ -1,5 +1,5 @@
-// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers.
-#include "sqmap/query/query.h"
+// K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers, for one point.
+#include "model_point.h"
 
 #include "query/exact/exact_layer.h"
 #include "query/exact/probe_exact.h"
@@ -36,9 +36,9 @@ Vec3f normal_on(const Part& part, Vec3f surface)
 }
 
 /// Layer 1: distance to the superquadric's surface along the ray from its centre, and its normal by differences.
-Contact layer_one(const ModelView& model, Vec3f p)
+ModelContact layer_one(const ModelView& model, Vec3f p)
 {
-    Contact contact;
+    ModelContact contact;
     for (std::size_t i = 0; i < model.parts.size(); ++i) {
         const Part& part = model.parts[i];
         if (norm_sq(p - model::vec3(part.sphere)) > part.sphere[3] * part.sphere[3]) continue;
@@ -71,9 +71,9 @@ bool is_far_off(const ModelView& model, Vec3f point)
     return std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > 1e6f * model.header.sphere[3];
 }
 
-Contact free_at(Vec3f point, bool certain)
+ModelContact free_at(Vec3f point, bool certain)
 {
-    Contact contact;
+    ModelContact contact;
     contact.point = point;
     contact.certain = certain;
     return contact;
@@ -81,22 +81,22 @@ Contact free_at(Vec3f point, bool certain)
 
 /// By the kernels of probe queries. options.layer: chosen. @pre is_located, and the points are finite and not far off
 void query_located(const ModelView& model, std::span<const Vec3f> points, const QueryOptions& options,
-                   std::span<Contact> contacts)
+                   std::span<ModelContact> contacts)
 {
     for (std::size_t first = 0; first < points.size(); first += PointBatch::k_size) {
         PointBatch batch(points.subspan(first));
-        std::array<ProbeContact, PointBatch::k_size> found;
+        std::array<Contact, PointBatch::k_size> found;
         const ProbeJob job(model, batch, options, found);
         const std::size_t count = (job.layer == Layer::Exact ? run_probe_exact(job) : run_probe(job)).contacts;
         for (std::size_t i = 0; i < batch.count; ++i)
             contacts[first + i] = free_at(points[first + i], job.layer == Layer::Exact || batch.reached[i] == 0);
-        for (const ProbeContact& c : std::span(found).first(count))
+        for (const Contact& c : std::span(found).first(count))
             contacts[first + c.index] = {c.point, c.normal, c.depth, c.part, true, c.certain, c.status};
     }
 }
 
 /// Without a locator. options.layer: chosen
-Contact query_unlocated(const ModelView& model, Vec3f point, const QueryOptions& options)
+ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOptions& options)
 {
     const Vec3f offset = point - model::vec3(model.header.sphere);
     // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
@@ -104,25 +104,25 @@ Contact query_unlocated(const ModelView& model, Vec3f point, const QueryOptions&
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
     if (norm_sq(offset) > radius * radius) return free_at(point, true);
     if (options.layer == Layer::One) {
-        const Contact c = layer_one(model, point);
+        const ModelContact c = layer_one(model, point);
         return c.contact ? c : free_at(point, true);
     }
     if (options.layer == Layer::Exact) return query_exact(model, point);
     if (model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal))
         return query_normal(model, point, options);
-    return query_central(model, point, options.layer, options.layer3_gate);
+    return query_central(model, point, options.layer, options.gate);
 }
 
-Contact answer(const ModelView& model, Vec3f point, QueryOptions options)
+ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
 {
     if (!is_finite(point)) {
-        Contact contact;
+        ModelContact contact;
         contact.status = k_not_finite;
         return contact;
     }
     const bool no_exact = lacks_exact(model, options);
     options.layer = chosen_layer(model, options);
-    Contact contact = free_at(point, true);
+    ModelContact contact = free_at(point, true);
     const bool far_off = is_far_off(model, point), located = options.layer != Layer::One && is_located(model, options.layer);
     if (!far_off && located)
         query_located(model, {&point, 1}, options, {&contact, 1});
@@ -141,57 +141,12 @@ Contact answer(const ModelView& model, Vec3f point, QueryOptions options)
 
 }  // namespace
 
-Layer chosen_layer(const ModelView& model, const QueryOptions& options) noexcept
+ModelContact query_in_model(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {
-    Layer layer = options.layer;
-    if (layer == Layer::Auto) {
-        const auto& m = model.measured;
-        // In percent of R_max; 0 where it was not measured.
-        const double errors[] = {m.layer1_depth_p99, m.layer2_depth_p99, m.depth_p99};
-        layer = Layer::Exact;
-        for (int k = 2; k >= 0; --k)
-            if (errors[k] > 0 && 0.01 * errors[k] * model.header.r_max * model.header.unit <= options.tolerance)
-                layer = static_cast<Layer>(k);
-    }
-    return layer == Layer::Exact && !model::has_exact(model) ? Layer::Three : layer;
-}
-
-bool lacks_exact(const ModelView& model, const QueryOptions& options) noexcept
-{
-    if (model::has_exact(model)) return false;
-    if (options.layer != Layer::Auto) return options.layer == Layer::Exact;
-    const model::Measured& m = model.measured;
-    return !(m.depth_p99 > 0 && 0.01 * m.depth_p99 * model.header.r_max * model.header.unit <= options.tolerance);
-}
-
-Contact query_point(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
-{
-    Contact contact = answer(model, point, options);
+    ModelContact contact = answer(model, point, options);
     // Proofs are about a closed solid, and about its surface where it is.
     if (model.header.solid == 0 || options.offset || options.margin > 0.f || options.smoothing) contact.certain = false;
     return contact;
-}
-
-Contact query_point(const ModelView& model, Vec3f point, Layer layer) noexcept
-{
-    return query_point(model, point, QueryOptions{.layer = layer});
-}
-
-std::size_t query_points(const ModelView& model, std::span<const Vec3f> points, Layer layer, std::span<Contact> contacts) noexcept
-{
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < points.size() && i < contacts.size(); ++i) {
-        contacts[i] = query_point(model, points[i], layer);
-        count += contacts[i].contact ? 1u : 0u;
-    }
-    return count;
-}
-
-bool distance_along_projection(const ModelView& model, std::uint32_t part, Vec3f point, Layer layer, float& distance) noexcept
-{
-    return model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal)
-               ? distance_along_normal(model, part, point, layer, distance)
-               : distance_along_central(model, part, point, layer, distance);
 }
 
 }  // namespace sqmap::query

@@ -1,0 +1,29 @@
+// What a query finds: contacts with their witness point, normal and penetration depth.
+#pragma once
+
+#include "sqmap/math/vec.h"
+
+#include <cstdint>
+
+namespace sqmap::query {
+
+/// What happened besides the answer; bits of Contact::status and PointResult::status.
+enum Status : std::uint8_t {
+    k_ok = 0,
+    k_not_finite = 1,  ///< the query point is NaN or infinite: reported free
+    k_no_exact = 2,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
+    k_no_surface = 4,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
+};
+
+/// A point of a probe inside a body. Frame and units are those in which the query's poses were given.
+struct Contact {
+    Vec3f point{};            ///< witness point: the nearest surface point, from the result's anchor (ProbeResult::position)
+    Vec3f normal{};           ///< unit, outward
+    float depth = 0;          ///< penetration depth, >= 0
+    std::uint32_t index = 0;  ///< of the probe's point
+    std::int16_t part = -1;   ///< of the touched body's model, that owns the witness point
+    bool certain = false;     ///< the verdict is proven (by the map's bounds or by exact geometry), not approximated
+    std::uint8_t status = k_ok;
+};
+
+}  // namespace sqmap::query

@@ -1,0 +1,43 @@
+// What a query is asked for: the layer that answers, and what its surface is.
+#pragma once
+
+#include "sqmap/model/model.h"
+
+#include <cstdint>
+
+namespace sqmap::query {
+
+/// What answers a query: each layer is slower than the one before it, and errs less.
+enum class Layer : std::uint8_t {
+    One,    ///< the superquadrics alone: errs towards contact
+    Two,    ///< the locator's planes alone; in a model without a locator the base map
+    Three,  ///< the locator's planes where they are the surface, else the refined map
+    Exact,  ///< the mesh's own triangles
+    Auto,   ///< the cheapest of the four whose stored error is within QueryOptions::tolerance, else Exact
+    Gate,   ///< section 4.2 step 4, a part at a time: Three where the base map is sparse, else Two
+};
+
+/// k_L of section 4.2, its default: Layer 3 is worth its time while a part has fewer base samples than k_L times its
+/// vertices.
+inline constexpr std::uint32_t k_layer3_gate = 10;
+
+/// Options of every query: points, probes, pairs, scenes, skins, swept motion. offset and margin are for probes made of
+/// triangles, smoothing is for force.
+struct QueryOptions {
+    Layer layer = Layer::Three;
+    double tolerance = 0;                ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
+    std::uint32_t gate = k_layer3_gate;  ///< k_L of Layer::Gate; 0: never Layer 3
+    bool first_only = false;             ///< stop at the first contact, a yes or no; points ignore it
+    /// Move the surface out by the stored offset (eq. 12), so that faces do not tunnel (not layer One). Points are computed one
+    /// by one: slower by an order of magnitude.
+    bool offset = false;
+    /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps. As slow.
+    float margin = 0;
+    bool smoothing = false;  ///< points alone, all layers but One and Exact: depth and normal of the smoothed map
+};
+
+/// The layer that options stand for: Auto is resolved by the errors that bake measured (ModelView::measured), Exact of a model
+/// without it is Three. Gate stays.
+[[nodiscard]] Layer chosen_layer(const model::ModelView& model, const QueryOptions& options) noexcept;
+
+}  // namespace sqmap::query
