@@ -190,7 +190,9 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             for (std::size_t p = 0; p < parts.size(); ++p) {
                 sqmap::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
                 if (!probe.reaches(sphere)) continue;
-                contacts += query::query_probe({.model = &parts[p].model}, {.probe = &probe, .pose = sqmap::inverse(f.poses[p])}, options, found).contacts;
+                contacts += query::query_probe({.model = &parts[p].model}, {.probe = &probe, .pose = sqmap::inverse(f.poses[p])},
+                                               options, found)
+                                .contacts;
             }
             return contacts;
         });

@@ -124,9 +124,7 @@ struct Totals {
 
 class Measure {
 public:
-    Measure(const Item& a, const Item& b) : a_(a), b_(b), tree_a_(a.mesh), tree_b_(b.mesh), workspace_(100000)
-    {
-    }
+    Measure(const Item& a, const Item& b) : a_(a), b_(b), tree_a_(a.mesh), tree_b_(b.mesh), workspace_(100000) {}
 
     void at(const sqmap::Pose& pose, Totals& totals)
     {

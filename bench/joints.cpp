@@ -200,22 +200,22 @@ int main(int argc, char** argv)
                 places.push_back(place);
             }
         }
-        const std::array<Verdicts, 2> verdicts{[&](const std::vector<Vec3d>& points) {
-                                                   std::vector<double> depth(points.size(), -1);
-                                                   solids.ask(maps, points, layer, depth);
-                                                   std::vector<bool> contact;
-                                                   for (const double d : depth) contact.push_back(d >= 0);
-                                                   return contact;
-                                               },
-                                               [&](const std::vector<Vec3d>& points) {
-                                                   query::SkinWorkspace workspace(lattice, points);
-                                                   std::vector<query::SkinContact> contacts(points.size());
-                                                   const auto r = query::query_skin({&model, &posed_skin, points, {}},
-                                                                                    {.layer = layer}, workspace, contacts);
-                                                   std::vector<bool> contact(points.size(), false);
-                                                   for (std::size_t c = 0; c < r.contacts; ++c) contact[contacts[c].index] = true;
-                                                   return contact;
-                                               }};
+        const std::array<Verdicts, 2> verdicts{
+            [&](const std::vector<Vec3d>& points) {
+                std::vector<double> depth(points.size(), -1);
+                solids.ask(maps, points, layer, depth);
+                std::vector<bool> contact;
+                for (const double d : depth) contact.push_back(d >= 0);
+                return contact;
+            },
+            [&](const std::vector<Vec3d>& points) {
+                query::SkinWorkspace workspace(lattice, points);
+                std::vector<query::SkinContact> contacts(points.size());
+                const auto r = query::query_skin({&model, &posed_skin, points, {}}, {.layer = layer}, workspace, contacts);
+                std::vector<bool> contact(points.size(), false);
+                for (std::size_t c = 0; c < r.contacts; ++c) contact[contacts[c].index] = true;
+                return contact;
+            }};
         for (std::size_t m = 0; m < methods.size(); ++m) {
             const std::vector<double> error = errors_of(places, truth, r_max, verdicts[m]);
             report(k_poses[p].name, methods[m], places, error, r_max, skin);

@@ -46,7 +46,9 @@ int run(std::string_view kind, std::size_t bodies, int frames)
     std::size_t near = 0, found = 0;
     for (int frame = 0; frame < frames; ++frame) {
         if (kind == "probe") {  // what moves is the probe
-            const query::SceneResult r = scene.query_probe({.probe = &probe, .pose = {about_z(0.01 * frame), {extent * random.uniform(), extent * random.uniform(), -2}}}, {}, pairs, contacts);
+            const query::SceneResult r = scene.query_probe(
+                {.probe = &probe, .pose = {about_z(0.01 * frame), {extent * random.uniform(), extent * random.uniform(), -2}}},
+                {}, pairs, contacts);
             near += r.pairs;
             found += r.contacts;
             continue;

@@ -55,7 +55,8 @@ public:
 
     void run(const Pose& pose) override
     {
-        result_ = query::query_probe({.model = &baked_->view}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}}, {.layer = layer_, .first_only = first_only_}, contacts_);
+        result_ = query::query_probe({.model = &baked_->view}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}},
+                                     {.layer = layer_, .first_only = first_only_}, contacts_);
     }
 
     void read(FrameAnswer& out) const override
@@ -71,7 +72,8 @@ public:
     void read_all(const Pose& pose, FrameAnswer& out) override
     {
         if (!first_only_) return read(out);
-        read_vertices(query::query_probe({.model = &baked_->view}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}}, {.layer = layer_}, contacts_),
+        read_vertices(query::query_probe({.model = &baked_->view}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}},
+                                         {.layer = layer_}, contacts_),
                       out);
     }
 

@@ -56,7 +56,7 @@ std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, co
     const std::span<query::Contact> memory = contact_memory(tick.state, s);
     CachedQuery& cached = tick.state.queries[s];
     if (probe != cached.probe || layer != cached.layer || !same_pose(pose, cached.pose)) {
-        const query::ProbeResult r = 
+        const query::ProbeResult r =
             query::query_probe({tick.body(s).model, nullptr, {}}, {nullptr, probe, pose}, {.layer = layer}, memory);
         cached = {probe, pose, layer, r};
     }

@@ -67,9 +67,9 @@ struct State::Data {
     std::vector<TouchMemory> touches;  ///< zone by touched body
     std::size_t max_touched = 0;
     std::vector<query::Contact> found;  ///< touched body by contact
-    std::vector<CachedQuery> queries;        ///< per touched body
-    std::vector<Sample> samples;             ///< of one stencil
-    std::vector<Trail> trails;               ///< zone by touched body by sample
+    std::vector<CachedQuery> queries;   ///< per touched body
+    std::vector<Sample> samples;        ///< of one stencil
+    std::vector<Trail> trails;          ///< zone by touched body by sample
     std::uint64_t degraded_steps = 0;
 };
 

@@ -290,8 +290,8 @@ std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, 
         frame = query::query_probe(touched, {nullptr, &probe_, to}, options_, found_);
     } else {
         const query::SweptOptions swept{options_, sweep_step_, 64};
-        const query::SweptResult result =
-            query::query_swept({touched, &probe_, inverse(collider.previous), to, previous, query_points_}, swept, workspace_, found_);
+        const query::SweptResult result = query::query_swept(
+            {touched, &probe_, inverse(collider.previous), to, previous, query_points_}, swept, workspace_, found_);
         frame = result.probe;
         report.caught += result.caught;
         if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;

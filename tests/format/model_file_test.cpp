@@ -7,8 +7,8 @@
 #include "model/locator_cells.h"
 #include "model/schema.h"
 #include "sqmap/query/distance.h"
-#include "sqmap/query/probe.h"
 #include "sqmap/query/point.h"
+#include "sqmap/query/probe.h"
 #include "support/baked_shapes.h"
 
 #include <flatbuffers/minireflect.h>
@@ -83,7 +83,8 @@ void interrogate_frames(const ModelView& view, test::Random& random)
     for (const double away : {0.0, 0.8})
         for (const query::Layer layer : {query::Layer::One, query::Layer::Two, query::Layer::Three, query::Layer::Exact}) {
             const sqmap::Pose pose{{}, middle + away * size * random.direction()};
-            const query::ProbeResult result = query::query_probe({.model = &view}, {.probe = &probe, .pose = pose}, {.layer = layer}, contacts);
+            const query::ProbeResult result =
+                query::query_probe({.model = &view}, {.probe = &probe, .pose = pose}, {.layer = layer}, contacts);
             ASSERT_LE(result.contacts, points.size());
             for (std::size_t i = 0; i < result.contacts; ++i) {
                 EXPECT_LT(contacts[i].index, points.size());

@@ -16,9 +16,7 @@ struct OpenPosition {
 
 inline std::vector<OpenPosition> open_positions(const Parsed& parsed, const model::ModelView& model, std::size_t count)
 {
-    const auto free = [&](const Vec3d& metres) {
-        return !query::query_point(model, metres).contact;
-    };
+    const auto free = [&](const Vec3d& metres) { return !query::query_point(model, metres).contact; };
     std::vector<double> sum;
     double total = 0;
     const mesh::Mesh& mesh = parsed.mesh();

@@ -43,7 +43,8 @@ extern "C" __attribute__((noinline)) std::size_t measured_frames(const model::Mo
                                                                  std::span<query::Contact> out)
 {
     std::size_t contacts = 0;
-    for (const Pose& pose : path) contacts += query::query_probe({.model = &model}, {.probe = &probe, .pose = pose}, {.layer = layer}, out).contacts;
+    for (const Pose& pose : path)
+        contacts += query::query_probe({.model = &model}, {.probe = &probe, .pose = pose}, {.layer = layer}, out).contacts;
     return contacts;
 }
 

@@ -5,6 +5,7 @@
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/math/pose.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/parse.h"

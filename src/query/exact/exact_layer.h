@@ -11,7 +11,7 @@ namespace sqmap::query {
 
 /// The same where the point's cell, which is not Free, is known; inside: all of it is in the solid.
 [[nodiscard]] ModelContact query_exact_in(const model::ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell,
-                                     bool inside) noexcept;
+                                          bool inside) noexcept;
 
 /// As nearest_surface, model space. @pre model::has_exact(model)
 [[nodiscard]] ModelContact nearest_in_model(const model::ModelView& model, Vec3f point, const ModelContact& from) noexcept;

@@ -267,12 +267,12 @@ private:
             const std::uint32_t triangle = list[static_cast<std::uint32_t>(entry[i])];
             const Vec3f normal = v[6][i] > touching_ ? Vec3f{v[3][i], v[4][i], v[5][i]} : normal_of(triangle);
             contacts_.write({{v[0][i], v[1][i], v[2][i]},
-                 normal,
-                 v[6][i],
-                 point_[slot],
-                 static_cast<std::int16_t>(model::part_of(model_.triangle_part[triangle])),
-                 true,
-                 k_ok});
+                             normal,
+                             v[6][i],
+                             point_[slot],
+                             static_cast<std::int16_t>(model::part_of(model_.triangle_part[triangle])),
+                             true,
+                             k_ok});
         });
     }
 

@@ -52,8 +52,8 @@ public:
     HWY_INLINE void write(const ContactLanes& contacts, M which)
     {
         static_assert(sizeof(Contact) == 36 && offsetof(Contact, normal) == 12 && offsetof(Contact, depth) == 24 &&
-                      offsetof(Contact, index) == 28 && offsetof(Contact, part) == 32 &&
-                      offsetof(Contact, certain) == 34 && k_ok == 0);
+                      offsetof(Contact, index) == 28 && offsetof(Contact, part) == 32 && offsetof(Contact, certain) == 34 &&
+                      k_ok == 0);
         const auto packed = [&](F v) { return compress(v, which); };
         const V3 point = in_caller_frame(contacts.point), normal = turned(contacts.normal);
         const F depth = hn::Mul(set(caller_.unit), contacts.depth);
@@ -61,8 +61,8 @@ public:
         HWY_ALIGN float low[4 * k_lanes], high[4 * k_lanes];
         HWY_ALIGN std::int32_t last[k_lanes];
         hn::StoreInterleaved4(packed(point.x), packed(point.y), packed(point.z), packed(normal.x), df, low);
-        hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(depth), packed(hn::BitCast(df, contacts.index)),
-                              df, high);
+        hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(depth), packed(hn::BitCast(df, contacts.index)), df,
+                              high);
         hn::Store(compress(ninth, which), di, last);
         const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, out_.size()),
                           space = std::min(count, out_.size() - at);

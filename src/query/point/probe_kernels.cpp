@@ -181,8 +181,8 @@ private:
         each_lane(held, [&](std::size_t i) {
             const std::size_t k = first + i;
             if (job_.first_only && contacts_.count() > 0) return;
-            const ModelContact c = query_in_model(model_, {located_.p[0][k], located_.p[1][k], located_.p[2][k]},
-                                                  {.layer = job_.layer});
+            const ModelContact c =
+                query_in_model(model_, {located_.p[0][k], located_.p[1][k], located_.p[2][k]}, {.layer = job_.layer});
             if (c.contact) contacts_.write(contact_of(c, static_cast<std::uint32_t>(located_.point[k])));
         });
     }

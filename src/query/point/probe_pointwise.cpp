@@ -51,7 +51,8 @@ private:
 
     void compute(std::size_t slot)
     {
-        const ModelContact c = query_in_model(job_.model, job_.in_model_space({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
+        const ModelContact c =
+            query_in_model(job_.model, job_.in_model_space({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
         if (!c.contact) return;
         const std::size_t at = result_.contacts++;
         if (at < job_.out.size())

@@ -276,7 +276,8 @@ struct SkinQuery {
             bool any = false;
             for (std::size_t k = 0; k < SkinCluster::k_points; ++k) {
                 const std::uint32_t i = order[slot + std::min(k, size - 1)];
-                const bool active = k < size && (query.active.size() != points.size() || query.active[i] != 0) && is_finite(points[i]);
+                const bool active =
+                    k < size && (query.active.size() != points.size() || query.active[i] != 0) && is_finite(points[i]);
                 const Vec3d p = active ? points[i] : Vec3d{NAN, NAN, NAN};
                 cluster.x[k] = p.x;
                 cluster.y[k] = p.y;
@@ -307,7 +308,8 @@ struct SkinQuery {
                 if (workspace.active_[i] != 0) workspace.active_positions_[i] = place(i, round).bound;
             }
             workspace.probe_.move(workspace.active_positions_, workspace.active_);
-            const ProbeResult found = query_probe({query.bound, nullptr, {}}, {nullptr, &workspace.probe_, {}}, all, workspace.found_);
+            const ProbeResult found =
+                query_probe({query.bound, nullptr, {}}, {nullptr, &workspace.probe_, {}}, all, workspace.found_);
             result.status |= found.status;
             result.unseen += found.unseen;
             for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size())))

@@ -63,8 +63,8 @@ struct SkinSweep {
             }
             (void)skin.between_.pose(skin.maps_);
             for (std::size_t i = 0; i < now.size(); ++i) workspace.at_[i] = previous[i] + share * (now[i] - previous[i]);
-            const ProbeResult found =
-                query_skin({query.bound, &skin.between_, workspace.at_, workspace.fast_}, options.query, workspace, workspace.swept_);
+            const ProbeResult found = query_skin({query.bound, &skin.between_, workspace.at_, workspace.fast_}, options.query,
+                                                 workspace, workspace.swept_);
             result.probe.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
             for (std::size_t f = 0; f < std::min(found.contacts, workspace.swept_.size()); ++f)
                 if (workspace.fast_[workspace.swept_[f].index] == 1) take(workspace.swept_[f], count, result);

@@ -90,8 +90,7 @@ TEST(Pair, ContactsAreThoseOfTheTwoFrames)
         std::set<std::tuple<Side, std::uint32_t, float>> expected;
         for (const Side side : {Side::B, Side::A}) {
             const Body &solid = side == Side::B ? a : b, &vertices = side == Side::B ? b : a;
-            const ProbeResult r =
-                query_probe(solid, vertices, {}, frame);
+            const ProbeResult r = query_probe(solid, vertices, {}, frame);
             for (std::size_t k = 0; k < r.contacts; ++k) expected.insert({side, frame[k].index, frame[k].depth});
         }
         std::set<std::tuple<Side, std::uint32_t, float>> found;

@@ -1,4 +1,5 @@
 #include "query/point/probe_pointwise.h"
+#include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"
 
@@ -8,12 +9,6 @@
 
 namespace sqmap::query {
 namespace {
-
-/// Probe points posed into model space, as a frame sees them.
-Vec3f in_model(const model::ModelView& view, const Pose& pose, Vec3d p)
-{
-    return model::to_model_space(view.header, pose.rotation * p + pose.translation);
-}
 
 TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
 {
@@ -61,7 +56,8 @@ TEST(FrameOffset, FindsAtLeastTheContactsWithoutIt)
     for (int i = 0; i < 30; ++i) {
         const Pose pose = test::random_pose(random, 0.8);
         const ProbeResult without = query_probe({.model = &ring.view}, {.probe = &hand.probe, .pose = pose}, {}, plain);
-        const ProbeResult with = query_probe({.model = &ring.view}, {.probe = &hand.probe, .pose = pose}, {.offset = true}, moved);
+        const ProbeResult with =
+            query_probe({.model = &ring.view}, {.probe = &hand.probe, .pose = pose}, {.offset = true}, moved);
         for (const Contact& c : std::span(plain).first(without.contacts))
             // A kernel and a point's own query may disagree within the target of the bake.
             EXPECT_TRUE(c.depth < 5e-3 * ring.view.header.r_max * ring.view.header.unit ||
@@ -84,7 +80,8 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
     std::vector<Contact> contacts(points.size());
     for (const float margin : {0.01f, 0.02f, 0.04f})
         for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
-            const ProbeResult r = query_probe({.model = &ball.view}, {.probe = &probe}, {.layer = layer, .margin = margin}, contacts);
+            const ProbeResult r =
+                query_probe({.model = &ball.view}, {.probe = &probe}, {.layer = layer, .margin = margin}, contacts);
             std::vector<double> depth(points.size(), 0);
             for (const Contact& c : std::span(contacts).first(r.contacts)) {
                 depth[c.index] = static_cast<double>(c.depth);
@@ -110,7 +107,9 @@ TEST(FrameOffset, BodiesWithinTheMarginAreAPair)
     const SceneResult r = scene.query_pairs({.query = {.margin = 0.05f}}, pairs, contacts);
     EXPECT_EQ(r.pairs, 1u);
     EXPECT_GT(r.contacts, 0u);
-    EXPECT_GT(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {.margin = 0.05f}, pairs, contacts).contacts, 0u);
+    EXPECT_GT(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {.margin = 0.05f}, pairs, contacts)
+                  .contacts,
+              0u);
     EXPECT_EQ(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {}, pairs, contacts).contacts, 0u);
 }
 
@@ -132,14 +131,17 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
             const ProbeResult r = query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, contacts);
             EXPECT_EQ(r.status, k_probe_ok);
-            EXPECT_EQ(query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, contacts).contacts > 0,
-                      r.contacts > 0);
+            EXPECT_EQ(
+                query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, contacts)
+                        .contacts > 0,
+                r.contacts > 0);
             std::size_t expected = 0;
             for (const Vec3d& p : points) expected += query_point(bare, apply(pose, p), {.layer = layer}).contact ? 1u : 0u;
             // Places are rounded in another order.
             EXPECT_NEAR(static_cast<double>(r.contacts), static_cast<double>(expected), 1);
             total += r.contacts;
-            const ProbeResult few = query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, std::span(contacts).first(1));
+            const ProbeResult few =
+                query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, std::span(contacts).first(1));
             EXPECT_EQ(few.contacts, r.contacts);
             EXPECT_EQ(few.status, r.contacts > 1 ? k_probe_full : k_probe_ok);
         }

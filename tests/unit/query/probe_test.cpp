@@ -374,7 +374,8 @@ TEST(Frame, AFullSpanIsFlaggedAndTheRestCounted)
                     // One more entry behind the span must stay as it is.
                     std::vector<Contact> some(room + 1);
                     some.back().depth = -7;
-                    const ProbeResult part = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer}, std::span(some).first(room));
+                    const ProbeResult part = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer},
+                                                         std::span(some).first(room));
                     EXPECT_EQ(part.contacts, whole.contacts);
                     EXPECT_EQ(part.status, room < whole.contacts ? k_probe_full : k_probe_ok);
                     full += room < whole.contacts ? 1 : 0;
@@ -395,7 +396,8 @@ TEST(Frame, FirstOnlySaysWhetherThereAreContacts)
         const Pose pose{random_rotation(random), random.between(0.2, 2.2) * random.direction()};
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
             const bool any = ask(m, probe, pose, {.layer = layer}).result.contacts > 0;
-            const ProbeResult first = query_probe({.model = &m.view()}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, {});
+            const ProbeResult first =
+                query_probe({.model = &m.view()}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, {});
             ASSERT_EQ(first.contacts > 0, any);
             (any ? yes : no) += 1;
         }

@@ -33,7 +33,8 @@ std::vector<Vec3d> points_about(const test::Baked& b, std::uint64_t seed)
         points.push_back(cast<double>(c));
         for (int k = 0; k < 3; ++k)
             for (int i = -10; i <= 10; ++i)
-                points.push_back(cast<double>(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k)));
+                points.push_back(
+                    cast<double>(c + (0.1f * static_cast<float>(i) * part.a[k]) * model::vec3(part.rotation + 3 * k)));
     }
     // As a query rounds them.
     for (Vec3d& p : points) p = cast<double>(cast<float>(p));
@@ -162,7 +163,8 @@ int check_gate(const model::ModelView& view)
     for (int i = 0; i < 4000; ++i) {
         const double r = view.header.sphere[3];
         const Vec3d p = cast<double>(model::vec3(view.header.sphere)) + random.in_box({-r, -r, -r}, {r, r, r});
-        const PointResult two = query_point(view, p, {.layer = Layer::Two}), three = query_point(view, p, {.layer = Layer::Three});
+        const PointResult two = query_point(view, p, {.layer = Layer::Two}),
+                          three = query_point(view, p, {.layer = Layer::Three});
         const PointResult never = query_point(view, p, {.layer = Layer::Gate, .gate = 0});
         const PointResult always = query_point(view, p, {.layer = Layer::Gate, .gate = 1000000});
         EXPECT_EQ(never.contact, two.contact);

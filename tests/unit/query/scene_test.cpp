@@ -128,8 +128,7 @@ TEST(Scene, AProbeMeetsTheBodiesItMeetsOneByOne)
         const SceneResult r = scene.query_probe({.probe = &tool.probe, .pose = pose}, {}, pairs, contacts);
         std::size_t at = 0;
         for (const BodyId id : ids) {
-            const ProbeResult alone =
-                query_probe(scene.body(id), {.probe = &tool.probe, .pose = pose}, {}, frame);
+            const ProbeResult alone = query_probe(scene.body(id), {.probe = &tool.probe, .pose = pose}, {}, frame);
             const bool listed = at < r.pairs && pairs[at].a == id;
             if (!listed) {
                 EXPECT_EQ(alone.contacts, 0u);
@@ -186,7 +185,9 @@ TEST(Scene, ABodyWithoutAFinitePoseIsNearNothing)
         EXPECT_EQ(scene.query_probe({.probe = &ball.probe}, {}, pairs, contacts).pairs, 1u);
         EXPECT_TRUE(scene.set_pose(b, test::shifted({0.5, 0, 0})));
     }
-    EXPECT_NE(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({nan, 0, 0})}, {}, pairs, contacts).status & k_probe_not_finite, 0);
+    EXPECT_NE(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({nan, 0, 0})}, {}, pairs, contacts).status &
+                  k_probe_not_finite,
+              0);
     EXPECT_FALSE(scene.set_pose(7, {}));
     scene.remove(a);
     EXPECT_EQ(scene.size(), 1u);

@@ -1,0 +1,21 @@
+// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, scenes and skins, forces. A model
+// is made by <sqmap/bake/bake.h> or read by <sqmap/io/model_file.h>; devices and cloth have headers of their own.
+#pragma once
+
+// IWYU pragma: begin_exports
+#include "sqmap/haptic/coupling.h"
+#include "sqmap/haptic/patch.h"
+#include "sqmap/haptic/safety.h"
+#include "sqmap/haptic/step.h"
+#include "sqmap/math/pose.h"
+#include "sqmap/math/rotation.h"
+#include "sqmap/model/model.h"
+#include "sqmap/model/parse.h"
+#include "sqmap/query/distance.h"
+#include "sqmap/query/pair.h"
+#include "sqmap/query/point.h"
+#include "sqmap/query/probe.h"
+#include "sqmap/query/scene.h"
+#include "sqmap/query/skin.h"
+#include "sqmap/query/swept.h"
+// IWYU pragma: end_exports
