@@ -87,7 +87,7 @@ private:
 /// A vector of points after another, from pose to contact.
 class PlaneKernel : ProbeWalk {
 public:
-    explicit PlaneKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job.out) {}
+    explicit PlaneKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job.caller, job.out) {}
 
     ProbeResult run()
     {
