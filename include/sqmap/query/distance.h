@@ -1,7 +1,9 @@
 // Signed distance on both sides of the surface: how far, which direction, where the nearest surface is, and how that is known.
 #pragma once
 
-#include "sqmap/query/pair.h"
+#include "sqmap/query/body.h"
+#include "sqmap/query/contact.h"
+#include "sqmap/query/probe.h"
 
 #include <cstdint>
 #include <span>
