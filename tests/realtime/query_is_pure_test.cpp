@@ -4,6 +4,7 @@
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/query/distance.h"
+#include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
@@ -427,7 +428,7 @@ TEST(RealTime, DistancesDoNotAllocateAndRaiseNoFloatingPointException)
         model::ModelView view;
         ASSERT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
         std::vector<Vec3d> points;
-        for (const Vec3f& p : points_about(view)) points.push_back(model::to_mesh_units(view.header, p));
+        for (const Vec3d& p : points_about(view)) points.push_back(model::to_mesh_units(view.header, cast<float>(p)));
         const query::Probe probe(std::span<const Vec3d>(points).first(2000));
         std::vector<query::SignedDistance> answers(points.size());
         const query::Body touched{&view, nullptr, {{}, {0.1, 0.2, 0.3}}}, collider{nullptr, &probe, {{}, {0.3, 0.1, 0.2}}};
