@@ -26,8 +26,8 @@ int main(int argc, char** argv)
     // 1 kHz: a second above the surface, then down into it by 3 mm.
     haptic::Wrench commanded, sent;
     for (int tick = 0; tick < 4000; ++tick) {
-        const double time = 0.001 * tick, way = std::min(std::max(time - 1, 0.0) / 2, 1.0);
-        const Pose pose{{}, {0, 0, 0.060 - 0.013 * way}};
+        const double time = 0.001 * tick, along = std::min(std::max(time - 1, 0.0) / 2, 1.0);
+        const Pose pose{{}, {0, 0, 0.060 - 0.013 * along}};
         haptic::step(state, {.touched = {&touched, 1}, .poses = {&pose, 1}}, {&commanded, 1});
         haptic::SafetyInput in;
         in.time = in.sample_time = time;

@@ -385,9 +385,9 @@ TEST(RealTime, QueriesRaiseNoFloatingPointException)
 {
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     for (const std::vector<std::byte>& bytes : models()) {
-        model::ModelView placed;
-        ASSERT_EQ(model::parse(bytes, placed), model::ParseStatus::Ok);
-        const model::ModelView view = model::normalized(placed);
+        model::ModelView parsed;
+        ASSERT_EQ(model::parse(bytes, parsed), model::ParseStatus::Ok);
+        const model::ModelView view = model::normalized(parsed);
         std::vector<Vec3d> points = points_about(view);
         points.push_back({nan, 0, 0});
         points.push_back({0, inf, 0});

@@ -172,9 +172,9 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     return result;
 }
 
-LayerErrors layer_errors(const model::ModelView& placed, const mesh::Solid& solid, const EvaluateOptions& options)
+LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
-    const model::ModelView model = model::normalized(placed);
+    const model::ModelView model = model::normalized(baked);
     constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three};
     const double r_max = model.header.r_max;
     LayerErrors errors;
@@ -196,9 +196,9 @@ LayerErrors layer_errors(const model::ModelView& placed, const mesh::Solid& soli
     return errors;
 }
 
-Evaluation evaluate(const model::ModelView& placed, const mesh::Solid& solid, const EvaluateOptions& options)
+Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
-    const model::ModelView model = model::normalized(placed);
+    const model::ModelView model = model::normalized(baked);
     const double r_max = model.header.r_max;
     const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
     Evaluation e;

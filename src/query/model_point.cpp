@@ -1,5 +1,5 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers, for one point.
-#include "model_point.h"
+#include "query/point/model_point.h"
 
 #include "query/exact/exact_layer.h"
 #include "query/exact/probe_exact.h"
