@@ -62,10 +62,11 @@ fcl::Transform3d transform_of(const sqmap::Pose& pose)
 }
 
 /// Pairs of triangles that cut each other, b posed.
-std::vector<Pair> cutting(const Item& a, const Item& b, const sqmap::Pose& pose, std::size_t most)
+std::vector<Pair> cutting(const Item& a, const Item& b, const sqmap::Pose& pose, std::size_t largest)
 {
     fcl::CollisionResultd result;
-    fcl::collide(&a.fcl, fcl::Transform3d::Identity(), &b.fcl, transform_of(pose), fcl::CollisionRequestd(most, false), result);
+    fcl::collide(&a.fcl, fcl::Transform3d::Identity(), &b.fcl, transform_of(pose), fcl::CollisionRequestd(largest, false),
+                 result);
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < result.numContacts(); ++i)
         pairs.push_back(
@@ -110,7 +111,7 @@ Mat3d random_rotation(SplitMix64& random)
              {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
-/// What one way of asking finds.
+/// What one direction of asking finds.
 struct Count {
     std::size_t poses = 0, curves = 0;  ///< missed
 };
@@ -139,7 +140,7 @@ public:
         ++totals.poses;
         totals.curves += distinct.size();
         const auto count = [&](const query::QueryOptions& options, Count& missed) {
-            const query::PairResult r = ask(pose, options);
+            const query::PairResult r = query(pose, options);
             missed.poses += r.contacts == 0 ? 1u : 0u;
             std::vector<std::uint32_t> seen;
             for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -176,12 +177,12 @@ public:
     void apart(const sqmap::Pose& pose, Totals& totals)
     {
         ++totals.apart;
-        totals.offset_false += ask(pose, {.offset = true}).contacts.empty() ? 0u : 1u;
-        totals.margin_false += ask(pose, k_margin).contacts.empty() ? 0u : 1u;
+        totals.offset_false += query(pose, {.offset = true}).contacts.empty() ? 0u : 1u;
+        totals.margin_false += query(pose, k_margin).contacts.empty() ? 0u : 1u;
     }
 
 private:
-    query::PairResult ask(const sqmap::Pose& pose, const query::QueryOptions& options)
+    query::PairResult query(const sqmap::Pose& pose, const query::QueryOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
                                                       {.query = options, .merge_distance = 0}, workspace_);
@@ -241,10 +242,10 @@ int run(int poses, const char* path_a, const char* path_b)
     SplitMix64 random(5);
     for (int i = 0; i < poses; ++i) {
         const Mat3d turn = random_rotation(random), look = random_rotation(random);
-        const Vec3d way = look.row[0];
+        const Vec3d direction = look.row[0];
         // Along a line past the object, off its middle by up to half its size.
         const Vec3d aside = 0.5 * sa.radius * (random.between(-1, 1) * look.row[1] + random.between(-1, 1) * look.row[2]);
-        const auto pose_at = [&](double d) { return sqmap::Pose{turn, sa.centre + aside + d * way - turn * sb.centre}; };
+        const auto pose_at = [&](double d) { return sqmap::Pose{turn, sa.centre + aside + d * direction - turn * sb.centre}; };
         double out = sa.radius + sb.radius, in = out;
         while (in > -out && cutting(a, b, pose_at(in), 1).empty()) in -= 0.02 * setting->r_max;
         if (in <= -out) continue;

@@ -36,26 +36,28 @@ constexpr double k_wrong = 0.5;                       // % of R_max: what is cou
 /// Which of the points are in contact.
 using Verdicts = std::function<std::vector<bool>(const std::vector<Vec3d>&)>;
 
-/// One place of the posed surface.
-struct Place {
+/// One position of the posed surface.
+struct Position {
     Vec3d point, normal;
     double area = 0;
     std::size_t joint = 0;  ///< the nearest in the pose that the mesh was bound in
     bool boundary = false;  ///< of the skinned solid: not buried in it
 };
 
-/// Of each place, how far from the surface the farthest wrong verdict is that is reached along its normal, outward or inward,
+/// Of each position, how far from the surface the farthest wrong verdict is that is reached along its normal, outward or inward,
 /// without a right one before it; mesh units.
-std::vector<double> errors_of(const std::vector<Place>& places, const mesh::Solid& truth, double r_max, const Verdicts& verdicts)
+std::vector<double> errors_of(const std::vector<Position>& positions, const mesh::Solid& truth, double r_max,
+                              const Verdicts& verdicts)
 {
-    std::vector<double> error(places.size(), 0);
+    std::vector<double> error(positions.size(), 0);
     for (const bool outward : {true, false}) {
         std::vector<std::size_t> left;
-        for (std::size_t i = 0; i < places.size(); ++i)
-            if (places[i].boundary) left.push_back(i);
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            if (positions[i].boundary) left.push_back(i);
         for (double s = k_step; s <= k_farthest && !left.empty(); s += k_step) {
             std::vector<Vec3d> points;
-            for (const std::size_t i : left) points.push_back(places[i].point + (outward ? s : -s) * r_max * places[i].normal);
+            for (const std::size_t i : left)
+                points.push_back(positions[i].point + (outward ? s : -s) * r_max * positions[i].normal);
             const std::vector<bool> contact = verdicts(points);
             std::vector<std::size_t> still;
             for (std::size_t k = 0; k < left.size(); ++k) {
@@ -96,33 +98,34 @@ void paste(app::Image& image, const app::Image& piece, int left, int top)
 }
 
 /// Of the boundary's area, what is wrong beyond k_wrong, and at which joints.
-void report(const char* pose, const char* method, const std::vector<Place>& places, const std::vector<double>& error,
+void report(const char* pose, const char* method, const std::vector<Position>& positions, const std::vector<double>& error,
             double r_max, const io::SkinnedSoup& skin)
 {
-    double area = 0, wrong = 0, most = 0;
+    double area = 0, wrong = 0, largest = 0;
     struct Joint {
-        double area = 0, wrong = 0, most = 0;
+        double area = 0, wrong = 0, largest = 0;
     };
     std::map<std::size_t, Joint> joints;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        if (!places[i].boundary) continue;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        if (!positions[i].boundary) continue;
         const double percent = 100 * error[i] / r_max;
-        Joint& j = joints[places[i].joint];
-        area += places[i].area;
-        j.area += places[i].area;
-        most = std::max(most, percent);
-        j.most = std::max(j.most, percent);
+        Joint& j = joints[positions[i].joint];
+        area += positions[i].area;
+        j.area += positions[i].area;
+        largest = std::max(largest, percent);
+        j.largest = std::max(j.largest, percent);
         if (percent > k_wrong) {
-            wrong += places[i].area;
-            j.wrong += places[i].area;
+            wrong += positions[i].area;
+            j.wrong += positions[i].area;
         }
     }
     std::printf("%s, %s: %.2f %% of the surface is off by more than %.1f %% of R_max, at most by %.2f %%\n", pose, method,
-                100 * wrong / area, k_wrong, most);
+                100 * wrong / area, k_wrong, largest);
     for (const auto& [j, at] : joints)
-        if (at.most > k_low)
+        if (at.largest > k_low)
             std::printf("  %-34s %5.1f %% of what is off, %5.1f %% of the surface there; at most %.2f %%\n",
-                        skin.skeleton[j].name.c_str(), wrong > 0 ? 100 * at.wrong / wrong : 0, 100 * at.wrong / at.area, at.most);
+                        skin.skeleton[j].name.c_str(), wrong > 0 ? 100 * at.wrong / wrong : 0, 100 * at.wrong / at.area,
+                        at.largest);
 }
 
 }  // namespace
@@ -183,27 +186,28 @@ int main(int argc, char** argv)
         drawn.mesh.vertices = mesh::skinned(bound.mesh.vertices, bound.influences, maps);
         const mesh::Solid truth(drawn.mesh, mesh::find_self_intersections(drawn.mesh).crossed);
         if (!posed_skin.pose(maps)) return 70;
-        std::vector<Place> places;
+        std::vector<Position> positions;
         for (const auto& [i, j, k] : drawn.mesh.triangles) {
             const auto& at = drawn.mesh.vertices;
             const auto& was = bound.mesh.vertices;
             const Vec3d n = cross(at[j] - at[i], at[k] - at[i]);
             for (std::uint32_t cell = 0; cell < k_detail * k_detail; ++cell) {
                 const auto w = app::cell_centre(k_detail, cell);
-                Place place{.point = w[0] * at[i] + w[1] * at[j] + w[2] * at[k], .normal = normalized(n)};
-                const Vec3d bound_place = w[0] * was[i] + w[1] * was[j] + w[2] * was[k];
-                const auto nearer = [&](Vec3d a, Vec3d b) { return norm_sq(a - bound_place) < norm_sq(b - bound_place); };
-                place.joint = static_cast<std::size_t>(std::min_element(joints.begin(), joints.end(), nearer) - joints.begin());
-                place.area = norm(n) / (2 * k_detail * k_detail);
-                const Vec3d beside = 1e-6 * r_max * place.normal;
-                place.boundary = truth.inside(place.point - beside) && !truth.inside(place.point + beside);
-                places.push_back(place);
+                Position position{.point = w[0] * at[i] + w[1] * at[j] + w[2] * at[k], .normal = normalized(n)};
+                const Vec3d bound_position = w[0] * was[i] + w[1] * was[j] + w[2] * was[k];
+                const auto nearer = [&](Vec3d a, Vec3d b) { return norm_sq(a - bound_position) < norm_sq(b - bound_position); };
+                position.joint =
+                    static_cast<std::size_t>(std::min_element(joints.begin(), joints.end(), nearer) - joints.begin());
+                position.area = norm(n) / (2 * k_detail * k_detail);
+                const Vec3d beside = 1e-6 * r_max * position.normal;
+                position.boundary = truth.inside(position.point - beside) && !truth.inside(position.point + beside);
+                positions.push_back(position);
             }
         }
         const std::array<Verdicts, 2> verdicts{
             [&](const std::vector<Vec3d>& points) {
                 std::vector<double> depth(points.size(), -1);
-                solids.ask(maps, points, layer, depth);
+                solids.query_depths(maps, points, layer, depth);
                 std::vector<bool> contact;
                 for (const double d : depth) contact.push_back(d >= 0);
                 return contact;
@@ -217,8 +221,8 @@ int main(int argc, char** argv)
                 return contact;
             }};
         for (std::size_t m = 0; m < methods.size(); ++m) {
-            const std::vector<double> error = errors_of(places, truth, r_max, verdicts[m]);
-            report(k_poses[p].name, methods[m], places, error, r_max, skin);
+            const std::vector<double> error = errors_of(positions, truth, r_max, verdicts[m]);
+            report(k_poses[p].name, methods[m], positions, error, r_max, skin);
             drawn.colours.clear();
             for (const double e : error) drawn.colours.push_back(colour_of(100 * e / r_max));
             const int left = static_cast<int>(p) * view.width, top = static_cast<int>(m) * view.height;

@@ -33,13 +33,13 @@ int run(std::string_view kind, std::size_t bodies, int frames)
     const auto side = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(bodies))));
     const double apart = kind == "pile" ? 0.8 : 4.0;
     const double extent = apart * static_cast<double>(side);
-    std::vector<Vec3d> places, velocities;
+    std::vector<Vec3d> positions, velocities;
     for (std::size_t i = 0; i < bodies; ++i) {
         const Vec3d cell{static_cast<double>(i % side), static_cast<double>(i / side % side),
                          static_cast<double>(i / side / side)};
-        places.push_back(apart * (cell + 0.3 * Vec3d{random.uniform(), random.uniform(), random.uniform()}));
+        positions.push_back(apart * (cell + 0.3 * Vec3d{random.uniform(), random.uniform(), random.uniform()}));
         velocities.push_back(0.005 * Vec3d{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)});
-        (void)scene.add(&view, &probe, {{}, places.back()});
+        (void)scene.add(&view, &probe, {{}, positions.back()});
     }
     std::vector<query::ScenePair> pairs(20000);
     std::vector<query::PairContact> contacts(400000);
@@ -54,8 +54,8 @@ int run(std::string_view kind, std::size_t bodies, int frames)
             continue;
         }
         for (std::size_t i = 0; i < bodies; ++i) {
-            places[i] += velocities[i];
-            (void)scene.set_pose(static_cast<query::BodyId>(i), {about_z(0.01 * frame + static_cast<double>(i)), places[i]});
+            positions[i] += velocities[i];
+            (void)scene.set_pose(static_cast<query::BodyId>(i), {about_z(0.01 * frame + static_cast<double>(i)), positions[i]});
         }
         const query::SceneResult r = scene.query_pairs({}, pairs, contacts);
         near += r.pairs;

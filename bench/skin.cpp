@@ -122,7 +122,7 @@ int main(int argc, char** argv)
     tallies.front().name = "blend";
     if (solids) tallies.back().name = "solids";
     double pose_seconds = 0, query_seconds = 0;
-    std::size_t frames = 0, asked = 0, crowded = 0;
+    std::size_t frames = 0, queried = 0, crowded = 0;
     for (const auto& [pose_name, pointing] : {std::pair{"fist", false}, {"point", true}})
         for (int step = 0; step <= 4; ++step) {  // from open to closed
             const std::vector<Affine> maps = maps_of(skin, 0.25 * step, pointing);
@@ -142,42 +142,42 @@ int main(int argc, char** argv)
             for (int shake = 0; shake < 4; ++shake) {
                 const Vec3d centre = posed.vertices[random.bits() % posed.vertices.size()];
                 const double scale = 0.8 * r_max / norm(hi - lo);
-                std::vector<Vec3d> placed;
-                for (const Vec3d& p : points) placed.push_back(centre + scale * (p - 0.5 * (lo + hi)));
-                std::vector<std::vector<double>> depth(tallies.size(), std::vector<double>(placed.size(), -1));
-                std::vector<Vec3d> normal(placed.size());
-                query::SkinWorkspace workspace(lattice, placed);
-                std::vector<query::SkinContact> contacts(placed.size());
+                std::vector<Vec3d> posed;
+                for (const Vec3d& p : points) posed.push_back(centre + scale * (p - 0.5 * (lo + hi)));
+                std::vector<std::vector<double>> depth(tallies.size(), std::vector<double>(posed.size(), -1));
+                std::vector<Vec3d> normal(posed.size());
+                query::SkinWorkspace workspace(lattice, posed);
+                std::vector<query::SkinContact> contacts(posed.size());
                 query::ProbeResult r;
                 for (int again = 0; again < 20; ++again) {
                     start = cpu_seconds();
                     (void)posed_skin.pose(maps);
                     const double is_posed = cpu_seconds();
-                    r = query::query_skin({&model, &posed_skin, placed, {}}, {.layer = layer}, workspace, contacts);
+                    r = query::query_skin({&model, &posed_skin, posed, {}}, {.layer = layer}, workspace, contacts);
                     pose_seconds += is_posed - start;
                     query_seconds += cpu_seconds() - is_posed;
                     ++frames;
                 }
                 crowded += (r.status & query::k_skin_crowded) != 0 ? 1 : 0;
-                asked += placed.size();
+                queried += posed.size();
                 for (std::size_t c = 0; c < r.contacts; ++c) {
                     depth[0][contacts[c].index] = contacts[c].depth;
                     normal[contacts[c].index] = contacts[c].normal;
                 }
-                if (solids) solids->ask(maps, placed, layer, depth[1]);
-                for (std::size_t i = 0; i < placed.size(); ++i) {
-                    const mesh::ClosestPoint closest = truth.bvh().closest_point(placed[i], 0.03 * r_max);
+                if (solids) solids->query_depths(maps, posed, layer, depth[1]);
+                for (std::size_t i = 0; i < posed.size(); ++i) {
+                    const mesh::ClosestPoint closest = truth.bvh().closest_point(posed[i], 0.03 * r_max);
                     if (!(closest.distance < 0.03 * r_max)) continue;
                     ++pose_near;
-                    const bool inside = truth.inside(placed[i]);
-                    const mesh::ClosestPoint boundary = truth.closest_boundary(placed[i]);
+                    const bool inside = truth.inside(posed[i]);
+                    const mesh::ClosestPoint boundary = truth.closest_boundary(posed[i]);
                     for (std::size_t m = 0; m < tallies.size(); ++m) {
                         Tally& tally = tallies[m];
                         if (inside && depth[m][i] >= 0) {
                             tally.depth_error.push_back(100 * std::abs(depth[m][i] - boundary.distance) / r_max);
-                            if (tally.depth_error.back() > 0.5) write(tally.name, "depth", placed[i], tally.depth_error.back());
+                            if (tally.depth_error.back() > 0.5) write(tally.name, "depth", posed[i], tally.depth_error.back());
                             if (m == 0 && boundary.distance > 1e-4 * r_max) {
-                                const Vec3d n = normalized(boundary.point - placed[i]);
+                                const Vec3d n = normalized(boundary.point - posed[i]);
                                 tally.normal_error.push_back(180 / M_PI * std::acos(std::clamp(dot(n, normal[i]), -1.0, 1.0)));
                             }
                         }
@@ -191,7 +191,7 @@ int main(int argc, char** argv)
                         const auto k =
                             static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
                         ++tally.where[skin.skeleton[bound.influences.joints[v][k]].name];
-                        write(tally.name, "verdict", placed[i], 100 * closest.distance / r_max);
+                        write(tally.name, "verdict", posed[i], 100 * closest.distance / r_max);
                     }
                 }
             }
@@ -218,5 +218,5 @@ int main(int argc, char** argv)
     }
     std::printf("blend: %.1f us a pose, %.1f us a frame of %zu points (%.0f ns a point); %zu crowded\n",
                 1e6 * pose_seconds / static_cast<double>(frames), 1e6 * query_seconds / static_cast<double>(frames),
-                points.size(), 1e9 * query_seconds / (20.0 * static_cast<double>(asked)), crowded);
+                points.size(), 1e9 * query_seconds / (20.0 * static_cast<double>(queried)), crowded);
 }

@@ -65,7 +65,7 @@ std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool point
     const std::vector<int> parents = parents_of(skin);
     std::vector<Affine> world(skin.skeleton.size());
     std::vector<bool> done(world.size());
-    const auto place = [&](auto&& self, std::size_t j) -> const Affine& {
+    const auto position = [&](auto&& self, std::size_t j) -> const Affine& {
         if (done[j]) return world[j];
         const io::SkinJoint& joint = skin.skeleton[j];
         Affine local = joint.local;
@@ -80,18 +80,18 @@ std::vector<Affine> maps_of(const io::SkinnedSoup& skin, double curl, bool point
         return world[j];
     };
     std::vector<Affine> maps;
-    for (std::size_t j = 0; j < world.size(); ++j) maps.push_back(place(place, j) * skin.skeleton[j].inverse_bind);
+    for (std::size_t j = 0; j < world.size(); ++j) maps.push_back(position(position, j) * skin.skeleton[j].inverse_bind);
     return maps;
 }
 
 Bound welded(const io::SkinnedSoup& skin)
 {
     Bound bound;
-    std::map<std::array<double, 3>, std::uint32_t> places;
+    std::map<std::array<double, 3>, std::uint32_t> positions;
     std::vector<std::uint32_t> number;
     for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
         const Vec3d p = skin.soup.positions[v];
-        const auto [at, fresh] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(bound.mesh.vertices.size()));
+        const auto [at, fresh] = positions.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(bound.mesh.vertices.size()));
         if (fresh) {
             bound.mesh.vertices.push_back(p);
             bound.influences.joints.push_back(skin.joints[v]);
@@ -120,8 +120,8 @@ Solids::Solids(const Bound& bound, std::size_t joints, double least_weight)
     }
 }
 
-void Solids::ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
-                 std::vector<double>& depth) const
+void Solids::query_depths(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
+                          std::vector<double>& depth) const
 {
     query::Probe probe(points);
     std::vector<query::Contact> contacts(points.size());

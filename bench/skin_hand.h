@@ -32,8 +32,8 @@ class Solids {
 public:
     Solids(const Bound& bound, std::size_t joints, double least_weight);
     /// depth: of each point, -1 where free.
-    void ask(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
-             std::vector<double>& depth) const;
+    void query_depths(const std::vector<Affine>& maps, const std::vector<Vec3d>& points, query::Layer layer,
+                      std::vector<double>& depth) const;
     [[nodiscard]] std::size_t size() const { return models_.size(); }
 
 private:

@@ -352,7 +352,7 @@ private:
             }
             const auto heaviest = std::max_element(out_.pulls.begin() + static_cast<std::ptrdiff_t>(first), out_.pulls.end(),
                                                    [](const auto& a, const auto& b) { return a.weight < b.weight; });
-            heaviest->place += left.position;
+            heaviest->position += left.position;
             heaviest->weight += left.weight;
             out_.first_pull.push_back(static_cast<std::uint32_t>(out_.pulls.size()));
         }

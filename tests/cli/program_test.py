@@ -103,9 +103,11 @@ class Program(unittest.TestCase):
                     continue  # the mesh lies within the sphere, layer 1 around it
                 self.assertEqual(row[0], "1" if x < 1 else "0", (layer, x))
                 if row[0] == "1":
-                    self.assertAlmostEqual(float(row[2]), 1 - x, delta={"1": 0.1, "2": 0.02}.get(layer, 0.01))
+                    # About the centre a cell of the locator sees the whole sphere, and layer 2 has one plane for it.
+                    central = layer == "2" and x < 0.15
+                    self.assertAlmostEqual(float(row[2]), 1 - x, delta={"1": 0.1, "2": 0.025 if central else 0.01}.get(layer, 0.01))
                     self.assertAlmostEqual(math.hypot(*map(float, row[3:6])), 1, delta=1e-5)
-                    if x > 0.05:
+                    if x > 0.05 and not central:
                         self.assertGreater(float(row[3]), 0.95, "the normal points outward")
                         self.assertAlmostEqual(float(row[6]), 1, delta=0.15)
                 else:

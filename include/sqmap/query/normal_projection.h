@@ -107,12 +107,13 @@ struct GridFoot {
 /// it is the paper's. p in the model frame, inside the superquadric.
 [[nodiscard]] GridFoot pyramid_search(const NormalMapView& map, Vec3f p, const PyramidOptions& options = {}) noexcept;
 
-/// Layer 3's map at given angles; also what the bake measures itself with.
+/// What a map holds; also what the bake measures itself with.
 struct MapSample {
     float distance = 0;  ///< infinity for a miss, 0 for a cap
     Vec3f normal;        ///< unit, outward, model frame; zero for caps and misses
     std::uint8_t flags = 0;
 };
+/// At given angles, model frame. Of the options the layer, its gate, use_offset and use_corrections count. Total.
 [[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles,
                                    const ProjectionOptions& options) noexcept;
 

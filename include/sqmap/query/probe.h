@@ -13,29 +13,32 @@ namespace sqmap::query {
 
 struct ProbeJob;
 
-/// Points prepared once, asked every frame: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
+/// Points prepared once, queried every tick: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
 /// a group of 16, each with a sphere, so that what is far costs nothing.
+/// Thread safety: any number of threads may query one probe; move() needs it alone.
 class Probe {
 public:
     static constexpr std::size_t k_cluster = 16;
-    static constexpr float k_far = 1e12f;  ///< where clusters stand that are not asked; the probe's own units
+    static constexpr float k_far = 1e12f;  ///< where clusters stand that are not active; the probe's own units
 
     /// points: finite, any order. Allocates; cost n log n.
     explicit Probe(std::span<const Vec3d> points);
 
-    /// New places of the same points in the same order: spheres are refitted, nothing is allocated. Clusters were chosen for
-    /// the first places, so a probe that is turned inside out is slower, never wrong.
+    /// New positions of the same points in the same order: spheres are refitted, nothing is allocated. Clusters were chosen for
+    /// the first positions, so a probe that is turned inside out is slower, never wrong.
     /// @pre points.size() == size()
     void move(std::span<const Vec3d> points) noexcept;
     /// What it keeps in memory.
     [[nodiscard]] std::size_t bytes() const noexcept;
-    /// The same, but only points with asked[i] != 0 are there: others cost next to nothing. Answers about them are void: where
-    /// they share a cluster with asked points they repeat one of those.
-    /// @pre asked.size() == size()
-    void move(std::span<const Vec3d> points, std::span<const std::uint8_t> asked) noexcept;
+    /// The same, but only points with active[i] != 0 are there: the rest costs next to nothing. Answers about the rest are void:
+    /// where they share a cluster with active points they repeat one of those.
+    /// @pre active.size() == size()
+    void move(std::span<const Vec3d> points, std::span<const std::uint8_t> active) noexcept;
 
-    [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] std::size_t clusters() const { return point_.size() / k_cluster; }
+    /// Number of points.
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
+    /// Number of clusters; the last one may be filled up.
+    [[nodiscard]] std::size_t clusters() const noexcept { return point_.size() / k_cluster; }
     /// Holds every point; the points' own frame.
     [[nodiscard]] Sphere sphere() const noexcept;
     /// False where no point is in the sphere (the points' own frame), by the clusters' spheres; true where one may be.
@@ -50,10 +53,10 @@ private:
     void refit_groups() noexcept;  ///< spheres about those of clusters
 
     std::size_t size_ = 0;
-    Vec3d origin_{};                            ///< stored places are relative to it, so that float suffices
-    std::vector<std::uint32_t> slot_of_point_;  ///< point -> place below
+    Vec3d origin_{};                            ///< stored positions are relative to it, so that float suffices
+    std::vector<std::uint32_t> slot_of_point_;  ///< point -> its slot below
     std::vector<float> x_, y_, z_;              ///< k_cluster a cluster; the last cluster repeats its last point
-    std::vector<std::uint32_t> point_;          ///< whose place it is
+    std::vector<std::uint32_t> point_;          ///< whose position it is
     std::vector<float> centre_x_, centre_y_, centre_z_, radius_;  ///< of clusters
     std::vector<float> group_x_, group_y_, group_z_, group_radius_;
     float sphere_[4] = {};

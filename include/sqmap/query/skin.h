@@ -21,9 +21,9 @@ namespace sqmap::query {
 struct SkinLattice {
     static constexpr std::uint32_t k_none = 0xffffffffu;
 
-    /// Adds linear(bone) place + weight shift(bone) to a corner.
+    /// Adds linear(bone) position + weight shift(bone) to a corner.
     struct Pull {
-        Vec3d place{};
+        Vec3d position{};
         double weight = 0;
         std::uint32_t bone = 0;
     };
@@ -58,7 +58,7 @@ struct SkinCluster;
 struct CellHit;
 
 /// A position of the bound solid that is now at the queried one, and the tetrahedron that took it there.
-struct SkinPlace {
+struct SkinPosition {
     Vec3d bound{};
     std::uint32_t leaf = 0;
     std::uint8_t order = 0;  ///< of the six, where the leaf is a blended cell
@@ -92,13 +92,13 @@ public:
 
 private:
     friend struct SkinQuery;
-    void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPlace> found, std::size_t& count) const noexcept;
-    void add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPlace> found, std::size_t& count) const noexcept;
-    /// Of a cluster's points at once, most for each; counts: how many there are.
-    void carry_back(const SkinCluster& cluster, std::span<SkinPlace> found, std::size_t most,
+    void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPosition> found, std::size_t& count) const noexcept;
+    void add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPosition> found, std::size_t& count) const noexcept;
+    /// Of a cluster's points at once, max_count for each; counts: how many there are.
+    void carry_back(const SkinCluster& cluster, std::span<SkinPosition> found, std::size_t max_count,
                     std::span<std::size_t, Probe::k_cluster> counts) const noexcept;
     /// What takes a position's surroundings there.
-    Affine local_at(const SkinPlace& place) const noexcept;
+    Affine local_at(const SkinPosition& position) const noexcept;
     std::uint32_t leaf_at(Vec3d bound) const noexcept;
 
     const SkinLattice* lattice_;
@@ -165,11 +165,11 @@ private:
     friend struct SkinQuery;
     friend struct SkinSweep;
     std::size_t size_;
-    Probe probe_;                          ///< in the bound frame
-    std::vector<SkinPlace> places_;        ///< all that were found, a point's together
-    std::vector<SkinPlace> found_places_;  ///< of a cluster, k_max a point
-    std::vector<std::uint32_t> first_;     ///< of a point's places
-    std::vector<std::uint8_t> count_;      ///< of them
+    Probe probe_;                                ///< in the bound frame
+    std::vector<SkinPosition> positions_;        ///< all that were found, a point's together
+    std::vector<SkinPosition> found_positions_;  ///< of a cluster, k_max a point
+    std::vector<std::uint32_t> first_;           ///< of a point's positions
+    std::vector<std::uint8_t> count_;            ///< of them
     std::vector<Vec3d> active_positions_;
     std::vector<std::uint8_t> active_;
     std::vector<std::int32_t> covered_;  ///< how often the solid covers the point, with sign

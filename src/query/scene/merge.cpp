@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace sqmap::query {
 
@@ -19,7 +20,7 @@ public:
     {
         std::fill(head.begin(), head.end(), k_end);
         for (std::size_t i = contacts.size(); i-- > 0;) {
-            const Vec3d p = place(contacts[i]);
+            const Vec3d p = cell_of(contacts[i]);
             std::uint32_t& first = head_[slot(std::floor(p.x), std::floor(p.y), std::floor(p.z))];
             next_[i] = first;
             first = static_cast<std::uint32_t>(i);
@@ -30,7 +31,7 @@ public:
     template <class Visit>
     void each_near(const PairContact& c, Visit&& visit) const
     {
-        const Vec3d p = place(c);
+        const Vec3d p = cell_of(c);
         const Vec3d lo{std::floor(p.x - 0.5), std::floor(p.y - 0.5), std::floor(p.z - 0.5)};
         for (int k = 0; k < 8; ++k) {
             const std::size_t at = slot(lo.x + (k & 1), lo.y + ((k >> 1) & 1), lo.z + (k >> 2));
@@ -39,7 +40,7 @@ public:
     }
 
 private:
-    Vec3d place(const PairContact& c) const { return inverse_cell_ * (c.on_a - origin_); }
+    Vec3d cell_of(const PairContact& c) const { return inverse_cell_ * (c.on_a - origin_); }
     std::size_t slot(double x, double y, double z) const
     {
         const auto word = [](double v) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(v)); };
@@ -67,7 +68,10 @@ std::size_t merge_mutual(std::span<PairContact> contacts, std::size_t split, con
     std::span<PairContact> few = contacts.first(split), many = contacts.subspan(split);
     if (few.empty() || many.empty()) return contacts.size();
     // By what is found, not by which body is called a: the same contacts stay when they are swapped.
-    if (few.size() > many.size() || (few.size() == many.size() && deepest(few) > deepest(many))) std::swap(few, many);
+    const auto order = [](std::span<const PairContact> side) {
+        return std::tuple(side.size(), deepest(side), side.front().index);
+    };
+    if (order(few) > order(many)) std::swap(few, many);
 
     const double distance_sq = rule.distance * rule.distance;
     const Grid grid(many, rule.distance, head, next);
@@ -85,7 +89,7 @@ std::size_t merge_mutual(std::span<PairContact> contacts, std::size_t split, con
             twin = &other;
         });
         if (twin == nullptr) continue;
-        PairContact& kept = c.depth > twin->depth ? c : *twin;
+        PairContact& kept = std::tie(c.depth, c.index) > std::tie(twin->depth, twin->index) ? c : *twin;
         PairContact& left_out = &kept == &c ? *twin : c;
         kept.mutual = true;
         left_out.depth = k_dropped;

@@ -8,7 +8,8 @@ namespace sqmap::query {
 
 namespace {
 
-/// The points about the lattice's middle, none far from it: the probe keeps its places relative to where its points first were.
+/// The points about the lattice's middle, none far from it: the probe keeps its positions relative to where its points first
+/// were.
 std::vector<Vec3d> moved_to(const SkinLattice& lattice, std::span<const Vec3d> points)
 {
     Vec3d mean{};
@@ -46,8 +47,8 @@ MovingSkin::MovingSkin(const SkinLattice& lattice)
 SkinWorkspace::SkinWorkspace(const SkinLattice& lattice, std::span<const Vec3d> points)
     : size_(points.size()),
       probe_(moved_to(lattice, points)),
-      places_(k_max * points.size()),
-      found_places_(k_max * Probe::k_cluster),
+      positions_(k_max * points.size()),
+      found_positions_(k_max * Probe::k_cluster),
       first_(points.size()),
       count_(points.size()),
       active_positions_(points.size()),

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint32_t k_none = SkinLattice::k_none;
 /// Of a tetrahedron's side: what is that far outside belongs to both, so that rounding opens no gap; found twice, it counts once.
 constexpr double k_border = 1e-7, k_same = 1e-4;
-constexpr std::size_t k_at_once = 64;  ///< places that one point is answered with at most
+constexpr std::size_t k_at_once = 64;  ///< positions that one point is answered with at most
 constexpr double k_collapsed = 1e-9;   ///< times a cell: a tetrahedron of less volume holds nothing
 
 /// Columns.
@@ -36,14 +36,15 @@ Mat3d adjugate(const Mat3d& m)
 struct Path {
     Vec3d start, edge[3];
 };
-Path path_of(const KuhnOrder& order, const std::array<std::uint32_t, 8>& corners, std::span<const Vec3d> places)
+Path path_of(const KuhnOrder& order, const std::array<std::uint32_t, 8>& corners, std::span<const Vec3d> positions)
 {
     const std::uint32_t one = 1u << order.axis[0], two = one | 1u << order.axis[1];
-    const Vec3d p0 = places[corners[0]], p1 = places[corners[one]], p2 = places[corners[two]], p3 = places[corners[7]];
+    const Vec3d p0 = positions[corners[0]], p1 = positions[corners[one]], p2 = positions[corners[two]],
+                p3 = positions[corners[7]];
     return {p0, {p1 - p0, p2 - p1, p3 - p2}};
 }
 
-/// What takes places of the bound cell to where the path's tetrahedron is.
+/// What takes positions of the bound cell to where the path's tetrahedron is.
 Affine local_of(const KuhnOrder& order, const Path& path, Vec3d lo, double cell)
 {
     Vec3d column[3];
@@ -61,7 +62,7 @@ inline void merge(Vec3d& lo, Vec3d& hi, const Vec3d& p, const Vec3d& q)
     hi = {greatest(hi.x, q.x), greatest(hi.y, q.y), greatest(hi.z, q.z)};
 }
 
-void add(const SkinPlace& at, double cell, std::span<SkinPlace> found, std::size_t& count)
+void add(const SkinPosition& at, double cell, std::span<SkinPosition> found, std::size_t& count)
 {
     for (std::size_t i = 0; i < std::min(count, found.size()); ++i)
         if (found[i].sign == at.sign && norm_sq(found[i].bound - at.bound) < k_same * k_same * cell * cell) return;
@@ -91,7 +92,7 @@ bool PosedSkin::pose(std::span<const Affine> maps) noexcept
         Vec3d at{};
         for (std::uint32_t i = lattice_->first_pull[c]; i < lattice_->first_pull[c + 1]; ++i) {
             const SkinLattice::Pull& pull = lattice_->pulls[i];
-            at += maps_[pull.bone].linear * pull.place + pull.weight * maps_[pull.bone].shift;
+            at += maps_[pull.bone].linear * pull.position + pull.weight * maps_[pull.bone].shift;
         }
         corners_[c] = at;
     }
@@ -132,7 +133,7 @@ std::uint32_t PosedSkin::leaf_at(Vec3d bound) const noexcept
     return lattice_->leaf_of[index];
 }
 
-void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPlace> found, std::size_t& count) const noexcept
+void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPosition> found, std::size_t& count) const noexcept
 {
     const std::uint32_t bone = lattice_->nodes[leaf].bone;
     if (sign_[bone] == 0) return;
@@ -140,24 +141,25 @@ void PosedSkin::add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPlace> 
     if (leaf_at(bound) == leaf) add({bound, leaf, 0, static_cast<std::int8_t>(sign_[bone])}, lattice_->cell, found, count);
 }
 
-void PosedSkin::add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPlace> found, std::size_t& count) const noexcept
+void PosedSkin::add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPosition> found,
+                            std::size_t& count) const noexcept
 {
     const KuhnOrder& order = k_kuhn_orders[hit.order];
-    SkinPlace at{lattice_->nodes[leaf].lo, leaf, hit.order,
-                 static_cast<std::int8_t>(hit.positive ? order.parity : -order.parity)};
+    SkinPosition at{lattice_->nodes[leaf].lo, leaf, hit.order,
+                    static_cast<std::int8_t>(hit.positive ? order.parity : -order.parity)};
     for (int k = 0; k < 3; ++k) at.bound[order.axis[k]] += lattice_->cell * hit.along[k];
     add(at, lattice_->cell, found, count);
 }
 
-Affine PosedSkin::local_at(const SkinPlace& place) const noexcept
+Affine PosedSkin::local_at(const SkinPosition& position) const noexcept
 {
-    const SkinLattice::Node& node = lattice_->nodes[place.leaf];
+    const SkinLattice::Node& node = lattice_->nodes[position.leaf];
     if (node.blend == k_none) return maps_[node.bone];
-    const KuhnOrder& order = k_kuhn_orders[place.order];
+    const KuhnOrder& order = k_kuhn_orders[position.order];
     return local_of(order, path_of(order, lattice_->corners[node.blend], corners_), node.lo, lattice_->cell);
 }
 
-void PosedSkin::carry_back(const SkinCluster& cluster, std::span<SkinPlace> found, std::size_t most,
+void PosedSkin::carry_back(const SkinCluster& cluster, std::span<SkinPosition> found, std::size_t max_count,
                            std::span<std::size_t, SkinCluster::k_points> counts) const noexcept
 {
     constexpr std::size_t k_leaves = 256;
@@ -173,14 +175,15 @@ void PosedSkin::carry_back(const SkinCluster& cluster, std::span<SkinPlace> foun
             if (node.bone != k_none)
                 for (std::uint32_t points = at.points; points != 0; points &= points - 1) {
                     const auto p = static_cast<std::size_t>(std::countr_zero(points));
-                    add_rigid(at.leaf, {cluster.x[p], cluster.y[p], cluster.z[p]}, found.subspan(p * most, most), counts[p]);
+                    add_rigid(at.leaf, {cluster.x[p], cluster.y[p], cluster.z[p]}, found.subspan(p * max_count, max_count),
+                              counts[p]);
                 }
             if (node.blend == k_none) continue;
             std::array<Vec3d, 8> corners;
             for (std::size_t k = 0; k < 8; ++k) corners[k] = corners_[lattice_->corners[node.blend][k]];
             const std::size_t count = cell_hits(corners, least_volume, k_border, cluster, at.points, hits);
             for (const CellHit& hit : std::span(hits).first(count))
-                add_blended(at.leaf, hit, found.subspan(hit.point * most, most), counts[hit.point]);
+                add_blended(at.leaf, hit, found.subspan(hit.point * max_count, max_count), counts[hit.point]);
         }
     }
 }
@@ -192,12 +195,12 @@ std::size_t PosedSkin::carry_back(Vec3d posed, std::span<PreImage> found) const 
     cluster.x[0] = posed.x;
     cluster.y[0] = posed.y;
     cluster.z[0] = posed.z;
-    SkinPlace places[k_at_once];
+    SkinPosition positions[k_at_once];
     std::size_t counts[SkinCluster::k_points];
     // The other points find nothing, and have no workspace.
-    carry_back(cluster, places, std::min(found.size(), k_at_once), counts);
+    carry_back(cluster, positions, std::min(found.size(), k_at_once), counts);
     for (std::size_t i = 0; i < std::min({counts[0], found.size(), k_at_once}); ++i)
-        found[i] = {places[i].bound, local_at(places[i]), places[i].sign};
+        found[i] = {positions[i].bound, local_at(positions[i]), positions[i].sign};
     return counts[0];
 }
 
@@ -263,7 +266,7 @@ struct SkinQuery {
     {
         ProbeResult result;
         if (points.size() != workspace.size_) return result;
-        std::size_t most = 0, places = 0;
+        std::size_t max_count = 0, positions = 0;
         std::fill(workspace.count_.begin(), workspace.count_.end(), std::uint8_t{0});
         std::fill(workspace.covered_.begin(), workspace.covered_.end(), 0);
         const std::span<const std::uint32_t> order = workspace.probe_.point_;
@@ -286,26 +289,26 @@ struct SkinQuery {
             }
             if (!any) continue;
             std::size_t counts[SkinCluster::k_points];
-            skin.carry_back(cluster, workspace.found_places_, SkinWorkspace::k_max, counts);
+            skin.carry_back(cluster, workspace.found_positions_, SkinWorkspace::k_max, counts);
             for (std::size_t k = 0; k < size; ++k) {
                 if (counts[k] == 0) continue;
                 const std::uint32_t i = order[slot + k];
                 const std::size_t count = std::min(counts[k], SkinWorkspace::k_max);
                 if (counts[k] > count) result.status |= k_skin_crowded;
                 workspace.count_[i] = static_cast<std::uint8_t>(count);
-                workspace.first_[i] = static_cast<std::uint32_t>(places);
+                workspace.first_[i] = static_cast<std::uint32_t>(positions);
                 workspace.best_[i].part = -1;
                 for (std::size_t n = 0; n < count; ++n)
-                    workspace.places_[places++] = workspace.found_places_[k * SkinWorkspace::k_max + n];
-                most = std::max(most, count);
+                    workspace.positions_[positions++] = workspace.found_positions_[k * SkinWorkspace::k_max + n];
+                max_count = std::max(max_count, count);
             }
         }
         QueryOptions all = options;
         all.first_only = false;
-        for (std::size_t round = 0; round < most; ++round) {
+        for (std::size_t round = 0; round < max_count; ++round) {
             for (std::size_t i = 0; i < points.size(); ++i) {
                 workspace.active_[i] = workspace.count_[i] > round ? 1 : 0;
-                if (workspace.active_[i] != 0) workspace.active_positions_[i] = place(i, round).bound;
+                if (workspace.active_[i] != 0) workspace.active_positions_[i] = position(i, round).bound;
             }
             workspace.probe_.move(workspace.active_positions_, workspace.active_);
             const ProbeResult found =
@@ -313,7 +316,7 @@ struct SkinQuery {
             result.status |= found.status;
             result.unseen += found.unseen;
             for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size())))
-                if (workspace.active_[c.index] != 0) take(c, found.position(c), place(c.index, round));
+                if (workspace.active_[c.index] != 0) take(c, found.position(c), position(c.index, round));
         }
         for (std::size_t i = 0; i < points.size(); ++i) {
             if (workspace.covered_[i] <= 0) continue;
@@ -327,12 +330,12 @@ struct SkinQuery {
         return result;
     }
 
-    const SkinPlace& place(std::size_t point, std::size_t round) const
+    const SkinPosition& position(std::size_t point, std::size_t round) const
     {
-        return workspace.places_[workspace.first_[point] + round];
+        return workspace.positions_[workspace.first_[point] + round];
     }
 
-    void take(const Contact& c, Vec3d surface, const SkinPlace& at) const noexcept
+    void take(const Contact& c, Vec3d surface, const SkinPosition& at) const noexcept
     {
         workspace.covered_[c.index] += at.sign;
         if (at.sign < 0) return;

@@ -55,11 +55,11 @@ struct SweptRun {
             if (slow >= 0 && own_sq <= slow * slow) continue;
             const double far = reach.radius + std::sqrt(own_sq) + reach.motion;
             if (norm_sq(now[i] - reach.centre) > far * far) continue;
-            const double way_sq = norm_sq(apply(query.to, now[i]) - apply(query.from, previous[i]));
-            if (!(way_sq > options.step * options.step && std::isfinite(way_sq))) continue;
+            const double path_sq = norm_sq(apply(query.to, now[i]) - apply(query.from, previous[i]));
+            if (!(path_sq > options.step * options.step && std::isfinite(path_sq))) continue;
             workspace.fast_[i] = 1;
             ++result.fast;
-            longest = std::max(longest, way_sq);
+            longest = std::max(longest, path_sq);
         }
         result.probe = query_probe(query.touched, {nullptr, query.probe, query.to}, options.query, contacts);
         if (result.fast == 0) return;
@@ -86,7 +86,7 @@ struct SweptRun {
         if (!own_probe) query.probe->move(now);
     }
 
-    /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
+    /// A contact on the path counts where the end lies behind its surface and the end's own contact leads another path.
     void take(Contact c, std::size_t& count) noexcept
     {
         // Along a bulge a point may end behind a plane that it slid over; what it goes through it meets head on.

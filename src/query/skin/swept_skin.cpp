@@ -38,12 +38,12 @@ struct SkinSweep {
         for (std::size_t i = 0; i < now.size(); ++i) {
             workspace.fast_[i] = 0;
             if (active.size() == now.size() && active[i] == 0) continue;
-            const double way = norm(now[i] - previous[i]) + skin.motion();
-            if (!(way > options.step && std::isfinite(way))) continue;
+            const double path = norm(now[i] - previous[i]) + skin.motion();
+            if (!(path > options.step && std::isfinite(path))) continue;
             if (!meets(skin.to().box(), previous[i], now[i], skin.motion())) continue;
             workspace.fast_[i] = 1;
             ++result.fast;
-            longest = std::max(longest, way);
+            longest = std::max(longest, path);
         }
         if (result.fast == 0) return result;
 
@@ -72,7 +72,7 @@ struct SkinSweep {
         return result;
     }
 
-    /// A contact on the way counts where the end lies behind its surface and the end's own contact leads another way.
+    /// A contact on the path counts where the end lies behind its surface and the end's own contact leads another path.
     void take(SkinContact c, std::size_t& count, SweptResult& result) const noexcept
     {
         Affine first, last;

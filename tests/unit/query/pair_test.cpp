@@ -12,7 +12,7 @@
 namespace sqmap::query {
 namespace {
 
-std::vector<PairContact> asked(const Body& a, const Body& b, const PairOptions& options = {}, PairResult* result = nullptr)
+std::vector<PairContact> queried(const Body& a, const Body& b, const PairOptions& options = {}, PairResult* result = nullptr)
 {
     PairWorkspace workspace(4096);
     PairResult r = query_pair(a, b, options, workspace);
@@ -36,23 +36,23 @@ TEST(Pair, OverlappingSpheresAreAsDeepAsTheirCentresSay)
     const test::Solid ball(test::small_sphere());
     test::Random random(1);
     for (int i = 0; i < 20; ++i) {
-        const Vec3d way = random.direction(), place = random.in_box({-50, -50, -50}, {50, 50, 50});
+        const Vec3d direction = random.direction(), position = random.in_box({-50, -50, -50}, {50, 50, 50});
         const double overlap = random.between(0.05, 0.5);
-        const Body a = ball.at({test::rotation_about(random.direction(), 1), place}),
-                   b = ball.at(test::shifted(place + (2 - overlap) * way));
-        const std::vector<PairContact> contacts = asked(a, b);
+        const Body a = ball.at({test::rotation_about(random.direction(), 1), position}),
+                   b = ball.at(test::shifted(position + (2 - overlap) * direction));
+        const std::vector<PairContact> contacts = queried(a, b);
         ASSERT_FALSE(contacts.empty());
-        // No vertex is deeper than the spheres, and one is within an edge (0.15) of the deepest place: the loss is 2 (1 - cos
+        // No vertex is deeper than the spheres, and one is within an edge (0.15) of the deepest position: the loss is 2 (1 - cos
         // 0.15 / 2).
         const PairContact& c = deepest(contacts);
         EXPECT_LE(c.depth, overlap + 0.005);
         EXPECT_GE(c.depth, overlap - 0.025);
-        EXPECT_GE(dot(cast<double>(c.normal), way), 0.98);
+        EXPECT_GE(dot(cast<double>(c.normal), direction), 0.98);
         for (const PairContact& each : contacts) {
             const Vec3d vertex = each.vertex_of == Side::A ? each.on_a : each.on_b,
-                        other = each.vertex_of == Side::A ? b.pose.translation : place;
+                        other = each.vertex_of == Side::A ? b.pose.translation : position;
             EXPECT_NEAR(each.depth, 1 - norm(vertex - other), 0.01);
-            EXPECT_GE(dot(cast<double>(each.normal), way), 0.5);
+            EXPECT_GE(dot(cast<double>(each.normal), direction), 0.5);
             EXPECT_NEAR(norm(each.normal), 1.f, 1e-4f);
             EXPECT_LE(norm(each.on_b - (each.on_a - static_cast<double>(each.depth) * cast<double>(each.normal))), 1e-5);
         }
@@ -62,7 +62,7 @@ TEST(Pair, OverlappingSpheresAreAsDeepAsTheirCentresSay)
 TEST(Pair, BoxesOverlapAlongTheirFaces)
 {
     const test::Solid box(test::small_box());  // half size 1.2, 0.8, 0.6
-    const std::vector<PairContact> contacts = asked(box.at(), box.at(test::shifted({0, 0, 1.1})));
+    const std::vector<PairContact> contacts = queried(box.at(), box.at(test::shifted({0, 0, 1.1})));
     ASSERT_GT(contacts.size(), 10u);
     std::size_t seen = 0;
     for (const PairContact& c : contacts) {
@@ -86,7 +86,7 @@ TEST(Pair, ContactsAreThoseOfTheTwoFrames)
     std::size_t total = 0;
     for (int i = 0; i < 30; ++i) {
         const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
-        const std::vector<PairContact> contacts = asked(a, b, k_unmerged);
+        const std::vector<PairContact> contacts = queried(a, b, k_unmerged);
         std::set<std::tuple<Side, std::uint32_t, float>> expected;
         for (const Side side : {Side::B, Side::A}) {
             const Body &solid = side == Side::B ? a : b, &vertices = side == Side::B ? b : a;
@@ -119,7 +119,7 @@ TEST(Pair, SwappedBodiesGiveTheSameContactsTurnedRound)
         const Body a = graze ? ball.at() : ring.at(test::random_pose(random, 0.6)),
                    b = graze ? ball.at(test::shifted(random.between(1.9, 1.99) * random.direction()))
                              : hand.at(test::random_pose(random, 0.6));
-        const std::vector<PairContact> there = asked(a, b), back = asked(b, a);
+        const std::vector<PairContact> there = queried(a, b), back = queried(b, a);
         const auto key = [](const PairContact& c, bool turned) {
             const double sign = turned ? -1 : 1;
             return std::tuple(c.vertex_of == (turned ? Side::B : Side::A), c.index, c.depth, c.part, c.mutual, c.certain,
@@ -132,7 +132,7 @@ TEST(Pair, SwappedBodiesGiveTheSameContactsTurnedRound)
         total += there.size();
         const auto marked =
             static_cast<std::size_t>(std::count_if(there.begin(), there.end(), [](const PairContact& c) { return c.mutual; }));
-        EXPECT_EQ(marked, asked(a, b, k_unmerged).size() - there.size()) << "one for each that is left out";
+        EXPECT_EQ(marked, queried(a, b, k_unmerged).size() - there.size()) << "one for each that is left out";
         mutual += marked;
     }
     EXPECT_GT(total, 5000u);
@@ -151,11 +151,11 @@ TEST(Pair, MergingLeavesOutOnlyWhatADeeperTwinStandsFor)
     test::Random random(4);
     std::size_t dropped = 0;
     for (int i = 0; i < 40; ++i) {
-        const Vec3d way = random.direction();
+        const Vec3d direction = random.direction();
         const Body a = ball.at({test::rotation_about(random.direction(), 2), {}}),
-                   b = other.at({test::rotation_about(random.direction(), 1), random.between(1.9, 1.99) * way});
+                   b = other.at({test::rotation_about(random.direction(), 1), random.between(1.9, 1.99) * direction});
         const PairOptions options{};
-        const std::vector<PairContact> all = asked(a, b, k_unmerged), merged = asked(a, b, options);
+        const std::vector<PairContact> all = queried(a, b, k_unmerged), merged = queried(a, b, options);
         const double distance =
             static_cast<double>(options.merge_distance) * std::max(ball.probe.spacing(), other.probe.spacing());
         const auto same = [](const PairContact& x, const PairContact& y) {
@@ -189,8 +189,9 @@ TEST(Pair, MovingTheWorldMovesTheContacts)
     for (int i = 0; i < 20; ++i) {
         const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
         const Pose moved = test::random_pose(random, 1000);
-        const std::vector<PairContact> here = asked(a, b, k_unmerged), there = asked(ring.at(compose(moved, a.pose)),
-                                                                                     hand.at(compose(moved, b.pose)), k_unmerged);
+        const std::vector<PairContact> here = queried(a, b, k_unmerged),
+                                       there =
+                                           queried(ring.at(compose(moved, a.pose)), hand.at(compose(moved, b.pose)), k_unmerged);
         // A vertex on the surface may change sides by rounding; all others stay.
         std::size_t common = 0;
         for (const PairContact& c : here) {
@@ -216,15 +217,15 @@ TEST(Pair, FarBodiesAndBodiesWithoutDataGiveNothing)
     const test::Solid ball(test::small_sphere());
     for (const double d : {2.1, 10., 1e6, 1e30}) {
         PairResult r;
-        EXPECT_TRUE(asked(ball.at(), ball.at(test::shifted({0, d, 0})), {}, &r).empty());
+        EXPECT_TRUE(queried(ball.at(), ball.at(test::shifted({0, d, 0})), {}, &r).empty());
         EXPECT_EQ(r.status, k_probe_ok);
     }
     const Body near = ball.at(test::shifted({1.5, 0, 0}));
-    EXPECT_TRUE(asked({}, near).empty());
-    EXPECT_TRUE(asked({nullptr, &ball.probe, {}}, {nullptr, &ball.probe, {}}).empty());
-    EXPECT_TRUE(asked({&ball.view, nullptr, {}}, {&ball.view, nullptr, {}}).empty());
+    EXPECT_TRUE(queried({}, near).empty());
+    EXPECT_TRUE(queried({nullptr, &ball.probe, {}}, {nullptr, &ball.probe, {}}).empty());
+    EXPECT_TRUE(queried({&ball.view, nullptr, {}}, {&ball.view, nullptr, {}}).empty());
     // Ground without vertices still stops what has some.
-    const std::vector<PairContact> contacts = asked({&ball.view, nullptr, {}}, near);
+    const std::vector<PairContact> contacts = queried({&ball.view, nullptr, {}}, near);
     ASSERT_FALSE(contacts.empty());
     for (const PairContact& c : contacts) EXPECT_EQ(c.vertex_of, Side::B);
 }
@@ -234,7 +235,7 @@ TEST(Pair, FullSpansAreFlaggedAndTheRestCounted)
     const test::Solid ball(test::small_sphere());
     const Body a = ball.at(), b = ball.at(test::shifted({1.2, 0.1, 0}));
     PairResult whole;
-    const std::vector<PairContact> all = asked(a, b, k_unmerged, &whole);
+    const std::vector<PairContact> all = queried(a, b, k_unmerged, &whole);
     ASSERT_GT(all.size(), 20u);
     EXPECT_EQ(whole.status, k_probe_ok);
     EXPECT_EQ(whole.found, all.size());
@@ -258,7 +259,7 @@ TEST(Pair, PosesThatAreNotFiniteAreRefused)
         for (const Pose& pose : {test::shifted({bad, 0, 0}), turned})
             for (const bool second : {false, true}) {
                 PairResult r;
-                EXPECT_TRUE(asked(ball.at(second ? Pose{} : pose), ball.at(second ? pose : Pose{}), {}, &r).empty());
+                EXPECT_TRUE(queried(ball.at(second ? Pose{} : pose), ball.at(second ? pose : Pose{}), {}, &r).empty());
                 EXPECT_NE(r.status & k_probe_not_finite, 0);
             }
     }
@@ -271,8 +272,8 @@ TEST(Pair, TheFirstContactIsEnoughForAYesOrNo)
     int yes = 0;
     for (int i = 0; i < 60; ++i) {
         const Body a = ring.at(test::random_pose(random, 0.8)), b = hand.at(test::random_pose(random, 0.8));
-        const bool touch = !asked(a, b).empty();
-        EXPECT_EQ(!asked(a, b, {.query = {.first_only = true}}).empty(), touch);
+        const bool touch = !queried(a, b).empty();
+        EXPECT_EQ(!queried(a, b, {.query = {.first_only = true}}).empty(), touch);
         yes += touch ? 1 : 0;
     }
     EXPECT_GT(yes, 5);

@@ -47,7 +47,7 @@ struct Answer {
 };
 
 /// pose: to the mesh's frame; contacts in model space.
-Answer ask(const test::Parsed& m, const Probe& probe, const Pose& pose, const QueryOptions& options = {})
+Answer answer_of(const test::Parsed& m, const Probe& probe, const Pose& pose, const QueryOptions& options = {})
 {
     Answer answer;
     answer.contacts.resize(probe.size());
@@ -121,7 +121,7 @@ void check_against_oracle(Layer layer, const Limits& limits)
         std::uint32_t unseen = 0;
         std::vector<double> errors, tilts;
         for (const Pose& pose : touching_poses(points, target.mesh.vertices, 8, 7)) {
-            const Answer answer = ask(m, probe, pose, {.layer = layer});
+            const Answer answer = answer_of(m, probe, pose, {.layer = layer});
             EXPECT_EQ(answer.result.status, k_probe_ok);
             unseen += answer.result.unseen;
             const auto contact_of = by_point(answer, points.size());
@@ -186,7 +186,7 @@ TEST(Frame, ExactDepthsHoldOnNeedles)
     test::Random random(8);
     std::vector<Vec3d> points(6000);
     for (Vec3d& p : points) p = random.in_box({-0.52, -0.52, -0.1}, {0.52, 0.52, 10.1});
-    const Answer answer = ask(m, Probe(points), {}, {.layer = Layer::Exact});
+    const Answer answer = answer_of(m, Probe(points), {}, {.layer = Layer::Exact});
     const auto contact_of = by_point(answer, points.size());
     std::size_t contacts = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -214,7 +214,7 @@ TEST(Frame, LayerThreeVerdictsOfPointsBesideARealSurfaceAreRightBeyondHalfAPerce
         for (int i = 0; i < 4; ++i)
             points.push_back(v + random.between(0, 0.04) * m.r_max() * m.view().header.unit * random.direction());
     const Probe probe(points);
-    const Answer answer = ask(m, probe, {.rotation = test::rotation_about({1, 0, 0}, 0)});
+    const Answer answer = answer_of(m, probe, {.rotation = test::rotation_about({1, 0, 0}, 0)});
     const auto contact_of = by_point(answer, points.size());
     int wrong = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -232,7 +232,7 @@ TEST(Frame, LayerOneMissesNothing)
     const Probe probe(hand_points());
     const test::Parsed m(test::small_torus());
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 3)) {
-        const Answer answer = ask(m, probe, pose, {.layer = Layer::One});
+        const Answer answer = answer_of(m, probe, pose, {.layer = Layer::One});
         const auto contact_of = by_point(answer, hand_points().size());
         for (std::size_t i = 0; i < hand_points().size(); ++i) {
             const Vec3d p = m.to_model(apply(pose, hand_points()[i]));
@@ -250,13 +250,13 @@ TEST(Frame, EveryInstructionSetGivesTheSameBits)
         const test::Parsed m(target.mesh);
         for (const Pose& pose : touching_poses(hand_points(), target.mesh.vertices, 4, 11))
             for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
-                const Answer best = ask(m, probe, pose, {.layer = layer});
+                const Answer best = answer_of(m, probe, pose, {.layer = layer});
                 int others = 0;
                 for (std::int64_t left = supported; left != 0; left &= left - 1) {
                     const std::int64_t one = left & -left;
                     hwy::SetSupportedTargetsForTest(one);
-                    const Answer answer = ask(m, probe, pose, {.layer = layer});
-                    const Answer first = ask(m, probe, pose, {.layer = layer, .first_only = true});
+                    const Answer answer = answer_of(m, probe, pose, {.layer = layer});
+                    const Answer first = answer_of(m, probe, pose, {.layer = layer, .first_only = true});
                     hwy::SetSupportedTargetsForTest(0);
                     expect_same(best, answer, target.name + " by " + hwy::TargetName(one));
                     EXPECT_EQ(first.result.contacts > 0, best.result.contacts > 0) << hwy::TargetName(one);
@@ -272,19 +272,19 @@ TEST(Frame, EveryInstructionSetGivesTheSameBits)
 TEST(Frame, TheOrderOfPointsDoesNotMatter)
 {
     const test::Parsed m(test::small_torus());
-    std::vector<std::uint32_t> place(hand_points().size());
-    std::iota(place.begin(), place.end(), 0u);
+    std::vector<std::uint32_t> position(hand_points().size());
+    std::iota(position.begin(), position.end(), 0u);
     test::Random random(13);
-    for (std::size_t i = place.size(); i > 1; --i) std::swap(place[i - 1], place[random.below(i)]);
-    std::vector<Vec3d> shuffled(place.size());
-    for (std::size_t i = 0; i < place.size(); ++i) shuffled[place[i]] = hand_points()[i];
+    for (std::size_t i = position.size(); i > 1; --i) std::swap(position[i - 1], position[random.below(i)]);
+    std::vector<Vec3d> shuffled(position.size());
+    for (std::size_t i = 0; i < position.size(); ++i) shuffled[position[i]] = hand_points()[i];
     const Probe straight(hand_points()), mixed(shuffled);
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 13))
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-            Answer a = ask(m, straight, pose, {.layer = layer});
-            for (Contact& c : a.contacts) c.index = place[c.index];
+            Answer a = answer_of(m, straight, pose, {.layer = layer});
+            for (Contact& c : a.contacts) c.index = position[c.index];
             std::sort(a.contacts.begin(), a.contacts.end(), [](const auto& x, const auto& y) { return x.index < y.index; });
-            expect_same(a, ask(m, mixed, pose, {.layer = layer}), "layer " + std::to_string(static_cast<int>(layer)));
+            expect_same(a, answer_of(m, mixed, pose, {.layer = layer}), "layer " + std::to_string(static_cast<int>(layer)));
         }
 }
 
@@ -302,9 +302,9 @@ TEST(Frame, MovingBothBodiesChangesNothing)
         const Pose frame{random_rotation(random), 2. * random.direction()};
         std::vector<Vec3d> retold;
         for (const Vec3d& p : points) retold.push_back(apply(frame, p));
-        const Answer plain = ask(m, probe, pose, {.layer = Layer::Exact});
-        for (const Answer& other : {ask(m, probe, moved, {.layer = Layer::Exact}),
-                                    ask(m, Probe(retold), compose(pose, inverse(frame)), {.layer = Layer::Exact})}) {
+        const Answer plain = answer_of(m, probe, pose, {.layer = Layer::Exact});
+        for (const Answer& other : {answer_of(m, probe, moved, {.layer = Layer::Exact}),
+                                    answer_of(m, Probe(retold), compose(pose, inverse(frame)), {.layer = Layer::Exact})}) {
             const auto a = by_point(plain, points.size()), b = by_point(other, points.size());
             std::size_t both = 0, near = 0;
             for (std::size_t i = 0; i < points.size(); ++i) {
@@ -350,12 +350,12 @@ TEST(Frame, AMovedProbeAnswersAsAFreshOneDoes)
     Probe probe(hand_points());
     const Probe fresh(bent);
     for (const Pose& pose : touching_poses(bent, test::small_torus().vertices, 6, 19)) {
-        const Answer before = ask(m, probe, pose);
+        const Answer before = answer_of(m, probe, pose);
         probe.move(bent);
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact})
-            expect_same(ask(m, fresh, pose, {.layer = layer}), ask(m, probe, pose, {.layer = layer}), "moved");
+            expect_same(answer_of(m, fresh, pose, {.layer = layer}), answer_of(m, probe, pose, {.layer = layer}), "moved");
         probe.move(hand_points());
-        expect_same(before, ask(m, probe, pose), "moved back");
+        expect_same(before, answer_of(m, probe, pose), "moved back");
     }
 }
 
@@ -370,17 +370,17 @@ TEST(Frame, AFullSpanIsFlaggedAndTheRestCounted)
                 std::vector<Contact> all(probe.size());
                 const ProbeResult whole = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer}, all);
                 EXPECT_EQ(whole.status, k_probe_ok);
-                for (const std::size_t room : {whole.contacts / 2, std::size_t{0}, whole.contacts}) {
+                for (const std::size_t space : {whole.contacts / 2, std::size_t{0}, whole.contacts}) {
                     // One more entry behind the span must stay as it is.
-                    std::vector<Contact> some(room + 1);
+                    std::vector<Contact> some(space + 1);
                     some.back().depth = -7;
                     const ProbeResult part = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer},
-                                                         std::span(some).first(room));
+                                                         std::span(some).first(space));
                     EXPECT_EQ(part.contacts, whole.contacts);
-                    EXPECT_EQ(part.status, room < whole.contacts ? k_probe_full : k_probe_ok);
-                    full += room < whole.contacts ? 1 : 0;
+                    EXPECT_EQ(part.status, space < whole.contacts ? k_probe_full : k_probe_ok);
+                    full += space < whole.contacts ? 1 : 0;
                     EXPECT_EQ(some.back().depth, -7);
-                    for (std::size_t i = 0; i < room; ++i) ASSERT_TRUE(same_bits(some[i], all[i]));
+                    for (std::size_t i = 0; i < space; ++i) ASSERT_TRUE(same_bits(some[i], all[i]));
                 }
             }
     EXPECT_GT(full, 0);
@@ -395,7 +395,7 @@ TEST(Frame, FirstOnlySaysWhetherThereAreContacts)
     for (int i = 0; i < 200; ++i) {
         const Pose pose{random_rotation(random), random.between(0.2, 2.2) * random.direction()};
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
-            const bool any = ask(m, probe, pose, {.layer = layer}).result.contacts > 0;
+            const bool any = answer_of(m, probe, pose, {.layer = layer}).result.contacts > 0;
             const ProbeResult first =
                 query_probe({.model = &m.view()}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, {});
             ASSERT_EQ(first.contacts > 0, any);
@@ -415,7 +415,7 @@ TEST(Frame, APoseThatIsNotFiniteIsRefused)
             for (const test::Parsed* view : {&m, &surface}) {
                 Pose pose;
                 (i < 9 ? pose.rotation.row[i / 3][i % 3] : pose.translation[i - 9]) = bad;
-                const Answer answer = ask(*view, probe, pose);
+                const Answer answer = answer_of(*view, probe, pose);
                 EXPECT_EQ(answer.result.contacts, 0u);
                 EXPECT_EQ(answer.result.status, k_probe_not_finite);
             }
@@ -429,7 +429,7 @@ TEST(Frame, FarPosesGiveNothing)
         for (const Vec3d direction : {Vec3d{1, 0, 0}, Vec3d{0, -1, 0}, Vec3d{1, 1, -1}})
             for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact})
                 for (const test::Parsed* view : {&m, &surface}) {
-                    const Answer answer = ask(*view, probe, {{}, far * direction}, {.layer = layer});
+                    const Answer answer = answer_of(*view, probe, {{}, far * direction}, {.layer = layer});
                     EXPECT_EQ(answer.result.contacts, 0u) << far;
                     if (far < 1e38) {
                         EXPECT_EQ(answer.result.status, k_probe_ok) << far;
@@ -447,9 +447,9 @@ TEST(Frame, MeshesFarFromTheirOriginAreAnswered)
     const Probe probe(points);
     std::size_t contacts = 0;
     for (Pose pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 31)) {
-        // The probe is told about a far place of its own: only the posed points are near the mesh.
+        // The probe is told about a far origin of its own: only the posed points are near the mesh.
         pose.translation = 1000. * pose.translation + shift + pose.rotation * shift;
-        const Answer answer = ask(m, probe, pose, {.layer = Layer::Exact});
+        const Answer answer = answer_of(m, probe, pose, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d p = m.to_model(apply(pose, points[i]));
@@ -484,7 +484,7 @@ TEST(Frame, ProbesOfAnySizeAnswerEachPointOnce)
         std::vector<Vec3d> points(size);
         for (Vec3d& p : points) p = random.in_box({-1.3, -1.3, -0.3}, {1.3, 1.3, 0.3});
         const Probe probe(points);
-        const Answer answer = ask(m, probe, {}, {.layer = Layer::Exact});
+        const Answer answer = answer_of(m, probe, {}, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, size);
         for (std::size_t i = 0; i < size; ++i) {
             const Vec3d p = m.to_model(points[i]);
@@ -502,7 +502,7 @@ TEST(Frame, AModelWithoutALocatorIsAnsweredPointByPoint)
     const Probe probe(points);
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(points, test::small_torus().vertices, 4, 41)) {
-        const Answer answer = ask(m, probe, pose, {.layer = Layer::Exact});
+        const Answer answer = answer_of(m, probe, pose, {.layer = Layer::Exact});
         const auto contact_of = by_point(answer, points.size());
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3d p = m.to_model(apply(pose, points[i]));
@@ -523,7 +523,7 @@ TEST(Frame, WithoutTheExactLayerThreeAnswersAndSaysSo)
     const Probe probe(hand_points());
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 43)) {
-        const Answer exact = ask(m, probe, pose, {.layer = Layer::Exact}), three = ask(m, probe, pose);
+        const Answer exact = answer_of(m, probe, pose, {.layer = Layer::Exact}), three = answer_of(m, probe, pose);
         EXPECT_EQ(exact.result.status, k_probe_no_exact);
         contacts += exact.result.contacts;
         EXPECT_NEAR(static_cast<double>(exact.result.contacts), static_cast<double>(three.result.contacts),

@@ -241,26 +241,26 @@ TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)
 TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
 {
     const mesh::Mesh shape = mesh::ellipsoid({1.6, 1.0, 0.5}, 3);
-    struct Place {
+    struct Position {
         double scale;
         Vec3d shift;
     };
     test::Random random(6);
-    for (const Place& place : {Place{1e6, {1e8, -1e8, 1e8}}, Place{1e-9, {}}, Place{1, {0, 0, 1000}}}) {
-        const mesh::Mesh moved = test::mapped(shape, place.scale, place.shift);
+    for (const Position& position : {Position{1e6, {1e8, -1e8, 1e8}}, Position{1e-9, {}}, Position{1, {0, 0, 1000}}}) {
+        const mesh::Mesh moved = test::mapped(shape, position.scale, position.shift);
         const test::Baked b = test::baked(mesh::canonicalized(moved));
         const model::ModelView view = b.view();
         const mesh::Solid solid(moved);  // in the mesh's own units
         const double r_max = view.header.r_max * view.header.unit;
         for (int i = 0; i < 1500; ++i) {
-            const Vec3d p = place.shift + place.scale * random.in_box({-1.7, -1.1, -0.6}, {1.7, 1.1, 0.6});
+            const Vec3d p = position.shift + position.scale * random.in_box({-1.7, -1.1, -0.6}, {1.7, 1.1, 0.6});
             const mesh::ClosestPoint nearest = solid.closest_boundary(p);
             if (nearest.distance < 1e-5 * r_max) continue;
             const PointResult c = query_point(view, p, {.layer = Layer::Exact});
-            ASSERT_EQ(c.contact, solid.inside(p)) << place.scale;
+            ASSERT_EQ(c.contact, solid.inside(p)) << position.scale;
             if (c.contact) {
-                EXPECT_NEAR(c.depth, nearest.distance, 2e-5 * r_max) << place.scale;
-                EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << place.scale;
+                EXPECT_NEAR(c.depth, nearest.distance, 2e-5 * r_max) << position.scale;
+                EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << position.scale;
             }
         }
     }
@@ -295,7 +295,7 @@ TEST(Query, TheNearestSurfaceFromOutsideIsFoundFromAPlaceNearIt)
         const mesh::ClosestPoint nearest = m.solid().closest_boundary(p);
         if (m.solid().inside(p)) continue;
         ++outside;
-        // From a place beside it, a twentieth of the object's size away.
+        // From a position beside it, a twentieth of the object's size away.
         const mesh::ClosestPoint from = m.solid().closest_boundary(nearest.point + 0.05 * m.r_max() * random.direction());
         const mesh::Triangle& t = mesh.triangles[from.triangle];
         const Vec3d a = mesh.vertices[t[0]], across = cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a);

@@ -15,7 +15,7 @@
 namespace sqmap::query {
 namespace {
 
-/// A finger of three bones along x, in the places of its joints blended over a quarter of its length.
+/// A finger of three bones along x, at its joints blended over a quarter of its length.
 struct Finger {
     static constexpr double k_joints[2] = {-0.3, 0.35};
     mesh::Mesh mesh = mesh::ellipsoid({1, 0.25, 0.2}, 4);
@@ -69,23 +69,23 @@ std::vector<Vec3d> points_near(const mesh::Mesh& mesh, double reach, std::size_t
     return points;
 }
 
-struct Asked {
+struct SkinAnswer {
     ProbeResult result;
     std::vector<SkinContact> contacts;
     std::vector<double> depth;  // of each point, -1 where free
 };
 
-Asked ask(const PosedSkin& skin, std::span<const Vec3d> points, Layer layer, std::size_t room_for = 100000)
+SkinAnswer answer_of(const PosedSkin& skin, std::span<const Vec3d> points, Layer layer, std::size_t space_for = 100000)
 {
     const Finger& finger = Finger::get();
     SkinWorkspace workspace(finger.lattice, points);
-    Asked asked;
-    asked.contacts.resize(std::min(room_for, points.size()));
-    asked.result = query_skin({&finger.model.view(), &skin, points, {}}, {.layer = layer}, workspace, asked.contacts);
-    asked.contacts.resize(std::min(asked.contacts.size(), asked.result.contacts));
-    asked.depth.assign(points.size(), -1);
-    for (const SkinContact& c : asked.contacts) asked.depth[c.index] = c.depth;
-    return asked;
+    SkinAnswer answer;
+    answer.contacts.resize(std::min(space_for, points.size()));
+    answer.result = query_skin({&finger.model.view(), &skin, points, {}}, {.layer = layer}, workspace, answer.contacts);
+    answer.contacts.resize(std::min(answer.contacts.size(), answer.result.contacts));
+    answer.depth.assign(points.size(), -1);
+    for (const SkinContact& c : answer.contacts) answer.depth[c.index] = c.depth;
+    return answer;
 }
 
 TEST(Skin, VerdictsAreThoseOfTheSkinnedMeshFromStraightToRolledUp)
@@ -103,14 +103,14 @@ TEST(Skin, VerdictsAreThoseOfTheSkinnedMeshFromStraightToRolledUp)
         EXPECT_LT(deviation, (angle <= 1 ? 0.005 : 0.01) * finger.r_max) << "bent by " << angle;
         const std::vector<Vec3d> points = points_near(posed, 0.03 * finger.r_max, 10000, random);
         for (const Layer layer : {Layer::Three, Layer::Exact}) {
-            const Asked asked = ask(skin, points, layer);
+            const SkinAnswer answer = answer_of(skin, points, layer);
             const double band = layer == Layer::Exact ? deviation + 1e-4 * finger.r_max : 0.005 * finger.r_max;
             std::size_t inside = 0, wrong = 0;
             for (std::size_t i = 0; i < points.size(); ++i) {
                 if (truth.closest_point(points[i]).distance <= band) continue;
                 const bool is_inside = truth.winding_number(points[i]) > 0;
                 inside += is_inside ? 1 : 0;
-                wrong += is_inside != (asked.depth[i] >= 0) ? 1 : 0;
+                wrong += is_inside != (answer.depth[i] >= 0) ? 1 : 0;
             }
             EXPECT_EQ(wrong, 0u) << "bent by " << angle << ", layer " << static_cast<int>(layer);
             EXPECT_GT(inside, 1500u);
@@ -132,15 +132,15 @@ TEST(Skin, CoverageWithSignIsTheWindingNumber)
     std::size_t twice = 0, turned = 0;
     for (const Vec3d p : points_near(posed, 0.1 * finger.r_max, 20000, random)) {
         if (truth.closest_point(p).distance <= deviation + 1e-4 * finger.r_max) continue;
-        PreImage places[16];
-        const std::size_t count = skin.carry_back(p, places);
+        PreImage positions[16];
+        const std::size_t count = skin.carry_back(p, positions);
         ASSERT_LE(count, 16u);
         int covered = 0;
-        for (const PreImage& place : std::span(places).first(count)) {
-            const bool inside = bound.winding_number(place.bound) > 0;
-            covered += inside ? place.sign : 0;
-            turned += inside && place.sign < 0 ? 1 : 0;
-            EXPECT_LT(norm(apply(place.local, place.bound) - p), 1e-9);
+        for (const PreImage& position : std::span(positions).first(count)) {
+            const bool inside = bound.winding_number(position.bound) > 0;
+            covered += inside ? position.sign : 0;
+            turned += inside && position.sign < 0 ? 1 : 0;
+            EXPECT_LT(norm(apply(position.local, position.bound) - p), 1e-9);
         }
         EXPECT_EQ(covered, truth.winding_number(p));
         twice += covered > 1 ? 1 : 0;
@@ -159,9 +159,9 @@ TEST(Skin, WhatIsCarriedForwardIsFoundAgain)
         const Vec3d p = random.in_box({-1, -0.25, -0.2}, {1, 0.25, 0.2});
         Affine local;
         if (!skin.carry_forward(p, local)) continue;
-        PreImage places[16];
-        const std::size_t count = skin.carry_back(apply(local, p), places);
-        EXPECT_TRUE(std::any_of(places, places + count, [&](const PreImage& at) { return norm(at.bound - p) < 1e-6; }));
+        PreImage positions[16];
+        const std::size_t count = skin.carry_back(apply(local, p), positions);
+        EXPECT_TRUE(std::any_of(positions, positions + count, [&](const PreImage& at) { return norm(at.bound - p) < 1e-6; }));
     }
 }
 
@@ -174,20 +174,20 @@ TEST(Skin, BonesThatMoveAlikeMoveTheModel)
     ASSERT_TRUE(skin.pose(std::array{map, map, map}));
     test::Random random(10);
     const std::vector<Vec3d> points = points_near(finger.posed(std::array{map, map, map}), 0.1, 4000, random);
-    const Asked asked = ask(skin, points, Layer::Exact);
+    const SkinAnswer answer = answer_of(skin, points, Layer::Exact);
     Probe probe(points);
     std::vector<Contact> rigid(points.size());
     const Body posed{.model = &finger.model.view(), .pose = {turn, map.shift}};
     const ProbeResult r = query_probe(posed, {.probe = &probe}, {.layer = Layer::Exact}, rigid);
-    ASSERT_EQ(r.contacts, asked.result.contacts);
+    ASSERT_EQ(r.contacts, answer.result.contacts);
     ASSERT_GT(r.contacts, 1000u);
     rigid.resize(r.contacts);
     std::sort(rigid.begin(), rigid.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     for (std::size_t i = 0; i < rigid.size(); ++i) {
-        EXPECT_EQ(rigid[i].index, asked.contacts[i].index);
-        EXPECT_NEAR(rigid[i].depth, asked.contacts[i].depth, 1e-5);
-        EXPECT_GT(dot(cast<double>(rigid[i].normal), asked.contacts[i].normal), 1 - 1e-6);
-        EXPECT_NEAR(norm(r.position(rigid[i]) - asked.contacts[i].point), 0, 1e-5);
+        EXPECT_EQ(rigid[i].index, answer.contacts[i].index);
+        EXPECT_NEAR(rigid[i].depth, answer.contacts[i].depth, 1e-5);
+        EXPECT_GT(dot(cast<double>(rigid[i].normal), answer.contacts[i].normal), 1 - 1e-6);
+        EXPECT_NEAR(norm(r.position(rigid[i]) - answer.contacts[i].point), 0, 1e-5);
     }
 }
 
@@ -202,7 +202,7 @@ TEST(Skin, DepthAndNormalFollowTheBend)
     test::Random random(11);
     const std::vector<Vec3d> points = points_near(posed, 0.03 * finger.r_max, 4000, random);
     std::vector<double> depth, normal;
-    for (const SkinContact& c : ask(skin, points, Layer::Exact).contacts) {
+    for (const SkinContact& c : answer_of(skin, points, Layer::Exact).contacts) {
         const mesh::ClosestPoint closest = truth.closest_boundary(points[c.index]);
         depth.push_back(std::abs(c.depth - closest.distance) / finger.r_max);
         if (closest.distance > 1e-3 * finger.r_max) normal.push_back(dot(normalized(closest.point - points[c.index]), c.normal));
@@ -230,11 +230,11 @@ TEST(Skin, WhatCannotBeAskedIsFreeAndSaid)
     // The pose before still stands.
     const std::vector<Vec3d> points{{-0.7, 0, 0}, {nan, 0, 0},  {0, std::numeric_limits<double>::infinity(), 0},
                                     {1e30, 0, 0}, {-0.6, 0, 0}, {-0.6, 0, 1}};
-    const Asked asked = ask(skin, points, Layer::Exact);
-    ASSERT_EQ(asked.result.contacts, 2u);
-    EXPECT_EQ(asked.contacts[0].index, 0u);
-    EXPECT_EQ(asked.contacts[1].index, 4u);
-    const Asked narrow = ask(skin, points, Layer::Exact, 1);
+    const SkinAnswer answer = answer_of(skin, points, Layer::Exact);
+    ASSERT_EQ(answer.result.contacts, 2u);
+    EXPECT_EQ(answer.contacts[0].index, 0u);
+    EXPECT_EQ(answer.contacts[1].index, 4u);
+    const SkinAnswer narrow = answer_of(skin, points, Layer::Exact, 1);
     EXPECT_EQ(narrow.result.contacts, 2u);
     EXPECT_NE(narrow.result.status & k_probe_full, 0);
     SkinWorkspace workspace(finger.lattice, points);
@@ -246,7 +246,7 @@ TEST(Skin, WhatCannotBeAskedIsFreeAndSaid)
     std::vector<Affine> flat = Finger::bent(0);
     for (Vec3d& row : flat[0].linear.row) row = {};
     ASSERT_TRUE(skin.pose(flat));
-    EXPECT_EQ(ask(skin, points, Layer::Exact).result.contacts, 0u);
+    EXPECT_EQ(answer_of(skin, points, Layer::Exact).result.contacts, 0u);
 }
 
 TEST(Skin, LatticesOfNothingAreRefused)
@@ -320,7 +320,7 @@ TEST(SweptSkin, WhatHardlyMovesAnswersAsAQueryDoes)
     const std::vector<Vec3d> points = points_near(Finger::get().posed(Finger::bent(0.5)), 0.05, 400, random);
     const SweptFinger swept(0.499, 0.5, points, points, 0.05);
     const PosedSkin& end = swept.skin.to();
-    const Asked alone = ask(end, points, Layer::Three);
+    const SkinAnswer alone = answer_of(end, points, Layer::Three);
     EXPECT_EQ(swept.result.fast, 0u);
     EXPECT_GT(swept.skin.motion(), 0.001 * 0.3);  // of the tip, two joints away
     ASSERT_EQ(swept.contacts.size(), alone.contacts.size());

@@ -36,8 +36,8 @@ struct Swept {
     std::vector<Contact> contacts;
 };
 
-Swept ask(const model::ModelView& view, std::span<const Vec3d> previous, std::span<const Vec3d> now, double step,
-          const Pose& from = {}, const Pose& to = {})
+Swept answer_of(const model::ModelView& view, std::span<const Vec3d> previous, std::span<const Vec3d> now, double step,
+                const Pose& from = {}, const Pose& to = {})
 {
     Probe probe(now);
     SweptWorkspace workspace(now.size());
@@ -72,22 +72,22 @@ TEST(Swept, PosesBetweenTwoAreExactAtTheEndsAndTurnEvenly)
 TEST(Swept, PointsThatJumpOverAThinPlateAreCaughtOnTheSideTheyCameFrom)
 {
     const std::vector<Vec3d> above = grid_at(0.31, 0.8, 20), below = grid_at(-0.29, 0.8, 20);
-    EXPECT_EQ(ask(plate().view(), above, below, 10).result.probe.contacts, 0u);  // a frame alone sees nothing
-    const Swept swept = ask(plate().view(), above, below, 2 * k_half_thickness);
+    EXPECT_EQ(answer_of(plate().view(), above, below, 10).result.probe.contacts, 0u);  // a frame alone sees nothing
+    const Swept swept = answer_of(plate().view(), above, below, 2 * k_half_thickness);
     ASSERT_EQ(swept.contacts.size(), above.size());
     EXPECT_EQ(swept.result.caught, above.size());
     for (const Contact& c : swept.contacts) {
         EXPECT_GT(c.normal.y, 0.99f);
         EXPECT_NEAR(c.depth, 0.29 + k_half_thickness, 0.01);
     }
-    for (const Contact& c : ask(plate().view(), below, above, 2 * k_half_thickness).contacts) EXPECT_LT(c.normal.y, -0.99f);
+    for (const Contact& c : answer_of(plate().view(), below, above, 2 * k_half_thickness).contacts) EXPECT_LT(c.normal.y, -0.99f);
 }
 
 TEST(Swept, APlateThatJumpsOverPointsCatchesThemToo)
 {
     const std::vector<Vec3d> points = grid_at(0, 0.5, 12);
     // From 0.31, not 0.3: at whole steps of 0.04 from there the plate's two sides would lie exactly on the points.
-    const Swept swept = ask(plate().view(), points, points, 2 * k_half_thickness, {{}, {0, 0.31, 0}}, {{}, {0, -0.29, 0}});
+    const Swept swept = answer_of(plate().view(), points, points, 2 * k_half_thickness, {{}, {0, 0.31, 0}}, {{}, {0, -0.29, 0}});
     ASSERT_EQ(swept.contacts.size(), points.size());
     for (const Contact& c : swept.contacts) EXPECT_GT(c.normal.y, 0.99f);
 }
@@ -95,9 +95,9 @@ TEST(Swept, APlateThatJumpsOverPointsCatchesThemToo)
 TEST(Swept, PointsThatPassBesideOrRestInsideAnswerAsAFrameDoes)
 {
     const std::vector<Vec3d> from = grid_at(0.2, 0.8, 10), to = grid_at(0.06, 0.8, 10);
-    EXPECT_EQ(ask(plate().view(), from, to, 0.05).result.probe.contacts, 0u);
+    EXPECT_EQ(answer_of(plate().view(), from, to, 0.05).result.probe.contacts, 0u);
     const std::vector<Vec3d> inside = grid_at(0.02, 0.8, 10);
-    const Swept swept = ask(plate().view(), from, inside, 0.05), frame = ask(plate().view(), inside, inside, 0.05);
+    const Swept swept = answer_of(plate().view(), from, inside, 0.05), frame = answer_of(plate().view(), inside, inside, 0.05);
     ASSERT_EQ(swept.contacts.size(), inside.size());
     EXPECT_EQ(swept.result.caught, 0u);
     for (std::size_t i = 0; i < inside.size(); ++i) {
@@ -109,8 +109,8 @@ TEST(Swept, PointsThatPassBesideOrRestInsideAnswerAsAFrameDoes)
 TEST(Swept, AWayOfMoreThanTheMostStepsSaysSo)
 {
     const std::vector<Vec3d> above = grid_at(50, 0.8, 4), below = grid_at(-50, 0.8, 4);
-    EXPECT_NE(ask(plate().view(), above, below, 0.05).result.probe.status & k_swept_coarse, 0);
-    EXPECT_EQ(ask(plate().view(), above, below, 5).result.probe.status & k_swept_coarse, 0);
+    EXPECT_NE(answer_of(plate().view(), above, below, 0.05).result.probe.status & k_swept_coarse, 0);
+    EXPECT_EQ(answer_of(plate().view(), above, below, 5).result.probe.status & k_swept_coarse, 0);
 }
 
 TEST(Swept, APointThatIsNotFiniteHasNoContact)
@@ -178,16 +178,16 @@ TEST_F(MovedProbe, AsksOnlyThePointsItIsToldTo)
     const std::vector<Vec3d> points = cloud(3, 1000);
     test::Random random(4);
     for (const double share : {0.0, 0.02, 0.5}) {
-        std::vector<std::uint8_t> asked(points.size());
-        for (auto& a : asked) a = random.uniform() < share ? 1 : 0;
+        std::vector<std::uint8_t> answer(points.size());
+        for (auto& a : answer) a = random.uniform() < share ? 1 : 0;
         Probe probe(points);
         const auto all = contacts(probe);
-        probe.move(points, asked);
+        probe.move(points, answer);
         std::vector<std::uint32_t> expected, found;
         for (const auto& c : all)
-            if (asked[c.index] != 0) expected.push_back(c.index);
+            if (answer[c.index] != 0) expected.push_back(c.index);
         for (const auto& c : contacts(probe))
-            if (asked[c.index] != 0) found.push_back(c.index);
+            if (answer[c.index] != 0) found.push_back(c.index);
         EXPECT_EQ(found, expected) << share;
     }
 }
