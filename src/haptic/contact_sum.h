@@ -32,13 +32,17 @@ struct ContactForce {
     double reach = 0;    ///< m, of a patch: farthest contact from the pose's centre
 };
 
+/// Depth of full weight; 0: any. A proxy rests on few points, with friction.
+[[nodiscard]] inline double entry_depth(const ZoneOptions& options)
+{
+    if (!(options.entry_depth > 0)) return 0;
+    return options.mode == Mode::Proxy ? std::max(options.entry_depth, 0.5 * options.proxy_depth) : options.entry_depth;
+}
+
 /// Moments of the contacts: weights times powers of depth. A contact enters and leaves with weight zero.
 class ContactSum {
 public:
-    explicit ContactSum(const ZoneOptions& options)
-        : shading_(options.shading), per_entry_(options.entry_depth > 0 ? 1 / options.entry_depth : INFINITY)
-    {
-    }
+    explicit ContactSum(const ZoneOptions& options) : shading_(options.shading), per_entry_(1 / entry_depth(options)) {}
 
     void add(const Spring& s)
     {

@@ -57,7 +57,9 @@ struct ZoneOptions {
     Averaging averaging = Averaging::Patch;
     Smoothing smoothing{};  ///< Stencil and Ball: the one that the probe's points were made with
     Shading shading = Shading::Levelled;
-    double entry_depth = 0.0005;               ///< m, Patch: depth of full weight; 0: every contact has it, the paper's mean
+    /// m, Patch: depth of full weight; 0: every contact has it, the paper's mean. A proxy has at least half of proxy_depth, so
+    /// that friction does not swing between the few points that it rests on.
+    double entry_depth = 0.0005;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
     double stiffness = 500;                    ///< k of eqs. 21 and 32, N/m (errata 10)
     double damping = 0;                        ///< N s/m along the normal while pressing in; never pulls

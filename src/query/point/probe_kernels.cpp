@@ -176,7 +176,7 @@ private:
             const float radius = 1.0001f * part.sphere[3];
             const V3 d{hn::Sub(p.x, set(part.sphere[0])), hn::Sub(p.y, set(part.sphere[1])), hn::Sub(p.z, set(part.sphere[2]))};
             const M near = hn::And(hn::AndNot(held, occupied), hn::Le(dot(d, d), set(radius * radius)));
-            if (any(near)) held = hn::Or(held, may_hold(part, p, near));
+            if (any(near)) held = hn::Or(held, may_hold(model::superquadric_of(part), p, near));
         }
         each_lane(held, [&](std::size_t i) {
             const std::size_t k = first + i;

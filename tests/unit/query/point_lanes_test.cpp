@@ -2,6 +2,7 @@
 #include "model/approach.h"
 #include "model/locator.h"
 #include "support/parsed.h"
+#include "support/superquadrics.h"
 
 #ifndef SQMAP_POINT_LANES_TEST_TYPES
 #define SQMAP_POINT_LANES_TEST_TYPES
@@ -39,6 +40,7 @@ struct ApproachAnswer {
 #include "query/point/chart_verdict-inl.h"
 #include "query/point/locate-inl.h"
 #include "query/point/plane_kernel-inl.h"
+#include "query/point/superquadric-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -125,6 +127,14 @@ void leaves(const model::ModelView& model, std::size_t part, std::span<const Vec
     }
 }
 
+void held(const shape::Superquadricf& sq, std::span<const Vec3f> p, std::span<std::uint8_t> out)
+{
+    for (std::size_t first = 0; first < p.size(); first += hn::Lanes(df)) {
+        const Stored is_held(may_hold(sq, loaded(p, first), hn::FirstN(df, hn::Lanes(df))));
+        each_present(first, p.size(), [&](std::size_t lane, std::size_t i) { out[i] = is_held.i[lane] != 0 ? 1 : 0; });
+    }
+}
+
 void approaches(const model::ModelView& model, std::size_t part, std::span<const Vec3f> p, std::span<const Vec3f> start,
                 std::span<ApproachAnswer> out)
 {
@@ -153,6 +163,7 @@ namespace sqmap::query {
 HWY_EXPORT(cells);
 HWY_EXPORT(leaves);
 HWY_EXPORT(approaches);
+HWY_EXPORT(held);
 
 namespace {
 
@@ -315,6 +326,31 @@ TEST(PointLanes, TheSearchInAChartEndsWhereThatOfOnePointDoes)
             }
         });
     }
+}
+
+TEST(PointLanes, SuperquadricsHoldWhatTheImplicitFunctionSays)
+{
+    const std::vector<shape::Superquadricd> samples = test::sample_superquadrics();
+    on_every_target([&](const char* target) {
+        test::Random random(9);
+        std::size_t left_out = 0, kept_outside = 0, outside = 0;
+        for (const shape::Superquadricd& sample : samples) {
+            const shape::Superquadricf sq = shape::cast<float>(sample);
+            std::vector<Vec3f> points;
+            for (int i = 0; i < 2000; ++i) points.push_back(sq.translation + cast<float>(random.in_box({-3, -3, -3}, {3, 3, 3})));
+            std::vector<std::uint8_t> is_held(points.size());
+            HWY_DYNAMIC_DISPATCH(held)(sq, points, is_held);
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                const float f = shape::implicit(sq, points[i]);
+                left_out += f <= 1 && is_held[i] == 0 ? 1u : 0u;
+                outside += f > 1.01f ? 1u : 0u;
+                kept_outside += f > 1.01f && is_held[i] != 0 ? 1u : 0u;
+            }
+        }
+        EXPECT_EQ(left_out, 0u) << target;
+        // Beyond a bend's centre of curvature nothing is ruled out.
+        EXPECT_LT(kept_outside, outside / 20) << target << " of " << outside;
+    });
 }
 
 }  // namespace
