@@ -5,7 +5,7 @@
 #include <cstdio>
 
 int main(int argc, char** argv)
-{
+try {
     if (argc != 2) return 64;
     const sqmap::io::MappedModel file(argv[1]);
     for (const double height : {0.95, 1.05, 3.0}) {
@@ -14,4 +14,7 @@ int main(int argc, char** argv)
         const bool exact = d.known == sqmap::query::DistanceKind::Exact;
         std::printf("%s %.2f\n", exact ? "exactly" : "at least", d.distance);
     }
+} catch (const sqmap::io::ModelFileError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 65;
 }

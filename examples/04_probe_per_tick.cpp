@@ -8,7 +8,7 @@
 #include <vector>
 
 int main(int argc, char** argv)
-{
+try {
     using namespace sqmap;
     if (argc != 3) return 64;
     // Set up once: the model, the tool's vertices, and space for as many contacts.
@@ -32,4 +32,7 @@ int main(int argc, char** argv)
         std::printf("at %.2f: %s, %.2f deep at height %.1f\n", height, result.contacts > 0 ? "touching" : "free",
                     static_cast<double>(depth), at.z);
     }
+} catch (const sqmap::io::ModelFileError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 65;
 }

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 int main(int argc, char** argv)
-{
+try {
     using namespace sqmap;
     if (argc != 3) return 64;
     // Set up once: the model, and the mesh's own vertices as probe.
@@ -24,4 +24,7 @@ int main(int argc, char** argv)
     if (deepest != nullptr)
         std::printf("%.2f deep, the right one leaves along %.1f\n", static_cast<double>(deepest->depth),
                     static_cast<double>(deepest->normal.x));
+} catch (const sqmap::io::ModelFileError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 65;
 }

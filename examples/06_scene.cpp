@@ -7,7 +7,7 @@
 #include <vector>
 
 int main(int argc, char** argv)
-{
+try {
     using namespace sqmap;
     if (argc != 3) return 64;
     const io::MappedModel file(argv[1]);
@@ -27,4 +27,7 @@ int main(int argc, char** argv)
         const query::SceneResult result = scene.query_pairs({}, pairs, contacts);
         std::printf("at %.1f: %zu near, %s\n", x, result.pairs, result.contacts > 0 ? "touching" : "free");
     }
+} catch (const sqmap::io::ModelFileError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 65;
 }

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 int main(int argc, char** argv)
-{
+try {
     using namespace sqmap;
     if (argc != 2) return 64;
     const io::MappedModel file(argv[1]);
@@ -37,4 +37,7 @@ int main(int argc, char** argv)
         filter.tick(in, {&sent, 1});
     }
     std::printf("%.1f N commanded, %.1f N sent\n", commanded.force.z, sent.force.z);
+} catch (const sqmap::io::ModelFileError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 65;
 }

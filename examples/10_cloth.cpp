@@ -5,7 +5,7 @@
 #include <cstdio>
 
 int main(int argc, char** argv)
-{
+try {
     using namespace sqmap;
     if (argc != 2) return 64;
     const io::MappedModel file(argv[1]);  // a ball of radius 1: a metre
@@ -18,4 +18,7 @@ int main(int argc, char** argv)
     const sim::Penetration inside = sim::penetration(cloth.positions(), cloth.triangles(), {&ball, 1});
     std::printf("%zu of %zu nodes lie on the ball, the deepest %.1f mm inside\n", report.contacts, cloth.size(),
                 1000 * inside.nodes);
+} catch (const sqmap::io::ModelFileError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 65;
 }

@@ -95,11 +95,16 @@ ordered_json model_json(const model::ModelView& m, const io::SectionBytes& bytes
     out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
     out["triangles"] = m.header.triangle_count;
     out["vertices"] = m.header.vertex_count;
-    out["bytes"] = {
-        {"total", bytes.total},     {"superquadrics", bytes.superquadrics},
-        {"map", bytes.map},         {"normal_map", bytes.normal_map},
-        {"locator", bytes.locator}, {"exact_lists", bytes.exact},
-        {"exact_mesh", bytes.mesh}, {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
+    out["bytes"] = {{"total", bytes.total},
+                    {"superquadrics", bytes.superquadrics},
+                    {"map", bytes.map},
+                    {"normal_map", bytes.normal_map},
+                    {"locator", bytes.locator},
+                    {"exact_lists", bytes.exact},
+                    {"exact_mesh", bytes.mesh},
+                    {"distance", bytes.distance},
+                    {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
+    out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
     out["measured"] = measured_json(m.measured);
     out["parts"] = ordered_json::array();
     for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
@@ -112,12 +117,14 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", name.c_str(), m.parts.size(),
                 central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
                 std::string(m.source).c_str());
-    std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu\n", bytes.total,
+    std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n", bytes.total,
                 bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
-                bytes.exact + (central ? 0 : bytes.map), bytes.mesh);
+                bytes.exact + (central ? 0 : bytes.map), bytes.mesh, bytes.distance);
     std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
                 100 * m.header.quantisation / m.header.r_max);
     print_measured(m.measured);
+    std::printf("  signed distances exact within %.6g of the surface\n",
+                static_cast<double>(m.distance.header.band) * m.header.unit);
     std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
     for (std::size_t i = 0; i < m.parts.size(); ++i) {
         const model::Part& p = m.parts[i];

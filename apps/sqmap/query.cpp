@@ -104,6 +104,9 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                                       .smoothing = o.smoothing};
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
         throw BadPoints(o.model + " was baked without the exact layer: bake it without --no-exact");
+    if (options.layer == query::Layer::Auto && query::query_point(m, {}, options).status == query::k_no_exact)
+        std::fprintf(stderr, "%s: no layer is within %g, and it was baked without the exact layer: layer 3 answers\n",
+                     o.model.c_str(), o.tolerance);
     const double size = m.header.r_max * m.header.unit;
     std::string text;
     char row[256];
@@ -160,6 +163,10 @@ std::string distances(const model::ModelView& m, const std::vector<Vec3d>& point
 
 int run(const Options& o)
 {
+    if (o.tolerance >= 0 && o.layer != "auto") {
+        std::fprintf(stderr, "--tolerance is read by --layer auto alone\n");
+        return 64;
+    }
     try {
         io::refuse_to_replace(o.output, {o.model, o.points});
         const io::MappedModel file(o.model);
@@ -195,7 +202,8 @@ void add_query(CommandLine& line)
                       .option("--gate", options->gate,
                               "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices")
                       .shows_default();
-    Option tolerance = command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units");
+    Option tolerance =
+        command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units").not_below_zero();
     Option certain = command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
     Option offset = command.flag("--offset", options->offset,
                                  "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");

@@ -20,6 +20,7 @@ CallerFrame::CallerFrame(const model::Header& header, const Pose& touched) noexc
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) rotation[3 * i + j] = static_cast<float>(touched.rotation.row[i][j]);
         translation[i] = near ? static_cast<float>(origin[i]) : 0.f;
+        for (int j = 0; j < 3; ++j) is_turned = is_turned || rotation[3 * i + j] != (i == j ? 1.f : 0.f);
     }
 }
 

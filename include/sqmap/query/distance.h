@@ -60,7 +60,8 @@ void distances(const Body& touched, const Body& collider, std::span<SignedDistan
 /// True where some point of the collider's probe is inside the touched body or nearer to its surface than reach, in the poses'
 /// units. Clusters of points whose sphere is farther by the tree of bounds cost next to nothing, and the first point that is near
 /// ends it. False without a model or a probe, for a pose that is not finite, or reach that is not above zero. Without the exact
-/// layer it is as right as the approximate distance. Total, noexcept, no allocation; thread-safe.
+/// layer it is as right as the approximate distance, and beyond the baked band true may be said of what is up to twice as far.
+/// Total, noexcept, no allocation; thread-safe.
 [[nodiscard]] bool is_nearer(const Body& touched, const Body& collider, double reach) noexcept;
 
 }  // namespace sqmap::query

@@ -25,7 +25,7 @@ struct BoundLeaf {
     F bound;    // from the point to the surface, at least; may be negative
 };
 
-/// @pre the points are in the root, and there is a tree
+/// Of a point outside the root the outermost one towards it. @pre there is a tree
 HWY_INLINE BoundLeaf find_leaf(const model::DistanceArrays<model::ArrayView>& arrays, const V3& p)
 {
     BoundLeaf leaf;

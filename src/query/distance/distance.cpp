@@ -20,6 +20,7 @@ namespace {
 using model::ModelView;
 
 constexpr std::size_t k_chunk = 4096;
+constexpr double k_widest = 1e15;  // model units: squares of floats do not overflow
 
 Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
 
@@ -62,7 +63,7 @@ public:
         : model_(model), pose_(pose), to_mesh_(inverse(pose)), answers_(answers)
     {
         const auto baked = static_cast<double>(model.distance.header.band);
-        within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, 1e30) : baked);
+        within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, k_widest) : baked);
     }
 
     void add(Vec3d point, std::size_t index)
@@ -77,7 +78,10 @@ public:
         const Vec3d in_mesh = apply(to_mesh_, point), in_model = (in_mesh - origin_of(model_)) / model_.header.unit;
         if (!model::has_distance(model_) || !in_root(model_, in_model)) {
             answer.distance = away_from_sphere(model_, in_mesh);
-            return;
+            // Outside the root its outermost leaves still bound from below, so that a wide band is searched there too.
+            const bool sought = model::has_distance(model_) && model::has_exact(model_) &&
+                                answer.distance <= static_cast<double>(within_) * model_.header.unit;
+            if (!sought) return;
         }
         points_.data()[count_] = cast<float>(in_model);
         index_[count_++] = index;

@@ -20,8 +20,8 @@ struct NearestSurface {
     bool bound = false;       ///< distance is a lower bound
 };
 
-/// within: up to where exact answers are sought; -INFINITY: bounds for all, which may be negative. @pre every point is in the
-/// root of the tree of bounds, found.size() >= points.size()
+/// within: up to where exact answers are sought; -INFINITY: bounds for all, which may be negative. Outside the root of the tree
+/// of bounds they may be less than half of the distance. @pre found.size() >= points.size()
 void nearest_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
                       std::span<NearestSurface> found) noexcept;
 

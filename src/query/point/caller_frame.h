@@ -12,6 +12,7 @@ struct CallerFrame {
     float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row by row
     float translation[3] = {};                        ///< of model space's origin, from the anchor
     float unit = 1;                                   ///< length of model space's unit
+    bool is_turned = false;                           ///< else the rotation is the identity
     Vec3d anchor{};
 
     /// Model space itself.
@@ -22,11 +23,11 @@ struct CallerFrame {
     [[nodiscard]] Contact convert(const Contact& c) const noexcept
     {
         const float* r = rotation;
-        const Vec3f p = unit * c.point, n = c.normal;
-        const auto turned = [r](Vec3f v, int row) { return r[row] * v.x + (r[row + 1] * v.y + r[row + 2] * v.z); };
+        const auto dotted = [r](Vec3f v, int row) { return r[row] * v.x + (r[row + 1] * v.y + r[row + 2] * v.z); };
+        const auto turned = [&](Vec3f v) { return is_turned ? Vec3f{dotted(v, 0), dotted(v, 3), dotted(v, 6)} : v; };
         Contact out = c;
-        out.point = {turned(p, 0) + translation[0], turned(p, 3) + translation[1], turned(p, 6) + translation[2]};
-        out.normal = {turned(n, 0), turned(n, 3), turned(n, 6)};
+        out.point = turned(unit * c.point) + Vec3f{translation[0], translation[1], translation[2]};
+        out.normal = turned(c.normal);
         out.depth = unit * c.depth;
         return out;
     }

@@ -80,6 +80,7 @@ private:
     // As CallerFrame::convert.
     HWY_INLINE V3 turned(const V3& v) const
     {
+        if (!caller_.is_turned) return v;
         const float* r = caller_.rotation;
         return {row_dot(r, v), row_dot(r + 3, v), row_dot(r + 6, v)};
     }

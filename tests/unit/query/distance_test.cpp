@@ -309,6 +309,24 @@ TEST(Distance, IsNearerAgreesWithTheDistancesOnRealMeshes)
     }
 }
 
+TEST(Distance, IsExactFarFromTheObjectWhereAsked)
+{
+    // On the axis of a ring the surface is farther than the bounding sphere says.
+    const mesh::TorusOptions ring{.major_radius = 1, .minor_radius = 0.25};
+    const test::Parsed parsed(mesh::torus(ring));
+    const Probe point(std::vector<Vec3d>{{}});
+    for (const double z : {0.0, 1.0, 4.0, 10.0, 300.0}) {
+        const double truth = std::hypot(1, z) - 0.25, slack = 0.003 + 1e-6 * z;  // flat faces lie within the ring
+        const SignedDistance far = distance(parsed.view(), {0, 0, z}, 1000);
+        EXPECT_EQ(far.known, DistanceKind::Exact) << z;
+        EXPECT_NEAR(far.distance, truth, slack) << z;
+        EXPECT_NEAR(norm(far.point - Vec3d{0, 0, z}), truth, slack) << z;
+        const Body touched{.model = &parsed.view()}, collider{.probe = &point, .pose = {{}, {0, 0, z}}};
+        EXPECT_FALSE(is_nearer(touched, collider, truth - slack)) << z;
+        EXPECT_TRUE(is_nearer(touched, collider, truth + slack)) << z;
+    }
+}
+
 TEST(Distance, ReportsHowNearAProbeIs)
 {
     const Baked& b = hand();
