@@ -158,7 +158,7 @@ int main(int argc, char** argv)
                     query_seconds += cpu_seconds() - is_posed;
                     ++frames;
                 }
-                crowded += (r.status & query::k_skin_crowded) != 0 ? 1 : 0;
+                crowded += (r.status & query::k_crowded) != 0 ? 1 : 0;
                 queried += posed.size();
                 for (std::size_t c = 0; c < r.contacts; ++c) {
                     depth[0][contacts[c].index] = contacts[c].depth;

@@ -294,9 +294,9 @@ std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, 
             {touched, &probe_, inverse(collider.previous), to, previous, query_points_}, swept, workspace_, found_);
         frame = result.probe;
         report.caught += result.caught;
-        if ((frame.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
+        if ((frame.status & query::k_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
-    if ((frame.status & query::k_probe_full) != 0) status |= k_cloth_full;
+    if ((frame.status & query::k_full) != 0) status |= k_cloth_full;
     const auto contacts = std::span<const query::Contact>(found_).first(std::min(frame.contacts, found_.size()));
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const query::Contact& contact = contacts[c];
@@ -326,9 +326,9 @@ std::uint32_t Contacts::query_skinned(std::uint32_t number, const Search& search
         query::query_swept_skin({collider.model, collider.skin, search.nodes.previous, query_points_, stale_},
                                 {options_, sweep_step_, 64}, *skin_workspace_, skin_found_);
     report.caught += result.caught;
-    if ((result.probe.status & query::k_swept_coarse) != 0) status |= k_cloth_coarse_sweep;
-    if ((result.probe.status & query::k_probe_full) != 0) status |= k_cloth_full;
-    if ((result.probe.status & query::k_skin_crowded) != 0) status |= k_cloth_crowded;
+    if ((result.probe.status & query::k_coarse) != 0) status |= k_cloth_coarse_sweep;
+    if ((result.probe.status & query::k_full) != 0) status |= k_cloth_full;
+    if ((result.probe.status & query::k_crowded) != 0) status |= k_cloth_crowded;
     for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.probe.contacts, skin_found_.size()))) {
         if ((c.status & query::k_no_surface) != 0) continue;
         Affine was, is;

@@ -7,12 +7,16 @@
 
 namespace sqmap::query {
 
-/// What happened besides the answer; bits of Contact::status and PointResult::status.
+/// What happened besides the answer: bits of the status of contacts and of results.
 enum Status : std::uint8_t {
     k_ok = 0,
-    k_not_finite = 1,  ///< the query point is NaN or infinite: reported free
-    k_no_exact = 2,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
-    k_no_surface = 4,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
+    k_not_finite = 1,   ///< a point or pose is NaN or infinite: reported free, no contacts
+    k_no_exact = 2,     ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
+    k_no_surface = 4,   ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
+    k_full = 8,         ///< more contacts than the span or workspace holds: the rest is counted, not written
+    k_pairs_full = 16,  ///< scenes: more pairs than the span holds: the rest is counted, not queried
+    k_coarse = 32,      ///< swept: SweptOptions::max_steps did not suffice
+    k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
 };
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.

@@ -50,7 +50,7 @@ private:
 struct PairResult {
     std::span<const PairContact> contacts{};  ///< after merging; in the workspace, valid until its next query
     std::size_t found = 0;                    ///< in both directions, before merging, kept or not
-    std::uint8_t status = k_probe_ok;         ///< bits of ProbeStatus
+    std::uint8_t status = k_ok;               ///< bits of Status
 };
 
 /// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both

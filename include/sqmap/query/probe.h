@@ -63,17 +63,10 @@ private:
     float spacing_ = 0;
 };
 
-enum ProbeStatus : std::uint8_t {
-    k_probe_ok = 0,
-    k_probe_full = 1,        ///< more contacts than the span holds: the rest is counted, not written
-    k_probe_not_finite = 2,  ///< the pose is NaN or infinite: no contacts
-    k_probe_no_exact = 4,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
-};
-
 struct ProbeResult {
-    std::size_t contacts = 0;          ///< found; at most the span's size are written
-    std::uint8_t status = k_probe_ok;  ///< bits of ProbeStatus
-    std::uint32_t unseen = 0;  ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
+    std::size_t contacts = 0;    ///< found; at most the span's size are written
+    std::uint8_t status = k_ok;  ///< bits of Status
+    std::uint32_t unseen = 0;    ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
     /// What witness points are relative to. Zero, unless the touched mesh lies so far from its frame's origin that float would
     /// round by more than 1e-6 of R_max.
     Vec3d anchor{};

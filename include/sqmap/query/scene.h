@@ -18,18 +18,13 @@ struct ScenePair {
     BodyId a = k_no_body;
     BodyId b = k_no_body;                ///< none: the collider of query_probe
     std::uint32_t first = 0, count = 0;  ///< contacts[first, first + count)
-    std::uint8_t status = k_probe_ok;    ///< bits of ProbeStatus
-};
-
-enum SceneStatus : std::uint8_t {
-    // The bits of ProbeStatus are also in use: of any pair, and k_probe_not_finite where a body's pose is not.
-    k_scene_pairs_full = 8,  ///< more pairs than the span holds: the rest is counted, not queried
+    std::uint8_t status = k_ok;          ///< bits of Status
 };
 
 struct SceneResult {
     std::size_t pairs = 0;     ///< of near bodies, written or not
     std::size_t contacts = 0;  ///< written, of all pairs
-    std::uint8_t status = k_probe_ok;
+    std::uint8_t status = k_ok;
 };
 
 /// Bodies in one world. Adding and removing them may allocate and belongs outside the tick; all the rest is total, noexcept and
@@ -47,7 +42,7 @@ public:
     void remove(BodyId id);
 
     /// False where the pose is not finite or there is no such body: a body without a finite pose is near nothing, and queries
-    /// say k_probe_not_finite. Set the pose again when the body's probe has been moved out of its sphere.
+    /// say k_not_finite. Set the pose again when the body's probe has been moved out of its sphere.
     bool set_pose(BodyId id, const Pose& pose) noexcept;
 
     /// Number of bodies.

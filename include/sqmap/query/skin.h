@@ -148,11 +148,6 @@ struct SkinContact {
     std::uint8_t status = k_ok;
 };
 
-enum SkinStatus : std::uint8_t {
-    // The bits of ProbeStatus are also in use.
-    k_skin_crowded = 64,  ///< more than SkinWorkspace::k_max positions of the bound solid are at one point: the rest was left out
-};
-
 /// What query_skin works in, made outside the tick: one for each thread that queries.
 class SkinWorkspace {
 public:

@@ -18,12 +18,7 @@ struct SweptOptions {
     /// Nothing is missed whose chord along a point's path, as the model sees it, is at least this long, where the path meets it
     /// at more than 15 degrees. Probe units, > 0. Points that move less are queried once.
     double step = 0;
-    std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is queried at longer ones: k_swept_coarse
-};
-
-enum SweptStatus : std::uint8_t {
-    // The bits of ProbeStatus are also in use.
-    k_swept_coarse = 32,  ///< max_steps did not suffice
+    std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is queried at longer ones: k_coarse
 };
 
 /// What a swept query works in, made outside the tick: one for each thread that queries.

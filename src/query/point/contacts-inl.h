@@ -45,7 +45,7 @@ public:
         if (at < out_.size())
             out_[at] = caller_.convert(contact);
         else
-            result_.status |= k_probe_full;
+            result_.status |= k_full;
     }
 
     /// As Contact has them: eight words, and a ninth of part (16 bits), certain and status.
@@ -73,7 +73,7 @@ public:
             std::memcpy(to + 32, last + i, 4);
         }
         result_.contacts += count;
-        if (space < count) result_.status |= k_probe_full;
+        if (space < count) result_.status |= k_full;
     }
 
 private:

@@ -58,7 +58,7 @@ private:
         if (at < job_.out.size())
             job_.out[at] = job_.caller.convert(contact_of(c, job_.point[slot]));
         else
-            result_.status |= k_probe_full;
+            result_.status |= k_full;
     }
 
     const ProbeJob& job_;

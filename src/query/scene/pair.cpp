@@ -45,7 +45,7 @@ void PairQuery::add(const Body& touched, const Body& collider, Side vertex_of) n
     result.status |= found.status;
     for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size()))) {
         if (result.contacts == out.size()) {
-            result.status |= k_probe_full;
+            result.status |= k_full;
             return;
         }
         const Vec3d surface = found.position(c), vertex = surface - static_cast<double>(c.depth) * cast<double>(c.normal);

@@ -11,9 +11,9 @@ struct PairQuery {
     std::span<PairContact> out;
 
     struct Result {
-        std::size_t contacts = 0;          ///< written, after merging
-        std::size_t found = 0;             ///< in both directions, before merging, written or not
-        std::uint8_t status = k_probe_ok;  ///< bits of ProbeStatus
+        std::size_t contacts = 0;    ///< written, after merging
+        std::size_t found = 0;       ///< in both directions, before merging, written or not
+        std::uint8_t status = k_ok;  ///< bits of Status
     };
     Result result{};
 

@@ -42,7 +42,7 @@ struct Scene::PairList {
         if (const std::size_t at = result.pairs++; at < out.size())
             out[at] = {std::min(a, b), std::max(a, b)};
         else
-            result.status |= k_scene_pairs_full;
+            result.status |= k_pairs_full;
     }
     void sort()
     {
@@ -167,7 +167,7 @@ SceneResult Scene::find(double slack, std::span<ScenePair> pairs) noexcept
 {
     update();
     SceneResult result;
-    if (posed_ < order_.size()) result.status |= k_probe_not_finite;
+    if (posed_ < order_.size()) result.status |= k_not_finite;
     PairList list{pairs, result};
     const float slack_above = static_cast<float>(1.00001 * slack);
     for (std::size_t i = 0; i < posed_; ++i) {
@@ -210,13 +210,13 @@ SceneResult Scene::query_probe(const Body& collider, const QueryOptions& options
 {
     update();
     SceneResult result;
-    if (posed_ < order_.size()) result.status |= k_probe_not_finite;
+    if (posed_ < order_.size()) result.status |= k_not_finite;
     const Body body{nullptr, collider.probe, collider.pose};
     if (body.probe == nullptr) return result;
     Sphere s = safe_sphere(body);
     s.radius += largest_reach(options);
     if (!is_finite(body.pose) || !is_finite(s.centre)) {
-        result.status |= k_probe_not_finite;
+        result.status |= k_not_finite;
         return result;
     }
     PairList list{near, result};

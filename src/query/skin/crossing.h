@@ -26,7 +26,7 @@ void keep_crossing(const Crossing& crossing, std::uint32_t own, std::span<Crossi
     if (count < contacts.size())
         contacts[count++] = crossing;
     else
-        result.probe.status |= k_probe_full;
+        result.probe.status |= k_full;
 }
 
 }  // namespace sqmap::query

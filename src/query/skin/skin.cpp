@@ -294,7 +294,7 @@ struct SkinQuery {
                 if (counts[k] == 0) continue;
                 const std::uint32_t i = order[slot + k];
                 const std::size_t count = std::min(counts[k], SkinWorkspace::k_max);
-                if (counts[k] > count) result.status |= k_skin_crowded;
+                if (counts[k] > count) result.status |= k_crowded;
                 workspace.count_[i] = static_cast<std::uint8_t>(count);
                 workspace.first_[i] = static_cast<std::uint32_t>(positions);
                 workspace.best_[i].part = -1;
@@ -323,7 +323,7 @@ struct SkinQuery {
             if (result.contacts < contacts.size())
                 contacts[result.contacts] = workspace.best_[i];
             else
-                result.status |= k_probe_full;
+                result.status |= k_full;
             ++result.contacts;
             if (options.first_only) break;
         }

@@ -69,7 +69,7 @@ struct SweptRun {
         for (std::size_t c = 0; c < count; ++c) workspace.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(std::sqrt(longest) / options.step);
         const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.max_steps))));
-        if (wanted > steps) result.probe.status |= k_swept_coarse;
+        if (wanted > steps) result.probe.status |= k_coarse;
         const bool own_probe = workspace.probe_.size() == now.size();
         Probe& swept = own_probe ? workspace.probe_ : *query.probe;
         for (std::uint32_t step = 1; step < steps; ++step, ++result.positions) {
@@ -79,7 +79,7 @@ struct SweptRun {
                 if (workspace.fast_[i] == 1) workspace.at_[i] = previous[i] + share * (now[i] - previous[i]);
             swept.move(workspace.at_, workspace.fast_);
             const ProbeResult found = query_probe(query.touched, {nullptr, &swept, pose}, options.query, workspace.found_);
-            result.probe.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
+            result.probe.status |= static_cast<std::uint8_t>(found.status & ~k_full);
             for (std::size_t f = 0; f < std::min(found.contacts, workspace.found_.size()); ++f)
                 if (workspace.fast_[workspace.found_[f].index] == 1) take(workspace.found_[f], count);
         }

@@ -52,7 +52,7 @@ struct SkinSweep {
         for (std::size_t c = 0; c < count; ++c) workspace.contact_[contacts[c].index] = static_cast<std::uint32_t>(c);
         const double wanted = std::ceil(longest / options.step);
         const auto steps = static_cast<std::uint32_t>(std::min(wanted, std::max(1.0, static_cast<double>(options.max_steps))));
-        if (wanted > steps) result.probe.status |= k_swept_coarse;
+        if (wanted > steps) result.probe.status |= k_coarse;
         for (std::uint32_t step = 1; step < steps; ++step, ++result.positions) {
             const double share = static_cast<double>(step) / steps;
             for (std::size_t b = 0; b < skin.maps_.size(); ++b) {
@@ -65,7 +65,7 @@ struct SkinSweep {
             for (std::size_t i = 0; i < now.size(); ++i) workspace.at_[i] = previous[i] + share * (now[i] - previous[i]);
             const ProbeResult found = query_skin({query.bound, &skin.between_, workspace.at_, workspace.fast_}, options.query,
                                                  workspace, workspace.swept_);
-            result.probe.status |= static_cast<std::uint8_t>(found.status & ~k_probe_full);
+            result.probe.status |= static_cast<std::uint8_t>(found.status & ~k_full);
             for (std::size_t f = 0; f < std::min(found.contacts, workspace.swept_.size()); ++f)
                 if (workspace.fast_[workspace.swept_[f].index] == 1) take(workspace.swept_[f], count, result);
         }

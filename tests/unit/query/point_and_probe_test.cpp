@@ -51,7 +51,7 @@ void expect_alike(const Body& touched, const std::vector<Vec3d>& points, const s
     std::vector<PointResult> batch(points.size());
     for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact, Layer::Gate}) {
         const ProbeResult found = query_probe(touched, {.probe = &probe}, {.layer = layer}, contacts);
-        ASSERT_EQ(found.status, k_probe_ok);
+        ASSERT_EQ(found.status, k_ok);
         std::vector<const Contact*> contact_of(points.size(), nullptr);
         for (std::size_t i = 0; i < found.contacts; ++i) contact_of[contacts[i].index] = &contacts[i];
         ASSERT_EQ(query_points(touched, points, {.layer = layer}, batch), found.contacts) << name;

@@ -130,7 +130,7 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
         const Pose pose = test::random_pose(random, 0.3);
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
             const ProbeResult r = query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, contacts);
-            EXPECT_EQ(r.status, k_probe_ok);
+            EXPECT_EQ(r.status, k_ok);
             EXPECT_EQ(
                 query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer, .first_only = true}, contacts)
                         .contacts > 0,
@@ -143,7 +143,7 @@ TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
             const ProbeResult few =
                 query_probe({.model = &bare}, {.probe = &probe, .pose = pose}, {.layer = layer}, std::span(contacts).first(1));
             EXPECT_EQ(few.contacts, r.contacts);
-            EXPECT_EQ(few.status, r.contacts > 1 ? k_probe_full : k_probe_ok);
+            EXPECT_EQ(few.status, r.contacts > 1 ? k_full : k_ok);
         }
     }
     EXPECT_GT(total, 100u);

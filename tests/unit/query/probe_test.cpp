@@ -122,7 +122,7 @@ void check_against_oracle(Layer layer, const Limits& limits)
         std::vector<double> errors, tilts;
         for (const Pose& pose : touching_poses(points, target.mesh.vertices, 8, 7)) {
             const Answer answer = answer_of(m, probe, pose, {.layer = layer});
-            EXPECT_EQ(answer.result.status, k_probe_ok);
+            EXPECT_EQ(answer.result.status, k_ok);
             unseen += answer.result.unseen;
             const auto contact_of = by_point(answer, points.size());
             for (std::size_t i = 0; i < points.size(); ++i) {
@@ -369,7 +369,7 @@ TEST(Frame, AFullSpanIsFlaggedAndTheRestCounted)
             for (const Layer layer : {Layer::Three, Layer::Exact}) {
                 std::vector<Contact> all(probe.size());
                 const ProbeResult whole = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer}, all);
-                EXPECT_EQ(whole.status, k_probe_ok);
+                EXPECT_EQ(whole.status, k_ok);
                 for (const std::size_t space : {whole.contacts / 2, std::size_t{0}, whole.contacts}) {
                     // One more entry behind the span must stay as it is.
                     std::vector<Contact> some(space + 1);
@@ -377,7 +377,7 @@ TEST(Frame, AFullSpanIsFlaggedAndTheRestCounted)
                     const ProbeResult part = query_probe({.model = view}, {.probe = &probe, .pose = pose}, {.layer = layer},
                                                          std::span(some).first(space));
                     EXPECT_EQ(part.contacts, whole.contacts);
-                    EXPECT_EQ(part.status, space < whole.contacts ? k_probe_full : k_probe_ok);
+                    EXPECT_EQ(part.status, space < whole.contacts ? k_full : k_ok);
                     full += space < whole.contacts ? 1 : 0;
                     EXPECT_EQ(some.back().depth, -7);
                     for (std::size_t i = 0; i < space; ++i) ASSERT_TRUE(same_bits(some[i], all[i]));
@@ -417,7 +417,7 @@ TEST(Frame, APoseThatIsNotFiniteIsRefused)
                 (i < 9 ? pose.rotation.row[i / 3][i % 3] : pose.translation[i - 9]) = bad;
                 const Answer answer = answer_of(*view, probe, pose);
                 EXPECT_EQ(answer.result.contacts, 0u);
-                EXPECT_EQ(answer.result.status, k_probe_not_finite);
+                EXPECT_EQ(answer.result.status, k_not_finite);
             }
 }
 
@@ -432,7 +432,7 @@ TEST(Frame, FarPosesGiveNothing)
                     const Answer answer = answer_of(*view, probe, {{}, far * direction}, {.layer = layer});
                     EXPECT_EQ(answer.result.contacts, 0u) << far;
                     if (far < 1e38) {
-                        EXPECT_EQ(answer.result.status, k_probe_ok) << far;
+                        EXPECT_EQ(answer.result.status, k_ok) << far;
                     }
                 }
 }
@@ -471,7 +471,7 @@ TEST(Frame, AProbeOfNoPointsTouchesNothing)
     for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
         const ProbeResult result = query_probe({.model = &m.view()}, {.probe = &probe}, {.layer = layer}, {});
         EXPECT_EQ(result.contacts, 0u);
-        EXPECT_EQ(result.status, k_probe_ok);
+        EXPECT_EQ(result.status, k_ok);
     }
 }
 
@@ -524,7 +524,7 @@ TEST(Frame, WithoutTheExactLayerThreeAnswersAndSaysSo)
     std::size_t contacts = 0;
     for (const Pose& pose : touching_poses(hand_points(), test::small_torus().vertices, 4, 43)) {
         const Answer exact = answer_of(m, probe, pose, {.layer = Layer::Exact}), three = answer_of(m, probe, pose);
-        EXPECT_EQ(exact.result.status, k_probe_no_exact);
+        EXPECT_EQ(exact.result.status, k_no_exact);
         contacts += exact.result.contacts;
         EXPECT_NEAR(static_cast<double>(exact.result.contacts), static_cast<double>(three.result.contacts),
                     0.01 * static_cast<double>(probe.size()));

@@ -93,7 +93,7 @@ TEST(Scene, ContactsAreThoseOfThePairs)
     std::vector<PairContact> contacts(100000);
     PairWorkspace workspace(4096);
     const SceneResult r = scene.query_pairs({}, pairs, contacts);
-    EXPECT_EQ(r.status, k_probe_ok);
+    EXPECT_EQ(r.status, k_ok);
     ASSERT_GT(r.pairs, 50u);
     ASSERT_GT(r.contacts, 200u);
     std::size_t total = 0;
@@ -153,18 +153,18 @@ TEST(Scene, FullSpansAreFlagged)
     std::vector<ScenePair> pairs(20);
     std::vector<PairContact> contacts(1000);
     const SceneResult whole = scene.query_pairs({}, pairs, contacts);
-    EXPECT_EQ(whole.status, k_probe_ok);
+    EXPECT_EQ(whole.status, k_ok);
     EXPECT_EQ(whole.pairs, 9u);
     ASSERT_GT(whole.contacts, 9u);
     const SceneResult few_pairs = scene.query_pairs({}, std::span(pairs).first(4), contacts);
-    EXPECT_EQ(few_pairs.status, k_scene_pairs_full);
+    EXPECT_EQ(few_pairs.status, k_pairs_full);
     EXPECT_EQ(few_pairs.pairs, 9u);
     EXPECT_EQ(scene.pairs({}).pairs, 9u);
     const SceneResult few_contacts = scene.query_pairs({}, pairs, std::span(contacts).first(whole.contacts - 1));
-    EXPECT_EQ(few_contacts.status, k_probe_full);
+    EXPECT_EQ(few_contacts.status, k_full);
     EXPECT_LE(few_contacts.contacts, whole.contacts - 1);
-    EXPECT_EQ(pairs[8].status, k_probe_full);
-    EXPECT_EQ(pairs[0].status, k_probe_ok);
+    EXPECT_EQ(pairs[8].status, k_full);
+    EXPECT_EQ(pairs[0].status, k_ok);
 }
 
 TEST(Scene, ABodyWithoutAFinitePoseIsNearNothing)
@@ -181,13 +181,13 @@ TEST(Scene, ABodyWithoutAFinitePoseIsNearNothing)
         const SceneResult r = scene.query_pairs({}, pairs, contacts);
         EXPECT_EQ(r.pairs, 0u);
         EXPECT_EQ(r.contacts, 0u);
-        EXPECT_EQ(r.status, bad == 1e200 ? k_probe_ok : k_probe_not_finite);
+        EXPECT_EQ(r.status, bad == 1e200 ? k_ok : k_not_finite);
         EXPECT_EQ(scene.query_probe({.probe = &ball.probe}, {}, pairs, contacts).pairs, 1u);
         EXPECT_TRUE(scene.set_pose(b, test::shifted({0.5, 0, 0})));
     }
-    EXPECT_NE(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({nan, 0, 0})}, {}, pairs, contacts).status &
-                  k_probe_not_finite,
-              0);
+    EXPECT_NE(
+        scene.query_probe({.probe = &ball.probe, .pose = test::shifted({nan, 0, 0})}, {}, pairs, contacts).status & k_not_finite,
+        0);
     EXPECT_FALSE(scene.set_pose(7, {}));
     scene.remove(a);
     EXPECT_EQ(scene.size(), 1u);

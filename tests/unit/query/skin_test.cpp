@@ -236,7 +236,7 @@ TEST(Skin, WhatCannotBeAskedIsFreeAndSaid)
     EXPECT_EQ(answer.contacts[1].index, 4u);
     const SkinAnswer narrow = answer_of(skin, points, Layer::Exact, 1);
     EXPECT_EQ(narrow.result.contacts, 2u);
-    EXPECT_NE(narrow.result.status & k_probe_full, 0);
+    EXPECT_NE(narrow.result.status & k_full, 0);
     SkinWorkspace workspace(finger.lattice, points);
     std::vector<SkinContact> contacts(6);
     const model::ModelView& bound = finger.model.view();

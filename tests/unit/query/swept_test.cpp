@@ -109,8 +109,8 @@ TEST(Swept, PointsThatPassBesideOrRestInsideAnswerAsAFrameDoes)
 TEST(Swept, AWayOfMoreThanTheMostStepsSaysSo)
 {
     const std::vector<Vec3d> above = grid_at(50, 0.8, 4), below = grid_at(-50, 0.8, 4);
-    EXPECT_NE(answer_of(plate().view(), above, below, 0.05).result.probe.status & k_swept_coarse, 0);
-    EXPECT_EQ(answer_of(plate().view(), above, below, 5).result.probe.status & k_swept_coarse, 0);
+    EXPECT_NE(answer_of(plate().view(), above, below, 0.05).result.probe.status & k_coarse, 0);
+    EXPECT_EQ(answer_of(plate().view(), above, below, 5).result.probe.status & k_coarse, 0);
 }
 
 TEST(Swept, APointThatIsNotFiniteHasNoContact)
