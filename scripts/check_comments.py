@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that every public function of include/ has a documentation comment.
+"""Checks that every public function of include/ has a documentation comment, and that every header speaks of threads.
 
 Documented is a function or method under a /// comment, or with ///< behind it. Of a paragraph (lines without an empty line
 between them) that begins with a /// comment, overloads of one name, operators, special members and definitions of one line
@@ -40,6 +40,8 @@ def violations(root):
             continue  # bodies of templates that another header declares
         name, text = path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")
         lines, previous, last = text.split("\n"), None, 0
+        if path.name != "sqmap.h" and "thread" not in text.lower():
+            yield house.Violation(f"{name} threads", f"{name}:1: says nothing of threads: which may call it, how many at once")
         for item in cpp_source.items(text):
             if item.kind == "class":
                 previous, last = None, item.first

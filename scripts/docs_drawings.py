@@ -263,6 +263,53 @@ def candidates():
     save("candidates.svg", 690, 320, p, t)
 
 
+def distance():
+    """The tree of bounds about the curve, the band, a point in it and one beyond."""
+    p = Panel(210, 175, 78)
+    away = lambda q: min(math.dist(q, c) for c in CURVE[::3])
+    band = 0.24
+
+    def divide(centre, half, depth):
+        d, reach = away(centre), half * math.sqrt(2)
+        if d - reach > band and reach <= d / 3:
+            p.square((centre[0] - half, centre[1] - half), 2 * half, TINT["inside" if inside(centre) else "free"])
+        elif depth < 5 and d - reach < 4 * half + band and not (d + reach < band):
+            for i in range(4):
+                divide((centre[0] + half * (i % 2 - 0.5), centre[1] + half * (i // 2 - 0.5)), half / 2, depth + 1)
+
+    divide((0, 0), 2.1, 0)
+    p.path(CURVE, closed=True, width=2)
+    for side in (1, -1):
+        offset = []
+        for k in range(0, 720, 4):
+            e = (CURVE[(k + 1) % 720][0] - CURVE[k - 1][0], CURVE[(k + 1) % 720][1] - CURVE[k - 1][1])
+            n = math.hypot(*e)
+            q = (CURVE[k][0] + side * band * e[1] / n, CURVE[k][1] - side * band * e[0] / n)
+            if away(q) > 0.97 * band:
+                offset.append(q)
+        p.path(offset, plot.ORANGE, closed=True, dash="4 3")
+    near = (1.15, 0.75)
+    best = min(CURVE, key=lambda q: math.dist(q, near))
+    k = CURVE.index(best)
+    e = (CURVE[(k + 1) % 720][0] - CURVE[k - 1][0], CURVE[(k + 1) % 720][1] - CURVE[k - 1][1])
+    n = math.hypot(*e)
+    sign = 1 if not inside((best[0] + 0.05 * e[1] / n, best[1] - 0.05 * e[0] / n)) else -1
+    near = (best[0] + sign * 0.21 * e[1] / n, best[1] - sign * 0.21 * e[0] / n)
+    p.arrow(near, best, plot.BLUE)
+    p.dot(near, plot.BLUE)
+    far = (-1.35, 1.2)
+    bound = 0.7 * away(far)
+    p.path([(far[0] + bound * math.cos(a / 30 * math.pi), far[1] + bound * math.sin(a / 30 * math.pi)) for a in range(60)],
+           plot.BLUE, closed=True, dash="2 3")
+    p.dot(far, plot.BLUE)
+    t = Panel(430, 120, 1)
+    for i, words in enumerate(("orange: the band, exact on either side", "blue arrow: distance, gradient, nearest point",
+                               "squares: leaves of the tree of bounds,", "smaller near the surface", "blue circle: nothing is nearer than this",
+                               "bound, at least half of the distance")):
+        t.text((0, -20 * i), words, plot.FAINT, "start")
+    save("distance.svg", 690, 350, p, t)
+
+
 def pair():
     a = Panel(180, 150, 100)
     block = [(-1.3, -1.0), (1.3, -1.0), (1.3, 0.0), (-1.3, 0.0)]
@@ -360,5 +407,5 @@ def answers():
 
 
 if __name__ == "__main__":
-    for draw in (chart, layers, locator, candidates, pair, cover, refine, safety, answers):
+    for draw in (chart, layers, locator, candidates, distance, pair, cover, refine, safety, answers):
         draw()

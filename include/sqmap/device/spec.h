@@ -1,4 +1,5 @@
 // Devices by name, as on a command line, and the entries of their list.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/device/device.h"

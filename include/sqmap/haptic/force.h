@@ -1,4 +1,5 @@
 // The elementary forces of section 6: spring, reaction, friction as printed.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/friction.h"

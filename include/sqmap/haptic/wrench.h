@@ -1,4 +1,5 @@
 // Force and torque, velocity and angular velocity. SI units, world axes.
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include "sqmap/math/pose.h"

@@ -1,4 +1,5 @@
 // What a tool touches, and the zones that feel it: materials, modes, options (section 6.1).
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include "sqmap/haptic/stencil.h"

@@ -1,4 +1,5 @@
 // Mesh files to polygon soups. Every size is checked against the bytes that are there before anything is allocated.
+// Any number of threads, on files of their own.
 #pragma once
 
 #include "sqmap/io/soup.h"

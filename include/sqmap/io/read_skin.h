@@ -1,4 +1,5 @@
 // Skinned meshes from glTF: the surface as it was bound, its joints, which joint moves which vertex, and how joints move.
+// Any number of threads, on files of their own.
 #pragma once
 
 #include "sqmap/io/read.h"

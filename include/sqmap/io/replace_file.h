@@ -1,4 +1,5 @@
 // Writing a file so that it is never partly there.
+// Any number of threads, on files of their own.
 #pragma once
 
 #include <cstddef>

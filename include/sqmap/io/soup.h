@@ -1,4 +1,5 @@
 // What a mesh file holds, before anyone has checked it.
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include "sqmap/math/vec.h"

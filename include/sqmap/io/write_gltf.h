@@ -1,4 +1,5 @@
 // Writing moving triangle meshes as glTF 2.0 in one binary file (GLB).
+// Any number of threads, on files of their own.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // Writing triangle meshes as OBJ or OFF text.
+// Any number of threads, on files of their own.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // Axis-aligned boxes.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

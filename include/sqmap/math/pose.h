@@ -1,4 +1,5 @@
 // Where a rigid body is, and a sphere about it.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // Rotations as axis times angle, and back.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // Triangles: the closest point.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // Small fixed-size vectors, matrices and affine maps; plain structs, any real scalar.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include <cmath>

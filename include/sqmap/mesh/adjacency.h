@@ -1,4 +1,5 @@
 // The dual graph of a mesh: a dual vertex is a triangle, a dual edge links two triangles that share an edge.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

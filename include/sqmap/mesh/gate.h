@@ -1,4 +1,5 @@
 // The one gate that every mesh passes: polygons as they come in, a validated mesh or a reasoned refusal out.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/box.h"

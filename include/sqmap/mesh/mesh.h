@@ -1,4 +1,5 @@
 // The validated triangle mesh that everything offline works on.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // Triangles of a mesh that cut each other, decided exactly.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

@@ -1,4 +1,5 @@
 // Closed meshes the project makes itself, with closed-form or independently checkable answers.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

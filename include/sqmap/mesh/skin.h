@@ -1,4 +1,5 @@
 // A mesh that joints deform, and the rigid solids that stand in for it.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

@@ -2,6 +2,7 @@
 // and the hash visit them by name. A new array is a member here, a line in its group's each(), and a field of src/model/sqmap.fbs
 // with the same name and type; a new group is listed at the end of this file too. What the words mean is known to the library
 // alone: queries read them.
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include "sqmap/model/distance.h"

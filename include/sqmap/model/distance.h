@@ -1,5 +1,6 @@
 // What signed distances outside a model's locator are answered from: a hierarchy of boxes over its triangles, and a tree of
 // bounds about it.
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // From untrusted bytes to a ModelView: everything is checked here, so that queries need not.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/model/model.h"

@@ -1,4 +1,5 @@
 // What a query finds: contacts with their witness point, normal and penetration depth.
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include "sqmap/math/vec.h"

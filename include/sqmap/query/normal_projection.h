@@ -1,4 +1,5 @@
 // The paper's own map: distance along the superquadric's normal, looked up at the foot point (section 4.2).
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/model/normal_map.h"

@@ -1,4 +1,5 @@
 // What a query is asked for: the layer that answers, and what its surface is.
+// Plain data: any number of threads may read it.
 #pragma once
 
 #include "sqmap/model/model.h"

@@ -33,7 +33,7 @@ struct SceneResult {
 /// (which pairs a span that is too short holds may).
 class Scene {
 public:
-    /// The most contacts that a pair of bodies has in one direction; see PairWorkspace.
+    /// Maximum of contacts that a pair of bodies has in one direction; see PairWorkspace.
     explicit Scene(std::size_t contacts_in_a_direction = 4096);
 
     /// model, probe: as in Body; they outlive the body. The id of a removed body is given out again.
@@ -52,15 +52,16 @@ public:
 
     /// Pairs of bodies whose spheres touch and of which one has a map and the other vertices; a < b, in the order of a, then b.
     /// Cost: near linear in the bodies, and in the pairs that overlap along the world axis on which fewest do.
-    SceneResult pairs(std::span<ScenePair> pairs) noexcept;
+    [[nodiscard]] SceneResult pairs(std::span<ScenePair> pairs) noexcept;
 
     /// The same with their contacts, pair after pair; spheres count as larger by what the options move surfaces out.
-    SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs, std::span<PairContact> contacts) noexcept;
+    [[nodiscard]] SceneResult query_pairs(const PairOptions& options, std::span<ScenePair> pairs,
+                                          std::span<PairContact> contacts) noexcept;
 
     /// Contacts of a collider's probe with the models of all bodies: the collider is b of each pair, whether or not it is itself
     /// in the scene; its model is not queried. A collider without a probe has none.
-    SceneResult query_probe(const Body& collider, const QueryOptions& options, std::span<ScenePair> pairs,
-                            std::span<PairContact> contacts) noexcept;
+    [[nodiscard]] SceneResult query_probe(const Body& collider, const QueryOptions& options, std::span<ScenePair> pairs,
+                                          std::span<PairContact> contacts) noexcept;
 
 private:
     struct Entry {

@@ -73,12 +73,12 @@ public:
 
     /// maps: #bones, bound -> posed. False where one is not finite or their number is wrong: nothing changes then. A bone whose
     /// map cannot be inverted holds nothing. No allocation. Cost: a few operations a blended corner and node of the tree.
-    bool pose(std::span<const Affine> maps) noexcept;
+    [[nodiscard]] bool pose(std::span<const Affine> maps) noexcept;
 
     /// All bound positions that are now at a posed one, at most found.size() and 64; returns how many there are. No allocation.
-    std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
+    [[nodiscard]] std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
     /// What takes a bound position to where it is now. False where no cell is.
-    bool carry_forward(Vec3d bound, Affine& local) const noexcept;
+    [[nodiscard]] bool carry_forward(Vec3d bound, Affine& local) const noexcept;
     /// A box that holds all of the posed lattice; empty (lo > hi) where nothing is.
     struct Box {
         Vec3d lo{}, hi{};
@@ -117,7 +117,7 @@ public:
 
     /// What was the end is the beginning, and the end is where the maps (#bones, bound -> posed) take the lattice. False as
     /// PosedSkin::pose: then it stands still in this step. No allocation. Cost: of one pose.
-    bool step(std::span<const Affine> maps) noexcept;
+    [[nodiscard]] bool step(std::span<const Affine> maps) noexcept;
 
     /// As it was given.
     [[nodiscard]] const SkinLattice& lattice() const noexcept { return *lattice_; }

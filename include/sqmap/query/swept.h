@@ -16,7 +16,8 @@ namespace sqmap::query {
 struct SweptOptions {
     QueryOptions query{};
     /// Nothing is missed whose chord along a point's path, as the model sees it, is at least this long, where the path meets it
-    /// at more than 15 degrees. Probe units, > 0. Points that move less are queried once.
+    /// at more than 15 degrees. The poses' units. Points that move less are queried once. Not above 0: every point that moves is
+    /// queried max_steps times.
     double step = 0;
     std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is queried at longer ones: k_coarse
 };

@@ -1,4 +1,5 @@
 // The sphere around a superquadric (section 4.1, step 1).
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/pose.h"

@@ -1,4 +1,5 @@
 // The ZYZ Euler angles of eq. 2 and the rotation they stand for.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -1,4 +1,5 @@
 // The foot point P_M of a point: where its line to the superquadric is a surface normal (section 4.2.2, Fig. 6).
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/shape/surface.h"

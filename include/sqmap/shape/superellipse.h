@@ -1,4 +1,5 @@
 // The superellipse of eqs. 13 to 16: the one-dimensional piece every superquadric formula is a product of.
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 namespace sqmap::shape {

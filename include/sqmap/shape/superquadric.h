@@ -1,4 +1,5 @@
 // The superquadric with tapering and bending: the paper's 15-parameter model (section 2, eq. 1 and 2).
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/vec.h"

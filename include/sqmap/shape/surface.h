@@ -1,4 +1,5 @@
 // Points, unit outward normals and their derivatives on the surface of a superquadric (eqs. 8 to 10, 20 to 31).
+// Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/shape/superellipse.h"

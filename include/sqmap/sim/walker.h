@@ -1,4 +1,5 @@
 // A figure made of capsules on bones, that stands and walks: the avatar for tests and measurements.
+// Pure functions: any number of threads.
 #pragma once
 
 #include "sqmap/query/probe.h"
