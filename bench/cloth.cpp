@@ -360,7 +360,7 @@ int main(int argc, char** argv)
         if (!wanted("blanket")) break;
         const io::ReadResult read = io::read_mesh_file(file);
         const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-        if (read.error || gate.verdict == mesh::Verdict::Refused || !gate.solid) {
+        if (read.error || gate.verdict == mesh::Admission::Refused || !gate.solid) {
             std::fprintf(stderr, "%s: no closed mesh\n", file);
             return 2;
         }

@@ -45,7 +45,7 @@ struct Item {
     FclModel fcl;
 };
 
-constexpr query::QueryOptions k_margin{.layer = query::Layer::Exact, .margin = 0.002f};
+constexpr double k_margin = 0.002;  ///< of a's R_max
 
 struct Pair {
     std::uint32_t a, b;
@@ -155,7 +155,7 @@ public:
         const std::vector<std::uint32_t> lost = count({.layer = query::Layer::Exact}, totals.exact);
         count({}, totals.layer3);
         count({.offset = true}, totals.offset);
-        count(k_margin, totals.margin);
+        count(with_margin(), totals.margin);
         // How near a vertex comes to the other surface where none is in it.
         for (const std::uint32_t id : lost) {
             double least = std::numeric_limits<double>::infinity();
@@ -178,10 +178,14 @@ public:
     {
         ++totals.apart;
         totals.offset_false += query(pose, {.offset = true}).contacts.empty() ? 0u : 1u;
-        totals.margin_false += query(pose, k_margin).contacts.empty() ? 0u : 1u;
+        totals.margin_false += query(pose, with_margin()).contacts.empty() ? 0u : 1u;
     }
 
 private:
+    query::QueryOptions with_margin() const
+    {
+        return {.layer = query::Layer::Exact, .margin = k_margin * a_.view.header.r_max * a_.view.header.unit};
+    }
     query::PairResult query(const sqmap::Pose& pose, const query::QueryOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
@@ -259,10 +263,9 @@ int run(int poses, const char* path_a, const char* path_b)
         }
     }
     const query::QueryOptions offset{.offset = true};
-    std::printf("offsets up to %.3f %% (a) and %.3f %% (b) of a's R_max, margin %.3f %% of each body's own\n",
+    std::printf("offsets up to %.3f %% (a) and %.3f %% (b) of a's R_max, margin %.3f %%\n",
                 100 * query::reach_of({&a.view, nullptr, {}}, offset) / setting->r_max,
-                100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max,
-                100 * static_cast<double>(k_margin.margin));
+                100 * query::reach_of({&b.view, nullptr, {}}, offset) / setting->r_max, 100 * k_margin);
     for (std::size_t k = 0; k < std::size(k_press); ++k) {
         char name[32];
         std::snprintf(name, sizeof(name), "%.2f %%", 100 * k_press[k]);

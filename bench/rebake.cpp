@@ -70,7 +70,7 @@ int main(int argc, char** argv)
         const io::ReadResult read = io::read_mesh_file(argv[i]);
         if (read.error) return 2;
         const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-        if (gate.verdict == mesh::Verdict::Refused) return 2;
+        if (gate.verdict == mesh::Admission::Refused) return 2;
         bake::BakeOptions options;
         options.threads = 1;
         const bake::BakeResult baked = bake::bake(gate.mesh, true, options);

@@ -35,7 +35,7 @@ std::unique_ptr<Setting> load_setting(const Files& files)
         if (read.error) refuse(read.error->code, *read.error);
         mesh::GateResult gate =
             mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices}, {.accept_surface = surface});
-        if (gate.verdict == mesh::Verdict::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
+        if (gate.verdict == mesh::Admission::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
         return gate;
     };
     mesh::GateResult object = load(files.object, false);

@@ -15,7 +15,7 @@ int main(int argc, char** argv)
         return 65;
     }
     const sqmap::mesh::GateResult gate = sqmap::mesh::admit({file.soup.positions, file.soup.polygon_offsets, file.soup.indices});
-    if (gate.verdict == sqmap::mesh::Verdict::Refused) {
+    if (gate.verdict == sqmap::mesh::Admission::Refused) {
         std::fprintf(stderr, "%s: %s\n", argv[1], gate.diagnosis.message.c_str());
         return 65;
     }

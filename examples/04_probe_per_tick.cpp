@@ -3,7 +3,6 @@
 #include <sqmap/io/read.h>
 #include <sqmap/sqmap.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -24,7 +23,7 @@ try {
         const query::ProbeResult result = query::query_probe(touched, collider, {}, contacts);
         float depth = 0;
         Vec3d at{};
-        for (const query::Contact& c : std::span(contacts).first(std::min(result.contacts, contacts.size())))
+        for (const query::Contact& c : result.written(contacts))
             if (c.depth > depth) {
                 depth = c.depth;
                 at = result.position(c);

@@ -58,14 +58,14 @@ LoadedMesh load_mesh(std::span<const std::byte> bytes, const std::string& name, 
     return out;
 }
 
-const char* verdict_name(mesh::Verdict verdict)
+const char* verdict_name(mesh::Admission verdict)
 {
     switch (verdict) {
-        case mesh::Verdict::Accept:
+        case mesh::Admission::Accept:
             return "ACCEPT";
-        case mesh::Verdict::Repaired:
+        case mesh::Admission::Repaired:
             return "REPAIRED";
-        case mesh::Verdict::Refused:
+        case mesh::Admission::Refused:
             break;
     }
     return "REFUSED";

@@ -27,7 +27,7 @@ struct Diagnosis {
 };
 
 struct LoadedMesh {
-    mesh::Verdict verdict = mesh::Verdict::Refused;
+    mesh::Admission verdict = mesh::Admission::Refused;
     Diagnosis diagnosis;  ///< of a refusal
     std::vector<mesh::RepairNote> repairs;
     std::vector<mesh::Warning> warnings;
@@ -37,7 +37,7 @@ struct LoadedMesh {
     std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it: for mesh::Solid; empty if none is cut
     std::string format;                 ///< "OBJ"; empty where it was not recognised
 
-    [[nodiscard]] bool refused() const { return verdict == mesh::Verdict::Refused; }
+    [[nodiscard]] bool refused() const { return verdict == mesh::Admission::Refused; }
 };
 
 /// Reads and judges a mesh file. Does not throw on any content of the file: look at verdict.
@@ -47,7 +47,7 @@ struct LoadedMesh {
 [[nodiscard]] LoadedMesh load_mesh(std::span<const std::byte> bytes, const std::string& name, const LoadOptions& options = {});
 
 /// "ACCEPT", "REPAIRED" or "REFUSED".
-[[nodiscard]] const char* verdict_name(mesh::Verdict verdict);
+[[nodiscard]] const char* verdict_name(mesh::Admission verdict);
 
 /// Repairs and warnings, a line each.
 [[nodiscard]] std::vector<std::string> notes_of(const LoadedMesh& loaded);

@@ -55,7 +55,7 @@ std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::SceneOpt
     std::vector<std::shared_ptr<viewer::Object>> out;
     const auto add = [&](const char* name, mesh::Mesh mesh) {
         LoadedMesh shape;
-        shape.verdict = mesh::Verdict::Accept;
+        shape.verdict = mesh::Admission::Accept;
         shape.mesh = std::move(mesh);
         shape.solid = true;
         out.push_back(viewer::object_from_mesh(shape, name, options.size, options.bake));

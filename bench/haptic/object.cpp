@@ -85,7 +85,7 @@ TouchObject::TouchObject(const std::filesystem::path& file, model::Projection pr
     const io::ReadResult read = io::read_mesh_file(file);
     if (read.error) throw BenchError(file.string() + ": " + read.error->message + "\n  cure: " + read.error->cure);
     mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-    if (gate.verdict == mesh::Verdict::Refused)
+    if (gate.verdict == mesh::Admission::Refused)
         throw BenchError(file.string() + ": " + gate.diagnosis.message + "\n  cure: " + gate.diagnosis.cure);
     mesh = std::move(gate.mesh);
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);

@@ -89,9 +89,9 @@ public:
             check_components();
             make_shells();
             finish();
-            out_.verdict = out_.repairs.empty() ? Verdict::Accept : Verdict::Repaired;
+            out_.verdict = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
         } catch (Refused& refused) {
-            out_.verdict = Verdict::Refused;
+            out_.verdict = Admission::Refused;
             out_.diagnosis = std::move(refused.diagnosis);
             out_.mesh = {};
             out_.repairs.clear();

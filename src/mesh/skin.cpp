@@ -38,7 +38,7 @@ std::optional<Mesh> joint_solid(const Mesh& mesh, const Influences& influences, 
     options.max_hole_edges = 100000;
     options.max_hole_size = 10;
     GateResult gate = admit({mesh.vertices, offsets, indices}, options);
-    if (gate.verdict == Verdict::Refused || !gate.solid) return std::nullopt;
+    if (gate.verdict == Admission::Refused || !gate.solid) return std::nullopt;
     return std::move(gate.mesh);
 }
 

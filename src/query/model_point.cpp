@@ -100,7 +100,7 @@ ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOpt
 {
     const Vec3f offset = point - model::vec3(model.header.sphere);
     // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
-    const float margin = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    const float margin = margin_in_model(model, options);
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
     if (norm_sq(offset) > radius * radius) return free_at(point, true);
     if (options.layer == Layer::One) {
@@ -133,7 +133,7 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
                          model.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
     if (far_off || options.layer == Layer::One || !central) return contact;
     if (options.smoothing && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
-    const float margin = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    const float margin = margin_in_model(model, options);
     if (options.offset || margin > 0.f)
         apply_offset(model, point, options.layer, {.stored = options.offset, .least = margin}, contact);
     return contact;
@@ -145,7 +145,7 @@ ModelContact query_in_model(const ModelView& model, Vec3f point, const QueryOpti
 {
     ModelContact contact = answer(model, point, options);
     // Proofs are about a closed solid, and about its surface where it is.
-    if (model.header.solid == 0 || options.offset || options.margin > 0.f || options.smoothing) contact.certain = false;
+    if (model.header.solid == 0 || options.offset || options.margin > 0 || options.smoothing) contact.certain = false;
     return contact;
 }
 

@@ -162,7 +162,7 @@ public:
         for (const query::Layer layer : k_layers)
             for (const bool offset : {false, true})
                 for (const sqmap::Pose& pose : poses_)
-                    frame({.layer = layer, .offset = offset, .margin = offset ? 0.01f : 0.f}, pose);
+                    frame({.layer = layer, .offset = offset, .margin = offset ? 0.02 : 0.}, pose);
         deforming_.move(hand_.mesh.vertices);
     }
     [[nodiscard]] std::size_t contacts() const { return total_; }

@@ -149,7 +149,7 @@ TEST(Mutation, EveryDamagedFileGetsAnAnswer)
                                             .accept_surface = i % 3 == 0,
                                             .thickness = i % 5 == 0 ? 0.1 : 0.0};
             const mesh::GateResult result = mesh::admit(polygons, options);
-            if (result.verdict == mesh::Verdict::Refused) {
+            if (result.verdict == mesh::Admission::Refused) {
                 EXPECT_NE(i, 0) << io::format_name(sample.format) << ": " << result.diagnosis.message;
                 ++answers[mesh::name_of(result.diagnosis.code)];
                 continue;

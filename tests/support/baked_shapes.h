@@ -131,7 +131,7 @@ inline std::optional<mesh::Mesh> shared_mesh(const std::string& name)
     const io::ReadResult read = io::read_mesh_file(path);
     if (read.error) return std::nullopt;
     const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-    if (gate.verdict == mesh::Verdict::Refused) return std::nullopt;
+    if (gate.verdict == mesh::Admission::Refused) return std::nullopt;
     return gate.mesh;
 }
 

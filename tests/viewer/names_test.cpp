@@ -18,7 +18,7 @@ const std::shared_ptr<Object>& dumbbell()
 {
     static const std::shared_ptr<Object> object = [] {
         app::LoadedMesh j;
-        j.verdict = mesh::Verdict::Accept;
+        j.verdict = mesh::Admission::Accept;
         j.solid = true;
         j.mesh = mesh::dumbbell({.segments = 24});
         return object_from_mesh(j, "dumbbell.obj", 0.2, {});

@@ -17,7 +17,7 @@ const ObjectPtr& ball()
 {
     static const ObjectPtr object = [] {
         app::LoadedMesh j;
-        j.verdict = mesh::Verdict::Accept;
+        j.verdict = mesh::Admission::Accept;
         j.solid = true;
         j.mesh = mesh::sphere(1, 4);
         return object_from_mesh(j, "ball.obj", 0.1, {});

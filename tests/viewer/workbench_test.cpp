@@ -19,7 +19,7 @@ namespace {
 std::shared_ptr<Object> baked(const mesh::Mesh& mesh, const char* name)
 {
     app::LoadedMesh j;
-    j.verdict = mesh::Verdict::Accept;
+    j.verdict = mesh::Admission::Accept;
     j.solid = true;
     j.mesh = mesh;
     return object_from_mesh(j, name, 0.2, {});

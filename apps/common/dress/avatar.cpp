@@ -46,7 +46,7 @@ void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
 {
     const io::SkinnedSoup& skin = body.file;
     const mesh::GateResult gate = mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices});
-    if (gate.verdict == mesh::Verdict::Refused || !gate.solid)
+    if (gate.verdict == mesh::Admission::Refused || !gate.solid)
         throw AvatarError(path.string() + ": its skinned mesh is no closed solid: see sqmap check " + path.string());
     std::map<std::array<double, 3>, std::size_t> positions;
     for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {

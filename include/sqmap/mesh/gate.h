@@ -16,7 +16,7 @@
 namespace sqmap::mesh {
 
 /// What the gate says of a mesh: taken as it is, taken after repairs, not taken.
-enum class Verdict { Accept, Repaired, Refused };
+enum class Admission { Accept, Repaired, Refused };
 
 /// How much the gate may change. None: nothing. Safe: what leaves no doubt about the surface that was meant.
 /// Holes: small holes are filled, too.
@@ -97,7 +97,7 @@ struct MeshFacts {
 };
 
 struct GateResult {
-    Verdict verdict = Verdict::Refused;
+    Admission verdict = Admission::Refused;
     Diagnosis diagnosis;  ///< of a refusal
     std::vector<RepairNote> repairs;
     std::vector<Warning> warnings;

@@ -32,8 +32,9 @@ struct QueryOptions {
     /// Move the surface out by the stored offset (eq. 12), so that faces do not tunnel (not layer One). Points are computed one
     /// by one: slower by an order of magnitude.
     bool offset = false;
-    /// Share of R_max by which the surface is moved out everywhere, or by the offset where that is more. Central maps. As slow.
-    float margin = 0;
+    /// Length in the mesh's units by which the surface is moved out everywhere, or by the offset where that is more. Not above
+    /// zero, or NaN: none. Central maps. As slow.
+    double margin = 0;
     bool smoothing = false;  ///< points alone, all layers but One and Exact: depth and normal of the smoothed map
 };
 

@@ -4,6 +4,7 @@
 #include "sqmap/query/body.h"
 #include "sqmap/query/contact.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -71,6 +72,11 @@ struct ProbeResult {
     /// round by more than 1e-6 of R_max.
     Vec3d anchor{};
 
+    /// Those that were written to the span that was queried with.
+    [[nodiscard]] std::span<const Contact> written(std::span<const Contact> queried_with) const noexcept
+    {
+        return queried_with.first(std::min(contacts, queried_with.size()));
+    }
     /// Witness point of a contact of this result.
     [[nodiscard]] Vec3d position(const Contact& contact) const noexcept { return anchor + cast<double>(contact.point); }
 };

@@ -22,4 +22,10 @@ namespace sqmap::query {
 /// The exact layer is what options stand for, and the model has none.
 [[nodiscard]] bool lacks_exact(const model::ModelView& model, const QueryOptions& options) noexcept;
 
+/// QueryOptions::margin in model units; zero where there is none.
+[[nodiscard]] inline float margin_in_model(const model::ModelView& model, const QueryOptions& options)
+{
+    return options.margin > 0 ? static_cast<float>(options.margin / model.header.unit) : 0.f;
+}
+
 }  // namespace sqmap::query

@@ -1,6 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
 #include "probe_pointwise.h"
 
+#include "layer.h"
 #include "model_point.h"
 
 #include <algorithm>
@@ -71,7 +72,7 @@ private:
 
 float offset_reach(const model::ModelView& model, const QueryOptions& options) noexcept
 {
-    float reach = options.margin > 0.f ? options.margin * static_cast<float>(model.header.r_max) : 0.f;
+    float reach = margin_in_model(model, options);
     if (!options.offset) return reach;
     for (const model::Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
     for (const model::NormalPart& part : model.normal.parts) reach = std::max(reach, 255.f * part.offset_scale);

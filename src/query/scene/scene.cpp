@@ -156,7 +156,7 @@ void Scene::update() noexcept
 double Scene::largest_reach(const QueryOptions& options) const noexcept
 {
     double reach = 0;
-    if (options.offset || options.margin > 0.f)
+    if (options.offset || options.margin > 0)
         for (const Entry& e : order_) reach = std::max(reach, reach_of(bodies_[e.id], options));
     return reach;
 }

@@ -359,7 +359,7 @@ struct SkinQuery {
 ProbeResult query_skin(const SkinnedQuery& query, const QueryOptions& options, SkinWorkspace& workspace,
                        std::span<SkinContact> contacts) noexcept
 {
-    SQMAP_ASSERT(query.skin != nullptr && !options.offset && !(options.margin > 0.f));
+    SQMAP_ASSERT(query.skin != nullptr && !options.offset && !(options.margin > 0));
     if (query.bound == nullptr) return {};
     return SkinQuery{query, options, workspace, contacts}.run();
 }

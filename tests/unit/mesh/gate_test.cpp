@@ -104,7 +104,7 @@ void remove_face(Polygons& p, std::size_t face)
 TEST(Gate, ACubeIsAcceptedAndKnown)
 {
     const GateResult result = judge(cube());
-    EXPECT_EQ(result.verdict, Verdict::Accept);
+    EXPECT_EQ(result.verdict, Admission::Accept);
     EXPECT_TRUE(result.solid);
     EXPECT_TRUE(result.repairs.empty());
     EXPECT_TRUE(result.warnings.empty());
@@ -176,7 +176,7 @@ TEST(Gate, UnitsAndPlaceDoNotMatter)
             Polygons p = sphere(8, 12);
             for (Vec3d& v : p.positions) v = scale * (v + Vec3d{shift, -shift, shift});
             const GateResult result = judge(p);
-            EXPECT_EQ(result.verdict, Verdict::Accept) << scale << " at " << shift << ": " << result.diagnosis.message;
+            EXPECT_EQ(result.verdict, Admission::Accept) << scale << " at " << shift << ": " << result.diagnosis.message;
             EXPECT_EQ(result.facts.self_intersecting_pairs, 0u);
             p.reverse();
             EXPECT_EQ(repaired(judge(p), RepairKind::Flipped), result.facts.triangle_count);
@@ -205,7 +205,7 @@ TEST(Gate, PolygonsBecomeTrianglesThatCoverThemOnce)
     p.add({6, 7, 8, 9, 10, 11});
     for (std::int64_t i = 0; i < 6; ++i) p.add({i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6});
     const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Verdict::Repaired);
+    EXPECT_EQ(result.verdict, Admission::Repaired);
     EXPECT_EQ(repaired(result, RepairKind::Triangulated), 8u);
     EXPECT_EQ(result.facts.triangle_count, 20u);
     EXPECT_NEAR(result.facts.volume, 3, 1e-12);
@@ -249,7 +249,7 @@ TEST(Gate, FacesWithoutAreaGo)
     p.positions.push_back({0.5, 0, 0});
     p.add({0, 1, 8});  // on an edge
     const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Verdict::Repaired);
+    EXPECT_EQ(result.verdict, Admission::Repaired);
     EXPECT_EQ(repaired(result, RepairKind::DegenerateFaces), 2u);
     EXPECT_EQ(result.facts.triangle_count, 12u);
     EXPECT_EQ(result.facts.vertex_count, 8u);
@@ -269,7 +269,7 @@ TEST(Gate, AFlatFaceBetweenNeighboursIsFlippedAwayAndOpensNothing)
     }
     p.add({8, 0, 1});
     const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Verdict::Repaired) << result.diagnosis.message;
+    EXPECT_EQ(result.verdict, Admission::Repaired) << result.diagnosis.message;
     EXPECT_TRUE(result.solid);
     EXPECT_EQ(repaired(result, RepairKind::DegenerateFaces), 1u);
     EXPECT_FALSE(warned(result, WarningKind::Degenerate));
@@ -288,7 +288,7 @@ TEST(Gate, DuplicateFacesGoAndAWallInsideCancels)
     wall.add({0, 1, 7});
     wall.add({0, 7, 1});
     const GateResult result = judge(wall);
-    EXPECT_EQ(result.verdict, Verdict::Repaired) << result.diagnosis.message;
+    EXPECT_EQ(result.verdict, Admission::Repaired) << result.diagnosis.message;
     EXPECT_EQ(result.facts.triangle_count, 12u);
 }
 
@@ -361,7 +361,7 @@ TEST(Gate, CavitiesStayCavities)
     hollow.reverse();
     p.add(hollow);
     const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Verdict::Accept);
+    EXPECT_EQ(result.verdict, Admission::Accept);
     EXPECT_TRUE(warned(result, WarningKind::Cavities));
     EXPECT_NEAR(result.facts.volume, 63, 1e-10);
     p.reverse();
@@ -369,7 +369,7 @@ TEST(Gate, CavitiesStayCavities)
     // The same shell turned outward lies inside the solid and adds nothing: also as it is.
     Polygons nested = box({0, 0, 0}, {4, 4, 4});
     nested.add(box({1, 1, 1}, {2, 2, 2}));
-    EXPECT_EQ(judge(nested).verdict, Verdict::Accept);
+    EXPECT_EQ(judge(nested).verdict, Admission::Accept);
     EXPECT_FALSE(warned(judge(nested), WarningKind::Cavities));
 }
 
@@ -378,7 +378,7 @@ TEST(Gate, OverlappingShellsAreAcceptedWithTheirPairs)
     Polygons p = cube();
     p.add(box({0.5, 0.25, 0.25}, {1.5, 0.75, 0.75}));
     const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Verdict::Accept);
+    EXPECT_EQ(result.verdict, Admission::Accept);
     EXPECT_TRUE(warned(result, WarningKind::SelfIntersections));
     EXPECT_EQ(result.crossed.size(), result.mesh.triangles.size());
     EXPECT_TRUE(judge(cube()).crossed.empty());
@@ -402,7 +402,7 @@ TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
     EXPECT_EQ(code(tilted), Refusal::Flat);
 
     const GateResult plate = judge(p, {.thickness = 0.1});
-    EXPECT_EQ(plate.verdict, Verdict::Repaired) << plate.diagnosis.message;
+    EXPECT_EQ(plate.verdict, Admission::Repaired) << plate.diagnosis.message;
     EXPECT_TRUE(plate.solid);
     EXPECT_NEAR(plate.facts.volume, 0.2, 1e-12);
     EXPECT_EQ(plate.facts.box.hi, (Vec3d{2, 1, 0.05}));
@@ -423,7 +423,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     for (Vec3d& v : tilted.positions) v = {v.x + 1000, 0.6 * v.y - 0.8 * v.z - 1000, 0.8 * v.y + 0.6 * v.z};
     for (const Polygons& p : {thin, tilted}) {
         const GateResult plate = judge(p, {.thickness = 0.05});
-        EXPECT_EQ(plate.verdict, Verdict::Repaired) << plate.diagnosis.message;
+        EXPECT_EQ(plate.verdict, Admission::Repaired) << plate.diagnosis.message;
         EXPECT_TRUE(plate.solid);
         EXPECT_EQ(repaired(plate, RepairKind::Thickened), 2u);
         EXPECT_NEAR(plate.facts.volume, 0.05, 1e-6);
@@ -432,7 +432,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     // The least thickness that the cure names is enough, a tenth of it is not.
     const std::string cure = refused(thin).cure;
     const double least = std::stod(cure.substr(cure.find("at least ") + 9));
-    EXPECT_EQ(judge(thin, {.thickness = least}).verdict, Verdict::Repaired);
+    EXPECT_EQ(judge(thin, {.thickness = least}).verdict, Admission::Repaired);
     EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), Refusal::Flat);
 
     // A lens, and a sheet that is bent: the upper half of a thin shell's walls.
@@ -440,7 +440,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     for (Vec3d& v : lens.positions) v.z *= 1e-7;
     EXPECT_EQ(code(lens), Refusal::Flat);
     const GateResult disc = judge(lens, {.thickness = 0.1});
-    EXPECT_EQ(disc.verdict, Verdict::Repaired) << disc.diagnosis.message;
+    EXPECT_EQ(disc.verdict, Admission::Repaired) << disc.diagnosis.message;
     EXPECT_NEAR(disc.facts.volume, 0.1 * 20 * std::sin(std::numbers::pi / 20), 1e-6);
     Polygons bent;  // half a tube's wall, 1e-7 thick: every quad of it is closed by those beside it
     constexpr int k_steps = 16;
@@ -462,7 +462,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     EXPECT_EQ(code(bent), Refusal::Flat);
     EXPECT_NE(refused(bent).message.find("sheets folded"), std::string::npos) << refused(bent).message;
     const GateResult wall = judge(bent, {.thickness = 0.1});
-    EXPECT_EQ(wall.verdict, Verdict::Repaired) << wall.diagnosis.message;
+    EXPECT_EQ(wall.verdict, Admission::Repaired) << wall.diagnosis.message;
     // Between polygons of radius 1.05 and 0.95, but for the ends, which are cut square.
     EXPECT_NEAR(wall.facts.volume, 0.1 * k_steps * std::sin(std::numbers::pi / k_steps), 2e-4);
 }
@@ -471,8 +471,8 @@ TEST(Gate, SmallSolidsFarApartAndLongRodsAreNotFlat)
 {
     Polygons p = cube();
     p.add(box({1e6, 0, 0}, {1e6 + 1, 1, 1}));
-    EXPECT_EQ(judge(p).verdict, Verdict::Accept) << judge(p).diagnosis.message;
-    EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).verdict, Verdict::Accept);
+    EXPECT_EQ(judge(p).verdict, Admission::Accept) << judge(p).diagnosis.message;
+    EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).verdict, Admission::Accept);
     EXPECT_EQ(code(box({0, 0, 0}, {1, 1, 1e-7})), Refusal::Flat);
 }
 
@@ -484,7 +484,7 @@ TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
     EXPECT_EQ(code(p), Refusal::Open);
     EXPECT_EQ(code(p, {.repair = Repair::Holes}), Refusal::Open) << "the hole is as large as the cube";
     const GateResult surface = judge(p, {.accept_surface = true});
-    EXPECT_EQ(surface.verdict, Verdict::Accept);
+    EXPECT_EQ(surface.verdict, Admission::Accept);
     EXPECT_FALSE(surface.solid);
     EXPECT_TRUE(warned(surface, WarningKind::Surface));
     EXPECT_EQ(surface.facts.boundary_edge_count, 4u);
@@ -510,7 +510,7 @@ TEST(Gate, SmallHolesAreFilledOnRequestAlsoWhereTwoTouch)
     remove({at(20, 50), at(21, 51), at(20, 51)});
     EXPECT_EQ(code(p), Refusal::Open);
     const GateResult result = judge(p, {.repair = Repair::Holes});
-    EXPECT_EQ(result.verdict, Verdict::Repaired) << result.diagnosis.message;
+    EXPECT_EQ(result.verdict, Admission::Repaired) << result.diagnosis.message;
     EXPECT_EQ(repaired(result, RepairKind::FilledHoles), 3u);
     EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 0u);
     EXPECT_NEAR(result.facts.volume, volume, 1e-4);
@@ -520,7 +520,7 @@ TEST(Gate, SmallHolesAreFilledOnRequestAlsoWhereTwoTouch)
 TEST(Gate, WithoutRepairTheDefectIsTheVerdict)
 {
     const GateOptions none{.repair = Repair::None};
-    EXPECT_EQ(judge(cube(), none).verdict, Verdict::Accept);
+    EXPECT_EQ(judge(cube(), none).verdict, Admission::Accept);
     Polygons p = cube();
     std::swap(p.indices[0], p.indices[1]);
     EXPECT_EQ(code(p, none), Refusal::Orient);

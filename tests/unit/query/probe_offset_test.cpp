@@ -78,7 +78,7 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
     for (int i = 0; i < 2000; ++i) points.push_back(random.between(0.9, 1.1) * random.direction());
     const Probe probe(points);
     std::vector<Contact> contacts(points.size());
-    for (const float margin : {0.01f, 0.02f, 0.04f})
+    for (const double margin : {0.02, 0.04, 0.08})
         for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
             const ProbeResult r =
                 query_probe({.model = &ball.view}, {.probe = &probe}, {.layer = layer, .margin = margin}, contacts);
@@ -89,9 +89,8 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
                 EXPECT_GE(dot(cast<double>(c.normal), normalized(points[c.index])), 0.95);
             }
             for (std::size_t i = 0; i < points.size(); ++i)
-                EXPECT_NEAR(depth[i], std::max(1 + 2 * static_cast<double>(margin) - norm(points[i]), 0.),
-                            layer == Layer::Two ? 0.02 : 0.005)
-                    << "a diameter is 2, and layer 2 reads the base grid alone";
+                EXPECT_NEAR(depth[i], std::max(1 + margin - norm(points[i]), 0.), layer == Layer::Two ? 0.02 : 0.005)
+                    << "layer 2 reads the base grid alone";
         }
 }
 
@@ -104,10 +103,10 @@ TEST(FrameOffset, BodiesWithinTheMarginAreAPair)
     std::vector<ScenePair> pairs(2);
     std::vector<PairContact> contacts(1000);
     EXPECT_EQ(scene.query_pairs({}, pairs, contacts).pairs, 0u);
-    const SceneResult r = scene.query_pairs({.query = {.margin = 0.05f}}, pairs, contacts);
+    const SceneResult r = scene.query_pairs({.query = {.margin = 0.1}}, pairs, contacts);
     EXPECT_EQ(r.pairs, 1u);
     EXPECT_GT(r.contacts, 0u);
-    EXPECT_GT(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {.margin = 0.05f}, pairs, contacts)
+    EXPECT_GT(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {.margin = 0.1}, pairs, contacts)
                   .contacts,
               0u);
     EXPECT_EQ(scene.query_probe({.probe = &ball.probe, .pose = test::shifted({-2.05, 0, 0})}, {}, pairs, contacts).contacts, 0u);
