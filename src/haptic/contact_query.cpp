@@ -62,7 +62,7 @@ std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, co
     }
     if (cached.result.contacts > memory.size()) tick.report.status |= k_step_full;
     if ((cached.result.status & query::k_not_finite) != 0) tick.report.status |= k_step_not_finite;
-    return memory.first(std::min<std::size_t>(cached.result.contacts, memory.size()));
+    return cached.result.written(memory);
 }
 
 }  // namespace sqmap::haptic

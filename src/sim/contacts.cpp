@@ -297,7 +297,7 @@ std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, 
         if ((frame.status & query::k_coarse) != 0) status |= k_cloth_coarse_sweep;
     }
     if ((frame.status & query::k_full) != 0) status |= k_cloth_full;
-    const auto contacts = std::span<const query::Contact>(found_).first(std::min(frame.contacts, found_.size()));
+    const auto contacts = frame.written(found_);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const query::Contact& contact = contacts[c];
         // Nodes lie in another order than what is found.

@@ -43,7 +43,7 @@ void PairQuery::add(const Body& touched, const Body& collider, Side vertex_of) n
     const ProbeResult found = query_probe(touched, collider, options.query, workspace.found_);
     result.found += found.contacts;
     result.status |= found.status;
-    for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size()))) {
+    for (const Contact& c : found.written(workspace.found_)) {
         if (result.contacts == out.size()) {
             result.status |= k_full;
             return;

@@ -315,7 +315,7 @@ struct SkinQuery {
                 query_probe({query.bound, nullptr, {}}, {nullptr, &workspace.probe_, {}}, all, workspace.found_);
             result.status |= found.status;
             result.unseen += found.unseen;
-            for (const Contact& c : std::span(workspace.found_).first(std::min(found.contacts, workspace.found_.size())))
+            for (const Contact& c : found.written(workspace.found_))
                 if (workspace.active_[c.index] != 0) take(c, found.position(c), position(c.index, round));
         }
         for (std::size_t i = 0; i < points.size(); ++i) {
