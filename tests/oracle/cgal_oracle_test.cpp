@@ -1,5 +1,6 @@
 // The exact layer, and the oracle that everything else is measured with, against CGAL: side by exact predicates,
 // distance by its own tree.
+#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
@@ -111,6 +112,10 @@ TEST_P(SharedMesh, ExactLayer)
 {
     const auto mesh = test::shared_mesh(std::string(GetParam()) + ".obj");
     if (!mesh) GTEST_SKIP() << "no " << GetParam() << ".obj in " << test::shared_folder();
+    const auto crossed = mesh::find_self_intersections(*mesh).crossed;
+    if (std::find(crossed.begin(), crossed.end(), 1) != crossed.end())
+        GTEST_SKIP() << "what stands in for " << GetParam() << " crosses itself: CGAL counts crossings, the solid is where the "
+                     << "winding number is positive";
     compare(GetParam(), *mesh);
 }
 

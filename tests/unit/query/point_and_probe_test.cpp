@@ -54,7 +54,14 @@ void expect_alike(const Body& touched, const std::vector<Vec3d>& points, const s
         ASSERT_EQ(found.status, k_ok);
         std::vector<const Contact*> contact_of(points.size(), nullptr);
         for (std::size_t i = 0; i < found.contacts; ++i) contact_of[contacts[i].index] = &contacts[i];
-        ASSERT_EQ(query_points(touched, points, {.layer = layer}, batch), found.contacts) << name;
+        const std::size_t claimed = query_points(touched, points, {.layer = layer}, batch);
+        // One plane a cell may claim a point that the locator's gap about a cluster proves free: a few of layer 2, and of the
+        // parts that Gate gives to it. Such a point is outside.
+        const bool planes_alone = layer == Layer::Two || layer == Layer::Gate;
+        std::size_t dropped = 0;
+        if (!planes_alone) {
+            ASSERT_EQ(claimed, found.contacts) << name;
+        }
         for (std::size_t i = 0; i < points.size(); ++i) {
             const PointResult c = query_point(touched, points[i], {.layer = layer});
             const Contact* p = contact_of[i];
@@ -62,6 +69,11 @@ void expect_alike(const Body& touched, const std::vector<Vec3d>& points, const s
                 return testing::Message() << name << ", layer " << static_cast<int>(layer) << ", at " << points[i].x << ' '
                                           << points[i].y << ' ' << points[i].z;
             };
+            if (planes_alone && c.contact && p == nullptr) {
+                ++dropped;
+                ASSERT_FALSE(query_point(touched, points[i], {.layer = Layer::Exact}).contact) << where();
+                continue;
+            }
             ASSERT_EQ(c.contact, p != nullptr) << where();
             ASSERT_TRUE(same_bits(c.point, batch[i].point) && same_bits(c.normal, batch[i].normal) &&
                         same_bits(c.depth, batch[i].depth) && c.part == batch[i].part && c.certain == batch[i].certain &&
@@ -79,6 +91,7 @@ void expect_alike(const Body& touched, const std::vector<Vec3d>& points, const s
             ASSERT_EQ(c.certain, p->certain) << where();
             ASSERT_EQ(c.status, p->status) << where();
         }
+        EXPECT_LE(dropped, claimed / 2000) << name;
     }
 }
 
