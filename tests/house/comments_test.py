@@ -4,7 +4,7 @@ import checked
 
 
 def header(text):
-    return {"include/sqmap/a.h": "#pragma once\n\nnamespace sqmap {\n\n" + text + "\n}  // namespace sqmap\n"}
+    return {"include/sqmap/a.h": "// Any thread.\n#pragma once\n\nnamespace sqmap {\n\n" + text + "\n}  // namespace sqmap\n"}
 
 
 CASES = [
@@ -23,6 +23,7 @@ CASES = [
     ("an empty line ends the paragraph", header("/// What it does.\nint f(int a);\n\nint f(double a);\n"), "f has no"),
     ("an override has its base's", header("/// A class.\nstruct A : B {\n    int f() override;\n};\n"), None),
     ("a detail", header("namespace detail {\nint f(int a);\n}\n"), None),
+    ("no word of threads", {"include/sqmap/a.h": "// What it holds.\n#pragma once\n"}, "says nothing of threads"),
     ("variables and types", header("using A = int (*)(int);\nstruct B {\n    int a = f(1), b{2}, c[2]{int(1), int(2)};\n};\ninline constexpr int k_a = f(2);\n"), None),
 ]
 checked.run("check_comments.py", CASES)
