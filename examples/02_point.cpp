@@ -1,4 +1,4 @@
-// Loads a baked model and queries one point: inside or not, how deep, which way is out.
+// Loads a baked model and queries one point: inside or not, penetration depth, direction out.
 #include <sqmap/io/model_file.h>
 #include <sqmap/sqmap.h>
 

@@ -1,4 +1,4 @@
-// A tool's vertices against a baked model, once a tick: which are inside, how deep, which way is out.
+// A tool's vertices against a baked model, once a tick: which are inside, penetration depth, direction out.
 #include <sqmap/io/model_file.h>
 #include <sqmap/io/read.h>
 #include <sqmap/sqmap.h>

@@ -52,7 +52,7 @@ int main()
     };
     device::Servo servo(slide, {}, floor, nullptr);
     device::ServoTick last;
-    for (int i = 0; i < 20; ++i) {
+    while (last.tick < 2000) {
         std::this_thread::sleep_for(std::chrono::milliseconds(100));
         servo.newest(last);
     }

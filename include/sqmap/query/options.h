@@ -1,4 +1,4 @@
-// What a query is asked for: the layer that answers, and what its surface is.
+// Options of a query: the layer that answers, and where the surface is.
 // Plain data: any number of threads may read it.
 #pragma once
 
@@ -15,7 +15,7 @@ enum class Layer : std::uint8_t {
     Three,  ///< the locator's planes where they are the surface, else the refined map
     Exact,  ///< the mesh's own triangles
     Auto,   ///< the cheapest of the four whose stored error is within QueryOptions::tolerance, else Exact
-    Gate,   ///< section 4.2 step 4, a part at a time: Three where the base map is sparse, else Two
+    Gate,   ///< section 4.2 step 4, for each part: Three where its base map is sparse, else Two
 };
 
 /// k_L of section 4.2, its default: Layer 3 is worth its time while a part has fewer base samples than k_L times its

@@ -1,4 +1,4 @@
-// The layered query of a point (section 4.2): is it inside the body, how deep, which way is out.
+// The layered query of a point (section 4.2): is it inside the body, penetration depth, direction out.
 #pragma once
 
 #include "sqmap/query/body.h"
@@ -23,12 +23,12 @@ struct PointResult {
 };
 
 /// One point, in the frame and units of the body's pose. In a model with a locator (and central maps, or layer Exact) the answer
-/// has the same bits as query_probe's of that position. A free point is certain where its locator cell is free, and on layer
-/// Exact. With offset or margin, points up to that far outside the surface are in contact too, and depth is measured from the
-/// moved surface; with offset, margin or smoothing no verdict is called certain. A body without a model: free.
-/// Total, noexcept, no allocation; thread-safe.
-/// Cost: with a locator 0.1 to 1 microseconds; without one, a sphere and a box test a part, and where the point is inside, a
-/// search bounded by the part's cells.
+/// has the same bits as query_probe's of that position; on layer Two a probe may leave out what its clusters prove free. A free
+/// point is certain where its locator cell is free, and on layer Exact. With offset or margin, points up to that far outside the
+/// surface are in contact too, and depth is measured from the moved surface; with offset, margin or smoothing no verdict is
+/// called certain. A body without a model: free. Total, noexcept, no allocation; thread-safe. Cost: with a locator 0.1 to 1
+/// microseconds; without one, a sphere and a box test a part, and where the point is inside, a search bounded by the part's
+/// cells.
 /// @pre the model came from model::parse
 [[nodiscard]] PointResult query_point(const Body& touched, Vec3d point, const QueryOptions& options = {}) noexcept;
 

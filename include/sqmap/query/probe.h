@@ -1,4 +1,4 @@
-// A whole probe against a model: which of its points are in contact, how deep, which way is out.
+// A whole probe against a model: which of its points are in contact, penetration depth, direction out.
 #pragma once
 
 #include "sqmap/query/body.h"
