@@ -84,6 +84,14 @@ std::uint32_t word(std::span<const std::byte> bytes, std::size_t at)
     return value;
 }
 
+/// Where the chunk after this one starts: at the next multiple of four, or where a file that does not pad has its binary chunk.
+std::size_t next_chunk(std::span<const std::byte> bytes, std::size_t end)
+{
+    const std::size_t padded = (end + 3) / 4 * 4;
+    const auto is_binary = [&](std::size_t at) { return at + 8 <= bytes.size() && word(bytes, at + 4) == k_chunk_binary; };
+    return is_binary(end) && !is_binary(padded) ? end : padded;
+}
+
 /// Of a GLB file the chunk of JSON, and the binary one if there is one; of any other file all of it.
 std::span<const std::byte> text_of(std::span<const std::byte> bytes, std::span<const std::byte>& binary)
 {
@@ -108,7 +116,7 @@ std::span<const std::byte> text_of(std::span<const std::byte> bytes, std::span<c
                 binary = bytes.subspan(at + 8, chunk);
             }
             is_first = false;
-            at += 8 + (chunk + 3) / 4 * 4;
+            at = next_chunk(bytes.first(length), at + 8 + chunk);
         }
         if (is_first) fail_format("byte 12", "no JSON chunk");
     }

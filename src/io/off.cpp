@@ -6,12 +6,16 @@ namespace sqmap::io {
 PolygonSoup read_off(std::span<const std::byte> bytes, const ReadLimits& limits)
 {
     TextCursor cursor(bytes, '#');
-    std::string_view magic = cursor.token();
+    std::string_view magic = cursor.token(), first;
+    if (const std::size_t digits = magic.find_first_of("0123456789", 1); digits != std::string_view::npos) {
+        first = magic.substr(digits);  // "OFF8 6 12"
+        magic = magic.substr(0, digits);
+    }
     for (const std::string_view prefix : {"ST", "C", "N"})
         if (magic.size() > 3 && magic.starts_with(prefix)) magic.remove_prefix(prefix.size());
     if (magic != "OFF") fail_format(cursor.where(), "an OFF file starts with OFF (also COFF, NOFF, STOFF), in three dimensions");
 
-    const std::string_view first = cursor.token();
+    if (first.empty()) first = cursor.token();
     if (first == "BINARY") fail_format(cursor.where(), "binary OFF is not read: write it as text");
     const std::int64_t vertex_count = cursor.integer(first);
     const std::int64_t face_count = cursor.integer(cursor.token());

@@ -55,7 +55,7 @@ inline void end_polygon(PolygonSoup& soup, const ReadLimits& limits)
     check_face_limit(soup.polygon_offsets.size() - 1, limits);
 }
 
-/// Walks over text token by token. Lines end with \n, \r\n or \r.
+/// Walks over text token by token. Lines end with \n, \r\n or \r. A comment ends with its line, whatever stands last in it.
 class TextCursor {
 public:
     explicit TextCursor(std::span<const std::byte> bytes, char comment = '\0', char continuation = '\0')
@@ -70,6 +70,7 @@ public:
     [[nodiscard]] std::uint64_t remaining() const { return static_cast<std::uint64_t>(end_ - at_); }
     [[nodiscard]] std::uint64_t line() const { return line_; }
     [[nodiscard]] std::string where() const { return "line " + std::to_string(line_); }
+    [[nodiscard]] std::string_view rest() const { return {at_, remaining()}; }
 
     /// Next token of this line; empty at its end.
     std::string_view token_in_line()
@@ -105,11 +106,13 @@ public:
 
     void skip_to_line_end()
     {
-        while (at_ != end_ && !is_line_end(*at_))
-            if (line_goes_on())
+        for (bool in_comment = false; at_ != end_ && !is_line_end(*at_);) {
+            in_comment = in_comment || (comment_ != '\0' && *at_ == comment_);
+            if (!in_comment && line_goes_on())
                 step_over_line_end(at_ + 1);
             else
                 ++at_;
+        }
     }
 
     /// A coordinate from the next token. What a file cut within its last token leaves is a truncation, not a bad format.

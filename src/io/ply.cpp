@@ -1,5 +1,5 @@
-// Polygon File Format (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders. Positions and
-// faces are kept; other elements and properties are walked over.
+// Polygon File Format (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders. Positions,
+// faces and triangle strips are kept; other elements and properties are walked over.
 #include "parse.h"
 
 #include <algorithm>
@@ -106,7 +106,11 @@ Header read_header(TextCursor& cursor)
 /// Values of the body one after the other, whatever the encoding.
 class BodyCursor {
 public:
-    BodyCursor(std::span<const std::byte> bytes, Encoding encoding) : text_(bytes), bytes_(bytes), encoding_(encoding) {}
+    BodyCursor(const TextCursor& text, const Header& header)
+        : text_(text), bytes_(std::as_bytes(std::span(text.rest()))), encoding_(header.encoding)
+    {
+        if (encoding_ == Encoding::Text) has_lines_ = has_a_line_for_each(header.elements);
+    }
 
     [[nodiscard]] std::uint64_t remaining() const
     {
@@ -115,6 +119,13 @@ public:
 
     /// The least number of bytes that a value can take; in text with the blank that follows it.
     [[nodiscard]] std::uint64_t least_bytes(Scalar type) const { return encoding_ == Encoding::Text ? 2 : bytes_of(type); }
+
+    /// After an element. Of a text what its line holds beyond the element's properties is passed over: some programs write
+    /// more there than their header declares.
+    void end_element()
+    {
+        if (has_lines_) text_.skip_to_line_end();
+    }
 
     double real(Scalar type)
     {
@@ -160,6 +171,20 @@ public:
     }
 
 private:
+    /// Whether the text has as many lines as elements, as it should. One of fewer lines is read value by value.
+    [[nodiscard]] bool has_a_line_for_each(const std::vector<Element>& elements) const
+    {
+        std::uint64_t lines = 0;
+        TextCursor cursor = text_;
+        do lines += cursor.token_in_line().empty() ? 0 : 1;
+        while (cursor.next_line());
+        for (const Element& element : elements) {
+            if (element.count > lines) return false;
+            lines -= element.count;
+        }
+        return true;
+    }
+
     void need(std::uint64_t count) const
     {
         if (count > bytes_.size() - at_)
@@ -182,6 +207,7 @@ private:
     std::span<const std::byte> bytes_;
     std::size_t at_ = 0;
     Encoding encoding_;
+    bool has_lines_ = false;
 };
 
 /// Length of a list, checked against the bytes that are left.
@@ -231,29 +257,73 @@ void read_vertices(const Element& element, BodyCursor& body, PolygonSoup& soup)
             else
                 body.skip(p.type, 1);
         }
+        body.end_element();
         soup.positions.push_back(point);
+    }
+}
+
+void skip_elements(const Element& element, BodyCursor& body)
+{
+    const std::string name = TextCursor::printable(element.name) + " ";
+    for (std::uint64_t e = 0; e < element.count; ++e) {
+        for (const Property& p : element.properties)
+            body.skip(p.type, p.is_list ? list_length(body, p, name + std::to_string(e + 1)) : 1);
+        body.end_element();
+    }
+}
+
+/// Walks over the elements; calls corners(list, length) at each element's list of vertex indices.
+template <class Corners>
+void for_each_list(const Element& element, BodyCursor& body, Corners corners)
+{
+    const auto list = std::find_if(element.properties.begin(), element.properties.end(), [](const Property& p) {
+        return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index");
+    });
+    const std::string name = TextCursor::printable(element.name);
+    if (list == element.properties.end()) fail_format("header", "element '" + name + "' has no list vertex_indices");
+    if (is_real(list->type)) fail_format("header", "vertex_indices of a real type");
+    for (std::uint64_t e = 0; e < element.count; ++e) {
+        for (auto p = element.properties.begin(); p != element.properties.end(); ++p) {
+            const std::uint64_t length = p->is_list ? list_length(body, *p, name + " " + std::to_string(e + 1)) : 1;
+            if (p == list)
+                corners(*list, length);
+            else
+                body.skip(p->type, length);
+        }
+        body.end_element();
     }
 }
 
 void read_faces(const Element& element, BodyCursor& body, const ReadLimits& limits, PolygonSoup& soup)
 {
-    const auto corners = std::find_if(element.properties.begin(), element.properties.end(), [](const Property& p) {
-        return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index");
-    });
-    if (corners == element.properties.end()) fail_format("header", "element 'face' has no list vertex_indices");
-    if (is_real(corners->type)) fail_format("header", "vertex_indices of a real type");
-    soup.polygon_offsets.reserve(element.count + 1);
-    for (std::uint64_t f = 0; f < element.count; ++f) {
-        for (auto p = element.properties.begin(); p != element.properties.end(); ++p) {
-            const std::uint64_t length = p->is_list ? list_length(body, *p, "face " + std::to_string(f + 1)) : 1;
-            if (p != corners) {
-                body.skip(p->type, length);
-                continue;
-            }
-            for (std::uint64_t i = 0; i < length; ++i) soup.indices.push_back(body.integer(p->type));
-        }
+    soup.polygon_offsets.reserve(soup.polygon_offsets.size() + element.count);
+    for_each_list(element, body, [&](const Property& list, std::uint64_t length) {
+        for (std::uint64_t i = 0; i < length; ++i) soup.indices.push_back(body.integer(list.type));
         end_polygon(soup, limits);
-    }
+    });
+}
+
+/// A strip's triangles share an edge each with the one before, so every second one lists its corners the other way round. A
+/// negative index ends a strip within the list; a corner that repeats only steers it.
+void read_strips(const Element& element, BodyCursor& body, const ReadLimits& limits, PolygonSoup& soup)
+{
+    for_each_list(element, body, [&](const Property& list, std::uint64_t length) {
+        if (soup.indices.empty()) {  // for all lists at once: growing takes up to three times as much
+            const std::uint64_t bound = std::min(body.remaining() / body.least_bytes(list.type) + 1, limits.max_faces);
+            soup.indices.reserve(3 * bound);
+            soup.polygon_offsets.reserve(bound + 1);
+        }
+        std::array<std::int64_t, 3> last{};
+        for (std::uint64_t i = 0, run = 0; i < length; ++i) {
+            last = {last[1], last[2], body.integer(list.type)};
+            run = last[2] < 0 ? 0 : run + 1;
+            if (run < 3 || last[0] == last[1] || last[1] == last[2] || last[2] == last[0]) continue;
+            if (run % 2 == 0) std::swap(last[0], last[1]);
+            soup.indices.insert(soup.indices.end(), last.begin(), last.end());
+            if (run % 2 == 0) std::swap(last[0], last[1]);
+            end_polygon(soup, limits);
+        }
+    });
 }
 
 }  // namespace
@@ -262,21 +332,18 @@ PolygonSoup read_ply(std::span<const std::byte> bytes, const ReadLimits& limits)
 {
     TextCursor cursor(bytes);
     const Header header = read_header(cursor);
-    BodyCursor body(bytes.last(cursor.remaining()), header.encoding);
+    BodyCursor body(cursor, header);
     check_counts(header, body, limits);
     PolygonSoup soup;
     for (const Element& element : header.elements) {
-        if (element.name == "vertex" && soup.positions.empty()) {
+        if (element.name == "vertex" && soup.positions.empty())
             read_vertices(element, body, soup);
-        } else if (element.name == "face" && soup.indices.empty()) {
+        else if (element.name == "face" && element.count > 0)
             read_faces(element, body, limits, soup);
-        } else if (element.name == "tristrips" && element.count > 0) {
-            fail_format("header", "triangle strips are not read: write the faces as polygons");
-        } else {
-            for (std::uint64_t i = 0; i < element.count; ++i)
-                for (const Property& p : element.properties)
-                    body.skip(p.type, p.is_list ? list_length(body, p, element.name + " " + std::to_string(i + 1)) : 1);
-        }
+        else if (element.name == "tristrips" && element.count > 0)
+            read_strips(element, body, limits, soup);
+        else
+            skip_elements(element, body);
     }
     return soup;
 }

@@ -30,8 +30,9 @@ std::string_view text_of(std::span<const std::byte> bytes) { return {reinterpret
 /// The format that the first bytes leave no doubt about.
 std::optional<MeshFormat> format_of_content(std::span<const std::byte> bytes)
 {
-    const std::string_view text = text_of(bytes);
+    std::string_view text = text_of(bytes);
     if (text.starts_with("glTF")) return MeshFormat::Glb;
+    text.remove_prefix(std::min(text.substr(0, 4096).find_first_not_of(" \t\r\n"), text.size()));
     if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::Ply;
     const std::string_view start = text.substr(0, 16);
     const std::size_t off = start.find("OFF");

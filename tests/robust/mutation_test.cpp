@@ -30,16 +30,20 @@ std::vector<Sample> samples()
     const std::vector<std::array<int, 3>> faces{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5},
                                                 {3, 1, 5}, {0, 3, 5}, {6, 8, 7}, {6, 7, 9}, {7, 8, 9}, {6, 9, 8}};
     const auto raw = [](const auto& value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
-    std::string off = "OFF\n10 12 0\n", obj, stl(80, ' '), ply_body, stl_text = "solid s\n", gltf_body;
+    std::string off = "OFF\n10 12 0\n", obj, stl(80, ' '), ply_body, ply_strip, ply_text, stl_text = "solid s\n", gltf_body;
     stl += raw(std::uint32_t{12});
     for (const Vec3f& p : points) {
         const std::string text = std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
         off += text;
         obj += "v " + text;
         ply_body += raw(p);
+        ply_text += text;
         gltf_body += raw(p);
     }
+    const std::string ply_vertices = ply_body;
     for (const auto& f : faces) {
+        ply_strip += raw(f) + raw(-1);
+        ply_text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) + " 2 .5 .5 7\n";
         off += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) + "\n";
         obj += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[1] + 1) + "/1 " + std::to_string(f[2] - 10) + "\n";
         ply_body += '\x03' + raw(f);
@@ -54,17 +58,21 @@ std::vector<Sample> samples()
         stl += std::string(2, '\0');
         stl_text += "endloop\nendfacet\n";
     }
-    const std::string ply =
-        "ply\nformat binary_little_endian 1.0\nelement vertex 10\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 12\nproperty list uchar int vertex_indices\nend_header\n" +
-        ply_body;
+    const std::string binary = "ply\nformat binary_little_endian 1.0\n", corners = "property list uchar int vertex_indices\n",
+                      vertices = "element vertex 10\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string ply = binary + vertices + "element face 12\n" + corners + "end_header\n" + ply_body;
+    const std::string strips =
+        binary + vertices + "element tristrips 1\n" + corners + "end_header\n" + ply_vertices + '\x30' + ply_strip;
+    // As MeshLab writes it: more in a line than the header declares.
+    const std::string text = "ply\nformat ascii 1.0\n" + vertices + "element face 12\n" + corners +
+                             "property list uchar float texcoord\nend_header\n" + ply_text;
     std::string json =
         R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0,"children":[1]},{"translation":[0,9,0],"mesh":0}],)"
         R"("scenes":[{"nodes":[0]}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
         R"("buffers":[{"byteLength":192}],"bufferViews":[{"buffer":0,"byteLength":120},{"buffer":0,"byteOffset":120,"byteLength":72}],)"
         R"("accessors":[{"bufferView":0,"componentType":5126,"count":10,"type":"VEC3"},)"
         R"({"bufferView":1,"componentType":5123,"count":36,"type":"SCALAR"}]})";
-    json.resize((json.size() + 3) / 4 * 4, ' ');
+    if (json.size() % 4 == 0) json += ' ';  // as some write it: without padding
     const std::string glb = "glTF" + raw(std::uint32_t{2}) +
                             raw(static_cast<std::uint32_t>(28 + json.size() + gltf_body.size())) +
                             raw(static_cast<std::uint32_t>(json.size())) + "JSON" + json +
@@ -73,6 +81,8 @@ std::vector<Sample> samples()
             {obj, io::MeshFormat::Obj},
             {stl, io::MeshFormat::Stl},
             {ply, io::MeshFormat::Ply},
+            {strips, io::MeshFormat::Ply},
+            {text, io::MeshFormat::Ply},
             {stl_text + "endsolid s\n", io::MeshFormat::Stl},
             {glb, io::MeshFormat::Glb}};
 }

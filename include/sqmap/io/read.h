@@ -40,11 +40,12 @@ struct ReadResult {
 
 /// Reads a mesh file: OFF, OBJ, STL (text and binary), PLY (text and binary of both byte orders), glTF and GLB.
 /// The name's extension names the format and the content must agree; a name without a known one is told by content.
-/// A byte-order mark of UTF-8 and blank lines before the first are passed over. Only geometry is read. glTF: triangles of the
-/// default scene, each node's transform applied (a skinned mesh as bound). Indices and coordinates are passed on as they are, out
-/// of range or not finite: judging them is the gate's work. Failures: in the result, never thrown. E_FORMAT: not such a file;
-/// E_TRUNCATED: it ends too early, or declares more than its bytes can hold; E_LIMIT: above the limits. Memory: below 64 MB + 64
-/// times the file's size. Cost: linear.
+/// A byte-order mark of UTF-8 and blank lines before the first are passed over. Only geometry is read. PLY: faces and triangle
+/// strips; what a line of text holds beyond its header's properties is passed over. GLB: chunks need no padding. glTF: triangles
+/// of the default scene, each node's transform applied (a skinned mesh as bound). Indices and coordinates are passed on as they
+/// are, out of range or not finite: judging them is the gate's work. Failures: in the result, never thrown. E_FORMAT: not such a
+/// file; E_TRUNCATED: it ends too early, or declares more than its bytes can hold; E_LIMIT: above the limits. Memory: below 64 MB
+/// + 64 times the file's size. Cost: linear.
 [[nodiscard]] ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 
 /// The same on bytes in memory; buffers beside a glTF file are out of reach.

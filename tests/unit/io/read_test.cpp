@@ -277,6 +277,17 @@ TEST(ReadObj, CornersMayCountBackCarrySlashesAndEndInCrLf)
     EXPECT_EQ(code("v 0 0 0\nf 1 1.5 1\n", MeshFormat::Obj), "E_FORMAT");
 }
 
+TEST(ReadObj, NamesAndCommentsMayLookLikeFaces)
+{
+    const ReadResult result = read(
+        "o v 9 9 9\ng f 1 2 3\n# f 1 2 3 \\\nv 0 0 0\nv 1 0 0 # v 8 8 8 \\\nv 0 1 0\nusemtl f 3 2 1\n"
+        "mtllib f 1 2 3.mtl\n  f 1 2 3 # f 2 3 1\ng f\ns f 3 2 1\n",
+        MeshFormat::Obj);
+    ASSERT_FALSE(result.error) << result.error->message;
+    EXPECT_EQ(result.soup.positions, (std::vector<Vec3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(result.soup.indices, (std::vector<std::int64_t>{0, 1, 2}));
+}
+
 TEST(ReadOff, ColoursNormalsAndPolygonsAreTakenAsTheyCome)
 {
     const ReadResult result =
@@ -284,6 +295,19 @@ TEST(ReadOff, ColoursNormalsAndPolygonsAreTakenAsTheyCome)
     ASSERT_FALSE(result.error) << result.error->message;
     EXPECT_EQ(result.soup.positions[1], (Vec3d{1, 0, 0}));
     EXPECT_EQ(result.soup.indices, (std::vector<std::int64_t>{0, 1, 2, 3}));
+}
+
+TEST(ReadOff, BlanksCommentsAndCountsMayStandOnTheFirstLine)
+{
+    const std::string body = off_text().substr(off_text().find("0 0 0"));
+    for (const std::string start : {"\t   OFF4 4 6 # counts\n", "# cube.off\n#\nOFF 4 4 6\n",
+                                    "OFF # kind\n# empty\n\n 4 4 6 # counts\n", "COFF4 4\n", "OFF 4 4\r\n"}) {
+        const ReadResult result = read(start + body, MeshFormat::Off);
+        ASSERT_FALSE(result.error) << start << result.error->message;
+        EXPECT_EQ(result.soup.indices, k_corners) << start;
+    }
+    EXPECT_EQ(code("OFF4.5 4 6\n" + body, MeshFormat::Off), "E_FORMAT");
+    EXPECT_EQ(code("OFF4", MeshFormat::Off), "E_TRUNCATED");
 }
 
 TEST(ReadStl, ABinaryFileMayStartWithSolid)
@@ -306,6 +330,51 @@ TEST(ReadPly, IndicesOutOfRangeReachTheGate)
     EXPECT_EQ(result.soup.indices.back(), -7);
 }
 
+TEST(ReadPly, ATextLineMayHoldMoreThanItsHeaderDeclares)
+{
+    // MeshLab declares a colour of four bytes for corners and writes a list of nine reals.
+    const std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n"
+        "property uchar red\nend_header\n";
+    const std::string vertices = "0 0 0 7 7\n1 0 0\n\n0 1 0 \n";
+    for (const std::string faces :
+         {"3 0 1 2 6 .5 .5 0 .25 1 1 9 1 1 1\n3 2 1 0 0 9\n", "3 0 1 2\n2 1 1 0\n3 2 1 0 1 0.5 8 extra"}) {
+        const ReadResult result = read(header + vertices + faces, MeshFormat::Ply);
+        ASSERT_FALSE(result.error) << result.error->message;
+        EXPECT_EQ(result.soup.positions, (std::vector<Vec3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+        EXPECT_EQ(result.soup.indices, (std::vector<std::int64_t>{0, 1, 2, 2, 1, 0}));
+    }
+    // Without a line for each element the values alone count.
+    EXPECT_EQ(read(header + "0 0 0 1 0 0 0 1 0\n3 0 1 2 0 9 3 2 1 0 0 9", MeshFormat::Ply).soup.indices.size(), 6u);
+    const ReadResult wrong = read(header + vertices + "3 0 one 2 0 9\n3 2 1 0 0 9\n", MeshFormat::Ply);
+    ASSERT_TRUE(wrong.error);
+    EXPECT_EQ(wrong.error->element, "line 16") << "counted from the start of the file";
+}
+
+TEST(ReadPly, StripsUnfoldWithTheirTrianglesFacingOneWay)
+{
+    const std::vector<std::int64_t> first{0, 1, 2, 3, 4, -1, 4, 3, 2, 2, 1}, second{5, 4, 3};
+    for (const bool big_endian : {false, true}) {
+        std::string bytes = std::string("ply\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
+                            " 1.0\nelement tristrips 2\nproperty list int int vertex_indices\nelement vertex 6\n"
+                            "property float x\nproperty float y\nproperty float z\nend_header\n";
+        for (const auto& strip : {first, second}) {
+            bytes += raw(static_cast<std::int32_t>(strip.size()), big_endian);
+            for (const std::int64_t i : strip) bytes += raw(static_cast<std::int32_t>(i), big_endian);
+        }
+        for (int v = 0; v < 6; ++v)
+            for (const int k : {v / 2, v % 2, 0}) bytes += raw(static_cast<float>(k), big_endian);
+        const ReadResult result = read(bytes, MeshFormat::Ply);
+        ASSERT_FALSE(result.error) << result.error->message;
+        // By hand: 012, 132 turned, 234; 432; 3 2 2 and 2 2 1 are none; 543.
+        EXPECT_EQ(result.soup.indices, (std::vector<std::int64_t>{0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 2, 5, 4, 3}));
+        EXPECT_EQ(result.soup.polygon_offsets, (std::vector<std::uint32_t>{0, 3, 6, 9, 12, 15}));
+        EXPECT_EQ(code(bytes, MeshFormat::Ply, {.max_faces = 4}), "E_LIMIT");
+        EXPECT_EQ(code(bytes.substr(0, bytes.size() - 1), MeshFormat::Ply), "E_TRUNCATED");
+    }
+}
+
 TEST(ReadGltf, NodesMoveTheirMeshes)
 {
     // Scaled by 2, turned a quarter about z (x to y), then moved.
@@ -319,6 +388,20 @@ TEST(ReadGltf, NodesMoveTheirMeshes)
     EXPECT_NEAR(result.soup.positions[2].x, 8, 1e-5);
     const ReadResult matrix = read(gltf_text(R"(,"matrix":[0,2,0,0,-2,0,0,0,0,0,2,0,10,0,0,1])"), MeshFormat::Gltf);
     EXPECT_EQ(matrix.soup.positions[1], (Vec3d{10, 2, 0}));
+}
+
+TEST(ReadGltf, ChunksNeedNoPadding)
+{
+    std::string json = gltf_json(R"("byteLength":72)");
+    while (json.size() % 4 != 1) json += ' ';
+    std::string bytes = "glTF" + raw(std::uint32_t{2}) + raw(static_cast<std::uint32_t>(28 + json.size() + 72)) +
+                        raw(static_cast<std::uint32_t>(json.size())) + "JSON" + json + raw(std::uint32_t{72}) + "BIN\0"s +
+                        gltf_buffer();
+    EXPECT_EQ(read(bytes, MeshFormat::Glb).soup.indices, k_corners);
+    // Padded, with the length before it.
+    bytes.insert(20 + json.size(), 3, ' ');
+    bytes.replace(8, 4, raw(static_cast<std::uint32_t>(bytes.size())));
+    EXPECT_EQ(read(bytes, MeshFormat::Glb).soup.indices, k_corners);
 }
 
 TEST(ReadGltf, AMirroringNodeKeepsFacesOutward)
