@@ -216,16 +216,18 @@ private:
             const V3 to_face = block_.to_face(k, q);
             const V3 offset = blend(q.above, to_face, to_edge);
             const F distance_sq = blend(q.above, dot(to_face, to_face), edge_sq);
-            const M level = hn::Le(distance_sq, tie);
+            // Of the triangles near this point alone, so that an answer does not depend on its neighbours.
+            const M near_this = hn::Le(hn::Load(df, lower[k]), reach);
+            const M level = hn::And(near_this, hn::Le(distance_sq, tie));
             // Clearly nearer than what was found before, whose side is forgotten.
-            const M fresh = hn::Lt(tie_above(distance_sq), best.distance_sq);
+            const M fresh = hn::And(near_this, hn::Lt(tie_above(distance_sq), best.distance_sq));
             // In the plane of a triangle, or without area, it says nothing of the side.
             const M flat = hn::Lt(hn::Mul(q.height, q.height), hn::Mul(set(0.0025f), distance_sq));
             const M outside = hn::Gt(q.height, hn::Zero(df));
             best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, flat));
             best.outside = hn::Or(hn::AndNot(fresh, best.outside), hn::And(level, outside));
             best.inside = hn::Or(hn::AndNot(fresh, best.inside), hn::AndNot(outside, level));
-            const M nearer = hn::Lt(distance_sq, best.distance_sq);
+            const M nearer = hn::And(near_this, hn::Lt(distance_sq, best.distance_sq));
             best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
             best.offset = blend(nearer, offset, best.offset);
             best.entry = blend(nearer, set_int(static_cast<std::int32_t>(first + k)), best.entry);

@@ -8,6 +8,7 @@
 
 #include "contacts-inl.h"
 #include "probe_walk-inl.h"
+#include "seed_queue-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -38,7 +39,8 @@ HWY_INLINE void write_on_planes(const QueriedPoints& points, const NearestPlanes
 }
 
 /// What layer Two takes for the surface: of a flat cell the first plane where that is sufficient, else the lowest, whatever its
-/// groups, so that no point is in contact that is in none on layer Three; of another cell the plane of the first seed.
+/// groups, so that no point is in contact that is in none on layer Three; of another cell the plane of the first seed, whose word
+/// counts where it says free and where the cell is inside.
 class CoarsePlanes {
 public:
     HWY_INLINE CoarsePlanes(const LocatorLanes& locator, I cell, const V3& offset, M occupied)
@@ -66,6 +68,9 @@ public:
         return any(seeded_) ? blend(flat_, part, seed_.part) : part;
     }
 
+    /// Points that the plane of a seed claims: it may lie outside the solid, so these are answered as on layer Three.
+    M claimed(M inside) const { return hn::AndNot(inside, hn::And(seeded_, hn::Gt(gap_, hn::Zero(df)))); }
+
     /// The contacts of the lanes of a mask that are below, or inside.
     HWY_INLINE void write(const QueriedPoints& points, M which, ContactWriter& contacts) const
     {
@@ -87,11 +92,22 @@ private:
 /// A vector of points after another, from pose to contact.
 class PlaneKernel : ProbeWalk {
 public:
-    explicit PlaneKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job.caller, job.out) {}
+    explicit PlaneKernel(const ProbeJob& job)
+        : ProbeWalk(job), contacts_(job.caller, job.out), queue_(*this, job.model, contacts_)
+    {
+    }
 
     ProbeResult run()
     {
-        each_near([&](std::size_t slot) { answer(slot); }, [] {}, [&] { return !job_.first_only || contacts_.count() == 0; });
+        each_near([&](std::size_t slot) { answer(slot); },
+                  [&] {
+                      if (queue_.count() > SeedQueue::k_size - Probe::k_cluster) queue_.search();
+                  },
+                  [&] {
+                      if (job_.first_only && contacts_.count() == 0) finish();
+                      return !job_.first_only || contacts_.count() == 0;
+                  });
+        finish();
         return contacts_.result();
     }
 
@@ -104,10 +120,19 @@ private:
         if (job_.reached != nullptr) each_lane(e.occupied, [&](std::size_t i) { job_.reached[job_.point[slot + i]] = 1; });
         const CoarsePlanes planes(*this, e.at.cell, e.at.offset, e.occupied);
         const I index = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
-        planes.write({e.p, index, is_inside(e.at.cell, e.occupied)}, e.occupied, contacts_);
+        const M inside = is_inside(e.at.cell, e.occupied), claimed = planes.claimed(inside);
+        planes.write({e.p, index, inside}, hn::AndNot(claimed, e.occupied), contacts_);
+        if (any(claimed))
+            queue_.add({e.p, e.at.offset, e.at.cell, index, none()}, start_of(e.at.cell, e.at.offset, claimed), claimed);
+    }
+
+    void finish()
+    {
+        if (queue_.count() > 0) queue_.search();
     }
 
     ContactWriter contacts_;
+    SeedQueue queue_;
 };
 
 }  // namespace

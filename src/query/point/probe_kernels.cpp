@@ -141,9 +141,10 @@ private:
             const auto index = static_cast<std::size_t>(parts[i]);
             dense[i] = index < model_.parts.size() && !passes_gate(model_.parts[index], job_.gate) ? -1 : 0;
         }
-        const M coarse = hn::And(occupied, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, dense))));
-        planes.write({LocatedPoints::load(located_.p, first), hn::LoadU(di, located_.point + first), is_inside(cell, coarse)},
-                     coarse, contacts_);
+        const M inside = is_inside(cell, occupied);
+        const M coarse =
+            hn::AndNot(planes.claimed(inside), hn::And(occupied, hn::RebindMask(df, hn::MaskFromVec(hn::Load(di, dense)))));
+        planes.write({LocatedPoints::load(located_.p, first), hn::LoadU(di, located_.point + first), inside}, coarse, contacts_);
         return coarse;
     }
 
