@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 #include <map>
 #include <utility>
 
@@ -23,6 +24,8 @@ LoadedMesh judged(const io::ReadResult& read, const LoadOptions& options)
                                                                            .accept_surface = options.accept_surface,
                                                                            .thickness = options.thickness,
                                                                            .unit = options.unit,
+                                                                           .max_filled = options.max_filled,
+                                                                           .max_cured_faces = options.max_cured_faces,
                                                                            .max_components = options.max_components});
     out.verdict = gate.verdict;
     out.diagnosis = {mesh::name_of(gate.diagnosis.code), gate.diagnosis.element, gate.diagnosis.message, gate.diagnosis.cure};
@@ -32,6 +35,8 @@ LoadedMesh judged(const io::ReadResult& read, const LoadOptions& options)
     out.mesh = std::move(gate.mesh);
     out.solid = gate.solid;
     out.crossed = std::move(gate.crossed);
+    out.made_up = std::move(gate.made_up);
+    out.deviation = gate.deviation;
     return out;
 }
 
@@ -65,6 +70,10 @@ const char* verdict_name(mesh::Admission verdict)
             return "ACCEPT";
         case mesh::Admission::Repaired:
             return "REPAIRED";
+        case mesh::Admission::Closed:
+            return "CLOSED";
+        case mesh::Admission::Wrapped:
+            return "WRAPPED";
         case mesh::Admission::Refused:
             break;
     }
@@ -76,6 +85,18 @@ std::vector<std::string> notes_of(const LoadedMesh& loaded)
     std::vector<std::string> out;
     for (const mesh::RepairNote& r : loaded.repairs)
         out.push_back(std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")");
+    if (loaded.deviation) {
+        const mesh::Deviation& d = *loaded.deviation;
+        const auto text = [](const mesh::Distances& one) {
+            char line[96];
+            std::snprintf(line, sizeof line, "mean %.3g, p99 %.3g, max %.3g", one.mean, one.p99, one.max);
+            return std::string(line);
+        };
+        out.push_back("moved: from the file " + text(d.input_to_result) + "; to the file " + text(d.result_to_input));
+        char line[96];
+        std::snprintf(line, sizeof line, "made up: %.3g %% of the area", 100 * d.made_up_share);
+        out.emplace_back(line);
+    }
     for (const mesh::Warning& w : loaded.warnings) out.push_back(std::string(mesh::name_of(w.kind)) + ": " + w.message);
     return out;
 }

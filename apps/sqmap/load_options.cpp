@@ -7,10 +7,17 @@ namespace sqmap::app {
 
 void add_load_options(Command& command, LoadOptions& options)
 {
-    const std::map<std::string, mesh::Repair> repairs{
-        {"none", mesh::Repair::None}, {"safe", mesh::Repair::Safe}, {"holes", mesh::Repair::Holes}};
-    command.choice("--repair", options.repair, repairs, "What may be changed: none, safe, or safe and small holes filled",
-                   "none|safe|holes");
+    const std::map<std::string, mesh::Repair> repairs{{"auto", mesh::Repair::Wrap},
+                                                      {"none", mesh::Repair::None},
+                                                      {"safe", mesh::Repair::Safe},
+                                                      {"close", mesh::Repair::Close},
+                                                      {"wrap", mesh::Repair::Wrap}};
+    command.choice("--repair", options.repair, repairs,
+                   "The last rung that may be tried: nothing, what leaves no doubt, closing, wrapping; auto: all",
+                   "auto|none|safe|close|wrap");
+    command.option("--max-filled", options.max_filled, "Share of the area that fillings may have where a mesh is closed")
+        .in_range(0, 1)
+        .shows_default();
     command.flag("--surface", options.accept_surface, "Take an open mesh as a surface without inside");
     command
         .option("--thickness", options.thickness,
@@ -28,6 +35,10 @@ void add_load_options(Command& command, LoadOptions& options)
         .shows_default("2GB")
         .group(k_limits);
     command.option("--max-faces", options.limits.max_faces, "Most faces in the file")
+        .above_zero()
+        .shows_default()
+        .group(k_limits);
+    command.option("--max-cured-faces", options.max_cured_faces, "Most triangles of a mesh that is closed or wrapped")
         .above_zero()
         .shows_default()
         .group(k_limits);

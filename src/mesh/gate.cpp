@@ -5,13 +5,15 @@
 #include "sqmap/mesh/self_intersection.h"
 
 #include "clean.h"
+#include "close/close.h"
 #include "flatness.h"
-#include "holes.h"
+#include "plate.h"
+#include "refuse.h"
 #include "shells.h"
+#include "soup.h"
 #include "surface.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <tuple>
@@ -20,61 +22,7 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr double k_range_ratio = 1e15;       // double has 16 digits
-constexpr double k_range_size = 1e100;       // cubes of larger or (inverted) smaller sizes leave double's range
-constexpr double k_unit_hint = 50;           // a thing of 50 m is rare, one of 50 mm is not
-constexpr std::size_t k_max_polygon = 1024;  // cutting ears takes the cube of it
-
-struct Refused {
-    Diagnosis diagnosis;
-};
-
-[[noreturn]] void refuse(Refusal code, std::string element, std::string message, std::string cure)
-{
-    throw Refused{{code, std::move(element), std::move(message), std::move(cure)}};
-}
-
-std::string number(std::uint64_t n) { return std::to_string(n); }
-std::string element(const char* kind, std::uint64_t zero_based) { return kind + (" " + number(zero_based + 1)); }
-
-/// A vertex in use so far from the others that their differences have no digits left. along: the coordinates in use by axis.
-std::optional<std::size_t> stray_vertex(std::span<const Vec3d> positions, const std::vector<bool>& used,
-                                        std::array<std::vector<double>, 3> along, double extent)
-{
-    // Median extent: half of the vertices are within it of the median vertex. One stray vertex does not change it.
-    const auto median = [](std::vector<double>& values) {
-        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-        std::nth_element(values.begin(), middle, values.end());
-        return *middle;
-    };
-    Vec3d centre;
-    for (int k = 0; k < 3; ++k) centre[k] = median(along[static_cast<std::size_t>(k)]);
-    const auto distance = [](Vec3d a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); };
-    std::vector<double> distances;
-    for (std::size_t v = 0; v < used.size(); ++v)
-        if (used[v]) distances.push_back(distance(positions[v] - centre));
-    double median_extent = median(distances);
-    if (median_extent == 0) median_extent = extent;
-    for (std::size_t v = 0; v < used.size(); ++v)
-        if (used[v] && distance(positions[v]) > k_range_ratio * median_extent) return v;
-    return {};
-}
-
-/// Which vertices some corner names; all corners must name one.
-std::vector<bool> used_vertices(const PolygonView& in)
-{
-    std::vector<bool> used(in.positions.size(), false);
-    for (std::size_t f = 0; f + 1 < in.offsets.size(); ++f)
-        for (std::uint32_t i = in.offsets[f]; i < in.offsets[f + 1]; ++i) {
-            const std::int64_t v = in.indices[i];
-            if (v < 0 || static_cast<std::uint64_t>(v) >= in.positions.size())
-                refuse(Refusal::Index, element("face", f),
-                       "a corner names a vertex that is not there; the file has " + number(in.positions.size()),
-                       "export the mesh again");
-            used[static_cast<std::size_t>(v)] = true;
-        }
-    return used;
-}
+constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
 
 class Gate {
 public:
@@ -83,111 +31,26 @@ public:
     GateResult judge()
     {
         try {
-            check_numbers();
-            make_triangles();
+            take(soup_of(in_));
+            const Surface soup = surface_;
             clean_up();
-            check_components();
-            make_shells();
-            finish();
-            out_.verdict = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
+            climb(soup);
         } catch (Refused& refused) {
-            out_.verdict = Admission::Refused;
+            reset({});
             out_.diagnosis = std::move(refused.diagnosis);
-            out_.mesh = {};
-            out_.repairs.clear();
-            out_.warnings.clear();
-            out_.solid = false;
         }
         return std::move(out_);
     }
 
 private:
-    // --- what the numbers say -------------------------------------------------------------------------------------
-
-    void check_numbers()
+    void take(Soup soup)
     {
-        const std::size_t polygon_count = in_.offsets.empty() ? 0 : in_.offsets.size() - 1;
-        used_ = used_vertices(in_);
-        for (std::size_t v = 0; v < in_.positions.size(); ++v) {
-            const Vec3d p = in_.positions[v];
-            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-                refuse(Refusal::NonFinite, element("vertex", v), "a coordinate is not a finite number",
-                       "correct or remove the vertex");
-        }
-        if (polygon_count == 0)
-            refuse(Refusal::Empty, "mesh", number(in_.positions.size()) + " vertices and no face",
-                   "give a mesh with faces, not points");
-        check_range();
-    }
-
-    void check_range()
-    {
-        std::array<std::vector<double>, 3> along;
-        for (std::size_t v = 0; v < used_.size(); ++v) {
-            if (!used_[v]) continue;
-            extend(box_, in_.positions[v]);
-            for (int k = 0; k < 3; ++k) along[static_cast<std::size_t>(k)].push_back(in_.positions[v][k]);
-        }
-        const char* cure = "remove stray vertices, or move and scale the mesh towards unit size at the origin";
-        if (along[0].empty()) refuse(Refusal::Range, "mesh", "the faces have no corners", cure);
-        // The largest side, not the diagonal: squares may overflow where the size does not.
-        const Vec3d sides = size(box_);
-        const double extent = std::max({sides.x, sides.y, sides.z});
-        if (!(extent > 0)) refuse(Refusal::Range, "mesh", "all vertices lie in one point", cure);
-        if (!(extent < k_range_size) || extent < 1 / k_range_size)
-            refuse(Refusal::Range, "mesh", "the size is beyond what double precision can cube", cure);
-
-        if (const auto v = stray_vertex(in_.positions, used_, std::move(along), extent))
-            refuse(Refusal::Range, element("vertex", *v), "a coordinate is more than 1e15 times the size of the rest", cure);
-    }
-
-    // --- polygons to triangles --------------------------------------------------------------------------------------
-
-    void make_triangles()
-    {
-        const auto polygon_count = static_cast<std::uint32_t>(in_.offsets.size() - 1);
-        std::vector<std::uint32_t> new_number(in_.positions.size(), k_none);
-        for (std::uint32_t v = 0; v < used_.size(); ++v)
-            if (used_[v]) {
-                new_number[v] = static_cast<std::uint32_t>(surface_.points.size());
-                const Vec3d p = in_.positions[v];
-                surface_.points.push_back({p.x + 0.0, p.y + 0.0, p.z + 0.0});  // -0 is 0, or equal positions would differ
-                surface_.source.push_back(v);
-            }
-        if (surface_.points.size() < used_.size()) note(RepairKind::UnusedVertices, used_.size() - surface_.points.size());
-
+        surface_ = std::move(soup.surface);
+        box_ = soup.box;
         diagonal_ = norm(size(box_));
-        surface_.faces.reserve(polygon_count);
-        std::uint64_t cut = 0, degenerate = 0;
-        std::vector<std::uint32_t> corners;
-        std::vector<Vec3d> polygon;
-        for (std::uint32_t f = 0; f < polygon_count; ++f) {
-            corners.clear();
-            const std::size_t degree = in_.offsets[f + 1] - in_.offsets[f];
-            if (degree > k_max_polygon)
-                refuse(Refusal::Limit, element("face", f),
-                       "a polygon of " + number(degree) + " corners; the limit is " + number(k_max_polygon),
-                       "cut large polygons into triangles");
-            for (std::uint32_t i = in_.offsets[f]; i < in_.offsets[f + 1]; ++i) {
-                const std::uint32_t v = new_number[static_cast<std::size_t>(in_.indices[i])];
-                if (corners.empty() || corners.back() != v) corners.push_back(v);
-            }
-            while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
-            const bool repeats = corners.size() < degree;
-            if (corners.size() < 3 || repeats) ++degenerate;
-            if (corners.size() < 3) continue;
-            if (corners.size() == 3) {
-                surface_.faces.push_back({{corners[0], corners[1], corners[2]}, f});
-                continue;
-            }
-            polygon.clear();
-            for (const std::uint32_t v : corners) polygon.push_back(surface_.points[v]);
-            for (const auto& t : triangulated(polygon))
-                surface_.faces.push_back({{corners[t[0]], corners[t[1]], corners[t[2]]}, f});
-            ++cut;
-        }
-        if (cut > 0) note(RepairKind::Triangulated, cut);
-        degenerate_count_ += degenerate;
+        degenerate_count_ = soup.degenerate_polygons;
+        if (soup.unused_vertices > 0) note(RepairKind::UnusedVertices, soup.unused_vertices);
+        if (soup.cut_polygons > 0) note(RepairKind::Triangulated, soup.cut_polygons);
     }
 
     void clean_up()
@@ -196,6 +59,75 @@ private:
         if (cleaned.welded_vertices > 0) note(RepairKind::WeldedVertices, cleaned.welded_vertices);
         if (const std::uint64_t n = degenerate_count_ + cleaned.degenerate_faces; n > 0) note(RepairKind::DegenerateFaces, n);
         if (cleaned.duplicate_faces > 0) note(RepairKind::DuplicateFaces, cleaned.duplicate_faces);
+    }
+
+    // --- the ladder -----------------------------------------------------------------------------------------------
+
+    /// soup: the triangles as they came, which cures are measured against.
+    void climb(const Surface& soup)
+    {
+        const Surface cleaned = surface_;
+        const std::vector<RepairNote> repairs = out_.repairs;
+        Refused first;
+        try {
+            check_components();
+            make_shells();
+            finish();
+            out_.verdict = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
+            return;
+        } catch (Refused& refused) {
+            if (!is_curable(refused.diagnosis.code)) throw;
+            first = std::move(refused);
+        }
+        check_cost(cleaned);
+        reset(repairs);
+        try {
+            Closing closing = close(cleaned, {diagonal_, options_.max_filled, options_.refine_fillings});
+            if (!closing.failure.empty()) refuse(first.diagnosis.code, "mesh", closing.failure, "");
+            for (const RepairNote& r : closing.notes) note(r.kind, r.count);
+            surface_ = std::move(closing.surface);
+            check_components();
+            make_shells();
+            finish();
+            out_.verdict = Admission::Closed;
+            out_.deviation = deviation(result_units(soup), out_.mesh, out_.made_up);
+        } catch (Refused& refused) {
+            if (!refused.diagnosis.message.empty()) first.diagnosis.message += "; closing it fails: " + refused.diagnosis.message;
+            throw first;
+        }
+    }
+
+    /// Nothing but what was looked at, and these.
+    void reset(const std::vector<RepairNote>& repairs)
+    {
+        GateResult blank;
+        blank.facts = out_.facts;
+        blank.repairs = repairs;
+        out_ = std::move(blank);
+    }
+
+    /// Whether a higher rung may take what the code refuses.
+    [[nodiscard]] bool is_curable(Refusal code) const
+    {
+        if (options_.repair < Repair::Close || options_.accept_surface || options_.thickness > 0) return false;
+        return code == Refusal::NonManifold || code == Refusal::Orient || code == Refusal::Open;
+    }
+
+    void check_cost(const Surface& surface) const
+    {
+        if (surface.faces.size() > options_.max_cured_faces)
+            refuse(Refusal::Limit, "mesh",
+                   "it needs a cure, and has " + number(surface.faces.size()) + " triangles; the limit of cures is " +
+                       number(options_.max_cured_faces),
+                   "raise the limit with --max-cured-faces, or close the mesh");
+    }
+
+    [[nodiscard]] Mesh result_units(const Surface& surface) const
+    {
+        Mesh mesh;
+        for (const Vec3d& p : surface.points) mesh.vertices.push_back(options_.unit.value_or(1.0) * p);
+        for (const Face& f : surface.faces) mesh.triangles.push_back(f.v);
+        return mesh;
     }
 
     /// Judged once equal vertices are one: before that, every facet of an STL file is a piece of its own.
@@ -248,14 +180,7 @@ private:
             if (slivers.left > 0)
                 warn(WarningKind::Degenerate, slivers.left,
                      number(slivers.left) + " faces have no area and could not be removed without opening the mesh");
-            bool changed = slivers.removed > 0;
-            if (options_.repair == Repair::Holes && first_boundary_) {
-                const std::uint32_t filled = fill_holes(
-                    surface_, {.max_edges = options_.max_hole_edges, .max_diagonal = options_.max_hole_size * diagonal_});
-                if (filled > 0) note(RepairKind::FilledHoles, filled);
-                changed = changed || filled > 0;
-            }
-            if (changed) {
+            if (slivers.removed > 0) {
                 count_edges();
                 orientation = orient(surface_);
             }
@@ -277,8 +202,7 @@ private:
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
             refuse(Refusal::Open, edge_name(*first_boundary_),
                    number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                   "close the mesh, or use --repair holes for small holes, --surface for a surface without inside, --thickness "
-                   "for a sheet");
+                   "close the mesh, or use --repair close, --surface for a surface without inside, --thickness for a sheet");
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note(RepairKind::SplitVertices, made);
     }
 
@@ -426,6 +350,19 @@ private:
         facts.triangle_count = mesh.triangles.size();
         facts.box = box_of(mesh.vertices);
         out_.mesh = canonicalized(mesh);
+        mark_made_up(mesh);
+    }
+
+    /// mesh: the faces in their order, before it was made canonical.
+    void mark_made_up(const Mesh& mesh)
+    {
+        Mesh made{mesh.vertices, {}};
+        for (std::size_t f = 0; f < surface_.faces.size(); ++f)
+            if (surface_.faces[f].polygon == k_none) made.triangles.push_back(mesh.triangles[f]);
+        if (made.triangles.empty()) return;
+        made = canonicalized(made);  // the same vertices in the same order
+        for (const Triangle& t : out_.mesh.triangles)
+            out_.made_up.push_back(std::binary_search(made.triangles.begin(), made.triangles.end(), t) ? 1 : 0);
     }
 
     /// With Repair::None what would have been repaired is the verdict, by the code that names it best.

@@ -55,6 +55,14 @@ const char* name_of(RepairKind kind) noexcept
             return "filled_holes";
         case RepairKind::Thickened:
             return "thickened";
+        case RepairKind::Stitched:
+            return "stitched_edges";
+        case RepairKind::DroppedWalls:
+            return "inner_walls";
+        case RepairKind::CutEdges:
+            return "cut_edges";
+        case RepairKind::DroppedSheets:
+            return "dropped_sheets";
     }
     return "";
 }

@@ -33,13 +33,10 @@ std::optional<Mesh> joint_solid(const Mesh& mesh, const Influences& influences, 
         offsets.push_back(static_cast<std::uint32_t>(indices.size()));
     }
     if (indices.empty()) return std::nullopt;
-    GateOptions options;
-    options.repair = Repair::Holes;
-    options.max_hole_edges = 100000;
-    options.max_hole_size = 10;
-    GateResult gate = admit({mesh.vertices, offsets, indices}, options);
+    const GateResult gate =
+        admit({mesh.vertices, offsets, indices}, {.repair = Repair::Close, .max_filled = 1, .refine_fillings = false});
     if (gate.verdict == Admission::Refused || !gate.solid) return std::nullopt;
-    return std::move(gate.mesh);
+    return gate.mesh;
 }
 
 }  // namespace sqmap::mesh

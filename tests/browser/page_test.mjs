@@ -500,13 +500,11 @@ test('a good mesh is baked, with progress, and stands beside the others', async 
   assert.ok(f.parts.length > 0 && f.parts.every((p) => p.certified));
 });
 
-test('a small hole is filled when asked', async () => {
+test('a hole is filled, and the page says so', async () => {
   const lines = fs.readFileSync(path.join(folder, 'box.obj'), 'utf8').trim().split('\n');
   await drop('holed.obj', lines.slice(0, -1).join('\n') + '\n');  // a face short
-  await page.waitForSelector('#verdict.bad #holes');
-  await page.click('#holes');
   await page.waitForSelector('#verdict.good');
-  assert.match(await page.textContent('#verdict'), /REPAIRED.*filled_holes/s);
+  assert.match(await page.textContent('#verdict'), /CLOSED.*filled_holes/s);
   await until(page, () => window.sqmap.facts().length === 4);
   const last = await page.$$('#facts .object');
   await last[3].click();
@@ -517,19 +515,23 @@ test('a small hole is filled when asked', async () => {
 test('an open mesh is taken as a surface when asked, and its fields are coloured', async () => {
   const lines = fs.readFileSync(path.join(folder, 'box.obj'), 'utf8').trim().split('\n');
   await drop('shell.obj', lines.slice(0, -400).join('\n') + '\n');
-  await page.waitForSelector('#verdict.bad #as-surface');
+  await page.waitForSelector('#verdict.good #as-surface');
+  await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.objects.ready());
   await page.click('#as-surface');
   await page.waitForSelector('#verdict.good');
-  await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.objects.ready());
-  assert.equal(await page.evaluate(() => window.sqmap.facts()[3].solid), false);
+  await until(page, () => window.sqmap.facts().length === 5 && window.sqmap.world.objects.ready());
+  assert.equal(await page.evaluate(() => window.sqmap.facts()[4].solid), false);
   for (const [kind, title] of [['protrusion', /Protrusion/], ['curvature', /curvature/], ['error', /Depth error/]]) {
     await page.selectOption('#colour', kind);
-    await until(page, (k) => window.sqmap.world.objects.fieldAt(3, k, 0) !== undefined, kind);
+    await until(page, (k) => window.sqmap.world.objects.fieldAt(4, k, 0) !== undefined, kind);
     await until(page, (t) => document.querySelector('.legend').textContent.includes(t), title.source);
   }
   await page.selectOption('#colour', 'parts');
-  await (await page.$$('#facts .object'))[3].click();
-  await page.click('#remove');
+  for (const last of [4, 3]) {
+    await (await page.$$('#facts .object'))[last].click();
+    await page.click('#remove');
+    await until(page, (n) => window.sqmap.facts().length === n && window.sqmap.world.objects.ready(), last);
+  }
   await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.objects.ready());
 });
 

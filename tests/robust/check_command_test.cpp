@@ -86,14 +86,14 @@ TEST_F(CheckCommand, NamesRepairsAndForbidsThemOnRequest)
 TEST_F(CheckCommand, RefusesWithCodeElementAndCure)
 {
     const std::string open = file("open.obj", k_vertices + "f 1 3 2\nf 1 2 4\nf 2 3 4\n");
-    const nlohmann::json answer = json(open, 2);
+    const nlohmann::json answer = json(open + " --repair safe", 2);
     EXPECT_EQ(answer["verdict"], "REFUSED");
     EXPECT_EQ(answer["code"], "E_OPEN");
     EXPECT_TRUE(answer["element"].get<std::string>().starts_with("edge "));
     EXPECT_FALSE(answer["cure"].get<std::string>().empty());
     EXPECT_EQ(json(open + " --surface", 0)["facts"]["solid"], false);
     EXPECT_EQ(json(open + " --thickness 1", 0)["facts"]["solid"], true);
-    const Answer text = run("check " + open);
+    const Answer text = run("check " + open + " --repair safe");
     EXPECT_EQ(text.exit_code, 2);
     EXPECT_NE(text.text.find("E_OPEN"), std::string::npos);
 }

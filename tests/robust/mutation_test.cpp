@@ -155,7 +155,7 @@ TEST(Mutation, EveryDamagedFileGetsAnAnswer)
                 continue;
             }
             const mesh::PolygonView polygons{read.soup.positions, read.soup.polygon_offsets, read.soup.indices};
-            const mesh::GateOptions options{.repair = i % 2 == 0 ? mesh::Repair::Safe : mesh::Repair::Holes,
+            const mesh::GateOptions options{.repair = i % 2 == 0 ? mesh::Repair::Safe : mesh::Repair::Wrap,
                                             .accept_surface = i % 3 == 0,
                                             .thickness = i % 5 == 0 ? 0.1 : 0.0};
             const mesh::GateResult result = mesh::admit(polygons, options);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sqmap/math/box.h"
+#include "sqmap/mesh/deviation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/mesh.h"
 
@@ -15,12 +16,17 @@
 
 namespace sqmap::mesh {
 
-/// What the gate says of a mesh: taken as it is, taken after repairs, not taken.
-enum class Admission { Accept, Repaired, Refused };
+/// What the gate says of a mesh: the first rung of the ladder that gives a solid, or none.
+enum class Admission {
+    Accept,    ///< taken as it is
+    Repaired,  ///< after repairs that leave no doubt about the surface that was meant
+    Closed,    ///< with holes filled, cracks stitched, edges with more than two faces resolved
+    Wrapped,   ///< as a new surface around what the input encloses
+    Refused,
+};
 
-/// How much the gate may change. None: nothing. Safe: what leaves no doubt about the surface that was meant.
-/// Holes: small holes are filled, too.
-enum class Repair { None, Safe, Holes };
+/// The highest rung that may be taken. None: nothing is changed.
+enum class Repair { None, Safe, Close, Wrap };
 
 /// Polygons as read; the spans belong to the caller.
 struct PolygonView {
@@ -30,13 +36,14 @@ struct PolygonView {
 };
 
 struct GateOptions {
-    Repair repair = Repair::Safe;
+    Repair repair = Repair::Wrap;
     bool accept_surface = false;  ///< an open mesh is taken as a surface without inside (solid is false then)
     double thickness = 0;  ///< > 0: open meshes and flat ones, also closed, become plates this thick, in units of the result
-    std::optional<double> unit{};         ///< metres per unit of the file: the result is in metres; absent: as in the file
-    std::uint32_t max_hole_edges = 100;   ///< largest hole that Repair::Holes fills
-    double max_hole_size = 0.05;          ///< its largest diagonal, of the mesh's own
-    std::uint64_t max_components = 1000;  ///< connected pieces of the surface: each becomes a part at least
+    std::optional<double> unit{};               ///< metres per unit of the file: the result is in metres; absent: as in the file
+    double max_filled = 0.25;                   ///< share of the area that fillings may have where a mesh is closed
+    bool refine_fillings = true;                ///< fillings get points of their own, and go on from the surface around
+    std::uint64_t max_cured_faces = 2'000'000;  ///< larger meshes are not closed or wrapped
+    std::uint64_t max_components = 1000;        ///< connected pieces of the surface: each becomes a part at least
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
@@ -51,6 +58,10 @@ enum class RepairKind : std::uint8_t {
     SplitVertices,
     FilledHoles,
     Thickened,
+    Stitched,
+    DroppedWalls,
+    CutEdges,
+    DroppedSheets,
 };
 
 /// As printed: "welded_vertices". Never null.
@@ -59,7 +70,7 @@ enum class RepairKind : std::uint8_t {
 /// Something that was done to the mesh.
 struct RepairNote {
     RepairKind kind{};
-    std::uint64_t count = 0;  ///< polygons, vertices, faces or holes it was done to
+    std::uint64_t count = 0;  ///< polygons, vertices, edges, faces or holes it was done to
 };
 
 enum class WarningKind : std::uint8_t {
@@ -102,9 +113,11 @@ struct GateResult {
     std::vector<RepairNote> repairs;
     std::vector<Warning> warnings;
     MeshFacts facts;
-    Mesh mesh;                          ///< canonical; empty after a refusal
-    bool solid = false;                 ///< the mesh bounds a volume: where its winding number is positive
-    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
+    Mesh mesh;                           ///< canonical; empty after a refusal
+    bool solid = false;                  ///< the mesh bounds a volume: where its winding number is positive
+    std::vector<std::uint8_t> crossed;   ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
+    std::vector<std::uint8_t> made_up;   ///< #triangles, 1 where nothing of the input stood; empty below Closed
+    std::optional<Deviation> deviation;  ///< from the input, units of the result; from Closed up
 };
 
 /// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:

@@ -43,7 +43,6 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
     app::LoadOptions load{.limits = options_.limits};
-    if (query_value(request.target, "repair") == "holes") load.repair = mesh::Repair::Holes;
     if (query_value(request.target, "repair") == "surface") load.accept_surface = true;
     bakes_.work([this, answer, name, load, body = std::move(request.body)] {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));

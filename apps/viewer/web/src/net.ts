@@ -130,7 +130,7 @@ export interface Verdict {
 }
 
 /// Sends a file; sent: share of it that is on its way, 0 to 1.
-export function upload(file: File, repair: '' | 'holes' | 'surface', sent: (share: number) => void): Promise<Verdict> {
+export function upload(file: File, repair: '' | 'surface', sent: (share: number) => void): Promise<Verdict> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
     request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${repair ? `&repair=${repair}` : ''}`));

@@ -35,7 +35,7 @@ on(['scene', 'selected'], showExports);
 let checkedIn = state.mode;
 on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checkedIn = state.mode; });
 
-async function drop(file: File, repair: '' | 'holes' | 'surface' = ''): Promise<void> {
+async function drop(file: File, repair: '' | 'surface' = ''): Promise<void> {
   dialog.hidden = false;
   dialog.className = 'card verdict';
   dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
@@ -46,8 +46,7 @@ async function drop(file: File, repair: '' | 'holes' | 'surface' = ''): Promise<
     fill(dialog, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
-      v.code === 'E_OPEN' && repair !== 'holes' && h('button', { class: 'primary', id: 'holes', onclick: () => void drop(file, 'holes') }, 'Try again with small holes filled'), ' ',
-      (v.code === 'E_OPEN' || v.code === 'E_FLAT') && repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => void drop(file, 'surface') }, 'Take it as a surface without inside'), ' ',
+      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => void drop(file, 'surface') }, 'Take it as a surface without inside'), ' ',
       h('button', { onclick: () => { dialog.hidden = true; } }, 'Close'));
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();

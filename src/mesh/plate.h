@@ -1,18 +1,9 @@
-// Closing small holes, and making solids of sheets.
+// Solids of sheets.
 #pragma once
 
 #include "surface.h"
 
 namespace sqmap::mesh {
-
-struct HoleLimits {
-    std::uint32_t max_edges = 0;
-    double max_diagonal = 0;
-};
-
-/// Fills boundary loops within the limits with triangles of least area that use no edge that is already there; returns
-/// how many. @pre faces agree in orientation.
-std::uint32_t fill_holes(Surface& surface, const HoleLimits& limits);
 
 /// Of each closed sheet keeps one side: the largest stretch of its faces without a fold, the walls between its sides left
 /// out. False, and nothing done, where that is not about half of every component.

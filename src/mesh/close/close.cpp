@@ -1,0 +1,66 @@
+#include "close.h"
+
+#include "fill.h"
+#include "resolve.h"
+#include "sheets.h"
+#include "stitch.h"
+
+#include <cstdio>
+#include <utility>
+
+namespace sqmap::mesh {
+namespace {
+
+constexpr double k_stitch = 1e-3;             // of the diagonal: boundaries so near each other are joined
+constexpr double k_max_loose = 0.05;          // of the input's area: loose sheets beyond that are part of the shape
+constexpr std::size_t k_least_made = 20'000;  // triangles that fillings may have, whatever the surface has
+
+double area_of(const Surface& surface, bool only_made_up)
+{
+    double area = 0;
+    for (const Face& f : surface.faces) {
+        if (only_made_up && f.polygon != k_none) continue;
+        const Vec3d a = surface.points[f.v[0]];
+        area += 0.5 * norm(cross(surface.points[f.v[1]] - a, surface.points[f.v[2]] - a));
+    }
+    return area;
+}
+
+std::string percent(double share)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g %%", 100 * share);
+    return text;
+}
+
+}  // namespace
+
+Closing close(Surface surface, const CloseOptions& options)
+{
+    Closing out;
+    const auto note = [&](RepairKind kind, std::uint64_t count) {
+        if (count > 0) out.notes.push_back({kind, count});
+    };
+    const double area = area_of(surface, false), tolerance = k_stitch * options.diagonal;
+    note(RepairKind::Stitched, stitch(surface, tolerance));
+    const Resolved resolved = resolve_edges(surface);
+    note(RepairKind::Reoriented, resolved.turned_faces);
+    note(RepairKind::DroppedWalls, resolved.wall_faces);
+    note(RepairKind::CutEdges, resolved.cut_edges);
+    const std::size_t budget = std::max(2 * surface.faces.size(), k_least_made);
+    const std::uint32_t filled = fill_holes(surface, options.refine ? budget : 0);
+    const Sheets sheets = drop_sheets(surface, tolerance);
+    note(RepairKind::DroppedSheets, sheets.dropped_faces);
+    note(RepairKind::FilledHoles, filled);
+    const double share = area_of(surface, true) / area_of(surface, false);
+    if (sheets.all)
+        out.failure = "it consists of loose sheets";
+    else if (sheets.outside_area > k_max_loose * area)
+        out.failure = "loose sheets are " + percent(sheets.outside_area / area) + " of the area";
+    else if (share > options.max_filled)
+        out.failure = "fillings would be " + percent(share) + " of the area";
+    out.surface = std::move(surface);
+    return out;
+}
+
+}  // namespace sqmap::mesh

@@ -1,0 +1,20 @@
+// Edges with more than two faces, and faces that cannot agree, taken apart.
+#pragma once
+
+#include "../surface.h"
+
+namespace sqmap::mesh {
+
+/// What was done.
+struct Resolved {
+    std::uint64_t turned_faces = 0;
+    std::uint64_t wall_faces = 0;  ///< dropped: walls within the solid, seen from neither side
+    std::uint64_t cut_edges = 0;   ///< sides of faces that found no partner: boundary now
+};
+
+/// Leaves faces that agree with their neighbours, two at most at an edge: regions are turned towards where they are seen from,
+/// walls that nobody sees are dropped, and at an edge with more faces those with solid between them are joined, then those whose
+/// sides differ most in what sees them; the rest is cut off. Cost: n log n, and rays where an edge has more than two faces.
+Resolved resolve_edges(Surface& surface);
+
+}  // namespace sqmap::mesh
