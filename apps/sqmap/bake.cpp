@@ -155,7 +155,9 @@ void add_bake(CommandLine& line)
 {
     const auto options = std::make_shared<Options>();
     Command command = line.add("bake", "Bake a mesh into an SQ-Map model");
-    command.option("mesh", options->mesh, "OFF, OBJ, STL, PLY, glTF or GLB").required().existing_file();
+    command.option("mesh", options->mesh, "OFF, OBJ, STL, PLY, glTF or GLB; with the program assimp also DAE, 3MF, FBX")
+        .required()
+        .existing_file();
     command.option("-o,--output", options->model, "Model to write (.sqmap)").required();
     command.option("--projection", options->projection, "central, or normal: the paper's own maps")
         .one_of({"central", "normal"})

@@ -76,7 +76,9 @@ void add_check(CommandLine& line)
     };
     const auto options = std::make_shared<Options>();
     Command command = line.add("check", "Say whether a mesh can be used, what would be repaired, or why not");
-    command.option("mesh", options->file, "OFF, OBJ, STL, PLY, glTF or GLB").required().existing_file();
+    command.option("mesh", options->file, "OFF, OBJ, STL, PLY, glTF or GLB; with the program assimp also DAE, 3MF, FBX")
+        .required()
+        .existing_file();
     command.flag("--json", options->json, "Answer as JSON");
     add_load_options(command, options->load);
     command.footer("Exit code: 0 accepted or repaired, 2 refused, 64 wrong usage, 70 internal error.");

@@ -11,6 +11,7 @@ int main(int argc, char** argv)
     sqmap::app::CommandLine line("sqmap: certified contact between complex shapes", "sqmap");
     line.footer(
         "To begin with: sqmap check MESH, sqmap bake MESH -o MODEL.sqmap, sqmap view MODEL.sqmap.\n"
+        "Meshes: OFF, OBJ, STL, PLY, glTF, GLB; DAE, 3MF and FBX where the program assimp is installed (Debian: assimp-utils).\n"
         "Each subcommand explains itself: sqmap bake --help.");
     line.version("sqmap " SQMAP_VERSION);
     sqmap::app::add_check(line);

@@ -198,5 +198,7 @@ PolygonSoup read_stl(std::span<const std::byte> bytes, const ReadLimits& limits)
 PolygonSoup read_ply(std::span<const std::byte> bytes, const ReadLimits& limits);
 /// folder: where buffers beside the file are looked for; empty: nowhere.
 PolygonSoup read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder, const ReadLimits& limits);
+/// DAE, 3MF and FBX, by a program that need not be there.
+PolygonSoup read_through_assimp(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits);
 
 }  // namespace sqmap::io

@@ -22,6 +22,9 @@ std::optional<MeshFormat> format_of_name(const std::filesystem::path& path)
     if (extension == ".ply") return MeshFormat::Ply;
     if (extension == ".gltf") return MeshFormat::Gltf;
     if (extension == ".glb") return MeshFormat::Glb;
+    if (extension == ".dae") return MeshFormat::Dae;
+    if (extension == ".3mf") return MeshFormat::ThreeMf;
+    if (extension == ".fbx") return MeshFormat::Fbx;
     return std::nullopt;
 }
 
@@ -58,6 +61,9 @@ std::optional<MeshFormat> guessed_format(std::span<const std::byte> bytes)
     const std::string_view start = text.substr(0, 4096);
     const std::size_t first = start.find_first_not_of(" \t\r\n");
     if (first != std::string_view::npos && start[first] == '{') return MeshFormat::Gltf;
+    if (start.find("<COLLADA") != std::string_view::npos) return MeshFormat::Dae;
+    if (start.starts_with("Kaydara FBX Binary") || start.starts_with("; FBX")) return MeshFormat::Fbx;
+    if (start.starts_with("PK\x03\x04")) return MeshFormat::ThreeMf;
     if (start.starts_with("v ") || start.find("\nv ") != std::string_view::npos) return MeshFormat::Obj;
     return std::nullopt;
 }
@@ -80,7 +86,7 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
         bytes = after_byte_order_mark(bytes);
         const auto content = format_of_content(bytes);
         if (!format) result.format = format = guessed_format(bytes);
-        if (!format) fail_format("byte 0", "neither name nor content is that of OFF, OBJ, STL, PLY, glTF or GLB");
+        if (!format) fail_format("byte 0", "neither name nor content is that of OFF, OBJ, STL, PLY, glTF, GLB, DAE, 3MF or FBX");
         if (content && *content != *format)
             fail_format("byte 0",
                         std::string("the content is ") + format_name(*content) + ", the name says " + format_name(*format));
@@ -100,6 +106,11 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
             case MeshFormat::Gltf:
             case MeshFormat::Glb:
                 result.soup = read_gltf(bytes, folder, limits);
+                break;
+            case MeshFormat::Dae:
+            case MeshFormat::ThreeMf:
+            case MeshFormat::Fbx:
+                result.soup = read_through_assimp(bytes, *format, limits);
                 break;
         }
     } catch (ReadFailure& failure) {
@@ -127,6 +138,12 @@ const char* format_name(MeshFormat format)
             return "glTF";
         case MeshFormat::Glb:
             return "GLB";
+        case MeshFormat::Dae:
+            return "DAE";
+        case MeshFormat::ThreeMf:
+            return "3MF";
+        case MeshFormat::Fbx:
+            return "FBX";
     }
     return "?";
 }

@@ -17,17 +17,18 @@ namespace sqmap::io {
 struct ReadLimits {
     std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< size of the file
     std::uint64_t max_faces = 20'000'000;              ///< polygons in it, instances counted
+    std::uint32_t max_seconds = 60;                    ///< CPU time of a program that converts it; three times that by the clock
 };
 
-enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb };
+enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb, Dae, ThreeMf, Fbx };
 
-/// "OFF", "OBJ", "STL", "PLY", "glTF" or "GLB".
+/// "OFF", "OBJ", "STL", "PLY", "glTF", "GLB", "DAE", "3MF" or "FBX".
 [[nodiscard]] const char* format_name(MeshFormat format);
 
 /// Why a file is not read.
 struct ReadError {
     std::string code;     ///< E_FORMAT, E_TRUNCATED or E_LIMIT
-    std::string element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"
+    std::string element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"; or "assimp"
     std::string message;  ///< what was found and what was expected
     std::string cure;     ///< what a user can do
 };
@@ -38,7 +39,9 @@ struct ReadResult {
     std::optional<ReadError> error;
 };
 
-/// Reads a mesh file: OFF, OBJ, STL (text and binary), PLY (text and binary of both byte orders), glTF and GLB.
+/// Reads a mesh file: OFF, OBJ, STL (text and binary), PLY (text and binary of both byte orders), glTF and GLB; DAE, 3MF and FBX
+/// where the program assimp is on PATH (Debian: assimp-utils), which then runs in a process with limits: DAE comes out in metres
+/// with y up, the others in units and axes of their own.
 /// The name's extension names the format and the content must agree; a name without a known one is told by content.
 /// A byte-order mark of UTF-8 and blank lines before the first are passed over. Only geometry is read. PLY: faces and triangle
 /// strips; what a line of text holds beyond its header's properties is passed over. GLB: chunks need no padding. glTF: triangles
