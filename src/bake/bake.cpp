@@ -7,6 +7,7 @@
 #include "bake/distance/distance.h"
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/locator.h"
+#include "bake/normal/cells.h"
 #include "bake/normal/pack.h"
 #include "bake/parts/refinement.h"
 #include "budget.h"
@@ -165,14 +166,12 @@ double map_bytes(const std::vector<CentralMapData>& maps)
 }
 
 /// coarser: the maps of a draft with larger cells, or none. A base that was beaten there is not tried again.
-std::vector<CentralMapData> bake_maps(const Subject& subject, const CentralOptions& central,
-                                      const std::vector<CentralMapData>& coarser)
+std::vector<CentralMapData> bake_central_maps(const Subject& subject, const CentralOptions& central,
+                                              const std::vector<CentralMapData>& coarser)
 {
     const BakeOptions& options = subject.options;
     const mesh::Mesh& mesh = subject.solid.mesh();
     std::vector<CentralMapData> maps(subject.fitted.parts.size());
-    // Beside normal maps the central map knows the nearest surface where they have none, and leads the locator.
-    if (options.projection == model::Projection::Normal && !options.exact) return maps;
     parallel::for_each(maps.size(), options.threads, [&](std::size_t i) {
         const FittedPart& part = subject.fitted.parts[i].fitted;
         const shape::Superquadricd& sq = part.fit.superquadric;
@@ -184,16 +183,24 @@ std::vector<CentralMapData> bake_maps(const Subject& subject, const CentralOptio
     return maps;
 }
 
+model::ModelData assembled(const Subject& subject, const std::vector<CentralMapData>& maps)
+{
+    Assembly assembly{subject.solid, subject.fitted.partition.part_of_triangle, {}, nullptr, subject.options.exact};
+    for (std::size_t i = 0; i < maps.size(); ++i) assembly.parts.push_back({&subject.fitted.parts[i].fitted, &maps[i]});
+    return assemble(subject.header, assembly);
+}
+
 Draft make_draft(const Subject& subject, const CentralOptions& central, const std::vector<CentralMapData>& coarser)
 {
     const BakeOptions& options = subject.options;
+    const bool is_normal = options.projection == model::Projection::Normal;
     Draft draft;
-    draft.maps = bake_maps(subject, central, coarser);
-    Assembly assembly{subject.solid, subject.fitted.partition.part_of_triangle, {}, nullptr, options.exact};
-    for (std::size_t i = 0; i < draft.maps.size(); ++i)
-        assembly.parts.push_back({&subject.fitted.parts[i].fitted, &draft.maps[i]});
-    draft.model = assemble(subject.header, assembly);
-    if (options.projection == model::Projection::Normal)
+    if (is_normal)
+        draft.maps.resize(subject.fitted.parts.size());
+    else
+        draft.maps = bake_central_maps(subject, central, coarser);
+    draft.model = assembled(subject, draft.maps);
+    if (is_normal)
         append_normal_maps(subject.solid.mesh(), subject.fitted.parts,
                            {2.5 * central.tolerance * draft.model.header.r_max, options.subdivisions, options.threads},
                            draft.model);
@@ -228,6 +235,26 @@ Draft meet_target(const Subject& subject, double& fineness)
         if (gain > std::pow(finer_by, k_least_gain)) break;
     }
     return draft;
+}
+
+/// What finds the surface beside the maps: the locator and the exact layer's lists. A normal model has them for its triangles
+/// alone: charts lead to its cells and are dropped, planes and seeds with them.
+void bake_cells(const Subject& subject, model::ModelData& data)
+{
+    const BakeOptions& options = subject.options;
+    const LocatorOptions locator{options.target_error, options.threads};
+    const PartedSolid surface{subject.solid, subject.fitted.partition.part_of_triangle};
+    if (options.projection != model::Projection::Normal) {
+        if (data.header.solid != 0) bake_locator(surface, locator, data);
+        bake_candidate_lists(subject.solid, locator, data);
+        return;
+    }
+    if (!options.exact || data.header.solid == 0) return;
+    const double r_max = mesh::largest_vertex_distance(subject.solid.mesh());
+    model::ModelData led = assembled(subject, bake_central_maps(subject, central_options(options.target_error, r_max), {}));
+    bake_locator(surface, locator, led);
+    bake_candidate_lists(subject.solid, locator, led);
+    take_cells(led, data);
 }
 
 /// Percent of the surface that its part's projection does not see first.
@@ -276,14 +303,14 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     header.unit = normalization.unit;
     header.solid = solid_mesh ? 1 : 0;
     header.projection = static_cast<std::uint32_t>(options.projection);
-    Draft draft = meet_target({solid, parts, header, options}, result.report.fineness);
+    const Subject subject{solid, parts, header, options};
+    Draft draft = meet_target(subject, result.report.fineness);
     lap("map");
-    const LocatorOptions locator{options.target_error, options.threads};
-    if (solid_mesh) bake_locator({solid, parts.partition.part_of_triangle}, locator, draft.model);
+    bake_cells(subject, draft.model);
     lap("locate");
-    bake_candidate_lists(solid, locator, draft.model);
-    lap("near");
-    bake_distance(solid, options.band, options.threads, draft.model);
+    // Distances of a normal model are its triangles'.
+    if (options.projection != model::Projection::Normal || options.exact)
+        bake_distance(solid, options.band, options.threads, draft.model);
     lap("distance");
 
     measure_layers(draft.model, solid, draft.measured);

@@ -33,8 +33,7 @@ constexpr double k_max_growth = 1.03;  ///< of a superquadric's axes, until it i
 
 void check(const model::ModelData& before, std::span<const Vec3d> vertices)
 {
-    if (before.header.solid == 0 || before.header.projection != static_cast<std::uint32_t>(model::Projection::Central) ||
-        before.triangle_part.empty() || before.bricks.empty())
+    if (before.header.solid == 0 || model::is_normal(before.view()) || before.triangle_part.empty() || before.bricks.empty())
         throw mesh::InvalidInput("rebake needs a solid with central maps, the exact layer and a locator");
     if (3 * vertices.size() != before.vertices.size())
         throw mesh::InvalidInput("rebake needs a position for each of the model's " + std::to_string(before.vertices.size() / 3) +

@@ -99,8 +99,8 @@ ParseStatus check_part(const Part& part, const ModelView& view)
                 return ParseStatus::BadValue;
     if (part.centre_winding > k_max_winding || part.centre_winding < -k_max_winding) return ParseStatus::BadValue;
     const std::uint32_t n = part.base;
-    const bool is_normal = view.header.projection == static_cast<std::uint32_t>(Projection::Normal);
-    if (n == 0 && is_normal && !has_exact(view)) return ParseStatus::Ok;
+    // A model is of one projection; those that were not have to be baked again.
+    if (is_normal(view)) return n == 0 ? ParseStatus::Ok : ParseStatus::WrongVersion;
     if (!(part.w_step > 0) || !(part.w_min >= 0)) return ParseStatus::BadValue;
     if (!std::isfinite(part.w_min + 65535.f * part.w_step)) return ParseStatus::BadValue;
     for (int i = 0; i < 9; ++i)
@@ -174,6 +174,7 @@ bool valid_divisions(const ModelView& v, LocatorCell cell, int left)
 /// A list, and planes of its parts or a seed, that exist.
 bool valid_contents(const ModelView& v, LocatorCell cell)
 {
+    if (is_normal(v)) return cell.is_free() || (cell.word & ~LocatorCell::k_kind_mask) == 0;
     if (cell.is_free() || cell.is_divided()) return true;
     if (cell.list() >= v.part_lists.size()) return false;
     if (cell.has_seeds()) return cell.first() < v.seeds.size();
@@ -194,8 +195,10 @@ ParseStatus check_locator(const ModelView& v)
         return ParseStatus::BadValue;
     // A byte names a part, and a cell leads to a central map.
     if (v.parts.size() >= k_no_part || v.locator_cells.empty()) return ParseStatus::BadStructure;
+    if (is_normal(v) && !(has_exact(v) && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()))
+        return ParseStatus::BadStructure;
     for (const Part& part : v.parts)
-        if (part.base == 0) return ParseStatus::BadStructure;
+        if (!is_normal(v) && part.base == 0) return ParseStatus::BadStructure;
     for (const std::uint32_t n : l.bricks)
         if (n == 0 || n > 256) return ParseStatus::BadStructure;
     if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
@@ -220,7 +223,8 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (!v.seeds.empty() && !is_last_seed(v.seeds.back())) return ParseStatus::BadStructure;
     for (const std::uint32_t word : v.locator_cells)
-        if (const LocatorCell cell{word}; cell.has_seeds() && !valid_chain(v, cell.first())) return ParseStatus::BadStructure;
+        if (const LocatorCell cell{word}; !is_normal(v) && cell.has_seeds() && !valid_chain(v, cell.first()))
+            return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -259,7 +263,7 @@ ParseStatus check_candidates(const ModelView& v)
 {
     if (v.bricks.empty() || !has_exact(v))
         return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
-    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != padded_rises(v.locator_cells.size()))
+    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != (is_normal(v) ? 0 : padded_rises(v.locator_cells.size())))
         return ParseStatus::BadStructure;
     for (std::size_t i = 0; i < v.bricks.size(); ++i)
         if (!valid_candidates(v, i)) return ParseStatus::BadStructure;

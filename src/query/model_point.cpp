@@ -108,8 +108,7 @@ ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOpt
         return c.contact ? c : free_at(point, true);
     }
     if (options.layer == Layer::Exact) return query_exact(model, point);
-    if (model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal))
-        return query_normal(model, point, options);
+    if (model::is_normal(model)) return query_normal(model, point, options);
     return query_central(model, point, options.layer, options.gate);
 }
 
@@ -129,9 +128,8 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     else if (!far_off)
         contact = query_unlocated(model, point, options);
     if (no_exact) contact.status |= k_no_exact;
-    const bool central = located || options.layer == Layer::Exact ||
-                         model.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
-    if (far_off || options.layer == Layer::One || !central) return contact;
+    if (lacks_projection(model, options)) contact.status |= k_not_given;
+    if (far_off || options.layer == Layer::One || model::is_normal(model)) return contact;
     if (options.smoothing && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
     const float margin = margin_in_model(model, options);
     if (options.offset || margin > 0.f)

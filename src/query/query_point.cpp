@@ -2,6 +2,7 @@
 #include "query/normal/normal_query.h"
 #include "query/point/caller_frame.h"
 #include "query/point/central_query.h"
+#include "query/point/layer.h"
 #include "query/point/model_point.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
@@ -85,9 +86,8 @@ std::optional<double> distance_along_projection(const ModelView& model, std::uin
     SQMAP_ASSERT(part < model.parts.size());
     const Vec3f at = model::to_model_space(model.header, point);
     float distance = 0;
-    const bool found = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal)
-                           ? distance_along_normal(model, part, at, layer, distance)
-                           : distance_along_central(model, part, at, layer, distance);
+    const bool found = model::is_normal(model) ? distance_along_normal(model, part, at, layer, distance)
+                                               : distance_along_central(model, part, at, layer, distance);
     if (!found) return std::nullopt;
     return model.header.unit * static_cast<double>(distance);
 }

@@ -15,11 +15,11 @@ ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOp
     const ProbeJob job(touched, collider, options, contacts);
     if (!job.finite) return {0, k_not_finite, 0, {}};
     // The locator knows nothing of a surface that has moved.
-    const bool by_points = options.offset || options.margin > 0 ||
-                           !(job.layer == Layer::One ? model::has_locator(job.model) : is_located(job.model, job.layer));
+    const bool by_points = options.offset || options.margin > 0 || !is_located(job.model, job.layer);
     ProbeResult result =
         by_points ? run_probe_pointwise(job, options) : (job.layer == Layer::Exact ? run_probe_exact(job) : run_probe(job));
     if (lacks_exact(job.model, options)) result.status |= k_no_exact;
+    if (lacks_projection(job.model, options)) result.status |= k_not_given;
     return result;
 }
 

@@ -90,9 +90,14 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
     std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
 };
 
+/// The model holds the paper's own maps, and answers from nothing else but on the exact layer.
+[[nodiscard]] constexpr bool is_normal(const ModelView& view)
+{
+    return view.header.projection == static_cast<std::uint32_t>(Projection::Normal);
+}
 /// False of a view that was not baked as a whole: what signed distances need is not there.
 [[nodiscard]] constexpr bool has_distance(const ModelView& view) { return !view.distance.bounds.empty(); }
-/// False of a surface, and of models whose parts have no central maps: queries then search all parts.
+/// False of a surface and of normal models without triangles. The cells of a normal model with triangles have no planes.
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
 /// False where the model was baked without its exact layer.
 [[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }

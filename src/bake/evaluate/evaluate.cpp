@@ -200,7 +200,7 @@ Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, con
 {
     const model::ModelView model = model::normalized(baked);
     const double r_max = model.header.r_max;
-    const bool is_normal = model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal);
+    const bool is_normal = model::is_normal(model);
     Evaluation e;
     std::vector<double> eq35, depth, normal;
     std::vector<std::pair<double, Vec3d>> worst;

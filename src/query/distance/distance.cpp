@@ -81,6 +81,7 @@ public:
             // Outside the root its outermost leaves still bound from below, so that a wide band is searched there too.
             const bool sought = model::has_distance(model_) && model::has_exact(model_) &&
                                 answer.distance <= static_cast<double>(within_) * model_.header.unit;
+            if (model::is_normal(model_) && !model::has_distance(model_)) answer.status = k_not_given;
             if (!sought) return;
         }
         points_.data()[count_] = cast<float>(in_model);

@@ -176,6 +176,14 @@ ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
     return inside || is_below(candidates, p, nearest) ? contact_at(candidates.model, point, nearest) : free_at(point);
 }
 
+/// Some part may hold the point.
+bool is_held(const ModelView& model, Vec3f point)
+{
+    if (!model::is_normal(model)) return verdict_central(model, point, Layer::Three).part >= 0;
+    return std::any_of(model.parts.begin(), model.parts.end(),
+                       [&](const model::Part& part) { return shape::implicit(model::superquadric_of(part), point) <= 1.f; });
+}
+
 }  // namespace
 
 ModelContact query_exact_in(const ModelView& model, Vec3f point, std::size_t brick, std::uint32_t cell, bool inside) noexcept
@@ -188,7 +196,7 @@ ModelContact query_exact(const ModelView& model, Vec3f point) noexcept
     SQMAP_ASSERT(model::has_exact(model));
     if (!model::has_locator(model)) {
         // Behind a surface that bounds nothing, what no part holds is free.
-        if (model.header.solid == 0 && verdict_central(model, point, Layer::Three).part < 0) return free_at(point);
+        if (model.header.solid == 0 && !is_held(model, point)) return free_at(point);
         return answer({model, {}}, point, false);
     }
     const model::LocatedCell at = model::locate(model, point);

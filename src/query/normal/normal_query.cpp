@@ -2,7 +2,6 @@
 // joined over parts by the witness rule.
 #include "normal_query.h"
 
-#include "query/point/central_query.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/query/normal_projection.h"
 #include "witness_rule.h"
@@ -31,7 +30,7 @@ void smooth(const model::NormalMapView& map, Vec3f point, ModelContact& contact)
 
 ModelContact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& wanted) noexcept
 {
-    SQMAP_ASSERT(model.header.projection == static_cast<std::uint32_t>(model::Projection::Normal));
+    SQMAP_ASSERT(model::is_normal(model));
     ModelContact contact;
     contact.point = point;
     ProjectionOptions options;
@@ -54,19 +53,7 @@ ModelContact query_normal(const model::ModelView& model, Vec3f point, const Quer
     contact.contact = claimed;
     if (claimed && has_surface && wanted.smoothing)
         smooth(model::normal_map_of(model, static_cast<std::size_t>(contact.part)), point, contact);
-    if (claimed && !has_surface) {
-        // Only caps: inside, but below no surface of these maps. The central map, where the model has one for its exact
-        // layer, knows the nearest surface.
-        if (model.parts.front().base != 0)
-            if (const ModelContact nearest = query_central(model, point, Layer::Three); nearest.contact) {
-                contact.part = nearest.part;
-                contact.depth = nearest.depth;
-                contact.normal = nearest.normal;
-                contact.point = nearest.point;
-                return contact;
-            }
-        contact.status |= k_no_surface;
-    }
+    if (claimed && !has_surface) contact.status |= k_no_surface;  // only caps: inside, but below no surface of these maps
     if (!claimed) {
         // Where no part holds the point this is a proof, as the superquadrics cover the solid.
         contact.part = -1;

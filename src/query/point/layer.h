@@ -12,11 +12,16 @@ namespace sqmap::query {
     return part.base * part.base * model::k_faces < std::uint64_t{gate} * part.vertex_count;
 }
 
-/// Points and probes are answered by the kernels. Otherwise by the exhaustive search, or by the paper's projection.
+/// The locator leads to what answers. Otherwise the exhaustive search does, or the paper's maps.
 [[nodiscard]] inline bool is_located(const model::ModelView& model, Layer layer)
 {
-    const bool central = model.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
-    return model::has_locator(model) && (central || layer == Layer::Exact);
+    return model::has_locator(model) && (!model::is_normal(model) || layer == Layer::Exact);
+}
+
+/// What options name and the model's projection does not give: a moved surface of a normal model's triangles, a margin.
+[[nodiscard]] inline bool lacks_projection(const model::ModelView& model, const QueryOptions& options)
+{
+    return model::is_normal(model) && (options.margin > 0 || (options.offset && chosen_layer(model, options) == Layer::Exact));
 }
 
 /// The exact layer is what options stand for, and the model has none.
