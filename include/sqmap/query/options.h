@@ -10,8 +10,8 @@ namespace sqmap::query {
 
 /// What answers a query: each layer is slower than the one before it, and errs less.
 enum class Layer : std::uint8_t {
-    One,    ///< the superquadrics alone: errs towards contact
-    Two,    ///< the locator's planes alone; in a model without a locator the base map
+    One,    ///< the superquadrics: errs towards contact, except where the locator proves points of a probe to be free
+    Two,    ///< one plane of the locator; in a model without a locator the base map
     Three,  ///< the locator's planes where they are the surface, else the refined map
     Exact,  ///< the mesh's own triangles
     Auto,   ///< the cheapest of the four whose stored error is within QueryOptions::tolerance, else Exact
