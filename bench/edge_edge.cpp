@@ -141,7 +141,7 @@ public:
         totals.curves += distinct.size();
         const auto count = [&](const query::QueryOptions& options, Count& missed) {
             const query::PairResult r = query(pose, options);
-            missed.poses += r.contacts == 0 ? 1u : 0u;
+            missed.poses += r.contacts.empty() ? 1u : 0u;
             std::vector<std::uint32_t> seen;
             for (std::size_t i = 0; i < pairs.size(); ++i)
                 if (is_marked(pairs[i])) seen.push_back(ids[i]);

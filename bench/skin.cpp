@@ -142,42 +142,43 @@ int main(int argc, char** argv)
             for (int shake = 0; shake < 4; ++shake) {
                 const Vec3d centre = posed.vertices[random.bits() % posed.vertices.size()];
                 const double scale = 0.8 * r_max / norm(hi - lo);
-                std::vector<Vec3d> posed;
-                for (const Vec3d& p : points) posed.push_back(centre + scale * (p - 0.5 * (lo + hi)));
-                std::vector<std::vector<double>> depth(tallies.size(), std::vector<double>(posed.size(), -1));
-                std::vector<Vec3d> normal(posed.size());
-                query::SkinWorkspace workspace(lattice, posed);
-                std::vector<query::SkinContact> contacts(posed.size());
+                std::vector<Vec3d> probe_points;
+                for (const Vec3d& p : points) probe_points.push_back(centre + scale * (p - 0.5 * (lo + hi)));
+                std::vector<std::vector<double>> depth(tallies.size(), std::vector<double>(probe_points.size(), -1));
+                std::vector<Vec3d> normal(probe_points.size());
+                query::SkinWorkspace workspace(lattice, probe_points);
+                std::vector<query::SkinContact> contacts(probe_points.size());
                 query::ProbeResult r;
                 for (int again = 0; again < 20; ++again) {
                     start = cpu_seconds();
                     (void)posed_skin.pose(maps);
                     const double is_posed = cpu_seconds();
-                    r = query::query_skin({&model, &posed_skin, posed, {}}, {.layer = layer}, workspace, contacts);
+                    r = query::query_skin({&model, &posed_skin, probe_points, {}}, {.layer = layer}, workspace, contacts);
                     pose_seconds += is_posed - start;
                     query_seconds += cpu_seconds() - is_posed;
                     ++frames;
                 }
                 crowded += (r.status & query::k_crowded) != 0 ? 1 : 0;
-                queried += posed.size();
+                queried += probe_points.size();
                 for (std::size_t c = 0; c < r.contacts; ++c) {
                     depth[0][contacts[c].index] = contacts[c].depth;
                     normal[contacts[c].index] = contacts[c].normal;
                 }
-                if (solids) solids->query_depths(maps, posed, layer, depth[1]);
-                for (std::size_t i = 0; i < posed.size(); ++i) {
-                    const mesh::ClosestPoint closest = truth.bvh().closest_point(posed[i], 0.03 * r_max);
+                if (solids) solids->query_depths(maps, probe_points, layer, depth[1]);
+                for (std::size_t i = 0; i < probe_points.size(); ++i) {
+                    const mesh::ClosestPoint closest = truth.bvh().closest_point(probe_points[i], 0.03 * r_max);
                     if (!(closest.distance < 0.03 * r_max)) continue;
                     ++pose_near;
-                    const bool inside = truth.inside(posed[i]);
-                    const mesh::ClosestPoint boundary = truth.closest_boundary(posed[i]);
+                    const bool inside = truth.inside(probe_points[i]);
+                    const mesh::ClosestPoint boundary = truth.closest_boundary(probe_points[i]);
                     for (std::size_t m = 0; m < tallies.size(); ++m) {
                         Tally& tally = tallies[m];
                         if (inside && depth[m][i] >= 0) {
                             tally.depth_error.push_back(100 * std::abs(depth[m][i] - boundary.distance) / r_max);
-                            if (tally.depth_error.back() > 0.5) write(tally.name, "depth", posed[i], tally.depth_error.back());
+                            if (tally.depth_error.back() > 0.5)
+                                write(tally.name, "depth", probe_points[i], tally.depth_error.back());
                             if (m == 0 && boundary.distance > 1e-4 * r_max) {
-                                const Vec3d n = normalized(boundary.point - posed[i]);
+                                const Vec3d n = normalized(boundary.point - probe_points[i]);
                                 tally.normal_error.push_back(180 / M_PI * std::acos(std::clamp(dot(n, normal[i]), -1.0, 1.0)));
                             }
                         }
@@ -191,7 +192,7 @@ int main(int argc, char** argv)
                         const auto k =
                             static_cast<std::size_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
                         ++tally.where[skin.skeleton[bound.influences.joints[v][k]].name];
-                        write(tally.name, "verdict", posed[i], 100 * closest.distance / r_max);
+                        write(tally.name, "verdict", probe_points[i], 100 * closest.distance / r_max);
                     }
                 }
             }

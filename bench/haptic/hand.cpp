@@ -147,7 +147,7 @@ TickCost tick_cost(const HandPath& path, int passes)
         // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
         for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)query::query_probe({.model = &scene.view}, {.probe = hand.probe, .pose = pose},
+            (void)query::query_probe({.model = &scene.view}, {.probe = &*hand.probe, .pose = pose},
                                      {.layer = hand.zone.options.layer}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);

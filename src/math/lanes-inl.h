@@ -126,6 +126,7 @@ HWY_INLINE F row_dot(const float* r, const V3& v)
     return mul_add(set(r[0]), v.x, mul_add(set(r[1]), v.y, hn::Mul(set(r[2]), v.z)));
 }
 
+HWY_INLINE V3 scaled(F k, const V3& v) { return {hn::Mul(k, v.x), hn::Mul(k, v.y), hn::Mul(k, v.z)}; }
 HWY_INLINE V3 times(const V3& a, const V3& b) { return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)}; }
 HWY_INLINE V3 minus(const V3& a, const V3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
 HWY_INLINE V3 cross(const V3& a, const V3& b)

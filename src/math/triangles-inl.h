@@ -13,7 +13,6 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::HWY_NAMESPACE {
 namespace {
 
-HWY_INLINE V3 scaled(F k, const V3& v) { return {hn::Mul(k, v.x), hn::Mul(k, v.y), hn::Mul(k, v.z)}; }
 HWY_INLINE V3 plus_scaled(F k, const V3& v, const V3& to)
 {
     return {mul_add(k, v.x, to.x), mul_add(k, v.y, to.y), mul_add(k, v.z, to.z)};

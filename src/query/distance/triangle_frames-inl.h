@@ -19,7 +19,6 @@ using namespace sqmap::HWY_NAMESPACE;
 
 constexpr float k_flat = 0.0025f;  // squared height over squared distance of what is seen too much from the side
 
-HWY_INLINE V3 scaled(F k, const V3& v) { return {hn::Mul(k, v.x), hn::Mul(k, v.y), hn::Mul(k, v.z)}; }
 HWY_INLINE V3 minus_scaled(const V3& from, F k, const V3& v)
 {
     return {hn::Sub(from.x, hn::Mul(k, v.x)), hn::Sub(from.y, hn::Mul(k, v.y)), hn::Sub(from.z, hn::Mul(k, v.z))};
