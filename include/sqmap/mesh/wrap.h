@@ -1,0 +1,38 @@
+// A closed solid from triangles that bound none: where the generalized winding number is above 1/2.
+// Pure functions and plain data: any number of threads.
+#pragma once
+
+#include "sqmap/mesh/mesh.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::mesh {
+
+struct WrapOptions {
+    double tolerance = 0.002;              ///< share of R_max; the grid's cells are as large as it allows
+    double thickness = 0.003;              ///< least thickness of shells made of sheets, share of R_max; at most 2 tolerance
+    std::uint32_t max_triangles = 60'000;  ///< of the result; wins over the tolerance
+    std::uint64_t max_cells = 3'000'000;   ///< of the grid that the input touches: bounds memory (about 250 bytes each) and time
+};
+
+struct WrapResult {
+    Mesh mesh;                          ///< canonical, closed, manifold, outward; empty where no solid was found
+    std::vector<std::uint8_t> made_up;  ///< #triangles, 1 where the input has no surface within the tolerance
+    double cell = 0;                    ///< side of the grid's cells, mesh units
+    double thickness = 0;               ///< of the shells, mesh units; 0: none was needed
+    double bound = 0;                   ///< largest error that decimation took on, mesh units
+};
+
+/// Wraps triangles: the solid where the generalized winding number of the triangles as they are oriented is above 1/2
+/// (Jacobson, Kavan, Sorkine-Hornung 2013), and a shell of the least thickness about sheets that bound no such solid. The
+/// result is closed, manifold and oriented; its vertices lie on the input wherever that bounds the solid, also on its sharp
+/// edges and corners. Parts smaller than two cells are left out. Thinner walls than the thickness become that thick.
+/// points: mesh units, finite; triangles: indices in range, in any order, with or without area.
+/// @throw RefusedMesh with E_LIMIT, before any work, where the triangles alone are more than max_cells
+/// @throw InvalidInput for an option out of range
+/// Cost: cells that the surface touches times the logarithm of #triangles; the same result on every run.
+[[nodiscard]] WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles, const WrapOptions& options = {});
+
+}  // namespace sqmap::mesh

@@ -1,0 +1,301 @@
+// Garland, Heckbert, "Surface simplification using quadric error metrics", 1997, orders the collapses. What they may do is
+// bounded by samples of the surface that every triangle carries (Klein, Liebich, Strasser 1996).
+#include "decimate.h"
+
+#include "symmetric.h"
+
+#include "../surface.h"
+
+#include "sqmap/math/triangle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <queue>
+#include <tuple>
+
+namespace sqmap::mesh {
+
+namespace {
+
+constexpr double k_flat = 1e-3;        ///< share of the greatest eigenvalue below which a direction is free
+constexpr double k_turn = 0.3;         ///< least cosine between a triangle's normals before and after
+constexpr double k_shape = 0.02;       ///< height over longest side below which a triangle is not made worse
+constexpr double k_length = 1e-5;      ///< weight of an edge's squared length, so that flat regions get even triangles
+constexpr double k_far = 1;            ///< root mean square distance from the planes that is not tried, in allowed errors
+constexpr double k_on_input = 1e-6;    ///< a vertex so near lies on the input
+constexpr std::size_t k_max_ring = 60; ///< triangles about a vertex
+
+struct Collapse {
+    double cost;
+    std::uint32_t a, b, stamp_a, stamp_b;
+    Vec3d target;
+    /// The cheapest one is the greatest.
+    friend bool operator<(const Collapse& l, const Collapse& r)
+    {
+        return std::tie(l.cost, l.a, l.b) > std::tie(r.cost, r.a, r.b);
+    }
+};
+
+class Decimator {
+public:
+    Decimator(ClosedMesh& mesh, const Bvh& bvh)
+        : mesh_(mesh), bvh_(bvh), planes_(mesh.vertices.size()), around_(mesh.vertices.size()),
+          stamp_(mesh.vertices.size()), first_sample_(mesh.triangles.size(), k_none), next_sample_(mesh.samples.size(), k_none),
+          count_(static_cast<std::uint32_t>(mesh.triangles.size()))
+    {
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            const Vec3d c = cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0));
+            for (const std::uint32_t v : mesh.triangles[t]) {
+                around_[v].push_back(t);
+                planes_[v].add(corner(t, 0), normalized(c), 0.5 * norm(c));
+            }
+        }
+        for (std::uint32_t s = 0; s < mesh.samples.size(); ++s) attach(s, mesh.carrier[s]);
+        add_borders();
+    }
+
+    void run(double max_error, std::uint32_t least_count)
+    {
+        max_error_ = max_error;
+        for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+            if (alive(t))
+                for (int k = 0; k < 3; ++k) {
+                    const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+                    if (a < b) push(a, b);
+                }
+        while (!heap_.empty() && count_ > least_count) {
+            const Collapse top = heap_.top();
+            heap_.pop();
+            if (stamp_[top.a] == top.stamp_a && stamp_[top.b] == top.stamp_b) try_collapse(top);
+        }
+        heap_ = {};
+    }
+
+    [[nodiscard]] std::uint32_t count() const { return count_; }
+
+    /// Drops what was collapsed.
+    void compact()
+    {
+        std::uint32_t kept = 0;
+        std::vector<std::uint32_t> number(mesh_.vertices.size(), k_none);
+        std::vector<Vec3d> vertices;
+        for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+            if (!alive(t)) continue;
+            Triangle v = mesh_.triangles[t];
+            for (std::uint32_t& i : v) {
+                if (number[i] == k_none) {
+                    number[i] = static_cast<std::uint32_t>(vertices.size());
+                    vertices.push_back(mesh_.vertices[i]);
+                }
+                i = number[i];
+            }
+            mesh_.triangles[kept] = v;
+            mesh_.made_up[kept++] = mesh_.made_up[t];
+        }
+        mesh_.vertices = std::move(vertices);
+        mesh_.triangles.resize(kept);
+        mesh_.made_up.resize(kept);
+        mesh_.samples.clear();
+        mesh_.carrier.clear();
+    }
+
+private:
+    [[nodiscard]] Vec3d corner(std::uint32_t t, int k) const { return mesh_.vertices[mesh_.triangles[t][k]]; }
+    [[nodiscard]] bool alive(std::uint32_t t) const { return mesh_.triangles[t][0] != k_none; }
+
+    void attach(std::uint32_t sample, std::uint32_t t)
+    {
+        next_sample_[sample] = first_sample_[t];
+        first_sample_[t] = sample;
+    }
+
+    /// Keeps the border between what was and what is made up: planes through its edges, upright on the triangles.
+    void add_borders()
+    {
+        std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> edges;
+        for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+            for (int k = 0; k < 3; ++k) {
+                const auto [lo, hi] = std::minmax(mesh_.triangles[t][k], mesh_.triangles[t][(k + 1) % 3]);
+                edges.emplace_back(lo, hi, t);
+            }
+        std::sort(edges.begin(), edges.end());
+        for (std::size_t i = 0; i + 1 < edges.size(); i += 2) {
+            const auto [a, b, t] = edges[i];
+            const std::uint32_t other = std::get<2>(edges[i + 1]);
+            if (mesh_.made_up[t] == mesh_.made_up[other]) continue;
+            const Vec3d p = mesh_.vertices[a], along = mesh_.vertices[b] - p;
+            const Vec3d n = normalized(cross(along, cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0))));
+            planes_[a].add(p, n, norm_sq(along));
+            planes_[b].add(p, n, norm_sq(along));
+        }
+    }
+
+    void push(std::uint32_t a, std::uint32_t b)
+    {
+        if (a > b) std::swap(a, b);
+        PlaneSum sum = planes_[a];
+        sum += planes_[b];
+        const Vec3d pa = mesh_.vertices[a], pb = mesh_.vertices[b], middle = 0.5 * (pa + pb);
+        Vec3d best = least_point(sum, middle, k_flat);
+        if (norm_sq(best - middle) > norm_sq(pb - pa)) best = middle;
+        for (const Vec3d& p : {middle, pa, pb})
+            if (sum.at(p) < sum.at(best)) best = p;
+        const double error = std::max(sum.at(best), 0.0), cost = error + k_length * norm_sq(pb - pa);
+        if (error > k_far * k_far * max_error_ * max_error_ * (sum.a[0] + sum.a[1] + sum.a[2])) return;
+        heap_.push({cost, a, b, stamp_[a], stamp_[b], best});
+    }
+
+    /// The vertices that share a triangle with v, ascending.
+    void neighbours(std::uint32_t v, std::vector<std::uint32_t>& out) const
+    {
+        out.clear();
+        for (const std::uint32_t t : around_[v])
+            for (const std::uint32_t u : mesh_.triangles[t])
+                if (u != v) out.push_back(u);
+        std::sort(out.begin(), out.end());
+        out.erase(std::unique(out.begin(), out.end()), out.end());
+    }
+
+    /// Whether the surface stays a manifold: the two share no neighbours but those opposite to their edge.
+    bool may_join(std::uint32_t a, std::uint32_t b)
+    {
+        neighbours(a, ring_a_);
+        neighbours(b, ring_b_);
+        if (ring_a_.size() + ring_b_.size() <= 6 || ring_a_.size() + ring_b_.size() > k_max_ring) return false;
+        std::size_t common = 0;
+        for (const std::uint32_t u : ring_a_) common += std::binary_search(ring_b_.begin(), ring_b_.end(), u) ? 1 : 0;
+        return common == 2;
+    }
+
+    /// Triangles about the edge that stay, as they will be; false where one turns over or gets too thin.
+    bool make_ring(const Collapse& c)
+    {
+        ring_.clear();
+        for (const std::uint32_t v : {c.a, c.b}) {
+            for (const std::uint32_t t : around_[v]) {
+                const Triangle& tri = mesh_.triangles[t];
+                const bool both = std::count_if(tri.begin(), tri.end(), [&](std::uint32_t u) { return u == c.a || u == c.b; }) == 2;
+                if (both) continue;
+                std::array<Vec3d, 3> after{};
+                for (int k = 0; k < 3; ++k) after[k] = tri[k] == v ? c.target : mesh_.vertices[tri[k]];
+                if (!is_fair({corner(t, 0), corner(t, 1), corner(t, 2)}, after)) return false;
+                ring_.emplace_back(t, after);
+            }
+        }
+        return true;
+    }
+
+    static bool is_fair(const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after)
+    {
+        const auto normal = [](const std::array<Vec3d, 3>& t) { return cross(t[1] - t[0], t[2] - t[0]); };
+        const auto shape = [&](const std::array<Vec3d, 3>& t) {
+            const double longest = std::max({norm_sq(t[1] - t[0]), norm_sq(t[2] - t[1]), norm_sq(t[0] - t[2])});
+            return longest > 0 ? norm(normal(t)) / longest : 0;
+        };
+        const double after_shape = shape(after), before_shape = shape(before);
+        if (after_shape < k_shape && after_shape <= before_shape) return false;
+        if (after_shape < 1e-4) return false;
+        if (before_shape < 1e-6) return true;
+        const Vec3d n = normal(before), m = normal(after);
+        return dot(n, m) >= k_turn * norm(n) * norm(m);
+    }
+
+    /// Finds the nearest triangle of the ring for every sample that the edge's triangles carry; false where one is too far.
+    bool carry_samples(const Collapse& c)
+    {
+        carried_.clear();
+        const double limit = max_error_ * max_error_;
+        for (const std::uint32_t v : {c.a, c.b}) {
+            for (const std::uint32_t t : around_[v]) {
+                if (v == c.b && std::find(around_[c.a].begin(), around_[c.a].end(), t) != around_[c.a].end()) continue;
+                for (std::uint32_t s = first_sample_[t]; s != k_none; s = next_sample_[s]) {
+                    double best = limit;
+                    std::uint32_t carrier = k_none;
+                    for (const auto& [r, corners] : ring_) {
+                        const double d = norm_sq(closest_point_on_triangle(mesh_.samples[s], corners[0], corners[1], corners[2]) -
+                                                 mesh_.samples[s]);
+                        if (d <= best) {
+                            best = d;
+                            carrier = r;
+                        }
+                        if (best < 1e-4 * limit) break;
+                    }
+                    if (carrier == k_none) return false;
+                    carried_.emplace_back(s, carrier);
+                }
+            }
+        }
+        return true;
+    }
+
+    void try_collapse(Collapse c)
+    {
+        if (!may_join(c.a, c.b)) return;
+        if (!keep_on_input(c) || !make_ring(c) || !carry_samples(c)) return;
+        for (const std::uint32_t v : {c.a, c.b})
+            for (const std::uint32_t t : around_[v]) first_sample_[t] = k_none;
+        for (const auto& [s, carrier] : carried_) attach(s, carrier);
+        for (const std::uint32_t t : around_[c.b]) {
+            Triangle& tri = mesh_.triangles[t];
+            if (std::find(tri.begin(), tri.end(), c.a) == tri.end()) {
+                std::replace(tri.begin(), tri.end(), c.b, c.a);
+                around_[c.a].push_back(t);
+                continue;
+            }
+            for (const std::uint32_t u : tri)
+                if (u != c.b) around_[u].erase(std::find(around_[u].begin(), around_[u].end(), t));
+            tri[0] = k_none;
+            --count_;
+        }
+        around_[c.b].clear();
+        mesh_.vertices[c.a] = c.target;
+        planes_[c.a] += planes_[c.b];
+        ++stamp_[c.a];
+        ++stamp_[c.b];
+        neighbours(c.a, ring_a_);
+        for (const std::uint32_t u : ring_a_) push(c.a, u);
+    }
+
+    /// Moves the target to the input where both ends lie on it; false where it is too far.
+    bool keep_on_input(Collapse& c) const
+    {
+        if (c.target == mesh_.vertices[c.a] || c.target == mesh_.vertices[c.b]) return true;
+        for (const std::uint32_t v : {c.a, c.b})
+            if (!(bvh_.closest_point(mesh_.vertices[v], k_on_input).distance < k_on_input)) return true;
+        const ClosestPoint nearest = bvh_.closest_point(c.target, max_error_);
+        if (!(nearest.distance < max_error_)) return false;
+        c.target = nearest.point;
+        return true;
+    }
+
+    ClosedMesh& mesh_;
+    const Bvh& bvh_;
+    std::vector<PlaneSum> planes_;
+    std::vector<std::vector<std::uint32_t>> around_;
+    std::vector<std::uint32_t> stamp_, first_sample_, next_sample_;
+    std::uint32_t count_;
+    double max_error_ = 0;
+    std::priority_queue<Collapse> heap_;
+    std::vector<std::uint32_t> ring_a_, ring_b_;
+    std::vector<std::pair<std::uint32_t, std::array<Vec3d, 3>>> ring_;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> carried_;
+};
+
+}  // namespace
+
+double decimate(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
+{
+    constexpr int k_doublings = 12;
+    Decimator decimator(mesh, bvh);
+    double error = limits.max_error;
+    decimator.run(error, 0);
+    for (int i = 0; i < k_doublings && decimator.count() > limits.max_triangles; ++i) {
+        error *= 2;
+        decimator.run(error, limits.max_triangles);
+    }
+    decimator.compact();
+    return error;
+}
+
+}  // namespace sqmap::mesh

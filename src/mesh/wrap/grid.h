@@ -1,0 +1,39 @@
+// Cells of unit side that a surface touches, and what lies in each.
+#pragma once
+
+#include "key_table.h"
+#include "sqmap/mesh/mesh.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::mesh {
+
+/// A sparse grid. Cell (x, y, z) is [x, x + 1] x [y, y + 1] x [z, z + 1]; its corner k = i + 2 j + 4 l is (x + i, y + j, z + l).
+struct Grid {
+    KeyTable cells, corners;
+    std::vector<std::array<std::uint32_t, 8>> cell_corners;  ///< #cells
+    std::vector<std::uint32_t> first;                        ///< of triangles; the cells made with the grid + 1
+    std::vector<std::uint32_t> triangles;                    ///< that touch the cell, ascending
+
+    [[nodiscard]] std::span<const std::uint32_t> triangles_of(std::uint32_t cell) const
+    {
+        if (cell + 1 >= first.size()) return {};
+        return std::span(triangles).subspan(first[cell], first[cell + 1] - first[cell]);
+    }
+    /// The cell's number; where it is new, it has no triangles.
+    std::uint32_t add_cell(LatticePoint p);
+};
+
+/// The cells that the triangles touch. soup: in units of the cells.
+[[nodiscard]] Grid make_grid(const Mesh& soup);
+
+/// About how many pairs of a cell and a triangle make_grid finds, when cells have that side.
+[[nodiscard]] double estimated_pairs(const Mesh& soup, double side);
+
+/// Whether a triangle and the box between two corners have a point in common (Akenine-Moller 2001).
+[[nodiscard]] bool touches(const std::array<Vec3d, 3>& triangle, Vec3d lo, Vec3d hi);
+
+}  // namespace sqmap::mesh

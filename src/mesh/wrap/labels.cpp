@@ -1,0 +1,118 @@
+// A grid sees no wall thinner than its cells. Corners within half a cell of such a wall count as inside: with the rule that
+// inside corners join across ambiguous sides, a layer one cell thick has no hole.
+#include "labels.h"
+
+#include "sqmap/math/triangle.h"
+
+#include <algorithm>
+
+namespace sqmap::mesh {
+
+namespace {
+
+constexpr double k_half_layer = 0.55;  ///< of a layer without holes, cells
+constexpr double k_depth = 1.05;       ///< a solid that deep needs no layer, cells
+constexpr double k_beside = 1e-3;      ///< where the two sides of a triangle are probed, cells
+constexpr int k_probes = 4;            ///< triangles of one cell that are probed
+
+Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
+
+class Labeller {
+public:
+    Labeller(Grid& grid, const Mesh& soup, const WindingNumber& winding, double least)
+        : grid_(grid), soup_(soup), winding_(winding), least_(least)
+    {
+    }
+
+    Labels run()
+    {
+        labels_.thin.assign(soup_.triangles.size(), Thin::No);
+        label_new_corners();
+        std::vector<std::uint32_t> near_thin;
+        for (std::uint32_t cell = 0; cell + 1 < grid_.first.size(); ++cell) find_thin(cell, near_thin);
+        for (const std::uint32_t corner : near_thin)
+            if (labels_.inside[corner] == 0) labels_.inside[corner] = k_shell;
+        follow_boundary();
+        return std::move(labels_);
+    }
+
+private:
+    void label_new_corners()
+    {
+        for (auto c = static_cast<std::uint32_t>(labels_.winding.size()); c < grid_.corners.size(); ++c) {
+            const double w = winding_.at(position(grid_.corners.point(c)));
+            labels_.winding.push_back(static_cast<float>(w));
+            labels_.inside.push_back(w > 0.5 ? k_solid : 0);
+        }
+    }
+
+    /// What is thin about a triangle at its point q.
+    Thin thinness(Vec3d q, Vec3d normal) const
+    {
+        if (winding_.at(q - k_depth * normal) > 0.5) return Thin::No;
+        if (winding_.at(q + k_beside * normal) > 0.5) return Thin::No;
+        return winding_.at(q - least_ * normal) > 0.5 ? Thin::Wall : Thin::Sheet;
+    }
+
+    /// Probes the triangles of a cell that have corners behind them which are outside.
+    void find_thin(std::uint32_t cell, std::vector<std::uint32_t>& near_thin)
+    {
+        const auto& corners = grid_.cell_corners[cell];
+        const Vec3d lo = position(grid_.cells.point(cell)), middle = lo + Vec3d{0.5, 0.5, 0.5};
+        int probes = 0;
+        for (const std::uint32_t t : grid_.triangles_of(cell)) {
+            const Triangle& v = soup_.triangles[t];
+            const Vec3d a = soup_.vertices[v[0]], b = soup_.vertices[v[1]], c = soup_.vertices[v[2]];
+            const Vec3d normal = normalized(cross(b - a, c - a));
+            const bool suspicious = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
+                return labels_.inside[corner] == 0 && dot(position(grid_.corners.point(corner)) - a, normal) < 0;
+            });
+            if (!suspicious || norm_sq(normal) == 0) continue;
+            const Vec3d q = closest_point_on_triangle(middle, a, b, c), off = q - middle;
+            if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 0.5 + k_beside) continue;
+            const Thin thin = thinness(q, normal);
+            if (thin != Thin::No) {
+                labels_.thin[t] = std::max(labels_.thin[t], thin);
+                for (const std::uint32_t corner : corners) {
+                    const Vec3d p = position(grid_.corners.point(corner));
+                    if (norm_sq(closest_point_on_triangle(p, a, b, c) - p) <= k_half_layer * k_half_layer)
+                        near_thin.push_back(corner);
+                }
+            }
+            if (++probes == k_probes) break;
+        }
+    }
+
+    /// Adds the neighbours across sides whose corners differ, and theirs.
+    void follow_boundary()
+    {
+        for (std::uint32_t cell = 0; cell < grid_.cells.size(); ++cell) {
+            for (int side = 0; side < 6; ++side) {
+                const int axis = side / 2, upper = side % 2;
+                int count = 0;
+                for (int k = 0; k < 8; ++k)
+                    if ((k >> axis & 1) == upper && labels_.inside[grid_.cell_corners[cell][k]] != 0) ++count;
+                if (count == 0 || count == 4) continue;
+                LatticePoint p = grid_.cells.point(cell);
+                p[axis] += upper ? 1 : -1;
+                grid_.add_cell(p);
+                label_new_corners();
+            }
+        }
+    }
+
+    Grid& grid_;
+    const Mesh& soup_;
+    const WindingNumber& winding_;
+    double least_;
+    Labels labels_;
+};
+
+}  // namespace
+
+Labels label_corners(Grid& grid, const Mesh& soup, const WindingNumber& winding, double least)
+{
+    return Labeller(grid, soup, winding, least).run();
+}
+
+}  // namespace sqmap::mesh
