@@ -33,6 +33,7 @@ struct WrapResult {
 /// @throw RefusedMesh with E_LIMIT, before any work, where the triangles alone are more than max_cells
 /// @throw InvalidInput for an option out of range
 /// Cost: cells that the surface touches times the logarithm of #triangles; the same result on every run.
-[[nodiscard]] WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles, const WrapOptions& options = {});
+[[nodiscard]] WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                              const WrapOptions& options = {});
 
 }  // namespace sqmap::mesh

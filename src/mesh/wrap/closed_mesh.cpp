@@ -24,9 +24,9 @@ public:
     ClosedMesh run()
     {
         for (std::size_t q = 0; q < surface_.quads.size(); ++q) {
-            mesh_.samples.push_back(positions_.crossings[q]);
-            mesh_.carrier.push_back(static_cast<std::uint32_t>(mesh_.triangles.size()));
             const DualQuad& quad = surface_.quads[q];
+            mesh_.samples.push_back(sample_of(q));
+            mesh_.carrier.push_back(static_cast<std::uint32_t>(mesh_.triangles.size()));
             if (std::all_of(quad.between.begin(), quad.between.end(), [](std::uint32_t v) { return v == KeyTable::k_absent; })) {
                 halve(quad.vertices, positions_.crossings[q]);
             } else {
@@ -38,6 +38,15 @@ public:
     }
 
 private:
+    /// The crossing; of a shell, whose vertices are moved away from there, the middle.
+    [[nodiscard]] Vec3d sample_of(std::size_t q) const
+    {
+        if (positions_.kinds[q] != Crossed::Shell) return positions_.crossings[q];
+        Vec3d sum;
+        for (const std::uint32_t v : surface_.quads[q].vertices) sum += positions_.vertices[v];
+        return 0.25 * sum;
+    }
+
     [[nodiscard]] double distance_sq(const Triangle& t, Vec3d p) const
     {
         return norm_sq(closest_point_on_triangle(p, mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]) - p);

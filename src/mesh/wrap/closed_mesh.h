@@ -13,9 +13,9 @@ namespace sqmap::mesh {
 struct ClosedMesh {
     std::vector<Vec3d> vertices;
     std::vector<Triangle> triangles;
-    std::vector<std::uint8_t> made_up;  ///< #triangles
-    std::vector<Vec3d> samples;         ///< of the surface
-    std::vector<std::uint32_t> carrier; ///< #samples: a triangle on or near which it lies
+    std::vector<std::uint8_t> made_up;   ///< #triangles
+    std::vector<Vec3d> samples;          ///< of the surface
+    std::vector<std::uint32_t> carrier;  ///< #samples: a triangle on or near which it lies
 };
 
 /// The quadrilaterals cut into triangles, along the diagonal that is nearer to the crossing.

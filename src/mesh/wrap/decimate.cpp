@@ -18,30 +18,40 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_flat = 1e-3;        ///< share of the greatest eigenvalue below which a direction is free
-constexpr double k_turn = 0.3;         ///< least cosine between a triangle's normals before and after
-constexpr double k_shape = 0.02;       ///< height over longest side below which a triangle is not made worse
-constexpr double k_length = 1e-5;      ///< weight of an edge's squared length, so that flat regions get even triangles
-constexpr double k_far = 1;            ///< root mean square distance from the planes that is not tried, in allowed errors
-constexpr double k_on_input = 1e-6;    ///< a vertex so near lies on the input
-constexpr std::size_t k_max_ring = 60; ///< triangles about a vertex
+constexpr double k_flat = 1e-3;      ///< share of the greatest eigenvalue below which a direction is free
+constexpr double k_turn = 0.3;       ///< least cosine between a triangle's normals before and after
+constexpr double k_shape = 0.02;     ///< height over longest side below which a triangle is not made worse
+constexpr double k_length = 1e-5;    ///< weight of an edge's squared length, so that flat regions get even triangles
+constexpr double k_far = 1;          ///< root mean square distance from the planes that is not tried, in allowed errors
+constexpr double k_on_input = 1e-6;  ///< a vertex so near lies on the input
+constexpr double k_never = 1e100;    ///< cost of what is not tried
+constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
+constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
 
 struct Collapse {
-    double cost;
-    std::uint32_t a, b, stamp_a, stamp_b;
+    std::uint32_t a, b;
     Vec3d target;
+    double cost;
+};
+
+/// An edge and its cost when both ends had these stamps; small, as there are many.
+struct Waiting {
+    float cost;
+    std::uint32_t a, b, stamps;
     /// The cheapest one is the greatest.
-    friend bool operator<(const Collapse& l, const Collapse& r)
-    {
-        return std::tie(l.cost, l.a, l.b) > std::tie(r.cost, r.a, r.b);
-    }
+    friend bool operator<(const Waiting& l, const Waiting& r) { return std::tie(l.cost, l.a, l.b) > std::tie(r.cost, r.a, r.b); }
 };
 
 class Decimator {
 public:
     Decimator(ClosedMesh& mesh, const Bvh& bvh)
-        : mesh_(mesh), bvh_(bvh), planes_(mesh.vertices.size()), around_(mesh.vertices.size()),
-          stamp_(mesh.vertices.size()), first_sample_(mesh.triangles.size(), k_none), next_sample_(mesh.samples.size(), k_none),
+        : mesh_(mesh),
+          bvh_(bvh),
+          planes_(mesh.vertices.size()),
+          around_(mesh.vertices.size()),
+          stamp_(mesh.vertices.size()),
+          first_sample_(mesh.triangles.size(), k_none),
+          next_sample_(mesh.samples.size(), k_none),
           count_(static_cast<std::uint32_t>(mesh.triangles.size()))
     {
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -58,16 +68,15 @@ public:
     void run(double max_error, std::uint32_t least_count)
     {
         max_error_ = max_error;
-        for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-            if (alive(t))
-                for (int k = 0; k < 3; ++k) {
-                    const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
-                    if (a < b) push(a, b);
-                }
+        for (double cost = k_first_sweep; cost < max_error * max_error; cost *= k_next_sweep) sweep(cost, least_count);
+        for_each_edge([&](std::uint32_t a, std::uint32_t b) { push(a, b); });
         while (!heap_.empty() && count_ > least_count) {
-            const Collapse top = heap_.top();
+            const Waiting top = heap_.top();
             heap_.pop();
-            if (stamp_[top.a] == top.stamp_a && stamp_[top.b] == top.stamp_b) try_collapse(top);
+            if (stamp_[top.a] + stamp_[top.b] != top.stamps || around_[top.a].empty() || around_[top.b].empty()) continue;
+            if (!collapse(collapse_of(top.a, top.b))) continue;
+            const std::vector<std::uint32_t> ring = neighbours(top.a);
+            for (const std::uint32_t u : ring) push(top.a, u);
         }
         heap_ = {};
     }
@@ -131,9 +140,32 @@ private:
         }
     }
 
-    void push(std::uint32_t a, std::uint32_t b)
+    /// Calls visit(a, b), a < b, for every edge that is there when its turn comes.
+    template <class Visit>
+    void for_each_edge(Visit visit)
     {
-        if (a > b) std::swap(a, b);
+        for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+            for (int k = 0; k < 3 && alive(t); ++k) {
+                const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+                if (a < b) visit(a, b);
+            }
+    }
+
+    /// Collapses edges that cost less, no two that touch. Where most edges are such, that is faster than taking the cheapest.
+    void sweep(double cost, std::uint32_t least_count)
+    {
+        std::vector<std::uint8_t> touched(mesh_.vertices.size());
+        for_each_edge([&](std::uint32_t a, std::uint32_t b) {
+            if (touched[a] || touched[b] || count_ <= least_count) return;
+            const Collapse c = collapse_of(a, b);
+            if (c.cost >= cost || !collapse(c)) return;
+            touched[a] = 1;
+            for (const std::uint32_t u : neighbours(a)) touched[u] = 1;
+        });
+    }
+
+    [[nodiscard]] Collapse collapse_of(std::uint32_t a, std::uint32_t b) const
+    {
         PlaneSum sum = planes_[a];
         sum += planes_[b];
         const Vec3d pa = mesh_.vertices[a], pb = mesh_.vertices[b], middle = 0.5 * (pa + pb);
@@ -141,30 +173,37 @@ private:
         if (norm_sq(best - middle) > norm_sq(pb - pa)) best = middle;
         for (const Vec3d& p : {middle, pa, pb})
             if (sum.at(p) < sum.at(best)) best = p;
-        const double error = std::max(sum.at(best), 0.0), cost = error + k_length * norm_sq(pb - pa);
-        if (error > k_far * k_far * max_error_ * max_error_ * (sum.a[0] + sum.a[1] + sum.a[2])) return;
-        heap_.push({cost, a, b, stamp_[a], stamp_[b], best});
+        const double error = std::max(sum.at(best), 0.0);
+        if (error > k_far * k_far * max_error_ * max_error_ * (sum.a[0] + sum.a[1] + sum.a[2])) return {a, b, best, k_never};
+        return {a, b, best, error + k_length * norm_sq(pb - pa)};
+    }
+
+    void push(std::uint32_t a, std::uint32_t b)
+    {
+        const double cost = collapse_of(a, b).cost;
+        if (cost < k_never) heap_.push({static_cast<float>(cost), a, b, stamp_[a] + stamp_[b]});
     }
 
     /// The vertices that share a triangle with v, ascending.
-    void neighbours(std::uint32_t v, std::vector<std::uint32_t>& out) const
+    [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t v) const
     {
-        out.clear();
+        std::vector<std::uint32_t> ring;
         for (const std::uint32_t t : around_[v])
             for (const std::uint32_t u : mesh_.triangles[t])
-                if (u != v) out.push_back(u);
-        std::sort(out.begin(), out.end());
-        out.erase(std::unique(out.begin(), out.end()), out.end());
+                if (u != v) ring.push_back(u);
+        std::sort(ring.begin(), ring.end());
+        ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+        return ring;
     }
 
     /// Whether the surface stays a manifold: the two share no neighbours but those opposite to their edge.
-    bool may_join(std::uint32_t a, std::uint32_t b)
+    [[nodiscard]] bool may_join(std::uint32_t a, std::uint32_t b) const
     {
-        neighbours(a, ring_a_);
-        neighbours(b, ring_b_);
-        if (ring_a_.size() + ring_b_.size() <= 6 || ring_a_.size() + ring_b_.size() > k_max_ring) return false;
+        const std::size_t size = around_[a].size() + around_[b].size();
+        if (size <= 6 || size > k_max_ring) return false;
+        const std::vector<std::uint32_t> ring = neighbours(a), other = neighbours(b);
         std::size_t common = 0;
-        for (const std::uint32_t u : ring_a_) common += std::binary_search(ring_b_.begin(), ring_b_.end(), u) ? 1 : 0;
+        for (const std::uint32_t u : ring) common += std::binary_search(other.begin(), other.end(), u) ? 1 : 0;
         return common == 2;
     }
 
@@ -175,7 +214,8 @@ private:
         for (const std::uint32_t v : {c.a, c.b}) {
             for (const std::uint32_t t : around_[v]) {
                 const Triangle& tri = mesh_.triangles[t];
-                const bool both = std::count_if(tri.begin(), tri.end(), [&](std::uint32_t u) { return u == c.a || u == c.b; }) == 2;
+                const bool both =
+                    std::count_if(tri.begin(), tri.end(), [&](std::uint32_t u) { return u == c.a || u == c.b; }) == 2;
                 if (both) continue;
                 std::array<Vec3d, 3> after{};
                 for (int k = 0; k < 3; ++k) after[k] = tri[k] == v ? c.target : mesh_.vertices[tri[k]];
@@ -229,10 +269,10 @@ private:
         return true;
     }
 
-    void try_collapse(Collapse c)
+    /// Joins b to a; false, and nothing done, where that is not allowed.
+    bool collapse(Collapse c)
     {
-        if (!may_join(c.a, c.b)) return;
-        if (!keep_on_input(c) || !make_ring(c) || !carry_samples(c)) return;
+        if (c.cost >= k_never || !may_join(c.a, c.b) || !bring_to_surface(c) || !make_ring(c) || !carry_samples(c)) return false;
         for (const std::uint32_t v : {c.a, c.b})
             for (const std::uint32_t t : around_[v]) first_sample_[t] = k_none;
         for (const auto& [s, carrier] : carried_) attach(s, carrier);
@@ -253,20 +293,27 @@ private:
         planes_[c.a] += planes_[c.b];
         ++stamp_[c.a];
         ++stamp_[c.b];
-        neighbours(c.a, ring_a_);
-        for (const std::uint32_t u : ring_a_) push(c.a, u);
+        return true;
     }
 
-    /// Moves the target to the input where both ends lie on it; false where it is too far.
-    bool keep_on_input(Collapse& c) const
+    /// Moves the target to the input where both ends lie on it; false where it is too far from there, or from the surface.
+    bool bring_to_surface(Collapse& c) const
     {
         if (c.target == mesh_.vertices[c.a] || c.target == mesh_.vertices[c.b]) return true;
+        const auto on_input = [&](std::uint32_t v) {
+            return bvh_.closest_point(mesh_.vertices[v], k_on_input).distance < k_on_input;
+        };
+        if (on_input(c.a) && on_input(c.b)) {
+            const ClosestPoint nearest = bvh_.closest_point(c.target, max_error_);
+            if (!(nearest.distance < max_error_)) return false;
+            c.target = nearest.point;
+            return true;
+        }
         for (const std::uint32_t v : {c.a, c.b})
-            if (!(bvh_.closest_point(mesh_.vertices[v], k_on_input).distance < k_on_input)) return true;
-        const ClosestPoint nearest = bvh_.closest_point(c.target, max_error_);
-        if (!(nearest.distance < max_error_)) return false;
-        c.target = nearest.point;
-        return true;
+            for (const std::uint32_t t : around_[v])
+                if (norm(closest_point_on_triangle(c.target, corner(t, 0), corner(t, 1), corner(t, 2)) - c.target) <= max_error_)
+                    return true;
+        return false;
     }
 
     ClosedMesh& mesh_;
@@ -276,8 +323,7 @@ private:
     std::vector<std::uint32_t> stamp_, first_sample_, next_sample_;
     std::uint32_t count_;
     double max_error_ = 0;
-    std::priority_queue<Collapse> heap_;
-    std::vector<std::uint32_t> ring_a_, ring_b_;
+    std::priority_queue<Waiting> heap_;
     std::vector<std::pair<std::uint32_t, std::array<Vec3d, 3>>> ring_;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> carried_;
 };

@@ -136,9 +136,8 @@ private:
     /// Both quadrilaterals at a stretch of a side have its outside corner as the end of their edge.
     void split_twins()
     {
-        std::sort(twins_.begin(), twins_.end(), [](const Twin& a, const Twin& b) {
-            return std::pair(a.key(), a.quad) < std::pair(b.key(), b.quad);
-        });
+        std::sort(twins_.begin(), twins_.end(),
+                  [](const Twin& a, const Twin& b) { return std::pair(a.key(), a.quad) < std::pair(b.key(), b.quad); });
         for (std::size_t i = 0; i < twins_.size();) {
             std::size_t j = i;
             while (j < twins_.size() && twins_[j].lo == twins_[i].lo && twins_[j].hi == twins_[i].hi) ++j;

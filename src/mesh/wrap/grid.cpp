@@ -98,7 +98,8 @@ Grid make_grid(const Mesh& soup)
     Grid grid;
     grid.triangles.reserve(pairs.size());
     for (const Pair& pair : pairs) {
-        if (grid.add_cell(pair.cell) == grid.first.size()) grid.first.push_back(static_cast<std::uint32_t>(grid.triangles.size()));
+        if (grid.add_cell(pair.cell) == grid.first.size())
+            grid.first.push_back(static_cast<std::uint32_t>(grid.triangles.size()));
         grid.triangles.push_back(pair.triangle);
     }
     grid.first.push_back(static_cast<std::uint32_t>(grid.triangles.size()));

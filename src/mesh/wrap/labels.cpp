@@ -13,20 +13,19 @@ namespace {
 constexpr double k_half_layer = 0.55;  ///< of a layer without holes, cells
 constexpr double k_depth = 1.05;       ///< a solid that deep needs no layer, cells
 constexpr double k_beside = 1e-3;      ///< where the two sides of a triangle are probed, cells
+constexpr double k_from_rim = 0.05;    ///< how far from a triangle's edge it is probed, cells
+constexpr double k_opposite = -0.8;    ///< cosine between the normals of a thin wall's two sides
 constexpr int k_probes = 4;            ///< triangles of one cell that are probed
 
 Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
 
 class Labeller {
 public:
-    Labeller(Grid& grid, const Mesh& soup, const WindingNumber& winding, double least)
-        : grid_(grid), soup_(soup), winding_(winding), least_(least)
-    {
-    }
+    Labeller(Grid& grid, const Source& source) : grid_(grid), in_(source) {}
 
     Labels run()
     {
-        labels_.thin.assign(soup_.triangles.size(), Thin::No);
+        labels_.thin.assign(in_.soup.triangles.size(), Thin::No);
         label_new_corners();
         std::vector<std::uint32_t> near_thin;
         for (std::uint32_t cell = 0; cell + 1 < grid_.first.size(); ++cell) find_thin(cell, near_thin);
@@ -40,18 +39,33 @@ private:
     void label_new_corners()
     {
         for (auto c = static_cast<std::uint32_t>(labels_.winding.size()); c < grid_.corners.size(); ++c) {
-            const double w = winding_.at(position(grid_.corners.point(c)));
+            const double w = in_.winding.at(position(grid_.corners.point(c)));
             labels_.winding.push_back(static_cast<float>(w));
             labels_.inside.push_back(w > 0.5 ? k_solid : 0);
         }
     }
 
-    /// What is thin about a triangle at its point q.
-    Thin thinness(Vec3d q, Vec3d normal) const
+    /// What is thin about a triangle at its point q: nothing where the solid below is deep, or ends at a slope, as it does at a
+    /// sharp edge.
+    Thin thinness(Vec3d q, Vec3d normal)
     {
-        if (winding_.at(q - k_depth * normal) > 0.5) return Thin::No;
-        if (winding_.at(q + k_beside * normal) > 0.5) return Thin::No;
-        return winding_.at(q - least_ * normal) > 0.5 ? Thin::Wall : Thin::Sheet;
+        if (in_.winding.at(q - k_depth * normal) > 0.5) return Thin::No;
+        if (in_.winding.at(q + k_beside * normal) > 0.5) return Thin::No;
+        if (in_.winding.at(q - k_beside * normal) <= 0.5) return Thin::Sheet;
+        in_.bvh.ray_crossings(q - k_beside * normal, -normal, crossings_);
+        for (const Bvh::Crossing& crossing : crossings_) {
+            if (crossing.t > k_depth) break;
+            if (crossing.sign < 0 || dot(normal_of(crossing.triangle), normal) > k_opposite) continue;
+            return crossing.t > in_.thickness ? Thin::Wall : Thin::Sheet;
+        }
+        return Thin::No;
+    }
+
+    [[nodiscard]] Vec3d normal_of(std::uint32_t t) const
+    {
+        const Triangle& v = in_.soup.triangles[t];
+        const Vec3d a = in_.soup.vertices[v[0]];
+        return normalized(cross(in_.soup.vertices[v[1]] - a, in_.soup.vertices[v[2]] - a));
     }
 
     /// Probes the triangles of a cell that have corners behind them which are outside.
@@ -61,16 +75,17 @@ private:
         const Vec3d lo = position(grid_.cells.point(cell)), middle = lo + Vec3d{0.5, 0.5, 0.5};
         int probes = 0;
         for (const std::uint32_t t : grid_.triangles_of(cell)) {
-            const Triangle& v = soup_.triangles[t];
-            const Vec3d a = soup_.vertices[v[0]], b = soup_.vertices[v[1]], c = soup_.vertices[v[2]];
-            const Vec3d normal = normalized(cross(b - a, c - a));
+            const Triangle& v = in_.soup.triangles[t];
+            const Vec3d a = in_.soup.vertices[v[0]], b = in_.soup.vertices[v[1]], c = in_.soup.vertices[v[2]];
+            const Vec3d normal = normal_of(t);
             const bool suspicious = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
                 return labels_.inside[corner] == 0 && dot(position(grid_.corners.point(corner)) - a, normal) < 0;
             });
             if (!suspicious || norm_sq(normal) == 0) continue;
-            const Vec3d q = closest_point_on_triangle(middle, a, b, c), off = q - middle;
+            const Vec3d q = closest_point_on_triangle(middle, a, b, c), off = q - middle, inward = (a + b + c) / 3.0 - q;
             if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 0.5 + k_beside) continue;
-            const Thin thin = thinness(q, normal);
+            // Not at the triangle's rim, where another one's plane may be probed.
+            const Thin thin = thinness(q + std::min(1.0, k_from_rim / std::max(norm(inward), k_from_rim)) * inward, normal);
             if (thin != Thin::No) {
                 labels_.thin[t] = std::max(labels_.thin[t], thin);
                 for (const std::uint32_t corner : corners) {
@@ -102,17 +117,13 @@ private:
     }
 
     Grid& grid_;
-    const Mesh& soup_;
-    const WindingNumber& winding_;
-    double least_;
+    const Source& in_;
+    std::vector<Bvh::Crossing> crossings_;
     Labels labels_;
 };
 
 }  // namespace
 
-Labels label_corners(Grid& grid, const Mesh& soup, const WindingNumber& winding, double least)
-{
-    return Labeller(grid, soup, winding, least).run();
-}
+Labels label_corners(Grid& grid, const Source& source) { return Labeller(grid, source).run(); }
 
 }  // namespace sqmap::mesh

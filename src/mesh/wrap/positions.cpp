@@ -14,10 +14,10 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_flat = 0.03;      ///< share of the greatest eigenvalue below which planes agree
-constexpr double k_facing = 0.2;     ///< cosine between a triangle and the sheet that it carries
-constexpr double k_reach = 0.7;      ///< how far a vertex moves to the input, cells
-constexpr double k_thin_reach = 2;   ///< the same for a wall thinner than a cell
+constexpr double k_flat = 0.03;     ///< share of the greatest eigenvalue below which planes agree
+constexpr double k_facing = 0.2;    ///< cosine between a triangle and the sheet that it carries
+constexpr double k_reach = 0.7;     ///< how far a vertex moves to the input, cells
+constexpr double k_thin_reach = 2;  ///< the same for a wall thinner than a cell
 constexpr int k_halvings = 8;
 
 Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
@@ -30,16 +30,23 @@ struct Crossing {
 
 /// What is known of a sheet.
 struct SheetSum {
-    PlaneSum planes;      ///< about the cell's corner
-    Vec3d crossings;      ///< sum, relative to the cell's corner
-    Vec3d outward;        ///< sum of the directions of the edges
+    PlaneSum planes;  ///< about the cell's corner
+    Vec3d crossings;  ///< sum, relative to the cell's corner
+    Vec3d outward;    ///< sum of the directions of the edges
     Vec3d normals;
     int count = 0, input = 0, shell = 0;
 };
 
 class Solver {
 public:
-    Solver(const DualSurface& surface, const Wrapped& wrapped) : surface_(surface), in_(wrapped), sums_(surface.vertex_cell.size()) {}
+    Solver(const DualSurface& surface, const Labelled& labelled)
+        : surface_(surface),
+          in_(labelled.source),
+          grid_(labelled.grid),
+          labels_(labelled.labels),
+          sums_(surface.vertex_cell.size())
+    {
+    }
 
     Positions run()
     {
@@ -65,7 +72,7 @@ private:
 
     void add(const DualQuad& quad)
     {
-        const LatticePoint &inside = in_.grid.corners.point(quad.inside), &outside = in_.grid.corners.point(quad.outside);
+        const LatticePoint &inside = grid_.corners.point(quad.inside), &outside = grid_.corners.point(quad.outside);
         const Vec3d from = position(inside), along = position(outside) - from;
         const Crossing crossing = crossing_of(quad, from, along);
         const Vec3d p = from + crossing.t * along;
@@ -74,7 +81,7 @@ private:
         out_.has_shells |= crossing.kind == Crossed::Shell;
         for (const std::uint32_t v : quad.vertices) {
             SheetSum& sum = sums_[v];
-            const Vec3d local = p - position(in_.grid.cells.point(surface_.vertex_cell[v]));
+            const Vec3d local = p - position(grid_.cells.point(surface_.vertex_cell[v]));
             sum.crossings += local;
             sum.outward += along;
             ++sum.count;
@@ -89,7 +96,7 @@ private:
     /// Where the edge leaves the solid: at the triangle whose passing takes the winding number below 1/2.
     [[nodiscard]] Crossing crossing_of(const DualQuad& quad, Vec3d from, Vec3d along) const
     {
-        if (in_.labels.inside[quad.inside] == k_shell) return {Crossed::Shell, 0.5, {}};
+        if (labels_.inside[quad.inside] == k_shell) return {Crossed::Shell, 0.5, {}};
         struct Hit {
             double t;
             std::uint32_t triangle;
@@ -97,15 +104,16 @@ private:
             Vec3d normal;
         };
         std::vector<Hit> hits;
-        for (const std::uint32_t t : in_.grid.triangles_of(quad.cell))
+        for (const std::uint32_t t : grid_.triangles_of(quad.cell))
             if (const std::optional<double> at = hit(corners(t), from, along)) {
                 const auto [a, b, c] = corners(t);
                 const Vec3d n = normalized(cross(b - a, c - a));
                 hits.push_back({*at, t, dot(n, along) > 0 ? -1 : 1, n});
             }
-        std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return std::pair(a.t, a.triangle) < std::pair(b.t, b.triangle); });
-        const double begin = in_.labels.winding[quad.inside];
-        double drift = in_.labels.winding[quad.outside] - begin;
+        std::sort(hits.begin(), hits.end(),
+                  [](const Hit& a, const Hit& b) { return std::pair(a.t, a.triangle) < std::pair(b.t, b.triangle); });
+        const double begin = labels_.winding[quad.inside];
+        double drift = labels_.winding[quad.outside] - begin;
         for (const Hit& h : hits) drift -= h.change;
         double sum = begin;
         for (const Hit& h : hits) {
@@ -146,7 +154,7 @@ private:
     [[nodiscard]] Vec3d solve(std::uint32_t v) const
     {
         const SheetSum& sum = sums_[v];
-        const Vec3d corner = position(in_.grid.cells.point(surface_.vertex_cell[v]));
+        const Vec3d corner = position(grid_.cells.point(surface_.vertex_cell[v]));
         const Vec3d mean = sum.crossings / double(sum.count);
         if (sum.shell > 0) return on_thin(corner + mean, normalized(sum.outward));
         if (sum.input == 0) return corner + mean;
@@ -167,7 +175,7 @@ private:
     {
         std::optional<Vec3d> best;
         in_.bvh.visit_nearest(p, within * within, [&](std::uint32_t t, double radius_sq) {
-            if (in_.labels.thin[t] < least) return radius_sq;
+            if (labels_.thin[t] < least) return radius_sq;
             const auto [a, b, c] = corners(t);
             const Vec3d q = closest_point_on_triangle(p, a, b, c);
             const double d_sq = norm_sq(q - p);
@@ -184,7 +192,7 @@ private:
         std::uint32_t nearest = KeyTable::k_absent;
         Vec3d q = p;
         in_.bvh.visit_nearest(p, k_thin_reach * k_thin_reach, [&](std::uint32_t t, double radius_sq) {
-            if (in_.labels.thin[t] == Thin::No) return radius_sq;
+            if (labels_.thin[t] == Thin::No) return radius_sq;
             const auto [a, b, c] = corners(t);
             const Vec3d foot = closest_point_on_triangle(p, a, b, c);
             const double d_sq = norm_sq(foot - p);
@@ -194,7 +202,7 @@ private:
             return d_sq;
         });
         if (nearest == KeyTable::k_absent) return p;
-        if (in_.labels.thin[nearest] == Thin::Wall)
+        if (labels_.thin[nearest] == Thin::Wall)
             if (const std::optional<Vec3d> wall = nearest_facing(p, outward, k_thin_reach, Thin::Wall)) return *wall;
         const Vec3d off = p - q;
         const Vec3d direction = norm(off) > 0.05 ? normalized(off) : outward;
@@ -202,13 +210,15 @@ private:
     }
 
     const DualSurface& surface_;
-    const Wrapped& in_;
+    const Source& in_;
+    const Grid& grid_;
+    const Labels& labels_;
     std::vector<SheetSum> sums_;
     Positions out_;
 };
 
 }  // namespace
 
-Positions positions_of(const DualSurface& surface, const Wrapped& wrapped) { return Solver(surface, wrapped).run(); }
+Positions positions_of(const DualSurface& surface, const Labelled& labelled) { return Solver(surface, labelled).run(); }
 
 }  // namespace sqmap::mesh

@@ -3,7 +3,6 @@
 
 #include "dual_surface.h"
 #include "labels.h"
-#include "sqmap/mesh/bvh.h"
 
 #include <vector>
 
@@ -19,16 +18,13 @@ struct Positions {
     bool has_shells = false;
 };
 
-/// What positions are computed from, all in units of the cells.
-struct Wrapped {
-    const Mesh& soup;
-    const Bvh& bvh;
-    const WindingNumber& winding;
+/// What positions are computed from.
+struct Labelled {
+    const Source& source;
     const Grid& grid;
     const Labels& labels;
-    double thickness;  ///< of shells
 };
 
-[[nodiscard]] Positions positions_of(const DualSurface& surface, const Wrapped& wrapped);
+[[nodiscard]] Positions positions_of(const DualSurface& surface, const Labelled& labelled);
 
 }  // namespace sqmap::mesh

@@ -87,8 +87,8 @@ void WindingNumber::sum_moments(Node& node) const
         for (const Vec3d& corner : v) radius_sq = std::max(radius_sq, norm_sq(corner));
         node.area += n;
         node.trace += dot(m, n);
-        const double first[6] = {m.x * n.x,           m.y * n.y,           m.z * n.z,
-                                 m.x * n.y + m.y * n.x, m.x * n.z + m.z * n.x, m.y * n.z + m.z * n.y};
+        const double first[6] = {
+            m.x * n.x, m.y * n.y, m.z * n.z, m.x * n.y + m.y * n.x, m.x * n.z + m.z * n.x, m.y * n.z + m.z * n.y};
         for (int k = 0; k < 6; ++k) node.first[k] += first[k];
         // The triangle's mean of x_i x_j.
         const auto mean = [&](int k, int l) {
@@ -128,7 +128,8 @@ double WindingNumber::at(Vec3d p) const
             const double first = f[0] * x * x + f[1] * y * y + f[2] * z * z + f[3] * x * y + f[4] * x * z + f[5] * y * z;
             const double second = x * x * (g[0] * x + g[3] * y + g[4] * z) + y * y * (g[1] * y + g[5] * x + g[6] * z) +
                                   z * z * (g[2] * z + g[7] * x + g[8] * y) + g[9] * x * y * z;
-            sum += s3 * (dot(node.area, r) + node.trace) - 3 * s5 * (first + 0.5 * dot(node.contracted, r)) + 7.5 * s5 * s * second;
+            sum +=
+                s3 * (dot(node.area, r) + node.trace) - 3 * s5 * (first + 0.5 * dot(node.contracted, r)) + 7.5 * s5 * s * second;
             i = node.skip;
         } else {
             if (node.leaf)

@@ -26,12 +26,12 @@ private:
     /// Moments of a group about its centre, as the derivatives of the dipole's potential need them.
     struct Node {
         Vec3d centre;
-        double reach_sq = 0;     ///< beyond this squared distance the moments serve
-        Vec3d area;              ///< sum of the vector areas
-        double trace = 0;        ///< of the first moment
-        double first[6] = {};    ///< first moment, symmetric part: xx yy zz xy xz yz
-        Vec3d contracted;        ///< of the second moment
-        double second[10] = {};  ///< second moment, symmetric part: xxx yyy zzz xxy xxz yyx yyz zzx zzy xyz
+        double reach_sq = 0;               ///< beyond this squared distance the moments serve
+        Vec3d area;                        ///< sum of the vector areas
+        double trace = 0;                  ///< of the first moment
+        double first[6] = {};              ///< first moment, symmetric part: xx yy zz xy xz yz
+        Vec3d contracted;                  ///< of the second moment
+        double second[10] = {};            ///< second moment, symmetric part: xxx yyy zzz xxy xxz yyx yyz zzx zzy xyz
         std::uint32_t begin = 0, end = 0;  ///< triangles
         std::uint32_t skip = 0;            ///< the node after all that lie below this one
         bool leaf = false;

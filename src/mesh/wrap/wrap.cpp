@@ -22,9 +22,9 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_cell = 1.6;       ///< side of a cell, in tolerances
-constexpr double k_decimation = 0.25;///< error of the decimation, in tolerances
-constexpr double k_crumb = 2;        ///< diagonal of what is left out, cells
+constexpr double k_cell = 2;           ///< side of a cell, in tolerances
+constexpr double k_decimation = 0.25;  ///< error of the decimation, in tolerances
+constexpr double k_crumb = 2;          ///< diagonal of what is left out, cells
 
 /// Off the planes on which files like to put faces.
 constexpr Vec3d k_offset{0.3819660113, 0.4142135624, 0.4721359550};
@@ -76,9 +76,8 @@ void settle_flags(ClosedMesh& mesh, const Bvh& bvh, double tolerance)
         const auto& [i, j, k] = mesh.triangles[t];
         const Vec3d a = mesh.vertices[i], b = mesh.vertices[j], c = mesh.vertices[k];
         const Vec3d samples[] = {(a + b + c) / 3.0, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), a, b, c};
-        mesh.made_up[t] = std::any_of(std::begin(samples), std::end(samples), [&](Vec3d p) {
-            return !(bvh.closest_point(p, tolerance).distance < tolerance);
-        });
+        mesh.made_up[t] = std::any_of(std::begin(samples), std::end(samples),
+                                      [&](Vec3d p) { return !(bvh.closest_point(p, tolerance).distance < tolerance); });
     }
 }
 
@@ -131,10 +130,11 @@ WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangl
     const double tolerance = options.tolerance * largest_distance / side, thickness = options.thickness * largest_distance / side;
     const WindingNumber winding(soup);
     Grid grid = make_grid(soup);
-    const Labels labels = label_corners(grid, soup, winding, thickness);
     const Bvh bvh(soup);
+    const Source source{soup, bvh, winding, thickness};
+    const Labels labels = label_corners(grid, source);
     const DualSurface surface = dual_surface(grid, labels.inside);
-    const Positions positions = positions_of(surface, {soup, bvh, winding, grid, labels, thickness});
+    const Positions positions = positions_of(surface, {source, grid, labels});
     ClosedMesh closed = triangulated(surface, positions);
     drop_crumbs(closed, k_crumb);
     const double error = decimate(closed, bvh, {.max_error = k_decimation * tolerance, .max_triangles = options.max_triangles});
