@@ -1,5 +1,7 @@
 #include "common/reports.h"
 
+#include "sqmap/model/doubt.h"
+
 #include <cstdio>
 
 namespace sqmap::app {
@@ -46,6 +48,13 @@ ordered_json evaluation_json(const bake::Evaluation& e)
         {"normal_degrees", distribution_json(e.normal)},
         // A probe answers as its points do.
         {"frame", {{"missed", e.missed}, {"false_contacts", e.false_contacts}, {"depth_percent", distribution_json(e.depth)}}}};
+}
+
+void print_doubt(const model::Measured& m)
+{
+    if (model::is_doubtful(m))
+        std::printf("W_LAYER3: %u of %u points on the wrong side on layer 3: use the exact layer, as auto and the page do\n",
+                    m.missed + m.false_contacts, m.points);
 }
 
 void print_measured(const model::Measured& m)

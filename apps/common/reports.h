@@ -10,6 +10,8 @@ namespace sqmap::app {
 
 [[nodiscard]] nlohmann::ordered_json measured_json(const model::Measured& measured);
 [[nodiscard]] nlohmann::ordered_json evaluation_json(const bake::Evaluation& evaluation);
+/// The line that comes first of a model that may not be relied on below the exact layer; nothing of another.
+void print_doubt(const model::Measured& measured);
 void print_measured(const model::Measured& measured);
 
 }  // namespace sqmap::app

@@ -87,12 +87,13 @@ void print(const bake::BakeResult& baked, const Options& o)
     const std::size_t bytes = std::filesystem::file_size(o.model);
     double seconds = 0;
     for (const auto& [stage, s] : baked.report.seconds) seconds += s;
+    print_doubt(baked.model.measured);
+    if (baked.model.measured.depth_p99 > o.bake.target_error)
+        std::printf("W_TARGET: target error of %g %% not reached: the best model found has %.3f %%\n", o.bake.target_error,
+                    baked.model.measured.depth_p99);
     std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", o.model.c_str(), baked.report.parts.size(),
                 static_cast<double>(bytes) / 1000, seconds);
     print_measured(baked.model.measured);
-    if (!baked.report.target_met)
-        std::printf("  target error of %g %% not reached: the best model found has %.3f %%\n", o.bake.target_error,
-                    baked.model.measured.depth_p99);
 }
 
 int run(const Options& o)
@@ -192,7 +193,8 @@ void add_bake(CommandLine& line)
     add_load_options(command, options->load);
     add_paper_options(command, *options);
     command.footer(
-        "Exit code: 0 written (it says so where the target error was not reached), 2 mesh refused or model not written, 64 wrong "
+        "Exit code: 0 written (it says so first where the target error was not reached or layer 3 errs), 2 mesh refused or model "
+        "not written, 64 wrong "
         "usage, 70 internal error.");
     command.run([options] { return run(*options); });
 }

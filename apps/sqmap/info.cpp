@@ -114,6 +114,7 @@ ordered_json model_json(const model::ModelView& m, const io::SectionBytes& bytes
 void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
 {
     const bool central = is_central(m);
+    print_doubt(m.measured);
     std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", name.c_str(), m.parts.size(),
                 central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
                 std::string(m.source).c_str());

@@ -16,6 +16,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/model/doubt.h"
 #include "sqmap/parallel/for_each.h"
 #include "stage_clock.h"
 
@@ -317,7 +318,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     draft.measured.q2_share = hidden_percent(parts.parts);
     draft.model.measured = draft.measured;
     draft.model.mesh_hash = mesh::content_hash(input);
-    result.report.target_met = draft.measured.depth_p99 <= options.target_error;
+    result.report.target_met = draft.measured.depth_p99 <= options.target_error && !model::is_doubtful(draft.measured);
     progress("measure", 1);
     for (std::size_t i = 0; i < parts.parts.size(); ++i) {
         const auto& [part, quality] = parts.parts[i];

@@ -2,9 +2,11 @@
 #include "common/hash_text.h"
 #include "common/load_mesh.h"
 #include "sqmap/haptic/patch.h"
+#include "sqmap/model/doubt.h"
 #include "touch/hand_file.h"
 #include "touch/setup.h"
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -83,7 +85,10 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         load_mesh_tool(beside, tool);
     }
     const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
-    if (options_.zone.layer == query::Layer::Auto) options_.zone.layer = patch ? query::Layer::Three : query::Layer::Exact;
+    const bool doubtful =
+        std::any_of(views_.begin(), views_.end(), [](const model::ModelView& v) { return model::is_doubtful(v.measured); });
+    if (options_.zone.layer == query::Layer::Auto)
+        options_.zone.layer = patch && !doubtful ? query::Layer::Three : query::Layer::Exact;
     const std::uint64_t hash = hash_of(tool.vertices);
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hash_text(hash) + ", the trace has " +

@@ -50,7 +50,7 @@ struct BakeReport {
     std::vector<PartReport> parts;
     decompose::Partition partition;
     double fineness = 1;      ///< what the map's cell sizes were multiplied by until the target was met
-    bool target_met = false;  ///< the measured 99th percentile of the depth error is within target_error
+    bool target_met = false;  ///< the measured 99th percentile of the depth error is within target_error, and no verdict is wrong
     std::vector<std::pair<std::string, double>> seconds;  ///< CPU time a stage
 };
 

@@ -1,18 +1,28 @@
 #include "layer.h"
 
+#include "sqmap/model/doubt.h"
+
 namespace sqmap::query {
+
+namespace {
+
+/// Whether an error that bake measured, in percent of R_max, is within the tolerance; 0: it was not measured.
+bool is_within(const model::ModelView& model, double error, double tolerance) noexcept
+{
+    return error > 0 && !model::is_doubtful(model.measured) && 0.01 * error * model.header.r_max * model.header.unit <= tolerance;
+}
+
+}  // namespace
 
 Layer chosen_layer(const model::ModelView& model, const QueryOptions& options) noexcept
 {
     Layer layer = options.layer;
     if (layer == Layer::Auto) {
         const auto& m = model.measured;
-        // In percent of R_max; 0 where it was not measured.
         const double errors[] = {m.layer1_depth_p99, m.layer2_depth_p99, m.depth_p99};
         layer = Layer::Exact;
         for (int k = 2; k >= 0; --k)
-            if (errors[k] > 0 && 0.01 * errors[k] * model.header.r_max * model.header.unit <= options.tolerance)
-                layer = static_cast<Layer>(k);
+            if (is_within(model, errors[k], options.tolerance)) layer = static_cast<Layer>(k);
     }
     return layer == Layer::Exact && !model::has_exact(model) ? Layer::Three : layer;
 }
@@ -21,8 +31,7 @@ bool lacks_exact(const model::ModelView& model, const QueryOptions& options) noe
 {
     if (model::has_exact(model)) return false;
     if (options.layer != Layer::Auto) return options.layer == Layer::Exact;
-    const model::Measured& m = model.measured;
-    return !(m.depth_p99 > 0 && 0.01 * m.depth_p99 * model.header.r_max * model.header.unit <= options.tolerance);
+    return !is_within(model, model.measured.depth_p99, options.tolerance);
 }
 
 }  // namespace sqmap::query

@@ -203,6 +203,11 @@ TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
     EXPECT_EQ(layer_within(0.3), Layer::Three);
     EXPECT_EQ(layer_within(0.1), Layer::Exact);
     EXPECT_EQ(layer_within(0), Layer::Exact);
+    // One wrong verdict, and no tolerance makes up for it.
+    m.missed = 1;
+    const model::ModelView doubtful = b.in_model_space();
+    EXPECT_EQ(chosen_layer(doubtful, {.layer = Layer::Auto, .tolerance = 6 * percent}), Layer::Exact);
+    EXPECT_EQ(chosen_layer(doubtful, {}), Layer::Three) << "named, it answers";
     // Without the exact layer Three answers, and says so where it is not within the tolerance.
     const test::Baked lean = test::baked(test::small_torus(), {.exact = false});
     const QueryOptions strict{.layer = Layer::Auto};

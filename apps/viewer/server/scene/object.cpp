@@ -3,6 +3,7 @@
 #include "sqmap/fit/fit.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/model/doubt.h"
 #include "sqmap/model/parse.h"
 
 #include <algorithm>
@@ -83,6 +84,8 @@ std::shared_ptr<Object> object_of(std::vector<std::byte> bytes, const std::strin
     if (const model::ParseStatus status = model::parse(object->blob, object->view); status != model::ParseStatus::Ok)
         throw std::runtime_error(name + ": not a model: " + model::to_string(status));
     complete(*object, metres_per_unit, size, words);
+    if (model::is_doubtful(object->view.measured))
+        object->notes.emplace_back("W_LAYER3: layer 3 has wrong verdicts: touch computes with the exact layer");
     return object;
 }
 
@@ -133,8 +136,10 @@ std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const st
     baked.model.source = name;
     auto object = object_of(io::serialize(baked.model), name, 0, size, {});
     object->verdict = app::verdict_name(loaded.verdict);
-    object->notes = app::notes_of(loaded);
-    if (!baked.report.target_met) object->notes.push_back("the target error was not reached: the best model found is shown");
+    if (baked.model.measured.depth_p99 > options.target_error)
+        object->notes.emplace_back("W_TARGET: the target error was not reached: the best model found is shown");
+    const std::vector<std::string> notes = app::notes_of(loaded);
+    object->notes.insert(object->notes.end(), notes.begin(), notes.end());
     return object;
 }
 

@@ -1,7 +1,9 @@
 #include "viewer/server/touch/forces.h"
 
+#include "sqmap/model/doubt.h"
 #include "viewer/server/touch/tool.h"
 
+#include <algorithm>
 #include <limits>
 #include <span>
 
@@ -10,8 +12,9 @@ namespace {
 
 constexpr double k_static = 1.33;  // mu_static over mu_dynamic
 
-query::Layer layer_of(query::Layer layer, haptic::Averaging averaging)
+query::Layer layer_of(query::Layer layer, haptic::Averaging averaging, bool doubtful)
 {
+    if (doubtful) return query::Layer::Exact;
     if (layer != query::Layer::Auto) return layer;
     return averaging == haptic::Averaging::Patch ? query::Layer::Three : query::Layer::Exact;
 }
@@ -38,7 +41,9 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
         weights_ = std::move(tool.weights);
         probe_ = std::make_unique<query::Probe>(tool.mesh.vertices);
     }
-    zone.layer = layer_of(settings.layer, zone.averaging);
+    doubtful_ = std::any_of(objects_.begin(), objects_.end(),
+                            [](const ObjectPtr& object) { return model::is_doubtful(object->metres.measured); });
+    zone.layer = layer_of(settings.layer, zone.averaging, doubtful_);
     const haptic::Zone whole{.probe = probe_.get(),
                              .weights = weights_,
                              .radius = settings.zone > 0 ? settings.zone : std::numeric_limits<double>::infinity(),
@@ -60,7 +65,7 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
 void Forces::adjust(const Live& live) noexcept
 {
     haptic::ZoneOptions& zone = state_->options(0);
-    zone.layer = layer_of(live.layer, zone.averaging);
+    zone.layer = layer_of(live.layer, zone.averaging, doubtful_);
     zone.stiffness = zone.tangential_stiffness = live.stiffness;
     zone.damping = live.damping;
     for (haptic::TouchedBody& solid : solids_) {

@@ -46,6 +46,7 @@ public:
 private:
     std::vector<ObjectPtr> objects_;
     std::vector<haptic::TouchedBody> solids_;
+    bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
     std::vector<float> weights_, texture_values_;
     haptic::Texture texture_{};
     std::unique_ptr<query::Probe> probe_;
