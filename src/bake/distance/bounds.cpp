@@ -6,8 +6,9 @@
 #include "model/hierarchy.h"
 #include "sqmap/parallel/for_each.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace sqmap::bake {
@@ -22,105 +23,106 @@ constexpr double k_reach_at_band = 0.28;
 constexpr double k_root_spheres = 3.01;
 // Half of the smallest cell's side, of R_max; larger where the tree would take too many bytes.
 constexpr double k_least_half = 0.005;
-constexpr double k_coarser = 1.4;
 constexpr double k_max_share = 0.05;  // of the model's other bytes
 
 Vec3d eighth(std::size_t k) { return {k & 1 ? 1. : -1., k & 2 ? 1. : -1., k & 4 ? 1. : -1.}; }
 
-/// A cell's eighths, or what is stored of a leaf.
 struct Cell {
-    std::uint16_t bound = 0;
-    std::vector<Cell> eighths;
+    Vec3d centre;
+    double half;
+    double distance = 0;  ///< of its centre to the boundary
+    bool inside = false;
+    std::size_t first = k_leaf;  ///< of its eighths in the next level
+
+    static constexpr std::size_t k_leaf = ~std::size_t{0};
 };
 
+/// Cells level by level: a level is made while all of them stay within so many cells.
 class BoundTree {
 public:
-    BoundTree(const mesh::Solid& solid, const model::ModelData& data, double least_half)
+    BoundTree(const mesh::Solid& solid, const model::ModelData& data, unsigned threads)
         : solid_(solid),
-          least_half_(least_half),
+          least_half_(k_least_half * data.header.r_max),
           band_(static_cast<double>(data.distance.header.band)),
-          is_solid_(data.header.solid != 0)
+          is_solid_(data.header.solid != 0),
+          threads_(threads)
     {
     }
 
-    Cell grow(Vec3d centre, double half, int depth) const
+    void grow(Cell root, std::size_t max_cells)
     {
-        const Measured m = measure(centre);
-        if (is_leaf(m, half) || depth >= model::k_max_bound_depth) return {stored(m, half), {}};
-        Cell cell;
-        cell.eighths.resize(8);
-        for (std::size_t k = 0; k < 8; ++k) cell.eighths[k] = grow(centre + 0.5 * half * eighth(k), 0.5 * half, depth + 1);
+        levels_ = {{root}};
+        std::size_t count = 0;
+        for (int depth = 0; depth < model::k_max_bound_depth; ++depth) {
+            std::vector<Cell>& level = levels_.back();
+            std::vector<std::size_t> divided;
+            for (std::size_t i = 0; i < level.size(); ++i)
+                if (depth < k_full_levels || !is_leaf(level[i])) divided.push_back(i);
+            count += 8 * divided.size();
+            if (divided.empty() || count > max_cells) return;
+            std::vector<Cell> next(8 * divided.size());
+            for (std::size_t d = 0; d < divided.size(); ++d) level[divided[d]].first = 8 * d;
+            parallel::for_each(divided.size(), threads_, [&](std::size_t d) {
+                for (std::size_t k = 0; k < 8; ++k) next[8 * d + k] = measured_eighth(level[divided[d]], k, depth);
+            });
+            levels_.push_back(std::move(next));
+        }
+    }
+
+    /// The eighths of a divided cell side by side, then those of each of them.
+    void store(model::DistanceArrays<model::ArrayData>& data) const { store(0, 0, data); }
+
+private:
+    static constexpr int k_full_levels = 2;  ///< divided whatever they hold
+
+    Cell measured_eighth(const Cell& of, std::size_t k, int depth) const
+    {
+        Cell cell{of.centre + 0.5 * of.half * eighth(k), 0.5 * of.half};
+        if (depth + 1 < k_full_levels) return cell;
+        // What is nearest to the larger cell's centre is no farther than that; and within its distance nothing changes sides.
+        const double step = std::sqrt(3.0) * cell.half;
+        const bool is_known = depth >= k_full_levels;
+        const double within = is_known ? (1 + 1e-9) * (of.distance + step) : std::numeric_limits<double>::infinity();
+        cell.distance = solid_.closest_boundary(cell.centre, within).distance;
+        cell.inside = is_solid_ && (is_known && step < 0.999 * of.distance ? of.inside : solid_.inside(cell.centre));
         return cell;
     }
 
-private:
-    struct Measured {
-        double distance;
-        bool inside;
-    };
-    Measured measure(Vec3d p) const
+    bool is_leaf(const Cell& cell) const
     {
-        const mesh::ClosestPoint c = solid_.closest_boundary(p);
-        return {c.distance, is_solid_ && solid_.inside(p)};
+        const double reach = std::sqrt(3.0) * cell.half;
+        if (cell.half < least_half_) return true;
+        if (cell.distance - reach > band_) return is_bounded(cell);
+        return cell.distance + reach < band_ || reach <= k_reach_at_band * cell.distance;
     }
-
-    bool is_leaf(const Measured& m, double half) const
-    {
-        const double reach = std::sqrt(3.0) * half;
-        if (half < least_half_) return true;
-        if (m.distance - reach > band_) return is_bounded(m, half);
-        return m.distance + reach < band_ || reach <= k_reach_at_band * m.distance;
-    }
-    static bool is_bounded(const Measured& m, double half) { return std::sqrt(3.0) * half <= k_reach_of_distance * m.distance; }
-    std::uint16_t stored(const Measured& m, double half) const
+    static bool is_bounded(const Cell& cell) { return std::sqrt(3.0) * cell.half <= k_reach_of_distance * cell.distance; }
+    std::uint16_t stored(const Cell& cell) const
     {
         // Within the band, or too near for a bound: nobody reads how near.
-        const bool near = m.distance + std::sqrt(3.0) * half < band_ || !is_bounded(m, half);
-        return model::encode_bound(near ? 0 : m.distance, half, m.inside);
+        const bool near = cell.distance + std::sqrt(3.0) * cell.half < band_ || !is_bounded(cell);
+        return model::encode_bound(near ? 0 : cell.distance, cell.half, cell.inside);
+    }
+
+    void store(std::size_t depth, std::size_t cell, model::DistanceArrays<model::ArrayData>& data) const
+    {
+        const std::size_t first = data.bounds.size(), from = levels_[depth][cell].first;
+        data.bounds.resize(first + 8);
+        for (std::size_t k = 0; k < 8; ++k) {
+            if (const Cell& eighth = levels_[depth + 1][from + k]; eighth.first == Cell::k_leaf) {
+                data.bounds[first + k] = stored(eighth);
+            } else {
+                data.bounds[first + k] = static_cast<std::uint16_t>(data.bounds.size() / 8);
+                store(depth + 1, from + k, data);
+            }
+        }
     }
 
     const mesh::Solid& solid_;
     const double least_half_, band_;
     const bool is_solid_;
+    const unsigned threads_;
+    std::vector<std::vector<Cell>> levels_;
 };
-
-std::size_t cells_below(const Cell& cell)
-{
-    std::size_t count = cell.eighths.size();
-    for (const Cell& eighth : cell.eighths) count += cells_below(eighth);
-    return count;
-}
-
-/// The eighths of a divided cell side by side, then those of each of them.
-void store(const Cell& cell, model::DistanceArrays<model::ArrayData>& data)
-{
-    const std::size_t first = data.bounds.size();
-    data.bounds.resize(first + 8);
-    for (std::size_t k = 0; k < 8; ++k) {
-        const Cell& eighth = cell.eighths[k];
-        if (eighth.eighths.empty()) {
-            data.bounds[first + k] = eighth.bound;
-        } else {
-            data.bounds[first + k] = static_cast<std::uint16_t>(data.bounds.size() / 8);
-            store(eighth, data);
-        }
-    }
-}
-
-/// The root and its eighths are divided whatever they hold, so that there is work for many threads.
-Cell grow_root(const BoundTree& tree, const model::DistanceHeader& header, unsigned threads)
-{
-    const Vec3d centre = cast<double>(model::vec3(header.root));
-    const auto half = static_cast<double>(header.half);
-    Cell root;
-    root.eighths.resize(8);
-    for (Cell& cell : root.eighths) cell.eighths.resize(8);
-    parallel::for_each(64, threads, [&](std::size_t i) {
-        const Vec3d middle = centre + 0.5 * half * eighth(i / 8) + 0.25 * half * eighth(i % 8);
-        root.eighths[i / 8].eighths[i % 8] = tree.grow(middle, 0.25 * half, 2);
-    });
-    return root;
-}
 
 }  // namespace
 
@@ -131,12 +133,9 @@ void bake_bounds(const mesh::Solid& solid, std::size_t other_bytes, unsigned thr
     for (int k = 0; k < 3; ++k) header.root[k] = data.header.sphere[k];
     const double budget = k_max_share * static_cast<double>(other_bytes) / sizeof(std::uint16_t);
     const std::size_t max_cells = std::min(model::k_max_bounds, std::max<std::size_t>(4096, static_cast<std::size_t>(budget)));
-    for (double least_half = k_least_half * data.header.r_max;; least_half *= k_coarser) {
-        const Cell root = grow_root({solid, data, least_half}, header, threads);
-        if (cells_below(root) > max_cells && least_half < static_cast<double>(header.half)) continue;
-        store(root, data.distance);
-        return;
-    }
+    BoundTree tree(solid, data, threads);
+    tree.grow({cast<double>(model::vec3(header.root)), static_cast<double>(header.half)}, max_cells);
+    tree.store(data.distance);
 }
 
 }  // namespace sqmap::bake
