@@ -9,6 +9,7 @@
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <span>
@@ -145,9 +146,73 @@ void add_paper_options(Command& command, Options& options)
                 "t_h: curvature times area between such cuts; 3 is a tube that turns by 86 degrees")
         .group(k_decomposition)
         .shows_default();
+    const auto threshold = [&](const char* name, double& value, const char* words) {
+        command.option(name, value, words).in_range(1e-3, 100).group(k_decomposition).shows_default();
+    };
+    threshold("--salient-prominence", d.salient_prominence,
+              "Least rise of a salient feature over the pass to a higher one, of mean p");
+    threshold("--locale-width", d.locale_width, "Geodesic width of a locale");
+    threshold("--protrusion-ratio", d.protrusion_ratio,
+              "Least height of a salient part over its radius at the cut; a disc has 1");
+    threshold("--boundary-concavity", d.boundary_concavity, "Least mean concavity of a salient part's border, at most 1");
+    threshold("--curvature-window", d.curvature_window,
+              "Window of the Gaussian curvature, of roots of a triangle's area (2: printed)");
+    threshold("--fragment-roundness", d.fragment_roundness, "Parts less round than this are joined to a neighbour; a disc has 1");
+    command.option("--protrusion-sources", d.protrusion_sources, "Sources of the sampled sum of eq. 4")
+        .in_range(1, 100000)
+        .group(k_decomposition)
+        .shows_default();
     command.option("--minimum-part", d.minimum_part_area, "Least area of a part").group(k_decomposition).shows_default();
     command.flag("--no-taper", options.no_taper, "Do not try tapering").group("Superquadrics (section 2 of the paper)");
     command.flag("--no-bend", options.no_bend, "Do not try bending").group("Superquadrics (section 2 of the paper)");
+}
+
+/// ROWSxCOLUMNS
+bake::GridSize grid_size(const std::string& text)
+{
+    bake::GridSize grid;
+    const char* const end = text.data() + text.size();
+    const auto rows = std::from_chars(text.data(), end, grid.rows);
+    if (rows.ec == std::errc{} && rows.ptr != end && *rows.ptr == 'x')
+        if (const auto columns = std::from_chars(rows.ptr + 1, end, grid.columns);
+            columns.ec == std::errc{} && columns.ptr == end)
+            if (grid.rows >= 5 && grid.rows <= 4096 && grid.columns >= 8 && grid.columns <= 8192) return grid;
+    throw WrongUsage("--grid", "'" + text + "' is not ROWSxCOLUMNS, 5 to 4096 rows and 8 to 8192 columns, as in 100x200");
+}
+
+/// Of section 4.1.
+void add_map_options(Command& command, bake::NormalMapOptions& map)
+{
+    const char* const k_maps = "Maps of the normal projection (section 4 of the paper)";
+    command
+        .text(
+            "--grid", [&map](const std::string& text) { map.grid = grid_size(text); },
+            "eta_d x omega_d: samples of layer 2 a part, as 100x200")
+        .group(k_maps)
+        .type_name("ROWSxCOLUMNS")
+        .shows_default("by the target error");
+    command.option("--subdivisions", map.subdivisions, "A_S: layer 3 halves the spacing of layer 2 this often")
+        .in_range(0, 5)
+        .group(k_maps)
+        .shows_default();
+    command.option("--offset-constant", map.offset_constant, "a_N of eq. 12").in_range(0, 100).group(k_maps).shows_default();
+    command
+        .option("--offset-radius", map.offset_radius,
+                "Eq. 12 takes the greatest gradient within so many samples of a minimum; 0: its own, as printed")
+        .in_range(0, 8)
+        .group(k_maps)
+        .shows_default();
+    command.option("--smoothing-radius", map.smoothing_radius, "Samples that the smoothed map takes in; 0: none")
+        .in_range(0, 8)
+        .group(k_maps)
+        .shows_default();
+    command
+        .choice<bake::SmoothingKernel>("--smoothing-kernel", map.smoothing_kernel,
+                                       {{"binomial", bake::SmoothingKernel::Binomial},
+                                        {"box", bake::SmoothingKernel::Box},
+                                        {"gaussian", bake::SmoothingKernel::Gaussian}},
+                                       "How they are weighted", "binomial|box|gaussian")
+        .group(k_maps);
 }
 
 }  // namespace
@@ -166,11 +231,6 @@ void add_bake(CommandLine& line)
     command
         .option("--target-error", options->bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
         .above_zero()
-        .shows_default();
-    command
-        .option("--subdivisions", options->bake.subdivisions,
-                "A_S of the normal projection: layer 3 halves the spacing of layer 2 this often")
-        .in_range(0, 5)
         .shows_default();
     command.option("--max-parts", options->bake.max_parts, "Most parts that cuts may make; a mesh of more pieces has more")
         .in_range(1, 1000)
@@ -192,6 +252,7 @@ void add_bake(CommandLine& line)
         .shows_default();
     add_load_options(command, options->load);
     add_paper_options(command, *options);
+    add_map_options(command, options->bake.normal);
     command.footer(
         "Exit code: 0 written (it says so first where the target error was not reached or layer 3 errs), 2 mesh refused or model "
         "not written, 64 wrong "

@@ -110,11 +110,32 @@ void check_partition(const decompose::Partition& partition, const mesh::Mesh& me
     if (std::find(used.begin(), used.end(), 0) != used.end()) throw mesh::InvalidInput("the partition has an empty part");
 }
 
+/// @throw mesh::InvalidInput
+void check_range(const char* name, double value, double least, double most)
+{
+    if (value >= least && value <= most) return;
+    throw mesh::InvalidInput(std::string(name) + " must be from " + std::to_string(static_cast<long>(least)) + " to " +
+                             std::to_string(static_cast<long>(most)));
+}
+
+void check(const NormalMapOptions& map)
+{
+    check_range("subdivisions", map.subdivisions, 0, 5);
+    check_range("the offset constant", map.offset_constant, 0, 100);
+    check_range("the offset radius", map.offset_radius, 0, 8);
+    check_range("the smoothing radius", map.smoothing_radius, 0, 8);
+    if (map.grid.rows == 0 && map.grid.columns == 0) return;
+    check_range("rows of the grid", map.grid.rows, 5, 4096);
+    check_range("columns of the grid", map.grid.columns, 8, 8192);
+    if ((std::max(map.grid.rows, map.grid.columns) << map.subdivisions) > 0xffff)
+        throw mesh::InvalidInput("the grid must have fewer than 65536 rows and columns after its subdivisions");
+}
+
 void check(const mesh::Mesh& mesh, const BakeOptions& options)
 {
     if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
     if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
-    if (options.subdivisions < 0 || options.subdivisions > 5) throw mesh::InvalidInput("subdivisions must be from 0 to 5");
+    check(options.normal);
     if (!(options.max_looseness >= 1))
         throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
@@ -203,8 +224,7 @@ Draft make_draft(const Subject& subject, const CentralOptions& central, const st
     draft.model = assembled(subject, draft.maps);
     if (is_normal)
         append_normal_maps(subject.solid.mesh(), subject.fitted.parts,
-                           {2.5 * central.tolerance * draft.model.header.r_max, options.subdivisions, options.threads},
-                           draft.model);
+                           {2.5 * central.tolerance * draft.model.header.r_max, options.normal, options.threads}, draft.model);
     draft.measured = measure(draft.model, subject.solid, options);
     return draft;
 }

@@ -1,6 +1,7 @@
 // From a validated mesh to a baked model: decompose, fit, map, and refine until the error is met.
 #pragma once
 
+#include "sqmap/bake/normal_map_options.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/mesh.h"
@@ -20,12 +21,10 @@ struct BakeOptions {
     double max_looseness = 1.3;  ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;   ///< or while more than this share of its area is hidden from its projection
     double split_gain = 0.05;    ///< a split stays if it saves this share of the part's cost
-    /// A_S of section 4.2, 0 to 5, normal projection: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps with few
-    /// samples take less: the base grid keeps 5 rows at least.
-    int subdivisions = 1;
-    bool exact = true;     ///< store the exact layer
-    double band = 5;       ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
-    unsigned threads = 0;  ///< 0: one a core; the result does not depend on it
+    NormalMapOptions normal{};   ///< of the normal projection; its target_error is taken from the one above
+    bool exact = true;           ///< store the exact layer
+    double band = 5;             ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
+    unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
     /// Parts that are taken as they are, edited by hand: neither cut, split nor joined. Of the mesh's own triangles, labels below
     /// part_count, none empty; outlives the call. Null: found as section 3 says.

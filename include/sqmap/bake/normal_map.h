@@ -1,6 +1,7 @@
 // Baking the paper's own map: distances along the superquadric's inward normals (section 4.1, steps 2 and 3).
 #pragma once
 
+#include "sqmap/bake/normal_map_options.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/normal_map.h"
@@ -59,20 +60,6 @@ public:
 private:
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
-};
-
-/// Lengths are relative to the superquadric's largest semi-axis.
-struct NormalMapOptions {
-    double target_error = 2e-3;         ///< bounds the 99th percentile of what linear interpolation misses within one sheet
-    int min_level = 4;                  ///< finest grid at least 2^level + 1 by 2^(level + 1)
-    int max_level = 7;                  ///< and at most
-    int subdivisions = 1;               ///< A_S: the base grid of layer 2 is coarser by 2^A_S
-    double offset_constant = 1.5;       ///< a_N of eq. 12
-    int smoothing_radius = 1;           ///< of the binomial kernel that smooths the map, in base samples; 0: none
-    bool corrections = true;            ///< step 3
-    bool gaps = true;                   ///< openings behind the first surface (beyond the paper)
-    double correction_threshold = 0.1;  ///< vertices closer to the map than this share of target_error add nothing
-    double jump_slope = 1.5;            ///< samples whose distances differ by more than this per length are probed for a jump
 };
 
 /// What was measured while baking. Shares are of grid samples unless said otherwise.

@@ -51,20 +51,20 @@ struct Caster {
     }
 };
 
-// One level of samples: 2^level + 1 rows by 2^(level + 1) columns.
 struct Grid {
     int rows = 0, columns = 0;
     std::vector<Surface> samples;
 
-    explicit Grid(int level) : rows((1 << level) + 1), columns(2 << level), samples(static_cast<std::size_t>(rows) * columns) {}
+    Grid(int r, int c) : rows(r), columns(c), samples(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns)) {}
+    explicit Grid(int level) : Grid((1 << level) + 1, 2 << level) {}
     std::size_t index(int i, int j) const { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; }
     const Surface& at(int i, int j) const { return samples[index(i, j)]; }
     Angles angles(double i, double j) const { return {k_pi * (i / (rows - 1) - 0.5), 2 * k_pi * j / columns - k_pi}; }
 };
 
-Grid cast_level(const Caster& caster, int level, const Grid* coarser)
+// coarser: of half as many samples along each axis, whose rays are not cast again; or null.
+Grid cast_grid(const Caster& caster, Grid grid, const Grid* coarser)
 {
-    Grid grid(level);
     for (int i = 0; i < grid.rows; ++i)
         for (int j = 0; j < grid.columns; ++j) {
             Surface& s = grid.samples[grid.index(i, j)];
@@ -176,8 +176,8 @@ Vec3d surface_normal(const Caster& caster, const Grid& grid, const std::vector<s
     return dot(n, face) > 0 ? n : face;
 }
 
-// Eq. 12 as corrected (errata 8): at local minima of the base grid, the greatest gradient of the one-ring.
-std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, double constant)
+// Eq. 12: at local minima of the base grid. Their own gradient is next to nothing (errata 8), so the greatest within a radius.
+std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, const NormalMapOptions& options)
 {
     const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
     const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
@@ -209,22 +209,41 @@ std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride
             const Surface& here = at(i, j);
             if (here.kind != Kind::Hit) continue;
             bool minimum = true;
-            double steepest = 0;
             for (int di = -1; di <= 1 && minimum; ++di)
                 for (int dj = -1; dj <= 1; ++dj) {
                     const Surface& s = at(i + di, j + dj);
                     if (s.kind == Kind::Cap || (s.kind == Kind::Hit && s.distance < here.distance)) minimum = false;
-                    if (s.kind == Kind::Hit) steepest = std::max(steepest, gradient(i + di, j + dj));
                 }
-            if (minimum) out[index(i, j)] = constant * spacing * steepest;
+            if (!minimum) continue;
+            double steepest = 0;
+            const int radius = options.offset_radius;
+            for (int k = std::max(i - radius, 0); k <= std::min(i + radius, rows - 1); ++k)
+                for (int dj = -radius; dj <= radius; ++dj)
+                    if (at(k, j + dj).kind == Kind::Hit) steepest = std::max(steepest, gradient(k, j + dj));
+            out[index(i, j)] = options.offset_constant * spacing * steepest;
         }
     return out;
 }
 
-// The base grid convolved with a binomial kernel (section 6: force fields are smoothed by smoothing the map), and the
-// normals of what comes out, by eq. 26. Samples next to a jump, a cap or a miss, and the poles, stay as they are.
-void add_smoothing(const Caster& caster, const Grid& finest, double jump_slope, int radius, NormalMap& map)
+// Weights at 0 to radius samples from the middle.
+std::vector<double> kernel_of(SmoothingKernel kernel, int radius)
 {
+    std::vector<double> weights(static_cast<std::size_t>(radius) + 1, 1.0);
+    for (int d = 1; d <= radius; ++d) {
+        double& weight = weights[static_cast<std::size_t>(d)];
+        if (kernel == SmoothingKernel::Binomial)  // C(2 r, r + d) over C(2 r, r)
+            weight = weights[static_cast<std::size_t>(d) - 1] * (radius - d + 1) / (radius + d);
+        if (kernel == SmoothingKernel::Gaussian) weight = std::exp(-2.0 * d * d / (radius * radius));
+    }
+    return weights;
+}
+
+// The base grid convolved with a kernel (section 6: force fields are smoothed by smoothing the map), and the normals of what
+// comes out, by eq. 26. Samples next to a jump, a cap or a miss, and the poles, stay as they are.
+void add_smoothing(const Caster& caster, const Grid& finest, const NormalMapOptions& options, NormalMap& map)
+{
+    const std::vector<double> kernel = kernel_of(options.smoothing_kernel, options.smoothing_radius);
+    const int radius = static_cast<int>(kernel.size()) - 1;
     const int stride = 1 << map.subdivisions;
     const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
     const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
@@ -241,9 +260,11 @@ void add_smoothing(const Caster& caster, const Grid& finest, double jump_slope, 
             for (int di = -radius; di <= radius && whole; ++di)
                 for (int dj = -radius; dj <= radius && whole; ++dj) {
                     const Surface& there = at(i + di, j + dj);
-                    const double weight = std::ldexp(1.0, -std::abs(di) - std::abs(dj));
-                    whole = there.kind == Kind::Hit && std::abs(there.distance - here.distance) <=
-                                                           jump_slope * norm(points[index(i, j)] - points[index(i + di, j + dj)]);
+                    const double weight =
+                        kernel[static_cast<std::size_t>(std::abs(di))] * kernel[static_cast<std::size_t>(std::abs(dj))];
+                    whole = there.kind == Kind::Hit &&
+                            std::abs(there.distance - here.distance) <=
+                                options.jump_slope * norm(points[index(i, j)] - points[index(i + di, j + dj)]);
                     sum += weight * there.distance;
                     weights += weight;
                 }
@@ -518,12 +539,17 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     const double target = options.target_error * largest_axis(sq);
 
     int level = options.min_level;
-    Grid grid = cast_level(caster, level, nullptr);
+    const GridSize base = options.grid;
+    Grid grid =
+        cast_grid(caster,
+                  base.is_chosen() ? Grid(((base.rows - 1) << options.subdivisions) + 1, base.columns << options.subdivisions)
+                                   : Grid(level),
+                  nullptr);
     std::vector<std::uint8_t> cuts = find_cuts(caster, grid, options.jump_slope);
     InterpolationError error = measure_interpolation(caster, grid, cuts);
-    while (error.p99 > target && level < options.max_level) {
+    while (!base.is_chosen() && error.p99 > target && level < options.max_level) {
         ++level;
-        grid = cast_level(caster, level, &grid);
+        grid = cast_grid(caster, Grid(level), &grid);
         cuts = find_cuts(caster, grid, options.jump_slope);
         error = measure_interpolation(caster, grid, cuts);
     }
@@ -535,7 +561,8 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
 
     map.eta_count = static_cast<std::uint32_t>(grid.rows);
     map.omega_count = static_cast<std::uint32_t>(grid.columns);
-    map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, level - 2));
+    const int most = base.is_chosen() ? options.subdivisions : level - 2;
+    map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, most));
     map.rows.resize(map.eta_count);
     map.columns.resize(map.omega_count);
     model::grid_arcs(map.superquadric, map.rows, map.columns);
@@ -566,13 +593,13 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     for (std::size_t k = 0; k < cuts.size(); ++k)
         map.cuts[k / 4] = static_cast<std::uint8_t>(map.cuts[k / 4] | cuts[k] << (2 * (k % 4)));
 
-    const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options.offset_constant);
+    const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options);
     const double largest_delta = *std::max_element(delta.begin(), delta.end());
     map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / 255 * (1 + 1e-6) : 1.0);
     for (const double d : delta)
         map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
 
-    add_smoothing(caster, grid, options.jump_slope, std::max(options.smoothing_radius, 0), map);
+    add_smoothing(caster, grid, options, map);
 
     map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());
     if (options.corrections) add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);

@@ -54,8 +54,7 @@ void append_normal_maps(const mesh::Mesh& mesh, std::span<const MeasuredPart> pa
     std::vector<NormalMap> maps(parts.size());
     parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
         const shape::Superquadricd& sq = parts[i].fitted.fit.superquadric;
-        NormalMapOptions normal;
-        normal.subdivisions = options.subdivisions;
+        NormalMapOptions normal = options.map;
         normal.target_error = options.target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
         maps[i] = bake_normal_map(rays, parts[i].fitted.patch.triangles, sq, normal);
     });

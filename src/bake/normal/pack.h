@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bake/parts/part.h"
+#include "sqmap/bake/normal_map_options.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model_data.h"
 
@@ -11,7 +12,7 @@ namespace sqmap::bake {
 
 struct NormalMapsOptions {
     double target_error = 0;  ///< of linear interpolation within one sheet, 99th percentile, model units
-    int subdivisions = 1;     ///< A_S: the base grid of layer 2 is coarser by 2^A_S
+    NormalMapOptions map{};   ///< but for its target_error
     unsigned threads = 0;     ///< 0: one per core; the result does not depend on it
 };
 
