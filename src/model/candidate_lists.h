@@ -4,6 +4,7 @@
 #include "sqmap/math/assert.h"
 #include "sqmap/model/model.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -18,9 +19,10 @@ inline constexpr std::uint32_t k_no_candidates = 0xffffffffu;
 /// buried one is among them. Empty where there are too many to list: all of the mesh are tried.
 struct CandidateList {
     const std::uint16_t* table;  ///< of the brick's triangles: two values each, the low one first, if wide
-    const std::uint16_t* refs;   ///< indices into it: two in a value, the low one first, if narrow; null: all of the table
+    const std::uint16_t* refs;   ///< indices into it, of so many bits each, lowest first; null: all of the table
     std::uint32_t first, count;  ///< of refs
-    bool wide, narrow;
+    std::uint32_t bits;          ///< of a ref
+    bool wide;
 
     [[nodiscard]] constexpr std::uint32_t operator[](std::uint32_t i) const
     {
@@ -30,18 +32,16 @@ struct CandidateList {
     /// n of them from i on.
     constexpr void read(std::uint32_t i, std::uint32_t n, std::int32_t* out) const
     {
-        if (wide || refs == nullptr) {
+        if (wide || refs == nullptr)
             for (std::uint32_t k = 0; k < n; ++k) out[k] = static_cast<std::int32_t>((*this)[i + k]);
-        } else if (narrow) {
-            for (std::uint32_t k = 0, at = first + i; k < n; ++k, ++at)
-                out[k] = table[(refs[at >> 1] >> (8 * (at & 1u))) & 0xffu];
-        } else {
-            for (std::uint32_t k = 0, at = first + i; k < n; ++k, ++at) out[k] = table[refs[at]];
-        }
+        else
+            for (std::uint32_t k = 0; k < n; ++k) out[k] = table[ref(first + i + k)];
     }
     [[nodiscard]] constexpr std::uint32_t ref(std::uint32_t at) const
     {
-        return narrow ? (refs[at >> 1] >> (8 * (at & 1u))) & 0xffu : refs[at];
+        const std::uint32_t bit = at * bits;
+        const std::uint16_t* value = refs + (bit >> 4);
+        return ((value[0] | std::uint32_t{value[1]} << 16) >> (bit & 15u)) & ((1u << bits) - 1);
     }
     [[nodiscard]] constexpr std::uint32_t triangle(std::uint32_t at) const
     {
@@ -53,8 +53,8 @@ struct CandidateList {
 constexpr bool has_wide_candidates(std::size_t triangles) { return triangles > 0x10000; }
 
 /// A brick's record: which of its cells are not Free, one bit each; how many triangles it has; where each such cell's refs start,
-/// and where the last ones end; the triangles; the refs, bytes where there are 256 triangles or fewer. A cell without refs has
-/// all triangles of the brick.
+/// and where the last ones end; the triangles; the refs, of as many bits as the triangles need. A cell without refs has all
+/// triangles of the brick.
 struct CandidateRecord {
     std::uint64_t occupied;
     std::uint32_t triangles;
@@ -68,14 +68,13 @@ struct CandidateRecord {
 
     constexpr std::uint32_t cells() const { return static_cast<std::uint32_t>(std::popcount(occupied)); }
     constexpr std::uint32_t ref_count() const { return starts[cells()]; }
-    constexpr bool is_narrow() const { return is_narrow(triangles); }
     /// Values before the refs, and all of them.
     constexpr std::size_t head_size() const { return k_head + cells() + 1 + std::size_t{triangles} * (wide ? 2 : 1); }
     constexpr std::size_t size() const { return head_size() + ref_size(ref_count(), triangles); }
-    constexpr CandidateList all() const { return {table, nullptr, 0, triangles, wide, false}; }
+    constexpr CandidateList all() const { return {table, nullptr, 0, triangles, 0, wide}; }
     constexpr CandidateList of_refs(std::uint32_t from, std::uint32_t count) const
     {
-        return {table, refs, from, count, wide, is_narrow()};
+        return {table, refs, from, count, ref_bits(triangles), wide};
     }
     /// cell: from 0 to 63 in its brick, 0 of a deep one. @pre the cell is not Free
     constexpr CandidateList of_cell(std::uint32_t cell) const
@@ -85,10 +84,14 @@ struct CandidateRecord {
         return start[0] == start[1] ? all() : of_refs(start[0], static_cast<std::uint32_t>(start[1] - start[0]));
     }
 
-    static constexpr bool is_narrow(std::size_t triangles) { return triangles <= 256; }
+    static constexpr std::uint32_t ref_bits(std::size_t triangles)
+    {
+        return triangles > 2 ? static_cast<std::uint32_t>(std::bit_width(triangles - 1)) : 1u;
+    }
+    /// Any ref is read from two values.
     static constexpr std::size_t ref_size(std::size_t refs, std::size_t triangles)
     {
-        return is_narrow(triangles) ? (refs + 1) / 2 : refs;
+        return refs > 0 ? (refs - 1) * ref_bits(triangles) / 16 + 2 : 0;
     }
 };
 constexpr CandidateRecord candidate_record(const std::uint16_t* values, bool wide)
@@ -132,9 +135,14 @@ constexpr void pack_candidates(const UnpackedCandidates& r, bool wide, std::uint
         put(t);
         if (wide) put(t >> 16);
     }
-    const bool narrow = CandidateRecord::is_narrow(r.triangles.size());
-    for (std::size_t i = 0; i < r.refs.size(); i += narrow ? 2 : 1)
-        put(r.refs[i] | (narrow && i + 1 < r.refs.size() ? r.refs[i + 1] << 8 : 0));
+    const std::uint32_t bits = CandidateRecord::ref_bits(r.triangles.size());
+    std::fill(out, out + CandidateRecord::ref_size(r.refs.size(), r.triangles.size()), std::uint16_t{0});
+    for (std::size_t i = 0; i < r.refs.size(); ++i) {
+        std::uint16_t* value = out + (i * bits >> 4);
+        const std::uint32_t shifted = r.refs[i] << (i * bits & 15u);
+        value[0] = static_cast<std::uint16_t>(value[0] | shifted);
+        value[1] = static_cast<std::uint16_t>(value[1] | shifted >> 16);
+    }
 }
 
 }  // namespace sqmap::model

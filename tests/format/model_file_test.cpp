@@ -706,7 +706,11 @@ const Lie k_lies[] = {
          for (std::size_t i = stored_near(m) + model::CandidateRecord::k_head; i < m.near.size(); ++i) m.near[i] = 0xffff;
      }},
     {"near_triangles_beyond_end", [](ModelData& m) { m.near[stored_near(m) + 4] = 0xffff; }},
-    {"near_triangle_of_no_table", [](ModelData& m) { m.near.back() = 0xffff; }},
+    {"near_triangle_of_no_table",
+     [](ModelData& m) {
+         const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);
+         m.near[static_cast<std::size_t>(r.refs - m.near.data())] = 0xffff;
+     }},
     {"near_triangle_that_is_none",
      [](ModelData& m) {
          const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);

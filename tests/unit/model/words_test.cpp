@@ -198,7 +198,7 @@ TEST(Words, ARecordOfCandidatesReadsBackAsItsLists)
 {
     test::Random random(7);
     for (const bool wide : {false, true})
-        for (const std::uint32_t triangles : {3u, 256u, 257u, 900u}) {
+        for (const std::uint32_t triangles : {1u, 2u, 3u, 128u, 129u, 257u, 900u, 60000u}) {
             std::vector<std::uint32_t> table(triangles), starts{0}, refs;
             for (std::uint32_t& t : table) t = random.below(wide ? 200000u : 60000u);
             std::vector<std::uint32_t> cells;
