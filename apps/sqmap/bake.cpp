@@ -147,7 +147,7 @@ void add_paper_options(Command& command, Options& options)
         .group(k_decomposition)
         .shows_default();
     const auto threshold = [&](const char* name, double& value, const char* words) {
-        command.option(name, value, words).in_range(1e-3, 100).group(k_decomposition).shows_default();
+        command.option(name, value, words).in_range(1e-3, 1e6).group(k_decomposition).shows_default();
     };
     threshold("--salient-prominence", d.salient_prominence,
               "Least rise of a salient feature over the pass to a higher one, of mean p");
@@ -158,6 +158,18 @@ void add_paper_options(Command& command, Options& options)
     threshold("--curvature-window", d.curvature_window,
               "Window of the Gaussian curvature, of roots of a triangle's area (2: printed)");
     threshold("--fragment-roundness", d.fragment_roundness, "Parts less round than this are joined to a neighbour; a disc has 1");
+    command
+        .choice<decompose::Cutting>(
+            "--cuts", d.cutting, {{"passes", decompose::Cutting::Passes}, {"printed", decompose::Cutting::Printed}},
+            "passes: parts, then bends, along creases; printed: both tests locale by locale", "passes|printed")
+        .group(k_decomposition);
+    command
+        .choice<decompose::CurvatureMean>("--mean-curvature", d.curvature_mean,
+                                          {{"area", decompose::CurvatureMean::Area}, {"count", decompose::CurvatureMean::Count}},
+                                          "Of the printed test: weighted by area, or over the points as printed", "area|count")
+        .group(k_decomposition);
+    threshold("--printed-strength", d.printed_strength, "Boundary Strength that makes a printed cut; on a plane it is 1");
+    threshold("--printed-curvature", d.printed_curvature, "t_h of a printed cut: |mean curvature| times the surface area");
     command.option("--protrusion-sources", d.protrusion_sources, "Sources of the sampled sum of eq. 4")
         .in_range(1, 100000)
         .group(k_decomposition)

@@ -5,6 +5,7 @@
 #include "cut.h"
 #include "geodesic.h"
 #include "partition.h"
+#include "printed_cuts.h"
 #include "saliency.h"
 
 #include <algorithm>
@@ -104,9 +105,13 @@ public:
         for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_,
                                              {options_.salient_window * root_area_, options_.salient_prominence}))
             out.salient_vertices.push_back(v);
-        cut_salient(out.salient_vertices);
-        cut_bends();
-        merge_fragments();
+        if (options_.cutting == Cutting::Printed) {
+            cut_as_printed({surface_, geodesics_, curvature_, out.salient_vertices, least_area_, width_}, options_, partition_);
+        } else {
+            cut_salient(out.salient_vertices);
+            cut_bends();
+            merge_fragments();
+        }
         order_by_area(surface_, partition_);
         out.partition = partition_;
         return out;

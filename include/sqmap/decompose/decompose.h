@@ -34,6 +34,18 @@ enum class ProtrusionSum : std::uint8_t {
     Exact,    ///< over every triangle: quadratic cost
 };
 
+/// How the two tests of section 3 lead to cuts.
+enum class Cutting : std::uint8_t {
+    Passes,   ///< protruding parts, then bends, each along the best crease near the locale
+    Printed,  ///< step 3 as printed: both tests at each locale, from each salient feature on, cut along the locale
+};
+
+/// Mean curvature of a locale's hyperbolic points in the printed test.
+enum class CurvatureMean : std::uint8_t {
+    Area,   ///< weighted by area: does not depend on the triangles' sizes
+    Count,  ///< as printed: over the dual vertices
+};
+
 /// Thresholds of section 3, whose values the paper does not state. Lengths are fractions of sqrt(surface area), areas of
 /// the surface area, so that every default is free of scale.
 struct DecomposeOptions {
@@ -56,6 +68,10 @@ struct DecomposeOptions {
     double fragment_roundness = 0.5;        ///< a part whose 4 pi area is less than this share of its border's length
                                             ///< squared is a fragment; a disc has 1
     std::uint32_t max_parts = 24;           ///< no more cuts beyond this
+    Cutting cutting = Cutting::Passes;
+    CurvatureMean curvature_mean = CurvatureMean::Area;  ///< Printed
+    double printed_strength = 3;     ///< Printed: least difference of the areas of consecutive locales; on a plane it is 1
+    double printed_curvature = 300;  ///< Printed: t_h, least |mean curvature of hyperbolic points| times the surface area
 };
 
 /// What decompose() saw on the way, for pictures and reports.

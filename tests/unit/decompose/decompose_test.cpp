@@ -349,5 +349,53 @@ INSTANTIATE_TEST_SUITE_P(Animals, SharedMesh,
                                          "bull_7154.obj", "armadillo_10000.obj", "hand_9344.obj", "hand_9556.obj"),
                          [](const auto& test) { return std::string(test.param, std::string(test.param).find('.')); });
 
+std::uint32_t printed_parts(const mesh::Mesh& m, double strength, double curvature, CurvatureMean mean = CurvatureMean::Area)
+{
+    DecomposeOptions options;
+    options.cutting = Cutting::Printed;
+    options.printed_strength = strength;
+    options.printed_curvature = curvature;
+    options.curvature_mean = mean;
+    const Partition p = decompose(m, options);
+    std::vector<double> area(p.part_count, 0.0);
+    for (std::uint32_t t = 0; t < m.triangles.size(); ++t) area[p.part_of_triangle[t]] += mesh::triangle_area(m, t);
+    const double all = std::accumulate(area.begin(), area.end(), 0.0);
+    EXPECT_GE(*std::min_element(area.begin(), area.end()), options.minimum_part_area * all * 0.999);
+    return p.part_count;
+}
+
+constexpr double k_never = 1e9;
+
+TEST(PrintedCuts, EitherTestAloneCutsAndNoneCutsNothing)
+{
+    const mesh::Mesh m = model_space(beast());
+    EXPECT_EQ(printed_parts(m, k_never, k_never), 1u);
+    EXPECT_GE(printed_parts(m, 2, k_never), 3u) << "where limbs meet the body locales grow";
+    EXPECT_GE(printed_parts(m, k_never, 300), 3u) << "and the surface is hyperbolic";
+    EXPECT_EQ(printed_parts(model_space(mesh::sphere(1, 4)), 3, 300), 1u);
+}
+
+// Section 3.3: a trunk, whose locales are all alike, is cut by curvature alone.
+TEST(PrintedCuts, ABentTubeIsCutByCurvatureAlone)
+{
+    const mesh::Mesh tube = model_space(mesh::polygonized(
+        {{{{-1, 0, 0}, {0, 0, 0}, 0.2, 0.2}, {{0, 0, 0}, {0.4, 0, 0.3}, 0.2, 0.2}, {{0.4, 0, 0.3}, {0.5, 0, 1.3}, 0.2, 0.2}},
+         0.03},
+        0.05));
+    EXPECT_EQ(printed_parts(tube, 3, k_never), 1u);
+    EXPECT_GE(printed_parts(tube, 3, 10), 2u);
+}
+
+// A mean over points is pulled to where triangles are small; by area it is not.
+TEST(PrintedCuts, TheMeanCurvatureByAreaAndOverThePointsAreTwoTests)
+{
+    const mesh::Mesh m = model_space(beast());
+    std::vector<double> cut[2];
+    for (const double curvature : {50., 100., 150., 200., 300., 400., 600., 800.})
+        for (const CurvatureMean mean : {CurvatureMean::Area, CurvatureMean::Count})
+            cut[mean == CurvatureMean::Count ? 1 : 0].push_back(printed_parts(m, k_never, curvature, mean));
+    EXPECT_NE(cut[0], cut[1]);
+}
+
 }  // namespace
 }  // namespace sqmap::decompose
