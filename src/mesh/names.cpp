@@ -59,6 +59,8 @@ const char* name_of(RepairKind kind) noexcept
             return "stitched_edges";
         case RepairKind::DroppedWalls:
             return "inner_walls";
+        case RepairKind::DroppedFaces:
+            return "dropped_faces";
         case RepairKind::CutEdges:
             return "cut_edges";
         case RepairKind::DroppedSheets:

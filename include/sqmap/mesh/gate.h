@@ -60,6 +60,7 @@ enum class RepairKind : std::uint8_t {
     Thickened,
     Stitched,
     DroppedWalls,
+    DroppedFaces,
     CutEdges,
     DroppedSheets,
 };

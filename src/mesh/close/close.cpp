@@ -46,6 +46,7 @@ Closing close(Surface surface, const CloseOptions& options)
     const Resolved resolved = resolve_edges(surface);
     note(RepairKind::Reoriented, resolved.turned_faces);
     note(RepairKind::DroppedWalls, resolved.wall_faces);
+    note(RepairKind::DroppedFaces, resolved.stuck_faces);
     note(RepairKind::CutEdges, resolved.cut_edges);
     const std::size_t budget = std::max(2 * surface.faces.size(), k_least_made);
     const std::uint32_t filled = fill_holes(surface, options.refine ? budget : 0);

@@ -12,6 +12,7 @@
 namespace sqmap::mesh {
 namespace {
 
+constexpr int k_passes = 4;        // each drops faces that the one before could not take apart
 constexpr double k_unseen = 0.01;  // share of rays: what fewer leave is within the solid
 
 /// Regions over two-faced edges, faces turned to agree; where a region has one side only it is torn.
@@ -123,31 +124,30 @@ void pair_rest(const Surface& surface, const std::vector<double>& one_sided, std
     });
 }
 
-}  // namespace
-
-Resolved resolve_edges(Surface& surface)
+/// Turns regions to the outside, drops walls; how different the two sides of each face's region are in what sees them.
+std::vector<double> look(Surface& surface, std::vector<std::uint32_t>& region, Resolved& out)
 {
-    Resolved out;
-    std::vector<std::uint32_t> region = agreed(surface, out.turned_faces);
-    std::vector<double> one_sided(surface.faces.size(), 0);
-    if (has_crowded_edge(surface)) {
-        std::vector<Seen> seen = seen_from_outside(surface, region);
-        out.wall_faces = drop_walls(surface, region, seen);
-        if (out.wall_faces > 0) {
-            region = agreed(surface, out.turned_faces);
-            seen = seen_from_outside(surface, region);
-        }
-        out.turned_faces += turn_to_outside(surface, region, seen);
-        one_sided.assign(surface.faces.size(), 0);
-        for (std::size_t f = 0; f < surface.faces.size(); ++f) {
-            const Seen& s = seen[region[f]];
-            one_sided[f] = s.front + s.back > 0 ? std::abs(s.front - s.back) / (s.front + s.back) : 0;
-        }
+    std::vector<Seen> seen = seen_from_outside(surface, region);
+    const std::uint64_t walls = drop_walls(surface, region, seen);
+    if (walls > 0) {
+        out.wall_faces += walls;
+        region = agreed(surface, out.turned_faces);
+        seen = seen_from_outside(surface, region);
     }
-    Orientation orientation;
-    orientation.region = region;
-    std::vector<std::uint32_t> mate = paired(surface, orientation).mate;
-    pair_rest(surface, one_sided, mate);
+    out.turned_faces += turn_to_outside(surface, region, seen);
+    std::vector<double> one_sided(surface.faces.size(), 0);
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const Seen& s = seen[region[f]];
+        one_sided[f] = s.front + s.back > 0 ? std::abs(s.front - s.back) / (s.front + s.back) : 0;
+    }
+    return one_sided;
+}
+
+/// Takes sides without a partner off their edge; a vertex of several fans elsewhere stays one: two holes that touch in it are
+/// filled one by one.
+std::uint64_t cut(Surface& surface, std::vector<std::uint32_t>& mate)
+{
+    std::uint64_t count = 0;
     std::vector<bool> come_apart(surface.points.size(), false);
     for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
         if (edge.size() < 2) return;
@@ -155,14 +155,50 @@ Resolved resolve_edges(Surface& surface)
         if (torn)
             for (const EdgeUse& u : edge) mate[u.half] = k_none;
         if (torn || edge.size() > 2) come_apart[edge[0].lo] = come_apart[edge[0].hi] = true;
-        for (const EdgeUse& u : edge) out.cut_edges += mate[u.half] == k_none;
+        for (const EdgeUse& u : edge) count += mate[u.half] == k_none;
     });
-    // Elsewhere a vertex of several fans stays one: two holes that touch in it are filled one by one.
     const std::vector<Face> before = surface.faces;
     split_fans(surface, mate);
     for (std::size_t f = 0; f < before.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
             if (!come_apart[before[f].v[k]]) surface.faces[f].v[k] = before[f].v[k];
+    return count;
+}
+
+/// Faces without a partner at edges that stayed crowded, as their vertices hang together elsewhere: those go.
+std::uint64_t drop_stuck(Surface& surface, const std::vector<std::uint32_t>& mate)
+{
+    std::vector<bool> stuck(surface.faces.size(), false);
+    for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
+        if (edge.size() < 2) return;
+        for (const EdgeUse& u : edge)
+            if (mate[u.half] == k_none) stuck[u.half / 3] = true;
+    });
+    std::vector<Face> kept;
+    for (std::size_t f = 0; f < surface.faces.size(); ++f)
+        if (!stuck[f]) kept.push_back(surface.faces[f]);
+    const std::uint64_t count = surface.faces.size() - kept.size();
+    surface.faces = std::move(kept);
+    return count;
+}
+
+}  // namespace
+
+Resolved resolve_edges(Surface& surface)
+{
+    Resolved out;
+    for (int pass = 0; pass < k_passes; ++pass) {
+        Orientation orientation;
+        orientation.region = agreed(surface, out.turned_faces);
+        std::vector<double> one_sided(surface.faces.size(), 0);
+        if (has_crowded_edge(surface)) one_sided = look(surface, orientation.region, out);
+        std::vector<std::uint32_t> mate = paired(surface, orientation).mate;
+        pair_rest(surface, one_sided, mate);
+        out.cut_edges += cut(surface, mate);
+        const std::uint64_t stuck = drop_stuck(surface, mate);
+        out.stuck_faces += stuck;
+        if (stuck == 0) break;
+    }
     return out;
 }
 

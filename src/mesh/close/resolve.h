@@ -8,8 +8,9 @@ namespace sqmap::mesh {
 /// What was done.
 struct Resolved {
     std::uint64_t turned_faces = 0;
-    std::uint64_t wall_faces = 0;  ///< dropped: walls within the solid, seen from neither side
-    std::uint64_t cut_edges = 0;   ///< sides of faces that found no partner: boundary now
+    std::uint64_t wall_faces = 0;   ///< dropped: walls within the solid, seen from neither side
+    std::uint64_t cut_edges = 0;    ///< sides of faces that found no partner: boundary now
+    std::uint64_t stuck_faces = 0;  ///< dropped: without a partner, and not to be cut off
 };
 
 /// Leaves faces that agree with their neighbours, two at most at an edge: regions are turned towards where they are seen from,
