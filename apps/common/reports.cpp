@@ -57,6 +57,36 @@ void print_doubt(const model::Measured& m)
                     m.missed + m.false_contacts, m.points);
 }
 
+nlohmann::ordered_json cure_json(const model::Cure& c)
+{
+    if (c.rung == model::Rung::AsItIs) return nullptr;
+    return {{"rung", c.rung == model::Rung::Closed ? "CLOSED" : "WRAPPED"},
+            {"input_to_result", {{"mean", c.from_mean}, {"p99", c.from_p99}, {"max", c.from_max}}},
+            {"result_to_input", {{"mean", c.to_mean}, {"p99", c.to_p99}, {"max", c.to_max}}},
+            {"made_up_share", c.made_up_share}};
+}
+
+const char* rung_suffix(const model::Cure& c)
+{
+    switch (c.rung) {
+        case model::Rung::Closed:
+            return ", CLOSED";
+        case model::Rung::Wrapped:
+            return ", WRAPPED";
+        case model::Rung::AsItIs:
+            break;
+    }
+    return "";
+}
+
+void print_cure(const model::Cure& c)
+{
+    if (c.rung == model::Rung::AsItIs) return;
+    std::printf("  moved: from the file mean %.3g, p99 %.3g, max %.3g; to the file mean %.3g, p99 %.3g, max %.3g\n", c.from_mean,
+                c.from_p99, c.from_max, c.to_mean, c.to_p99, c.to_max);
+    std::printf("  made up: %.3g %% of the area\n", 100 * c.made_up_share);
+}
+
 void print_measured(const model::Measured& m)
 {
     if (m.points == 0) return;

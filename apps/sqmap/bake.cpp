@@ -106,7 +106,9 @@ int run(const Options& o)
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
             std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
         if (loaded.refused()) return 2;
-        bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, bake_options(o));
+        bake::BakeOptions options = bake_options(o);
+        options.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
+        bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, options);
         write(baked, o);
         print(baked, o);
         return 0;

@@ -105,6 +105,7 @@ ordered_json model_json(const model::ModelView& m, const io::SectionBytes& bytes
                     {"distance", bytes.distance},
                     {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
     out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
+    out["cure"] = cure_json(m.cure);
     out["measured"] = measured_json(m.measured);
     out["parts"] = ordered_json::array();
     for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
@@ -115,9 +116,10 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
 {
     const bool central = is_central(m);
     print_doubt(m.measured);
-    std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s\n", name.c_str(), m.parts.size(),
+    std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s%s\n", name.c_str(), m.parts.size(),
                 central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
-                std::string(m.source).c_str());
+                std::string(m.source).c_str(), rung_suffix(m.cure));
+    print_cure(m.cure);
     std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n", bytes.total,
                 bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
                 bytes.exact + (central ? 0 : bytes.map), bytes.mesh, bytes.distance);

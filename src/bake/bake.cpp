@@ -7,6 +7,7 @@
 #include "bake/distance/distance.h"
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/locator.h"
+#include "bake/locator/made_up.h"
 #include "bake/normal/cells.h"
 #include "bake/normal/pack.h"
 #include "bake/parts/refinement.h"
@@ -141,6 +142,8 @@ void check(const mesh::Mesh& mesh, const BakeOptions& options)
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
     if (!(options.band >= 0 && options.band <= 100)) throw mesh::InvalidInput("the band must be from 0 to 100 percent of R_max");
     if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
+    if (!options.cured.made_up.empty() && options.cured.made_up.size() != mesh.triangles.size())
+        throw mesh::InvalidInput("what is made up is of another mesh");
     if (options.partition != nullptr) check_partition(*options.partition, mesh);
 }
 
@@ -278,6 +281,12 @@ void bake_cells(const Subject& subject, model::ModelData& data)
     take_cells(led, data);
 }
 
+model::Cure stored(const Cured& cured)
+{
+    const mesh::Distances &from = cured.deviation.input_to_result, &to = cured.deviation.result_to_input;
+    return {cured.rung, from.mean, from.p99, from.max, to.mean, to.p99, to.max, cured.deviation.made_up_share};
+}
+
 /// Percent of the surface that its part's projection does not see first.
 double hidden_percent(const std::vector<MeasuredPart>& parts)
 {
@@ -290,6 +299,13 @@ double hidden_percent(const std::vector<MeasuredPart>& parts)
 }
 
 }  // namespace
+
+Cured cured(mesh::Admission verdict, std::span<const std::uint8_t> made_up, const std::optional<mesh::Deviation>& deviation)
+{
+    if (verdict != mesh::Admission::Closed && verdict != mesh::Admission::Wrapped) return {};
+    return {verdict == mesh::Admission::Closed ? model::Rung::Closed : model::Rung::Wrapped, made_up,
+            deviation.value_or(mesh::Deviation{})};
+}
 
 mesh::Mesh model_space(const mesh::Mesh& mesh)
 {
@@ -329,6 +345,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     lap("map");
     bake_cells(subject, draft.model);
     lap("locate");
+    mark_made_up(mesh, options.cured.made_up, draft.model);
     // Distances of a normal model are its triangles'.
     if (options.projection != model::Projection::Normal || options.exact)
         bake_distance(solid, options.band, options.threads, draft.model);
@@ -337,6 +354,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     measure_layers(draft.model, solid, draft.measured);
     draft.measured.q2_share = hidden_percent(parts.parts);
     draft.model.measured = draft.measured;
+    draft.model.cure = stored(options.cured);
     draft.model.mesh_hash = mesh::content_hash(input);
     result.report.target_met = draft.measured.depth_p99 <= options.target_error && !model::is_doubtful(draft.measured);
     progress("measure", 1);

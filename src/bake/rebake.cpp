@@ -7,6 +7,7 @@
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/change.h"
 #include "bake/locator/locator.h"
+#include "bake/locator/made_up.h"
 #include "bake/parts/canonical.h"
 #include "bake/parts/fit.h"
 #include "model/flags.h"
@@ -353,6 +354,7 @@ model::ModelData assemble_again(const Situation& situation, const std::vector<Re
     data.made_by = before.made_by;
     data.source = before.source;
     data.options = before.options;
+    data.cure = before.cure;
     return data;
 }
 
@@ -391,6 +393,9 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     const LocatorUpdate update = update_locator({solid, situation.part_of_triangle}, locator, change, result.model);
     lap("locate");
     update_candidate_lists(solid, {before.view(), update}, locator, result.model);
+    std::vector<std::uint8_t> made_up;
+    for (const std::uint16_t word : before.triangle_part) made_up.push_back(model::is_made_up(word) ? 1 : 0);
+    mark_made_up(meshes.now, made_up, result.model);
     lap("near");
     const double band = 100 * static_cast<double>(before.distance.header.band) / before.header.r_max;
     bake_distance(solid, band, options.threads, result.model);

@@ -80,6 +80,15 @@ flatbuffers::Offset<fb::Distance> write_distance(flatbuffers::FlatBufferBuilder&
     return table.Finish();
 }
 
+flatbuffers::Offset<fb::Cure> write_cure(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
+{
+    const model::Cure& c = data.cure;
+    if (c.rung == model::Rung::AsItIs) return {};
+    const auto cells = builder.CreateVector(data.made_up_cells);
+    return fb::CreateCure(builder, static_cast<std::uint32_t>(c.rung), c.from_mean, c.from_p99, c.from_max, c.to_mean, c.to_p99,
+                          c.to_max, c.made_up_share, cells);
+}
+
 }  // namespace
 
 std::vector<std::byte> serialize(const model::ModelData& data)
@@ -90,6 +99,7 @@ std::vector<std::byte> serialize(const model::ModelData& data)
     writer.set("normal_maps", write_normal_maps(builder, data));
     model::each_array_behind_normal(writer, data);
     writer.set("distance", write_distance(builder, data));
+    writer.set("cure", write_cure(builder, data));
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
                                              m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share,

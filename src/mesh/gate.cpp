@@ -3,9 +3,11 @@
 #include "sqmap/mesh/gate.h"
 
 #include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/wrap.h"
 
 #include "clean.h"
 #include "close/close.h"
+#include "close/resolve.h"
 #include "flatness.h"
 #include "plate.h"
 #include "refuse.h"
@@ -23,6 +25,44 @@ namespace sqmap::mesh {
 namespace {
 
 constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
+
+/// What of the input bounds the solid: without polygons of which a cure kept nothing. cured: faces that are made up have none.
+Surface what_counts(const Surface& soup, const Surface& cured)
+{
+    std::vector<bool> kept;
+    for (const Face& f : cured.faces) {
+        if (f.polygon == k_none) continue;
+        if (f.polygon >= kept.size()) kept.resize(f.polygon + 1, false);
+        kept[f.polygon] = true;
+    }
+    Surface out{soup.points, soup.source, {}};
+    for (const Face& f : soup.faces)
+        if (f.polygon < kept.size() && kept[f.polygon]) out.faces.push_back(f);
+    return out;
+}
+
+Mesh scaled(const Surface& surface, double unit)
+{
+    Mesh mesh;
+    for (const Vec3d& p : surface.points) mesh.vertices.push_back(unit * p);
+    for (const Face& f : surface.faces) mesh.triangles.push_back(f.v);
+    return mesh;
+}
+
+/// For each of the canonical mesh's triangles, whether it was made up; empty for none. mesh: the same with the faces in their
+/// order.
+std::vector<std::uint8_t> made_up_of(const Mesh& canonical, const Mesh& mesh, std::span<const Face> faces)
+{
+    Mesh made{mesh.vertices, {}};
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        if (faces[f].polygon == k_none) made.triangles.push_back(mesh.triangles[f]);
+    std::vector<std::uint8_t> out;
+    if (made.triangles.empty()) return out;
+    made = canonicalized(made);  // the same vertices in the same order
+    for (const Triangle& t : canonical.triangles)
+        out.push_back(std::binary_search(made.triangles.begin(), made.triangles.end(), t) ? 1 : 0);
+    return out;
+}
 
 class Gate {
 public:
@@ -68,7 +108,6 @@ private:
     {
         const Surface cleaned = surface_;
         const std::vector<RepairNote> repairs = out_.repairs;
-        Refused first;
         try {
             check_components();
             make_shells();
@@ -77,40 +116,67 @@ private:
             return;
         } catch (Refused& refused) {
             if (!is_curable(refused.diagnosis.code)) throw;
-            first = std::move(refused);
+            first_ = std::move(refused.diagnosis);
         }
         check_cost(cleaned);
+        if (cured(repairs, [&] { fill(cleaned); })) {
+            out_.verdict = Admission::Closed;
+        } else if (options_.repair >= Repair::Wrap && cured(repairs, [&] { wrap_up(cleaned); })) {
+            out_.verdict = Admission::Wrapped;
+        } else {
+            throw Refused{first_};
+        }
+        const Surface& input = out_.verdict == Admission::Closed ? what_counts(soup, surface_) : soup;
+        out_.deviation = deviation(scaled(input, options_.unit.value_or(1.0)), out_.mesh, out_.made_up);
+    }
+
+    /// Whether a cure gives a solid; else the reason goes to the first refusal's.
+    template <class Cure>
+    bool cured(const std::vector<RepairNote>& repairs, Cure&& cure)
+    {
         reset(repairs);
         try {
-            Closing closing = close(cleaned, {diagonal_, options_.max_filled, options_.refine_fillings});
-            if (!closing.failure.empty()) refuse(first.diagnosis.code, "mesh", closing.failure, "");
-            for (const RepairNote& r : closing.notes) note(r.kind, r.count);
-            surface_ = std::move(closing.surface);
+            cure();
             check_components();
             make_shells();
             finish();
-            out_.verdict = Admission::Closed;
-            out_.deviation = deviation(result_units(soup), out_.mesh, out_.made_up);
+            return true;
         } catch (Refused& refused) {
-            if (!refused.diagnosis.message.empty()) first.diagnosis.message += "; closing it fails: " + refused.diagnosis.message;
-            throw first;
+            if (refused.diagnosis.code == Refusal::Limit) first_.cure = refused.diagnosis.cure;
+            first_.message += "; " + refused.diagnosis.message;
+        } catch (const RefusedMesh& refused) {
+            throw Refused{refused.diagnosis()};
         }
+        return false;
     }
 
-    /// Nothing but what was looked at, and these.
-    void reset(const std::vector<RepairNote>& repairs)
+    void fill(const Surface& cleaned)
     {
-        GateResult blank;
-        blank.facts = out_.facts;
-        blank.repairs = repairs;
-        out_ = std::move(blank);
+        Closing closing = close(cleaned, {diagonal_, options_.max_filled, options_.refine_fillings});
+        if (!closing.failure.empty()) refuse(first_.code, "mesh", "closing it fails: " + closing.failure, "");
+        for (const RepairNote& r : closing.notes) note(r.kind, r.count);
+        surface_ = std::move(closing.surface);
+    }
+
+    void wrap_up(const Surface& cleaned)
+    {
+        Surface oriented = cleaned;
+        if (const std::uint64_t turned = orient_outward(oriented); turned > 0) note(RepairKind::Reoriented, turned);
+        std::vector<Triangle> triangles;
+        for (const Face& f : oriented.faces) triangles.push_back(f.v);
+        const WrapResult wrapped = wrap(oriented.points, triangles, options_.wrap);
+        if (wrapped.mesh.triangles.empty()) refuse(first_.code, "mesh", "wrapping it finds no solid", "");
+        surface_ = {wrapped.mesh.vertices, std::vector<std::uint32_t>(wrapped.mesh.vertices.size(), k_none), {}};
+        for (std::size_t t = 0; t < wrapped.mesh.triangles.size(); ++t)
+            surface_.faces.push_back({wrapped.mesh.triangles[t], wrapped.made_up[t] != 0 ? k_none : 0});
+        note(RepairKind::Wrapped, surface_.faces.size());
     }
 
     /// Whether a higher rung may take what the code refuses.
     [[nodiscard]] bool is_curable(Refusal code) const
     {
         if (options_.repair < Repair::Close || options_.accept_surface || options_.thickness > 0) return false;
-        return code == Refusal::NonManifold || code == Refusal::Orient || code == Refusal::Open;
+        return code == Refusal::NonManifold || code == Refusal::Orient || code == Refusal::Open || code == Refusal::Limit;
     }
 
     void check_cost(const Surface& surface) const
@@ -122,12 +188,13 @@ private:
                    "raise the limit with --max-cured-faces, or close the mesh");
     }
 
-    [[nodiscard]] Mesh result_units(const Surface& surface) const
+    /// Nothing but what was looked at, and these.
+    void reset(const std::vector<RepairNote>& repairs)
     {
-        Mesh mesh;
-        for (const Vec3d& p : surface.points) mesh.vertices.push_back(options_.unit.value_or(1.0) * p);
-        for (const Face& f : surface.faces) mesh.triangles.push_back(f.v);
-        return mesh;
+        GateResult blank;
+        blank.facts = out_.facts;
+        blank.repairs = repairs;
+        out_ = std::move(blank);
     }
 
     /// Judged once equal vertices are one: before that, every facet of an STL file is a piece of its own.
@@ -350,19 +417,7 @@ private:
         facts.triangle_count = mesh.triangles.size();
         facts.box = box_of(mesh.vertices);
         out_.mesh = canonicalized(mesh);
-        mark_made_up(mesh);
-    }
-
-    /// mesh: the faces in their order, before it was made canonical.
-    void mark_made_up(const Mesh& mesh)
-    {
-        Mesh made{mesh.vertices, {}};
-        for (std::size_t f = 0; f < surface_.faces.size(); ++f)
-            if (surface_.faces[f].polygon == k_none) made.triangles.push_back(mesh.triangles[f]);
-        if (made.triangles.empty()) return;
-        made = canonicalized(made);  // the same vertices in the same order
-        for (const Triangle& t : out_.mesh.triangles)
-            out_.made_up.push_back(std::binary_search(made.triangles.begin(), made.triangles.end(), t) ? 1 : 0);
+        out_.made_up = made_up_of(out_.mesh, mesh, surface_.faces);
     }
 
     /// With Repair::None what would have been repaired is the verdict, by the code that names it best.
@@ -400,6 +455,7 @@ private:
     const PolygonView& in_;
     const GateOptions& options_;
     GateResult out_;
+    Diagnosis first_;  ///< what the first rungs say
     std::vector<bool> used_;
     Box box_;
     double diagonal_ = 0;

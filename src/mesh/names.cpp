@@ -65,6 +65,8 @@ const char* name_of(RepairKind kind) noexcept
             return "cut_edges";
         case RepairKind::DroppedSheets:
             return "dropped_sheets";
+        case RepairKind::Wrapped:
+            return "wrapped";
     }
     return "";
 }

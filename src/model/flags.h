@@ -16,7 +16,8 @@ enum PartFlag : std::uint32_t {
 
 /// Of triangle_part.
 enum SurfaceFlag : std::uint16_t {
-    k_part_mask = 0x3fff,
+    k_part_mask = 0x1fff,
+    k_made_up = 0x2000,  ///< nothing of the input stood there: see Cure
     k_buried = 0x4000,   ///< both sides are inside the solid: no boundary
     k_crossed = 0x8000,  ///< another triangle cuts it: of it only its pieces are boundary
 };
@@ -27,7 +28,9 @@ constexpr std::uint16_t triangle_word(std::uint32_t part, std::uint16_t flags)
     return static_cast<std::uint16_t>(part | flags);
 }
 constexpr std::uint32_t part_of(std::uint16_t triangle_word) { return triangle_word & k_part_mask; }
-constexpr std::uint16_t flags_of(std::uint16_t triangle_word) { return triangle_word & static_cast<std::uint16_t>(~k_part_mask); }
+/// What of it is boundary.
+constexpr std::uint16_t flags_of(std::uint16_t triangle_word) { return static_cast<std::uint16_t>(triangle_word & (k_buried | k_crossed)); }
+constexpr bool is_made_up(std::uint16_t triangle_word) { return (triangle_word & k_made_up) != 0; }
 constexpr bool is_buried(std::uint16_t triangle_word) { return (triangle_word & k_buried) != 0; }
 constexpr bool is_crossed(std::uint16_t triangle_word) { return (triangle_word & k_crossed) != 0; }
 

@@ -61,6 +61,13 @@ inline LocatedCell locate(const ModelView& model, Vec3f p)
     return found;
 }
 
+/// Whether what is nearest to a point in its cell may be made up. Cost: as locate. @pre view.made_up_cells is not empty
+inline bool is_made_up_at(const ModelView& view, Vec3f p)
+{
+    const LocatedCell at = locate(view, p);
+    return !at.is_free && (view.made_up_cells[at.index / 32] >> (at.index % 32) & 1u) != 0;
+}
+
 /// How far a point is below a seed's plane, model units. offset: from the centre of the seed's cell, model units.
 inline float seed_gap(const Locator& locator, Seed seed, Vec3f offset)
 {

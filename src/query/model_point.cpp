@@ -1,6 +1,8 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers, for one point.
 #include "query/point/model_point.h"
 
+#include "model/locator.h"
+
 #include "query/exact/exact_layer.h"
 #include "query/exact/probe_exact.h"
 #include "query/normal/normal_query.h"
@@ -127,6 +129,8 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
         query_located(model, {&point, 1}, options, {&contact, 1});
     else if (!far_off)
         contact = query_unlocated(model, point, options);
+    const bool marked = located || options.layer == Layer::One || options.layer == Layer::Exact || model.made_up_cells.empty();
+    if (contact.contact && !marked && model::is_made_up_at(model, point)) contact.status |= k_made_up;
     if (no_exact) contact.status |= k_no_exact;
     if (lacks_projection(model, options)) contact.status |= k_not_given;
     if (far_off || options.layer == Layer::One || model::is_normal(model)) return contact;

@@ -4,15 +4,29 @@
 #include "sqmap/bake/normal_map_options.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
+#include "sqmap/mesh/gate.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model_data.h"
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace sqmap::bake {
+
+/// What the gate did to the mesh, for the model to say.
+struct Cured {
+    model::Rung rung = model::Rung::AsItIs;
+    std::span<const std::uint8_t> made_up{};  ///< #triangles, non-zero where nothing of the input stood; empty for none
+    mesh::Deviation deviation{};
+};
+
+/// Of a mesh that the gate took; AsItIs where it was not closed or wrapped. Valid as long as made_up.
+[[nodiscard]] Cured cured(mesh::Admission verdict, std::span<const std::uint8_t> made_up,
+                          const std::optional<mesh::Deviation>& deviation);
 
 struct BakeOptions {
     model::Projection projection = model::Projection::Central;
@@ -30,6 +44,7 @@ struct BakeOptions {
     /// part_count, none empty; outlives the call. Null: found as section 3 says.
     const decompose::Partition* partition = nullptr;
     fit::FitOptions fit{};
+    Cured cured{};  ///< outlives the call
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
     std::function<void(const char* stage, double done)> progress{};
 };

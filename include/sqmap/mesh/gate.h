@@ -6,6 +6,7 @@
 #include "sqmap/mesh/deviation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/wrap.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -43,7 +44,8 @@ struct GateOptions {
     double max_filled = 0.25;                   ///< share of the area that fillings may have where a mesh is closed
     bool refine_fillings = true;                ///< fillings get points of their own, and go on from the surface around
     std::uint64_t max_cured_faces = 2'000'000;  ///< larger meshes are not closed or wrapped
-    std::uint64_t max_components = 1000;        ///< connected pieces of the surface: each becomes a part at least
+    WrapOptions wrap{};
+    std::uint64_t max_components = 1000;          ///< connected pieces of the surface: each becomes a part at least
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
@@ -63,6 +65,7 @@ enum class RepairKind : std::uint8_t {
     DroppedFaces,
     CutEdges,
     DroppedSheets,
+    Wrapped,
 };
 
 /// As printed: "welded_vertices". Never null.

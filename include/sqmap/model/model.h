@@ -78,6 +78,21 @@ struct Measured {
     double layer1_depth_p99 = 0, layer2_depth_p99 = 0;  ///< as depth_p99, of those layers; 0: not measured
 };
 
+/// How a mesh was made a solid before it was baked.
+enum class Rung : std::uint32_t {
+    AsItIs = 0,  ///< or repaired without doubt: nothing below counts
+    Closed = 1,
+    Wrapped = 2,
+};
+
+/// How far the surface moved, mesh units: means and percentiles weigh by area.
+struct Cure {
+    Rung rung = Rung::AsItIs;
+    double from_mean = 0, from_p99 = 0, from_max = 0;  ///< from the input's surface to the mesh
+    double to_mean = 0, to_p99 = 0, to_max = 0;        ///< from the mesh, without what was made up, to the input
+    double made_up_share = 0;                          ///< of the area: where nothing of the input stood
+};
+
 /// Everything a query reads, and what a reader wants to know: spans over a blob that the caller owns, which are valid as long as
 /// it is. Copyable; any number of threads may read one at a time.
 struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArrays<ArrayView>, CandidateArrays<ArrayView> {
@@ -85,7 +100,9 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
     ArrayView<Part> parts;
     NormalArrays<ArrayView> normal;  ///< empty in a model of the central projection
     DistanceArrays<ArrayView> distance;
-    Measured measured{};                        ///< by bake
+    Measured measured{};  ///< by bake
+    Cure cure{};
+    ArrayView<std::uint32_t> made_up_cells;     ///< a bit for each of locator_cells; empty where nothing was made up
     std::string_view made_by, source, options;  ///< provenance
     std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
 };

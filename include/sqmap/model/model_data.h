@@ -18,6 +18,8 @@ struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArray
     NormalArrays<ArrayData> normal;
     DistanceArrays<ArrayData> distance;
     Measured measured;
+    Cure cure;
+    ArrayData<std::uint32_t> made_up_cells;
     std::string made_by, source, options;
     std::uint64_t mesh_hash = 0;
 
@@ -34,6 +36,8 @@ struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArray
         view.header = header;
         view.locator = locator;
         view.measured = measured;
+        view.cure = cure;
+        view.made_up_cells = made_up_cells;
         view.made_by = made_by;
         view.source = source;
         view.options = options;

@@ -19,6 +19,9 @@ enum Status : std::uint8_t {
     k_coarse = 32,      ///< swept: SweptOptions::max_steps did not suffice
     k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
     k_not_given = 128,  ///< the model's projection does not give what the options name (a margin, say): answered without it
+    /// Of contacts alone, where scenes' results have k_pairs_full: the mesh was closed or wrapped, and the surface there made up.
+    /// Layer Exact: the triangle was; layers Two and Three: one of those nearest to the locator's cell was.
+    k_made_up = 16,
 };
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.

@@ -202,4 +202,19 @@ Resolved resolve_edges(Surface& surface)
     return out;
 }
 
+std::uint64_t orient_outward(Surface& surface)
+{
+    constexpr double k_clearly = 1.5, k_least = 0.02;  // times what sees the front; shares of the rays
+    std::uint64_t count = 0;
+    const std::vector<std::uint32_t> region = agreed(surface, count);
+    const std::vector<Seen> seen = seen_from_outside(surface, region);
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const Seen& s = seen[region[f]];
+        if (!(s.back > k_clearly * s.front + k_least)) continue;
+        std::swap(surface.faces[f].v[1], surface.faces[f].v[2]);
+        ++count;
+    }
+    return count;
+}
+
 }  // namespace sqmap::mesh

@@ -18,4 +18,8 @@ struct Resolved {
 /// sides differ most in what sees them; the rest is cut off. Cost: n log n, and rays where an edge has more than two faces.
 Resolved resolve_edges(Surface& surface);
 
+/// Turns faces to agree with their neighbours, and regions that are clearly seen from behind; nothing is cut or dropped. Returns
+/// how many faces were turned.
+std::uint64_t orient_outward(Surface& surface);
+
 }  // namespace sqmap::mesh

@@ -152,6 +152,7 @@ ModelContact contact_at(const ModelView& model, Vec3f point, const Nearest& near
     contact.contact = true;
     contact.certain = true;
     contact.part = static_cast<std::int32_t>(model::part_of(model.triangle_part[nearest.triangle]));
+    if (model::is_made_up(model.triangle_part[nearest.triangle])) contact.status |= k_made_up;
     contact.depth = static_cast<float>(std::sqrt(nearest.distance_sq));
     contact.point = cast<float>(nearest.point);
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.

@@ -24,7 +24,7 @@ namespace {
 
 class ExactKernel : ProbeWalk {
 public:
-    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job.caller, job.out)
+    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job)
     {
         const float size = model_.header.sphere[3];
         tie_ = 4e-12f * size * size;
@@ -267,14 +267,15 @@ private:
                 return;
             }
             const std::uint32_t triangle = list[static_cast<std::uint32_t>(entry[i])];
+            const std::uint16_t word = model_.triangle_part[triangle];
             const Vec3f normal = v[6][i] > touching_ ? Vec3f{v[3][i], v[4][i], v[5][i]} : normal_of(triangle);
             contacts_.write({{v[0][i], v[1][i], v[2][i]},
                              normal,
                              v[6][i],
                              point_[slot],
-                             static_cast<std::int16_t>(model::part_of(model_.triangle_part[triangle])),
+                             static_cast<std::int16_t>(model::part_of(word)),
                              true,
-                             k_ok});
+                             model::is_made_up(word) ? k_made_up : k_ok});
         });
     }
 

@@ -7,7 +7,9 @@
 #endif
 
 #include "math/lanes-inl.h"
+#include "model/locator.h"
 #include "query/point/caller_frame.h"
+#include "query/point/probe_job.h"
 #include "sqmap/query/probe.h"
 
 #include <algorithm>
@@ -30,9 +32,12 @@ struct ContactLanes {
 
 class ContactWriter {
 public:
-    ContactWriter(const CallerFrame& caller, std::span<Contact> out) : caller_(caller), out_(out)
+    explicit ContactWriter(const ProbeJob& job)
+        : caller_(job.caller),
+          out_(job.out),
+          cured_(job.layer == Layer::Exact || job.layer == Layer::One || job.model.made_up_cells.empty() ? nullptr : &job.model)
     {
-        result_.anchor = caller.anchor;
+        result_.anchor = job.caller.anchor;
     }
 
     const ProbeResult& result() const { return result_; }
@@ -43,7 +48,7 @@ public:
     {
         const std::size_t at = result_.contacts++;
         if (at < out_.size())
-            out_[at] = caller_.convert(contact);
+            out_[at] = caller_.convert(marked(contact));
         else
             result_.status |= k_full;
     }
@@ -57,7 +62,8 @@ public:
         const auto packed = [&](F v) { return compress(v, which); };
         const V3 point = in_caller_frame(contacts.point), normal = turned(contacts.normal);
         const F depth = hn::Mul(set(caller_.unit), contacts.depth);
-        const I ninth = hn::Or(contacts.part, hn::IfThenElseZero(hn::RebindMask(di, contacts.certain), set_int(1 << 16)));
+        I ninth = hn::Or(contacts.part, hn::IfThenElseZero(hn::RebindMask(di, contacts.certain), set_int(1 << 16)));
+        if (cured_ != nullptr) ninth = hn::Or(ninth, made_up(contacts));
         HWY_ALIGN float low[4 * k_lanes], high[4 * k_lanes];
         HWY_ALIGN std::int32_t last[k_lanes];
         hn::StoreInterleaved4(packed(point.x), packed(point.y), packed(point.z), packed(normal.x), df, low);
@@ -77,6 +83,20 @@ public:
     }
 
 private:
+    /// The status of contacts whose points lie in marked cells, where the ninth word has it.
+    HWY_NOINLINE I made_up(const ContactLanes& contacts) const
+    {
+        HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
+        HWY_ALIGN std::int32_t status[k_lanes];
+        const auto below = [&](F point, F normal) { return hn::Sub(point, hn::Mul(contacts.depth, normal)); };
+        hn::Store(below(contacts.point.x, contacts.normal.x), df, x);
+        hn::Store(below(contacts.point.y, contacts.normal.y), df, y);
+        hn::Store(below(contacts.point.z, contacts.normal.z), df, z);
+        for (std::size_t i = 0; i < k_lanes; ++i)
+            status[i] =
+                model::is_made_up_at(*cured_, {x[i], y[i], z[i]}) ? static_cast<std::int32_t>(std::uint32_t{k_made_up} << 24) : 0;
+        return hn::Load(di, status);
+    }
     // As CallerFrame::convert.
     HWY_INLINE V3 turned(const V3& v) const
     {
@@ -92,8 +112,16 @@ private:
         return {hn::Add(v.x, set(t[0])), hn::Add(v.y, set(t[1])), hn::Add(v.z, set(t[2]))};
     }
 
+    Contact marked(Contact contact) const
+    {
+        if (cured_ != nullptr && model::is_made_up_at(*cured_, contact.point - contact.depth * contact.normal))
+            contact.status |= k_made_up;
+        return contact;
+    }
+
     const CallerFrame& caller_;
     std::span<Contact> out_;
+    const model::ModelView* cured_;  ///< null where no contact can be marked
     ProbeResult result_;
 };
 

@@ -93,7 +93,7 @@ private:
 class PlaneKernel : ProbeWalk {
 public:
     explicit PlaneKernel(const ProbeJob& job)
-        : ProbeWalk(job), contacts_(job.caller, job.out), queue_(*this, job.model, contacts_)
+        : ProbeWalk(job), contacts_(job), queue_(*this, job.model, contacts_)
     {
     }
 

@@ -29,7 +29,7 @@ namespace {
 class ProbeKernel : ProbeWalk {
 public:
     explicit ProbeKernel(const ProbeJob& job)
-        : ProbeWalk(job), contacts_(job.caller, job.out), lowest_planes_(*this), queue_(*this, job.model, contacts_)
+        : ProbeWalk(job), contacts_(job), lowest_planes_(*this), queue_(*this, job.model, contacts_)
     {
     }
 

@@ -131,7 +131,9 @@ Words words_beside(const std::filesystem::path& model)
 std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
                                          const bake::BakeOptions& options)
 {
-    bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, options);
+    bake::BakeOptions with_cure = options;
+    with_cure.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
+    bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, with_cure);
     baked.model.made_by = "sqmap view";
     baked.model.source = name;
     auto object = object_of(io::serialize(baked.model), name, 0, size, {});
