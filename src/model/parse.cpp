@@ -270,6 +270,19 @@ ParseStatus check_candidates(const ModelView& v)
     return ParseStatus::Ok;
 }
 
+/// False where it says what no cure does.
+bool read_cure(const fb::Cure* c, ModelView& view)
+{
+    if (c == nullptr) return true;
+    view.cure = {Rung{c->rung()}, c->from_mean(), c->from_p99(), c->from_max(),
+                 c->to_mean(),    c->to_p99(),    c->to_max(),   c->made_up_share()};
+    if (c->cells() != nullptr) view.made_up_cells = {c->cells()->data(), c->cells()->size()};
+    for (const double value :
+         {c->from_mean(), c->from_p99(), c->from_max(), c->to_mean(), c->to_p99(), c->to_max(), c->made_up_share()})
+        if (!(value >= 0) || !std::isfinite(value)) return false;
+    return view.cure.rung == Rung::Closed || view.cure.rung == Rung::Wrapped;
+}
+
 template <class T>
 void hash_bytes(std::uint64_t& hash, std::span<const T> values)
 {
@@ -369,12 +382,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         v.measured = {m->points(),        m->missed(),       m->false_contacts(),   m->eq35_mean(),       m->eq35_p99(),
                       m->eq35_max(),      m->depth_median(), m->depth_p95(),        m->depth_p99(),       m->depth_max(),
                       m->normal_median(), m->q2_share(),     m->layer1_depth_p99(), m->layer2_depth_p99()};
-    if (const fb::Cure* c = model->cure(); c != nullptr) {
-        v.cure = {Rung{c->rung()}, c->from_mean(), c->from_p99(), c->from_max(),
-                  c->to_mean(),    c->to_p99(),    c->to_max(),   c->made_up_share()};
-        if (c->cells() != nullptr) v.made_up_cells = {c->cells()->data(), c->cells()->size()};
-        if (v.cure.rung != Rung::Closed && v.cure.rung != Rung::Wrapped) return ParseStatus::BadValue;
-    }
+    if (!read_cure(model->cure(), v)) return ParseStatus::BadValue;
     const auto text = [](const flatbuffers::String* s) { return s == nullptr ? std::string_view() : s->string_view(); };
     v.made_by = text(model->made_by());
     v.source = text(model->source());
@@ -384,9 +392,6 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
         if (!std::isfinite(value)) return ParseStatus::BadValue;
-    for (const double value :
-         {v.cure.from_mean, v.cure.from_p99, v.cure.from_max, v.cure.to_mean, v.cure.to_p99, v.cure.to_max, v.cure.made_up_share})
-        if (!(value >= 0) || !std::isfinite(value)) return ParseStatus::BadValue;
     if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere) || !(h.sphere[3] >= 0)) return ParseStatus::BadValue;
     if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_max_parts) return ParseStatus::BadStructure;
     const std::size_t corners = v.triangles16.size() + v.triangles32.size();

@@ -6,6 +6,7 @@
 #include "stitch.h"
 
 #include <cstdio>
+#include <tuple>
 #include <utility>
 
 namespace sqmap::mesh {
@@ -26,6 +27,32 @@ double area_of(const Surface& surface, bool only_made_up)
     return area;
 }
 
+/// Vertices and faces by position, so that the file's order has no say in how sums are rounded.
+Surface in_canonical_order(const Surface& surface)
+{
+    const auto key = [&](std::uint32_t v) {
+        const Vec3d p = surface.points[v];
+        return std::tuple(p.x, p.y, p.z, v);
+    };
+    std::vector<std::uint32_t> order(surface.points.size()), rank(surface.points.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    Surface out;
+    for (std::uint32_t i = 0; i < order.size(); ++i) {
+        rank[order[i]] = i;
+        out.points.push_back(surface.points[order[i]]);
+        out.source.push_back(surface.source[order[i]]);
+    }
+    for (Face f : surface.faces) {
+        for (std::uint32_t& v : f.v) v = rank[v];
+        std::rotate(f.v.begin(), std::min_element(f.v.begin(), f.v.end()), f.v.end());
+        out.faces.push_back(f);
+    }
+    std::sort(out.faces.begin(), out.faces.end(),
+              [](const Face& a, const Face& b) { return std::tie(a.v, a.polygon) < std::tie(b.v, b.polygon); });
+    return out;
+}
+
 std::string percent(double share)
 {
     char text[32];
@@ -35,8 +62,9 @@ std::string percent(double share)
 
 }  // namespace
 
-Closing close(Surface surface, const CloseOptions& options)
+Closing close(const Surface& input, const CloseOptions& options)
 {
+    Surface surface = in_canonical_order(input);
     Closing out;
     const auto note = [&](RepairKind kind, std::uint64_t count) {
         if (count > 0) out.notes.push_back({kind, count});

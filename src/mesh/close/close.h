@@ -23,6 +23,6 @@ struct Closing {
 
 /// Stitches cracks, resolves edges with more than two faces, fills all holes, and drops loose sheets that bound nothing. The
 /// faces of the result agree; edges have two of them but for tangles that no cut resolves. Cost: see fill_holes, resolve_edges.
-[[nodiscard]] Closing close(Surface surface, const CloseOptions& options);
+[[nodiscard]] Closing close(const Surface& surface, const CloseOptions& options);
 
 }  // namespace sqmap::mesh

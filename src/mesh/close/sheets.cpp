@@ -40,22 +40,29 @@ Sheets drop_sheets(Surface& surface, double tolerance)
             dot(surface.points[v[0]] - origin, cross(surface.points[v[1]] - origin, surface.points[v[2]] - origin));
         if (!made_up) faces[piece].push_back(f);
     }
-    const auto is_sheet = [&](std::uint32_t piece) {
+    const auto is_sheet = [&](std::uint32_t piece) { return made[piece] > k_sheet_share * (made[piece] + own[piece]); };
+    const auto is_thin = [&](std::uint32_t piece) {
         const double area = made[piece] + own[piece];
-        return made[piece] > k_sheet_share * area && std::abs(six_volumes_of[piece]) / 6 < k_thin * area * std::sqrt(area);
+        return std::abs(six_volumes_of[piece]) / 6 < k_thin * area * std::sqrt(area);
     };
     Surface rest{surface.points, surface.source, {}};
     for (std::uint32_t f = 0; f < count; ++f)
         if (!is_sheet(pieces.find(f))) rest.faces.push_back(surface.faces[f]);
-    out.all = rest.faces.empty();
-    if (out.all || rest.faces.size() == count) return out;
+    if (rest.faces.size() == count) return out;
+    if (rest.faces.empty()) {
+        // Of nothing but sheets those that hold something stay.
+        for (std::uint32_t f = 0; f < count; ++f)
+            if (!is_thin(pieces.find(f))) rest.faces.push_back(surface.faces[f]);
+        out.all = rest.faces.empty();
+        if (out.all || rest.faces.size() == count) return out;
+    }
 
     Mesh mesh{surface.points, {}};
     for (const Face& f : rest.faces) mesh.triangles.push_back(f.v);
     const Bvh bvh(mesh);
+    std::vector<bool> dropped(count, false);
     for (std::uint32_t piece = 0; piece < count; ++piece) {
         if (pieces.find(piece) != piece || !is_sheet(piece)) continue;
-        out.dropped_faces += faces[piece].size();
         const std::size_t stride = (faces[piece].size() + k_samples - 1) / k_samples;
         bool bounds_nothing = true;
         for (std::size_t i = 0; i < faces[piece].size() && bounds_nothing; i += stride) {
@@ -63,9 +70,15 @@ Sheets drop_sheets(Surface& surface, double tolerance)
             const Vec3d middle = (surface.points[v[0]] + surface.points[v[1]] + surface.points[v[2]]) / 3.0;
             bounds_nothing = bvh.winding_number(middle) != 0 || bvh.closest_point(middle).distance <= tolerance;
         }
+        dropped[piece] = bounds_nothing || is_thin(piece);
+        if (!dropped[piece]) continue;
+        out.dropped_faces += faces[piece].size();
         if (!bounds_nothing) out.outside_area += own[piece];
     }
-    surface = std::move(rest);
+    std::vector<Face> kept;
+    for (std::uint32_t f = 0; f < count; ++f)
+        if (!dropped[pieces.find(f)]) kept.push_back(surface.faces[f]);
+    surface.faces = std::move(kept);
     return out;
 }
 

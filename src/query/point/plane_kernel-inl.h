@@ -92,10 +92,7 @@ private:
 /// A vector of points after another, from pose to contact.
 class PlaneKernel : ProbeWalk {
 public:
-    explicit PlaneKernel(const ProbeJob& job)
-        : ProbeWalk(job), contacts_(job), queue_(*this, job.model, contacts_)
-    {
-    }
+    explicit PlaneKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job), queue_(*this, job.model, contacts_) {}
 
     ProbeResult run()
     {
