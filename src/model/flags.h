@@ -29,7 +29,10 @@ constexpr std::uint16_t triangle_word(std::uint32_t part, std::uint16_t flags)
 }
 constexpr std::uint32_t part_of(std::uint16_t triangle_word) { return triangle_word & k_part_mask; }
 /// What of it is boundary.
-constexpr std::uint16_t flags_of(std::uint16_t triangle_word) { return static_cast<std::uint16_t>(triangle_word & (k_buried | k_crossed)); }
+constexpr std::uint16_t flags_of(std::uint16_t triangle_word)
+{
+    return static_cast<std::uint16_t>(triangle_word & (k_buried | k_crossed));
+}
 constexpr bool is_made_up(std::uint16_t triangle_word) { return (triangle_word & k_made_up) != 0; }
 constexpr bool is_buried(std::uint16_t triangle_word) { return (triangle_word & k_buried) != 0; }
 constexpr bool is_crossed(std::uint16_t triangle_word) { return (triangle_word & k_crossed) != 0; }
