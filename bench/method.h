@@ -57,7 +57,7 @@ struct MethodEntry {
 
 // One file each. The argument: see methods.cpp.
 [[nodiscard]] std::unique_ptr<Method> make_sqmap(const Setting& setting, int layer);
-[[nodiscard]] std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int layer);  // 0: printed
+[[nodiscard]] std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int which);
 [[nodiscard]] std::unique_ptr<Method> make_dense(const Setting& setting, int samples);
 [[nodiscard]] std::unique_ptr<Method> make_dense_simd(const Setting& setting, int samples);
 [[nodiscard]] std::unique_ptr<Method> make_dense_simd_normal(const Setting& setting, int samples);

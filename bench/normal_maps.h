@@ -20,21 +20,11 @@ struct NormalParts {
     NormalParts(const NormalParts&) = delete;
     NormalParts& operator=(const NormalParts&) = delete;
 
-    struct Part {
-        shape::Superquadricd superquadric;
-        std::vector<std::uint32_t> triangles;
-        Vec3f centre;  ///< of the bounding sphere
-        float radius_sq;
-    };
-
     const mesh::Mesh mesh;
     const bake::MapRays rays;
-    Vec3d origin;
-    double unit, r_max;  ///< r_max: model units
-    Vec3f centre;        ///< bounding sphere of the object
-    float radius_sq;
-    std::vector<Part> parts;
-    double build_s;  ///< CPU seconds of decomposition and fit
+    model::ModelData model;                             ///< without maps
+    std::vector<std::vector<std::uint32_t>> triangles;  ///< of parts
+    double build_s;                                     ///< CPU seconds of decomposition and fit
 };
 
 /// How densely every part's superquadric is sampled: the base grid that layer 2 reads has 2^level + 1 rows and 2^(level+1)
@@ -57,26 +47,20 @@ public:
     double build_s = 0;       ///< CPU seconds of the maps and of the parts
 
     [[nodiscard]] const NormalParts& parts() const { return *parts_; }
-    [[nodiscard]] std::span<const model::NormalMapView> views() const { return views_; }
+    [[nodiscard]] const model::ModelView& model() const { return view_; }
 
 private:
     std::shared_ptr<const NormalParts> parts_;
-    std::vector<bake::NormalMap> maps_;
-    std::vector<model::NormalMapView> views_;
+    model::ModelData model_;
+    model::ModelView view_;
 };
 
 /// As the paper asks: the pyramid search, and nothing behind the first surface.
 [[nodiscard]] query::ProjectionOptions paper_projection(query::Layer layer);
 
-/// Which search finds the foot.
-enum class Search : std::uint8_t {
-    Corrected,  ///< the project's: both directions, distance compared, the whole surface where the window fails
-    Printed,    ///< eqs. 16 to 19 to the letter; layer 2 only
-};
-
-/// A frame asks every vertex of the probe, past the two levels of bounding spheres. Parts are joined by the witness rule.
+/// A probe query of the maps.
 [[nodiscard]] std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps,
-                                                        query::Layer layer, Search search = Search::Corrected);
+                                                        query::Layer layer, query::Projector projector);
 
 /// Eq. 35 as a mean: |D^ - D| along the superquadric's normal, over the points that lie inside a superquadric and whose line
 /// meets both the mesh and the map's surface; percent of R_max.

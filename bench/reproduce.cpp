@@ -82,7 +82,7 @@ void add_memory(CLI::App& app)
         const auto parts = std::make_shared<const NormalParts>(*setting);
         ordered_json out{{"object", options->object.filename().string()},
                          {"triangles", setting->object.triangles.size()},
-                         {"parts", parts->parts.size()}};
+                         {"parts", parts->model.parts.size()}};
         for (const std::uint32_t cells : options->cells) {
             const FieldDensity density{cells};
             out["fields"].push_back({{"cells", cells},
@@ -94,7 +94,7 @@ void add_memory(CLI::App& app)
         }
         // The same points as the fields' error is measured at, all of those inside a superquadric.
         const std::vector<Vec3d> points = bake::sample_points(setting->object, setting->r_max, {.points = 4000});
-        const double longest = cell_side(*setting, {1}) / parts->unit;
+        const double longest = cell_side(*setting, {1}) / parts->model.header.unit;
         for (const int level : options->levels) {
             const NormalMaps maps(parts, {level, 0});
             const ProjectionError error = projection_error(maps, points, query::Layer::Three);
@@ -162,7 +162,7 @@ void add_density(CLI::App& app)
             for (int s = 0; s <= options->subdivisions; ++s) {
                 const query::Layer layer = s == 0 ? query::Layer::Two : query::Layer::Three;
                 auto maps = std::make_shared<const NormalMaps>(parts, Density{level, s});
-                auto method = make_normal_query(*setting, maps, layer);
+                auto method = make_normal_query(*setting, maps, layer, query::Projector::Pyramid);
                 cases.push_back(std::make_unique<Case>(Case{{level, s}, layer, std::move(maps), {}, std::move(method)}));
                 cases.back()->entry.name = "level " + std::to_string(level) + " A_S " + std::to_string(s);
             }

@@ -1,4 +1,4 @@
-// The paper's own projection, a layer a name: distances along the superquadrics' normals, found by the pyramid search.
+// The paper's own projection, a layer and a foot search a name: distances along the superquadrics' normals.
 #include "normal_maps.h"
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace sqmap::bench {
 
-std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int layer)
+std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int which)
 {
     // Made once a setting, however many layers ask.
     static std::map<const Setting*, std::weak_ptr<const NormalMaps>> made;
@@ -15,9 +15,16 @@ std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int layer)
         maps = std::make_shared<const NormalMaps>(std::make_shared<const NormalParts>(setting), Density{});
         made[&setting] = maps;
     }
-    if (layer == 0) return make_normal_query(setting, std::move(maps), query::Layer::Two, Search::Printed);
-    constexpr std::array k_layers{query::Layer::One, query::Layer::Two, query::Layer::Three};
-    return make_normal_query(setting, std::move(maps), k_layers[static_cast<std::size_t>(layer - 1)]);
+    struct Query {
+        query::Layer layer;
+        query::Projector projector;
+    };
+    constexpr std::array k_queries{
+        Query{query::Layer::Two, query::Projector::Printed}, Query{query::Layer::One, query::Projector::Newton},
+        Query{query::Layer::Two, query::Projector::Newton},  Query{query::Layer::Three, query::Projector::Newton},
+        Query{query::Layer::Two, query::Projector::Pyramid}, Query{query::Layer::Three, query::Projector::Pyramid}};
+    const auto [layer, projector] = k_queries[static_cast<std::size_t>(which)];
+    return make_normal_query(setting, std::move(maps), layer, projector);
 }
 
 }  // namespace sqmap::bench

@@ -44,6 +44,7 @@ ordered_json evaluation_json(const bake::Evaluation& e)
         {"eq35_percent", distribution_json(e.eq35)},
         {"eq35_left_out_percent", e.eq35_left_out},
         {"eq35_one_sided_percent", e.eq35_one_sided},
+        {"no_surface_percent", e.no_surface},
         {"depth_percent", distribution_json(e.depth)},
         {"normal_degrees", distribution_json(e.normal)},
         // A probe answers as its points do.

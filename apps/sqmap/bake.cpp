@@ -52,7 +52,7 @@ struct Options {
     std::string mesh, model, report, projection = "central";
     LoadOptions load;
     bake::BakeOptions bake;
-    bool no_exact = false;
+    bool exact = false, no_exact = false;
     bool no_taper = false, no_bend = false;
     bool exact_geodesics = false;
 };
@@ -62,7 +62,8 @@ bake::BakeOptions bake_options(const Options& o)
 {
     bake::BakeOptions out = o.bake;
     out.projection = o.projection == "normal" ? model::Projection::Normal : model::Projection::Central;
-    out.exact = !o.no_exact;
+    // A normal model is the paper's maps; triangles are beside them.
+    out.exact = o.exact || (!o.no_exact && out.projection == model::Projection::Central);
     out.fit.allow_taper = !o.no_taper;
     out.fit.allow_bend = !o.no_bend;
     if (o.exact_geodesics) out.decompose.protrusion = decompose::ProtrusionSum::Exact;
@@ -252,7 +253,10 @@ void add_bake(CommandLine& line)
     command.option("--band", options->bake.band, "How far on either side of the surface distances are exact, percent of R_max")
         .in_range(0, 100)
         .shows_default();
-    command.flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
+    Option no_exact =
+        command.flag("--no-exact", options->no_exact, "Leave the exact layer out: a smaller model, approximate answers");
+    command.flag("--exact", options->exact, "Store the exact layer: the default but for the normal projection")
+        .excludes(no_exact);
     command.option("--threads", options->bake.threads, "Threads, 0 for one a core; the model does not depend on it")
         .shows_default();
     command.option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");

@@ -44,6 +44,8 @@ void print(const char* layer, const bake::Evaluation& e)
         "               left out %.2f %% (no crossing of map and mesh both on the ray), %.2f %% because only one has one\n",
         e.eq35_left_out, e.eq35_one_sided);
     print_distribution("depth", e.depth, "% of R_max");
+    if (e.no_surface > 0)
+        std::printf("               none of %.2f %% of the contacts: no map shows the surface above\n", e.no_surface);
     print_distribution("normal", e.normal, "degrees");
 }
 

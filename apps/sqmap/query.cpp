@@ -85,13 +85,19 @@ int digits_of(double coordinate, double size)
 }
 
 struct Options {
-    std::string model, points, output, layer = "3";
+    std::string model, points, output, layer = "3", projector = "newton";
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_layer3_gate;
     bool certain = false, offset = false, smoothing = false;
     bool distance = false;
     double band = query::k_baked_band;  ///< mesh units
 };
+
+query::Projector projector_named(const std::string& name)
+{
+    return name == "pyramid" ? query::Projector::Pyramid
+                             : (name == "printed" ? query::Projector::Printed : query::Projector::Newton);
+}
 
 /// A row for each point, in their order.
 std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
@@ -101,12 +107,17 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                                       .tolerance = o.tolerance,
                                       .gate = o.gate,
                                       .offset = o.offset,
-                                      .smoothing = o.smoothing};
+                                      .smoothing = o.smoothing,
+                                      .projector = projector_named(o.projector)};
+    if (options.projector != query::Projector::Newton && !model::is_normal(m))
+        throw BadPoints(o.model + " has the central projection, which searches no foot: --projector is of the normal one");
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
-        throw BadPoints(o.model + " was baked without the exact layer: bake it without --no-exact");
+        throw BadPoints(o.model + " was baked without the exact layer: bake it with --exact");
     if (options.layer == query::Layer::Auto && query::query_point(m, {}, options).status == query::k_no_exact)
         std::fprintf(stderr, "%s: no layer is within %g, and it was baked without the exact layer: layer 3 answers\n",
                      o.model.c_str(), o.tolerance);
+    if (options.offset && options.layer == query::Layer::Exact && model::is_normal(m))
+        throw BadPoints(o.model + " has the normal projection, whose offset is the maps': ask layer 2 or 3 for it");
     const double size = m.header.r_max * m.header.unit;
     std::string text;
     char row[256];
@@ -131,6 +142,8 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
 /// The same for signed distances.
 std::string distances(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
 {
+    if (model::is_normal(m) && !model::has_distance(m))
+        throw BadPoints(o.model + " has the normal projection and no triangles, so no distances: bake it with --exact");
     constexpr std::size_t k_slice = 16384;
     std::vector<query::SignedDistance> answers(points.size());
     parallel::for_slices(points.size(), k_slice, 0, [&](parallel::Slice slice) {
@@ -208,9 +221,15 @@ void add_query(CommandLine& line)
     Option offset = command.flag("--offset", options->offset,
                                  "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
+    Option projector = command
+                           .option("--projector", options->projector,
+                                   "Foot search of a normal model's layers 2 and 3: newton, pyramid (eqs. 16 to 19, corrected), "
+                                   "printed (to the letter)")
+                           .one_of({"newton", "pyramid", "printed"})
+                           .shows_default();
     Option distance =
         command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
-    for (Option other : {layer, gate, tolerance, certain, offset, smoothing}) distance.excludes(other);
+    for (Option other : {layer, gate, tolerance, certain, offset, smoothing, projector}) distance.excludes(other);
     command.option("--band", options->band, "How far distances are to be exact, mesh units; not given: as baked")
         .not_below_zero()
         .needs(distance);

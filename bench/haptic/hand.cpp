@@ -63,7 +63,7 @@ struct Bystander {
 struct Scene {
     explicit Scene(const HandPath& hand) : setting(load_setting(hand.files))
     {
-        bytes = io::serialize(bake::bake(setting->object, true, {}).model);
+        bytes = io::serialize(bake::bake(setting->object, true, {.projection = hand.projection}).model);
         model::ModelView parsed;
         (void)model::parse(bytes, parsed);
         view = haptic::in_metres(parsed, k_scale);

@@ -140,6 +140,7 @@ struct HandCommand {
     std::vector<std::string> by;
     int passes = 10, divide = 0, touching = 0;
     double spacing = 0;
+    bool normal = false;
 };
 
 /// OBJECT.PROBE.KIND.csv
@@ -152,7 +153,9 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
                  path,
                  c.spacing,
                  c.touching,
-                 c.divide};
+                 c.divide,
+                 {},
+                 c.normal ? model::Projection::Normal : model::Projection::Central};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
     return out;
@@ -178,6 +181,7 @@ void add_hand(CLI::App& app)
             ->capture_default_str();
     }
     tick->add_option("--by", c->by, "Names of objects that stand by, 40 cm away; the path's own is left out");
+    tick->add_flag("--normal", c->normal, "The object has the paper's maps instead");
     tick->add_option("--passes", c->passes, "Times that every path is run")->check(CLI::Range(1, 10000))->capture_default_str();
     tick->add_option("--series", c->series, "CSV of every tick of the last path: medians over the passes");
     tick->callback([c] {

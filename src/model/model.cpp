@@ -52,7 +52,7 @@ NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
     map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
     map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
     map.offset = a.offset.subspan(p.first_offset, p.offset_count);
-    map.smoothed = a.smoothed.subspan(p.first_offset, p.offset_count);
+    if (!a.smoothed.empty()) map.smoothed = a.smoothed.subspan(p.first_offset, p.offset_count);
     map.seed_count = p.seeds_along;
     map.seeds_mirrored = p.seeds_mirrored != 0;
     map.seeds = a.seeds.subspan(p.first_seed, p.seed_count);

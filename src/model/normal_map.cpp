@@ -50,20 +50,6 @@ MapRay ray_of(std::uint16_t stored) noexcept
 
 bool is_smoothed(const SmoothedSample& sample) noexcept { return sample.change != k_not_smoothed; }
 
-void grid_arcs(const Superquadricf& sq, std::span<Arc<float>> rows, std::span<Arc<float>> columns) noexcept
-{
-    // The angles in double: the poles' cosine must be 0, not the sine of a rounding error.
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double eta = k_pi * (static_cast<double>(i) / static_cast<double>(rows.size() - 1) - 0.5);
-        const bool pole = i == 0 || i + 1 == rows.size();
-        rows[i] = shape::arc_through(pole ? 0.0f : static_cast<float>(std::cos(eta)), static_cast<float>(std::sin(eta)), sq.eps1);
-    }
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-        const double omega = 2 * k_pi * static_cast<double>(j) / static_cast<double>(columns.size()) - k_pi;
-        columns[j] = shape::arc_through(static_cast<float>(std::cos(omega)), static_cast<float>(std::sin(omega)), sq.eps2);
-    }
-}
-
 bool is_consistent(const NormalMapView& map) noexcept
 {
     const std::size_t count = std::size_t{map.eta_count} * map.omega_count;
@@ -79,8 +65,7 @@ bool is_consistent(const NormalMapView& map) noexcept
            map.normal.size() == count && map.cuts.size() == (count + 3) / 4 &&
            (map.offset.empty() || map.offset.size() == base_rows * base_columns) &&
            (map.smoothed.empty() || map.smoothed.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
-           map.seeds.size() == n * n * n && (map.rows.empty() || map.rows.size() == map.eta_count) &&
-           (map.columns.empty() || map.columns.size() == map.omega_count) && map.rows.empty() == map.columns.empty() &&
+           map.seeds.size() == n * n * n &&
            is_sparse_table(map.correction_rows, map.corrections, map.eta_count, map.omega_count) &&
            is_sparse_table(map.gap_rows, map.gaps, std::size_t{map.eta_count} + 1, map.omega_count);
 }

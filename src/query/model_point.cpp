@@ -105,12 +105,12 @@ ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOpt
     const float margin = margin_in_model(model, options);
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
     if (norm_sq(offset) > radius * radius) return free_at(point, true);
+    if (options.layer == Layer::Exact) return query_exact(model, point);
+    if (model::is_normal(model)) return query_normal(model, point, options);
     if (options.layer == Layer::One) {
         const ModelContact c = layer_one(model, point);
         return c.contact ? c : free_at(point, true);
     }
-    if (options.layer == Layer::Exact) return query_exact(model, point);
-    if (model::is_normal(model)) return query_normal(model, point, options);
     return query_central(model, point, options.layer, options.gate);
 }
 

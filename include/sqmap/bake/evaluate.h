@@ -36,8 +36,9 @@ struct Evaluation {
     Distribution eq35;                             ///< along the projection
     double eq35_left_out = 0;   ///< percent of the points inside a superquadric whose ray does not meet map and mesh both
     double eq35_one_sided = 0;  ///< percent of these points whose ray meets just one of the two: wrong, but without a length
-    Distribution depth;         ///< against the true distance, over true contacts
-    Distribution normal;        ///< against the direction of the true nearest point, over true contacts
+    double no_surface = 0;      ///< percent of the true contacts below no surface of the maps (k_no_surface): no depth, no normal
+    Distribution depth;         ///< against the true distance, over the other true contacts
+    Distribution normal;        ///< against the direction of the true nearest point, over the same
     std::vector<Vec3d> worst;   ///< model space: the points of greatest depth error
 };
 

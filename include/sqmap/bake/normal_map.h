@@ -4,6 +4,7 @@
 #include "sqmap/bake/normal_map_options.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/model/model_data.h"
 #include "sqmap/model/normal_map.h"
 
 #include <cstdint>
@@ -87,12 +88,11 @@ struct NormalMap {
     std::vector<model::VertexCorrection> corrections;
     std::vector<model::FootSeed> seeds;
     std::vector<model::SmoothedSample> smoothed;
-    std::vector<shape::Arc<float>> rows, columns;
     NormalMapReport report;
 
     /// Valid while this lives and does not change.
     [[nodiscard]] model::NormalMapView view() const;
-    /// Bytes that a file needs: all arrays but rows and columns, which model::grid_arcs makes again.
+    /// Bytes that a file needs: all arrays.
     [[nodiscard]] std::size_t stored_bytes() const;
 };
 
@@ -101,5 +101,8 @@ struct NormalMap {
 /// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi
 [[nodiscard]] NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles,
                                         const shape::Superquadricd& superquadric, const NormalMapOptions& options = {});
+
+/// Puts a map behind those of a model's parts so far: the part of that number's. Linear.
+void append_normal_map(const NormalMap& map, model::ModelData& data);
 
 }  // namespace sqmap::bake

@@ -76,14 +76,7 @@ struct NormalMapView {
     std::uint32_t seed_count = 0;              ///< seeds along each axis
     bool seeds_mirrored = false;               ///< seeds cover the octant x, y, z >= 0 only
     std::span<const FootSeed> seeds;           ///< #seed_count^3, z fastest, over the undeformed bounding box
-    /// #eta_count, #omega_count: powers of the grid's angles, as grid_arcs makes them. Both may be empty: they are then
-    /// computed where they are needed, with the same results up to rounding, at some cost in time.
-    std::span<const shape::Arc<float>> rows, columns;
 };
-
-/// The powers of a grid's angles: rows #eta_count, columns #omega_count.
-void grid_arcs(const shape::Superquadricf& superquadric, std::span<shape::Arc<float>> rows,
-               std::span<shape::Arc<float>> columns) noexcept;
 
 /// True where no query can read outside the view's arrays and every number is finite and in its range: to be asked once
 /// of a view over untrusted bytes. Cost: linear in corrections and gaps.

@@ -13,12 +13,6 @@ namespace sqmap::query {
 
 using model::NormalMapView;
 
-/// How the foot point is found. Both are kept so that they can be compared.
-enum class Projector : std::uint8_t {
-    Pyramid,  ///< the multiresolution search of eqs. 16 to 19, corrected (errata 5 to 7): a sample of the grid
-    Newton,   ///< polish_foot from a table of starts: the exact foot
-};
-
 struct ProjectionOptions {
     /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Gate is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
@@ -27,8 +21,8 @@ struct ProjectionOptions {
     Projector projector = Projector::Newton;
     bool use_offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
     bool use_corrections = true;  ///< step 3 data in layer 3
-    /// Layer 3 contacts: how often the surface point is looked up again at the point's projection on its tangent plane, so
-    /// that depth and normal are those of the nearest surface, not of the one along the line to the foot.
+    /// Layer 3 contacts with a surface: how often the surface point is looked up again at the point's projection on its tangent
+    /// plane, so that depth and normal are those of the nearest surface, not of the one along the line to the foot.
     int nearest_steps = 2;
     bool use_gaps = true;  ///< openings behind the first surface in layer 3 (beyond the paper)
 };
@@ -64,8 +58,9 @@ struct PartAnswer {
     Vec3f normal;                  ///< unit outward surface normal; that of the superquadric for caps, misses and layer 1
 };
 
-/// Layer 1, then the asked-for layer for points inside the superquadric. Layer One answers Contact for all of those.
-/// Total: a point that is not finite is Outside. Cost: about 3 ns a part outside its box, see docs for the rest.
+/// Layer 1, then the asked-for layer for points inside the superquadric. Layer One answers Contact for all of those. This is the
+/// template of probe queries with one lane, and has their bits.
+/// Total: a point that is not finite is Outside. @pre is_consistent(map)
 [[nodiscard]] PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options = {}) noexcept;
 
 /// True where an answer proves its point free, whatever other parts claim (errata 15).

@@ -22,6 +22,14 @@ enum class Layer : std::uint8_t {
 /// vertices.
 inline constexpr std::uint32_t k_layer3_gate = 10;
 
+/// How a normal model's query finds the foot of a point, where its line to the superquadric is a normal of it.
+enum class Projector : std::uint8_t {
+    Newton,   ///< Newton's method from a table of starts: the exact foot
+    Pyramid,  ///< the multiresolution search of eqs. 16 to 19, corrected (errata 5 to 7): a sample of the grid
+    Printed,  ///< the same to the letter: one direction, greatest I_S, no fallback; the sample's own distance, no closest-point
+              ///< steps
+};
+
 /// Options of every query: points, probes, pairs, scenes, skins, swept motion. offset and margin are for probes made of
 /// triangles, smoothing is for force.
 struct QueryOptions {
@@ -35,7 +43,9 @@ struct QueryOptions {
     /// Length in the mesh's units by which the surface is moved out everywhere, or by the offset where that is more. Not above
     /// zero, or NaN: none. Central maps. As slow.
     double margin = 0;
-    bool smoothing = false;  ///< points alone, all layers but One and Exact: depth and normal of the smoothed map
+    /// Points, and probes of normal models, all layers but One and Exact: depth and normal of the smoothed map.
+    bool smoothing = false;
+    Projector projector = Projector::Newton;  ///< normal models, layers 2 and 3
 };
 
 /// The layer that options stand for: Auto is resolved by the errors that bake measured (ModelView::measured), Exact of a model

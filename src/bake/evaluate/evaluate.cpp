@@ -186,7 +186,8 @@ LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid
         ++errors.points;
         for (std::size_t k = 0; k < 3; ++k) {
             const query::PointResult c = query::query_point(model, cast<double>(p), {.layer = k_layers[k]});
-            if (inside && c.contact) depth[k].push_back(100 * std::abs(c.depth - distance) / r_max);
+            if (inside && c.contact && (c.status & query::k_no_surface) == 0)
+                depth[k].push_back(100 * std::abs(c.depth - distance) / r_max);
             if (k_layers[k] != query::Layer::Three || distance <= options.verdict_band * r_max) continue;
             errors.missed += inside && !c.contact ? 1u : 0u;
             errors.false_contacts += !inside && c.contact ? 1u : 0u;
@@ -204,7 +205,7 @@ Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, con
     Evaluation e;
     std::vector<double> eq35, depth, normal;
     std::vector<std::pair<double, Vec3d>> worst;
-    std::uint32_t in_some = 0, left_out = 0, one_sided = 0;
+    std::uint32_t in_some = 0, left_out = 0, one_sided = 0, contacts = 0, no_surface = 0;
     for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
         const Vec3f p = cast<float>(exact_point);
         const Vec3d q = cast<double>(p);
@@ -232,7 +233,10 @@ Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, con
                     ++e.contradictions;
         }
         if (inside && beyond_rounding && !query::query_point(model, q, {.layer = query::Layer::One}).contact) ++e.layer1_missed;
-        if (inside && c.contact) {
+        const bool open = (c.status & query::k_no_surface) != 0;
+        contacts += inside && c.contact ? 1u : 0u;
+        no_surface += inside && c.contact && open ? 1u : 0u;
+        if (inside && c.contact && !open) {
             const double error = 100 * std::abs(c.depth - nearest.distance) / r_max;
             depth.push_back(error);
             worst.emplace_back(error, q);
@@ -256,6 +260,7 @@ Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, con
             break;
         }
     }
+    e.no_surface = contacts > 0 ? 100.0 * no_surface / contacts : 0;
     e.eq35 = summarize(std::move(eq35));
     e.eq35_left_out = in_some > 0 ? 100.0 * left_out / in_some : 0;
     e.eq35_one_sided = in_some > 0 ? 100.0 * one_sided / in_some : 0;

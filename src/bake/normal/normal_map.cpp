@@ -516,8 +516,6 @@ NormalMapView NormalMap::view() const
     v.seed_count = seed_count;
     v.seeds_mirrored = seeds_mirrored;
     v.seeds = seeds;
-    v.rows = rows;
-    v.columns = columns;
     return v;
 }
 
@@ -563,9 +561,6 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     map.omega_count = static_cast<std::uint32_t>(grid.columns);
     const int most = base.is_chosen() ? options.subdivisions : level - 2;
     map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, most));
-    map.rows.resize(map.eta_count);
-    map.columns.resize(map.omega_count);
-    model::grid_arcs(map.superquadric, map.rows, map.columns);
     make_seeds(sq, map);
 
     double largest = 0;

@@ -11,10 +11,9 @@
 
 namespace sqmap::bake {
 
-namespace {
-
-void append_map(const NormalMap& m, model::NormalArrays<model::ArrayData>& all)
+void append_normal_map(const NormalMap& m, model::ModelData& data)
 {
+    model::NormalArrays<model::ArrayData>& all = data.normal;
     model::NormalPart p{};
     p.eta_count = m.eta_count;
     p.omega_count = m.omega_count;
@@ -45,8 +44,6 @@ void append_map(const NormalMap& m, model::NormalArrays<model::ArrayData>& all)
     all.parts.push_back(p);
 }
 
-}  // namespace
-
 void append_normal_maps(const mesh::Mesh& mesh, std::span<const MeasuredPart> parts, const NormalMapsOptions& options,
                         model::ModelData& data)
 {
@@ -58,7 +55,7 @@ void append_normal_maps(const mesh::Mesh& mesh, std::span<const MeasuredPart> pa
         normal.target_error = options.target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
         maps[i] = bake_normal_map(rays, parts[i].fitted.patch.triangles, sq, normal);
     });
-    for (const NormalMap& m : maps) append_map(m, data.normal);
+    for (const NormalMap& m : maps) append_normal_map(m, data);
 }
 
 }  // namespace sqmap::bake

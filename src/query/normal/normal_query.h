@@ -5,7 +5,7 @@
 
 namespace sqmap::query {
 
-/// Layers Two, Three and Gate for a finite point; Exact is answered by Three. @pre the model's parts have normal maps.
+/// Layers One to Gate for a finite point. @pre the model's parts have normal maps.
 [[nodiscard]] ModelContact query_normal(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
 /// See distance_along_projection; model space.

@@ -1,14 +1,42 @@
 // What the workbench shows and does beside pictures of the parts: hidden surface, samples, the offset, moved cuts.
 #include "sqmap/mesh/bvh.h"
+#include "sqmap/query/normal_projection.h"
 #include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
 #include "viewer/server/scene/object.h"
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <queue>
 
 namespace sqmap::viewer {
+
+namespace {
+
+/// Where the ray of a part's projection to a point begins: the centre of its chart, or just outside the point's foot.
+Vec3d projection_origin(const model::ModelView& view, std::uint32_t part, Vec3d point)
+{
+    if (!model::is_normal(view)) return cast<double>(model::vec3(view.parts[part].chart_centre));
+    const shape::Foot<float> foot =
+        query::find_foot(model::normal_map_of(view, part), cast<float>(point), query::Projector::Newton);
+    return cast<double>(foot.point) + 1e-5 * view.header.r_max * cast<double>(foot.normal);
+}
+
+/// Eq. 22 at a sample of the paper's map; model space.
+std::optional<Vec3f> mapped_sample(const model::NormalMapView& map, std::uint32_t row, std::uint32_t column)
+{
+    const std::uint16_t stored = map.distance[std::size_t{row} * map.omega_count + column];
+    if (model::ray_of(stored) != model::MapRay::Surface) return std::nullopt;
+    constexpr float k_pi = std::numbers::pi_v<float>;
+    const shape::SurfaceAnglesf angles{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
+                                       2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi};
+    const shape::SurfacePoint<float> s = shape::surface_point(map.superquadric, angles);
+    return s.point - map.distance_scale * static_cast<float>(stored) * s.normal;
+}
+
+}  // namespace
 
 std::string hidden_bytes(const Object& object)
 {
@@ -16,20 +44,22 @@ std::string hidden_bytes(const Object& object)
     out.count(object.mesh.triangles.size());
     if (object.mesh.triangles.empty()) return out.take();
     const mesh::Bvh bvh(object.mesh);
-    std::vector<int> start;
-    for (const model::Part& part : object.view.parts)
-        start.push_back(object.view.header.solid != 0 ? bvh.winding_number(cast<double>(model::vec3(part.chart_centre))) : 0);
+    const auto winding_at = [&](Vec3d p) { return object.view.header.solid != 0 ? bvh.winding_number(p) : 0; };
+    const bool is_normal = model::is_normal(object.view);
+    std::vector<int> start;  // of charts: all rays of one begin at its centre
+    for (std::uint32_t i = 0; !is_normal && i < object.view.parts.size(); ++i)
+        start.push_back(winding_at(projection_origin(object.view, i, {})));
     std::vector<mesh::Bvh::Crossing> crossings;
     for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
         const std::uint32_t p = object.parts.partition.part_of_triangle[t];
-        const Vec3d centre = cast<double>(model::vec3(object.view.parts[p].chart_centre));
+        const Vec3d centre = projection_origin(object.view, p, mesh::triangle_centroid(object.mesh, t));
         if (!bvh.ray_crossings(centre, mesh::triangle_centroid(object.mesh, t) - centre, crossings)) {
             out.put(-2.f);
             continue;
         }
         // Seen where the first change of verdict on the ray is at the triangle itself: as bake counts it (max_q2_share). A
         // surface without inside changes it at every crossing.
-        int winding = start[p];
+        int winding = is_normal ? winding_at(centre) : start[p];
         bool seen = false;
         for (const mesh::Bvh::Crossing& c : crossings) {
             const int next = winding - c.sign;
@@ -50,13 +80,20 @@ std::string sample_bytes(const Object& object)
     std::vector<Vec3f> points;
     std::vector<std::uint32_t> part_of;
     for (std::uint32_t index = 0; index < object.view.parts.size(); ++index) {
-        const model::Part& part = object.view.parts[index];
-        for (std::uint32_t i = 0; i < part.sample_count; ++i) {
-            const std::optional<Vec3f> point = model::sample_point(object.view, part, i);
-            if (!point) continue;
+        const auto add = [&](std::optional<Vec3f> point) {
+            if (!point) return;
             points.push_back(object.world(cast<double>(*point)));
             part_of.push_back(index);
+        };
+        if (model::is_normal(object.view)) {
+            const model::NormalMapView map = model::normal_map_of(object.view, index);
+            const std::uint32_t every = 1u << map.subdivisions;
+            for (std::uint32_t row = 0; row < map.eta_count; row += every)
+                for (std::uint32_t column = 0; column < map.omega_count; column += every) add(mapped_sample(map, row, column));
+            continue;
         }
+        const model::Part& part = object.view.parts[index];
+        for (std::uint32_t i = 0; i < part.sample_count; ++i) add(model::sample_point(object.view, part, i));
     }
     out.count(points.size());
     for (const Vec3f& p : points) out.point(p);

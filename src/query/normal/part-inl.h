@@ -1,0 +1,315 @@
+// What one part's map says about points, many at a time: the layers of section 4.2.
+#if defined(SQMAP_QUERY_NORMAL_PART_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_NORMAL_PART_INL_H
+#undef SQMAP_QUERY_NORMAL_PART_INL_H
+#else
+#define SQMAP_QUERY_NORMAL_PART_INL_H
+#endif
+
+#include "query/normal/foot-inl.h"
+#include "query/normal/map-inl.h"
+#include "query/normal/pyramid-inl.h"
+#include "query/point/layer.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+/// Points that a superquadric holds.
+struct HeldLanes {
+    V3 q;               // its own frame
+    V3 unit;            // undeformed, in units of the semi-axes
+    PositionLanes own;  // where the point's own ray leaves the surface
+    F gauge;            // F^(1/2)
+};
+
+/// See PartAnswer; model frame.
+struct PartAnswerLanes {
+    M contact;  // else free
+    I flags;
+    F foot_distance, map_distance, depth_along, depth;
+    AngleLanes angles;
+    V3 foot, foot_normal, surface, normal;
+};
+HWY_INLINE M is_witness(const PartAnswerLanes& a)
+{
+    return hn::AndNot(a.contact, equal(hn::And(a.flags, set_int(k_projection_unproven | k_projection_by_cap)), hn::Zero(di)));
+}
+HWY_INLINE M has_surface(const PartAnswerLanes& a)
+{
+    return equal(hn::And(a.flags, set_int(k_projection_cap | k_projection_miss)), hn::Zero(di));
+}
+
+class PartLanes {
+public:
+    /// arcs: workspace of the search, made where it is needed; null: the search works its arcs out one by one.
+    PartLanes(const NormalMapView& map, const ProjectionOptions& options, GridArcs* arcs)
+        : view_(map),
+          options_(options),
+          sq_(map.superquadric),
+          map_(view_),
+          arcs_(arcs),
+          coarse_(reads_base_grid(map, options)),
+          proven_(set(k_proven_miss * sq_.size()))
+    {
+        if (arcs_ != nullptr) arcs_->forget();
+    }
+
+    const SuperquadricLanes& shape() const { return sq_; }
+
+    /// Undeformed and in units of the semi-axes; most points are outside the box before any power is raised.
+    HWY_INLINE M in_box(const V3& q, V3& unit) const
+    {
+        unit = sq_.to_unit(q);
+        const F max = larger(larger(hn::Abs(unit.x), hn::Abs(unit.y)), hn::Abs(unit.z));
+        return hn::Le(max, set(1.f + k_gauge_error));
+    }
+    /// Eq. 1. Of what rounding and powers leave open: held.
+    HWY_INLINE M holds(HeldLanes& point) const
+    {
+        point.own = sq_.through(point.unit, point.gauge);
+        return hn::Le(point.gauge, set(1.f + k_gauge_error));
+    }
+
+    /// Layer 1: where the point's own ray leaves the superquadric.
+    HWY_INLINE PartAnswerLanes layer_one(const V3& p, const HeldLanes& point) const
+    {
+        const SurfaceLanes s = sq_.surface(point.own);
+        PartAnswerLanes a;
+        a.contact = hn::Not(none());
+        a.flags = hn::Zero(di);
+        a.angles = angles_at(point.own);
+        a.foot = a.surface = sq_.to_model(s.point);
+        a.foot_normal = a.normal = sq_.direction_to_model(s.normal);
+        const V3 line = minus(a.foot, p);
+        a.foot_distance = a.depth_along = length(line);
+        a.map_distance = hn::Zero(df);
+        a.depth = dot(line, a.normal);
+        return a;
+    }
+
+    /// Layers 2 and 3 for the lanes of a mask.
+    HWY_INLINE PartAnswerLanes answer(const V3& p, const HeldLanes& point, M active) const
+    {
+        PartAnswerLanes a;
+        a.flags = hn::Zero(di);
+        FootLanes found = foot(point, active, a.flags);
+        if (coarse_ && options_.projector == Projector::Newton) found = at_base_sample(found.position, point.q);
+        a.angles = angles_at(found.position);
+        SampleLanes sample = sample_at(a.angles);
+        a.foot = sq_.to_model(found.at.point);
+        a.foot_normal = sq_.direction_to_model(found.at.normal);
+        a.foot_distance = length(minus(found.at.point, point.q));
+        const F infinite = set(INFINITY);
+        if (options_.use_gaps && !coarse_) {
+            const M deep = hn::And(active, hn::Gt(a.foot_distance, sample.distance));
+            const M behind = any(deep) ? map_.behind_first(a.angles, a.foot_distance, deep, sample.distance) : none();
+            const I opening = hn::Or(set_int(k_projection_behind), flag(hn::Eq(sample.distance, infinite), k_projection_miss));
+            sample.flags = blend(behind, opening, sample.flags);
+            const F zero = hn::Zero(df);
+            sample.normal = blend(behind, {zero, zero, zero}, sample.normal);
+        }
+        a.flags = hn::Or(a.flags, sample.flags);
+        a.map_distance = sample.distance;
+        a.contact = hn::Ge(a.foot_distance, sample.distance);
+        const M surface = has_surface(a), turned = hn::And(surface, hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
+        a.surface = minus(a.foot, scaled(hn::IfThenElseZero(surface, sample.distance), a.foot_normal));
+        a.normal = blend(turned, sample.normal, a.foot_normal);
+        a.depth_along = hn::Sub(a.foot_distance, sample.distance);
+        a.depth = blend(surface, dot(minus(a.surface, p), a.normal), a.depth_along);
+        if (options_.projector == Projector::Printed) a.depth = a.depth_along;
+        if (!coarse_ && options_.nearest_steps > 0) seek_nearest(p, found, hn::And(hn::And(active, a.contact), turned), a);
+        return a;
+    }
+
+    /// Depth and normal of the smoothed map at the point's own foot, as the tangent plane there has them, for contacts with a
+    /// surface.
+    HWY_NOINLINE void smooth(const V3& p, PartAnswerLanes& a) const
+    {
+        const SampleLanes plain = map_.interpolated(a.angles, options_.use_corrections), sample = map_.smoothed(a.angles, plain);
+        constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
+        const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
+                                equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
+        const M good = hn::And(known, hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
+        if (!any(good)) return;
+        const V3 surface = minus(a.foot, scaled(hn::IfThenElseZero(known, sample.distance), a.foot_normal));
+        a.surface = blend(good, surface, a.surface);
+        a.normal = blend(good, sample.normal, a.normal);
+        a.depth = blend(good, dot(minus(surface, p), sample.normal), a.depth);
+    }
+
+    HWY_INLINE SampleLanes sample_at(const AngleLanes& angles) const
+    {
+        SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.use_corrections);
+        if (options_.use_offset) {
+            const M surface = hn::Lt(sample.distance, set(INFINITY));  // a cap is at zero already
+            const F moved = larger(hn::Sub(hn::IfThenElseZero(surface, sample.distance), map_.offset(angles)), hn::Zero(df));
+            sample.distance = blend(surface, moved, sample.distance);
+        }
+        return sample;
+    }
+    const MapLanes& map() const { return map_; }
+
+    /// By the options' projector.
+    HWY_INLINE FootLanes foot(const HeldLanes& point, M active, I& flags) const
+    {
+        return options_.projector == Projector::Newton ? newton_foot(point, active, flags) : searched_foot(point, active, flags);
+    }
+
+    /// The pyramid search on the base grid, around the sample on the point's own ray or the table's start.
+    HWY_NOINLINE Searched searched(const HeldLanes& point, M active, const PyramidOptions& options) const
+    {
+        const GridLanes grid(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
+        PyramidSearch search(grid, point.q, options.compare_distance);
+        return search.run(options.seeded ? nearer_start(point).position : point.own, active, options);
+    }
+
+    static HWY_INLINE AngleLanes angles_at(const PositionLanes& at)
+    {
+        return {angle_of(at.latitude.s, at.latitude.c), angle_of(at.longitude.s, at.longitude.c)};
+    }
+    /// For points that may lie outside: the foot nearest to where the own ray leaves.
+    HWY_INLINE FootLanes foot_from(const PositionLanes& start, const V3& q, M active) const
+    {
+        return polished_foot(sq_, q, foot_at(sq_, start), active, {});
+    }
+    F proven() const { return proven_; }
+
+private:
+    static constexpr PyramidOptions k_printed{
+        .both_directions = false, .compare_distance = false, .wide_fallback = false, .seeded = false};
+
+    const GridArcs* arcs() const
+    {
+        if (arcs_ != nullptr && !arcs_->made()) arcs_->make(sq_, view_);
+        return arcs_;
+    }
+
+    /// The table's start for undeformed points, taken from the grid.
+    HWY_INLINE PositionLanes table_start(const V3& unit) const
+    {
+        const auto n = static_cast<float>(view_.seed_count);
+        I index = hn::Zero(di);
+        for (const F& coordinate : {unit.x, unit.y, unit.z}) {
+            const F share = view_.seeds_mirrored ? hn::Abs(coordinate) : hn::Mul(set(0.5f), hn::Add(coordinate, set(1.f)));
+            const F x = smaller(larger(hn::Mul(share, set(n)), hn::Zero(df)), set(n - 1));
+            index = hn::Add(hn::Mul(index, set_int(static_cast<std::int32_t>(view_.seed_count))), truncate(x));
+        }
+        const I seed = MapLanes::half_word(reinterpret_cast<const std::uint16_t*>(view_.seeds.data()), index);
+        const F eta = mul_add(to_float(hn::And(seed, set_int(255))), set(k_pi / 255), set(-0.5f * k_pi)),
+                omega = mul_add(to_float(shift_right<8>(seed)), set(2 * k_pi / 256), set(-k_pi));
+        const SineCosine up = sine_cosine(eta), round = sine_cosine(omega);
+        PositionLanes at{sq_.latitude().through(larger(up.cosine, hn::Zero(df)), up.sine).arc,
+                         sq_.longitude().through(round.cosine, round.sine).arc};
+        if (view_.seeds_mirrored) {
+            const auto flip = [](F like, F& c, F& nc) {
+                c = hn::CopySign(c, like);
+                nc = hn::CopySign(nc, like);
+            };
+            flip(unit.x, at.longitude.c, at.longitude.nc);
+            flip(unit.y, at.longitude.s, at.longitude.ns);
+            flip(unit.z, at.latitude.s, at.latitude.ns);
+        }
+        return at;
+    }
+
+    /// The nearer of the position on the point's own ray and the table's start: near the surface the first is right, deep inside
+    /// and beside a sharp edge the second.
+    HWY_INLINE FootLanes nearer_start(const HeldLanes& point) const
+    {
+        FootLanes own = foot_at(sq_, point.own);
+        const FootLanes seed = foot_at(sq_, table_start(point.unit));
+        const V3 to_own = minus(own.at.point, point.q), to_seed = minus(seed.at.point, point.q);
+        const M nearer = hn::Lt(dot(to_seed, to_seed), dot(to_own, to_own));
+        return {blend(nearer, seed.position, own.position),
+                {blend(nearer, seed.at.point, own.at.point), blend(nearer, seed.at.normal, own.at.normal)},
+                own.miss};
+    }
+
+    /// The foot from the table's start; where no basin holds that, from the search.
+    HWY_INLINE FootLanes newton_foot(const HeldLanes& point, M active, I& flags) const
+    {
+        FootLanes foot = polished_foot(sq_, point.q, nearer_start(point), active, {});
+        const M failed = hn::AndNot(hn::Le(foot.miss, proven_), active);
+        if (any(failed)) start_again(point, failed, foot, flags);
+        return foot;
+    }
+
+    /// Layer 2 compares a sample's distances, that of the point and that of the map: those of the nearest sample.
+    HWY_NOINLINE FootLanes at_base_sample(const PositionLanes& foot, const V3& q) const
+    {
+        const GridLanes base(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
+        PyramidSearch search(base, q, true);
+        return foot_at(sq_, base.position(search.refine(base.nearest(foot), 1).node));
+    }
+
+    HWY_NOINLINE void start_again(const HeldLanes& point, M failed, FootLanes& foot, I& flags) const
+    {
+        flags = hn::Or(flags, flag(failed, k_projection_wide));
+        const GridLanes grid(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
+        const Searched found = searched(point, failed, {});
+        const FootLanes again = polished_foot(sq_, point.q, foot_at(sq_, grid.position(found.node)), failed, {});
+        const M better = hn::And(failed, hn::Lt(again.miss, foot.miss));
+        foot = {blend(better, again.position, foot.position),
+                {blend(better, again.at.point, foot.at.point), blend(better, again.at.normal, foot.at.normal)},
+                blend(better, again.miss, foot.miss)};
+        flags = hn::Or(flags, flag(hn::AndNot(hn::Le(foot.miss, proven_), failed), k_projection_unproven));
+    }
+
+    /// The sample that the search comes to; layer 3 goes on through the subdivided levels, and one Newton step leads from the
+    /// finest sample to the position between samples that linear interpolation is for. As printed: the sample itself.
+    HWY_NOINLINE FootLanes searched_foot(const HeldLanes& point, M active, I& flags) const
+    {
+        const bool printed = options_.projector == Projector::Printed;
+        const Searched found = searched(point, active, printed ? k_printed : PyramidOptions{});
+        flags = hn::Or(flags, flag(found.wide, k_projection_wide));
+        const std::int32_t stride = std::int32_t{1} << view_.subdivisions;
+        if (coarse_) return foot_at(sq_, GridLanes(sq_, view_, stride, arcs()).position(found.node));
+        const GridLanes finest(sq_, view_, 1, arcs());
+        PyramidSearch search(finest, point.q, !printed);
+        const I scale = set_int(stride);
+        const Searched fine = search.refine({hn::Mul(found.node.row, scale), hn::Mul(found.node.column, scale)}, stride / 2);
+        const FootLanes at_sample = foot_at(sq_, finest.position(fine.node));
+        return printed ? at_sample : polished_foot(sq_, point.q, at_sample, active, {1, 0});
+    }
+
+    /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
+    /// point found. A step is kept while it leads to a nearer surface point.
+    HWY_NOINLINE void seek_nearest(const V3& p, FootLanes foot, M active, PartAnswerLanes& a) const
+    {
+        F nearest = length(minus(a.surface, p));
+        for (int step = 0; step < options_.nearest_steps && any(active); ++step) {
+            const V3 target = plus(p, scaled(dot(minus(a.surface, p), a.normal), a.normal));
+            const V3 q = sq_.to_local(target);
+            foot = polished_foot(sq_, q, foot, active, {});
+            const SampleLanes sample = sample_at(angles_at(foot.position));
+            constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
+            active = hn::And(hn::And(active, hn::Le(foot.miss, proven_)),
+                             hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
+                                     hn::Gt(dot(sample.normal, sample.normal), set(0.5f))));
+            const V3 surface = minus(sq_.to_model(foot.at.point),
+                                     scaled(hn::IfThenElseZero(active, sample.distance), sq_.direction_to_model(foot.at.normal)));
+            const V3 line = minus(surface, p);
+            const F distance = length(line);
+            active = hn::And(active, hn::Lt(distance, nearest));
+            nearest = blend(active, distance, nearest);
+            a.surface = blend(active, surface, a.surface);
+            a.normal = blend(active, sample.normal, a.normal);
+            a.depth = blend(active, dot(line, sample.normal), a.depth);
+        }
+    }
+
+    const NormalMapView view_;
+    const ProjectionOptions options_;
+    const SuperquadricLanes sq_;
+    const MapLanes map_;
+    GridArcs* arcs_;
+    bool coarse_;
+    F proven_;
+};
+
+}  // namespace
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

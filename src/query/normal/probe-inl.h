@@ -1,0 +1,313 @@
+// Section 4.2 for a whole probe on the paper's maps: spheres, layer 1, then the asked-for layer, part after part, and the witness
+// rule.
+#if defined(SQMAP_QUERY_NORMAL_PROBE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_NORMAL_PROBE_INL_H
+#undef SQMAP_QUERY_NORMAL_PROBE_INL_H
+#else
+#define SQMAP_QUERY_NORMAL_PROBE_INL_H
+#endif
+
+#include "query/normal/normal_job.h"
+#include "query/normal/part-inl.h"
+#include "query/point/contacts-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+/// What is known of the points of a batch, after the parts that have been heard.
+struct PointStates {
+    static constexpr std::size_t k_size = 1024;  ///< whole clusters
+    static constexpr std::size_t k_capacity = k_size + k_lanes;
+
+    enum State : std::uint8_t { k_held = 1, k_free = 2, k_contact = 4, k_surface = 8 };
+
+    std::size_t count = 0;
+    float x[k_capacity], y[k_capacity], z[k_capacity];  ///< model space
+    std::uint32_t point[k_capacity];
+    std::uint8_t state[k_capacity];
+    std::int16_t part[k_capacity];
+    float key[k_capacity];  ///< distance to the tangent plane of the nearest surface so far
+    float depth[k_capacity], normal_x[k_capacity], normal_y[k_capacity], normal_z[k_capacity];
+};
+
+/// Points that a part's superquadric may hold, side by side.
+struct PointQueue {
+    std::size_t count = 0;
+    float field[3][PointStates::k_capacity];  ///< the superquadric's own frame
+    std::int32_t slot[PointStates::k_capacity];
+
+    HWY_INLINE void add(const V3& q, I slots, M which)
+    {
+        pack(q.x, which, field[0] + count);
+        pack(q.y, which, field[1] + count);
+        pack(q.z, which, field[2] + count);
+        pack(slots, which, slot + count);
+        count += hn::CountTrue(df, which);
+    }
+    /// So that whole vectors hold points: the last one again.
+    void fill_up()
+    {
+        for (std::size_t i = 0; i < k_lanes && count > 0; ++i) {
+            for (auto& f : field) f[count + i] = f[count - 1];
+            slot[count + i] = slot[count - 1];
+        }
+    }
+    HWY_INLINE V3 position(std::size_t first) const
+    {
+        return {hn::LoadU(df, field[0] + first), hn::LoadU(df, field[1] + first), hn::LoadU(df, field[2] + first)};
+    }
+    HWY_INLINE I slots(std::size_t first) const { return hn::LoadU(di, slot + first); }
+    HWY_INLINE M present(std::size_t first) const { return hn::FirstN(df, count - first); }
+};
+
+class NormalKernel {
+public:
+    explicit NormalKernel(const NormalJob& normal)
+        : normal_(normal), job_(normal.probe), model_(job_.model), contacts_(job_.caller, job_.out)
+    {
+    }
+
+    ProbeResult run()
+    {
+        if (job_.clusters == 0) {
+            for (std::size_t first = 0; first < job_.points; first += Probe::k_cluster) add(first, job_.points);
+        } else if (!is_far(model_.header.sphere, {job_.sphere[0], job_.sphere[1], job_.sphere[2]}, job_.sphere[3])) {
+            for (std::size_t g = 0; g < job_.groups && !is_done(); ++g) {
+                if (is_far(model_.header.sphere, {job_.group_x[g], job_.group_y[g], job_.group_z[g]}, job_.group_radius[g]))
+                    continue;
+                for (std::size_t c = g * Probe::k_cluster; c < std::min(job_.clusters, (g + 1) * Probe::k_cluster); ++c)
+                    if (!is_far(model_.header.sphere, centre_of(c), job_.radius[c])) add(c * Probe::k_cluster, job_.points);
+            }
+        }
+        finish();
+        return contacts_.result();
+    }
+
+private:
+    static constexpr std::size_t k_clusters = PointStates::k_size / Probe::k_cluster;
+
+    bool is_done() const { return job_.first_only && contacts_.count() > 0; }
+    Vec3f centre_of(std::size_t c) const { return {job_.centre_x[c], job_.centre_y[c], job_.centre_z[c]}; }
+    /// No point of a sphere of the probe is in one of the model.
+    bool is_far(const float* sphere, Vec3f centre, float radius) const
+    {
+        const float within = (radius * job_.scale + sphere[3]) * 1.0001f;
+        return !(norm_sq(job_.in_model_space(centre) - model::vec3(sphere)) <= within * within);
+    }
+
+    /// The points of a cluster, up to an end, in model space.
+    void add(std::size_t first, std::size_t end)
+    {
+        if (states_.count + Probe::k_cluster > PointStates::k_size) finish();
+        const std::size_t size = std::min(Probe::k_cluster, end - first);
+        const std::size_t at = states_.count;
+        cluster_first_[clusters_] = at;
+        const float* r = job_.rotation;
+        const float* t = job_.translation;
+        F low[3] = {set(INFINITY), set(INFINITY), set(INFINITY)}, high[3] = {set(-INFINITY), set(-INFINITY), set(-INFINITY)};
+        for (std::size_t k = 0; k < size; k += hn::Lanes(df)) {
+            const V3 p{hn::LoadU(df, job_.x + first + k), hn::LoadU(df, job_.y + first + k), hn::LoadU(df, job_.z + first + k)};
+            const F posed[3] = {hn::Add(row_dot(r, p), set(t[0])), hn::Add(row_dot(r + 3, p), set(t[1])),
+                                hn::Add(row_dot(r + 6, p), set(t[2]))};
+            hn::StoreU(posed[0], df, states_.x + at + k);
+            hn::StoreU(posed[1], df, states_.y + at + k);
+            hn::StoreU(posed[2], df, states_.z + at + k);
+            for (int i = 0; i < 3; ++i) {
+                low[i] = smaller(low[i], posed[i]);
+                high[i] = larger(high[i], posed[i]);
+            }
+        }
+        for (std::size_t k = 0; k < size; ++k) {
+            states_.point[at + k] = job_.point[first + k];
+            states_.state[at + k] = 0;
+        }
+        bound(low, high);
+        cluster_size_[clusters_++] = size;
+        states_.count += Probe::k_cluster;
+    }
+    /// A sphere about a cluster, model space: about the box of its points.
+    void bound(const F (&low)[3], const F (&high)[3])
+    {
+        float square = 0;
+        for (int i = 0; i < 3; ++i) {
+            const float lo = hn::GetLane(hn::MinOfLanes(df, low[i])), hi = hn::GetLane(hn::MaxOfLanes(df, high[i]));
+            cluster_centre_[i][clusters_] = 0.5f * (lo + hi);
+            square += 0.25f * (hi - lo) * (hi - lo);
+        }
+        cluster_radius_[clusters_] = std::sqrt(square);
+    }
+
+    /// What the parts say about the batch, written down.
+    HWY_NOINLINE void finish()
+    {
+        if (is_done()) states_.count = clusters_ = 0;
+        if (clusters_ == 0) return;
+        for (std::size_t i = 0; i < model_.parts.size(); ++i) hear(i);
+        for (std::size_t c = 0; c < clusters_; ++c)
+            for (std::size_t k = 0; k < cluster_size_[c]; ++k) write(cluster_first_[c] + k);
+        states_.count = clusters_ = 0;
+    }
+    void write(std::size_t s)
+    {
+        const std::uint8_t state = states_.state[s];
+        if (job_.reached != nullptr && (state & PointStates::k_held) != 0) job_.reached[states_.point[s]] = 1;
+        if ((state & PointStates::k_free) != 0 || (state & PointStates::k_contact) == 0 || is_done()) return;
+        const Vec3f p{states_.x[s], states_.y[s], states_.z[s]};
+        Contact c{p, {}, 0, states_.point[s], states_.part[s], false, k_no_surface};
+        if ((state & PointStates::k_surface) != 0) {
+            c.depth = std::max(states_.depth[s], 0.f);
+            c.normal = {states_.normal_x[s], states_.normal_y[s], states_.normal_z[s]};
+            c.point = p + c.depth * c.normal;
+            c.status = k_ok;
+        }
+        contacts_.write(c);
+    }
+
+    /// One part about the points that are not known to be free.
+    HWY_NOINLINE void hear(std::size_t index)
+    {
+        const float* sphere = model_.parts[index].sphere;
+        std::uint8_t near[k_clusters];
+        bool some = false;
+        for (std::size_t c = 0; c < clusters_; ++c) {
+            const Vec3f d = Vec3f{cluster_centre_[0][c], cluster_centre_[1][c], cluster_centre_[2][c]} - model::vec3(sphere);
+            const float within = (cluster_radius_[c] + sphere[3]) * 1.0001f;
+            near[c] = norm_sq(d) <= within * within ? 1 : 0;
+            some = some || near[c] != 0;
+        }
+        if (!some) return;
+        const NormalMapView view = model::normal_map_of(model_, index);
+        // For a few points a table is not worth its time.
+        const PartLanes part(view, normal_.options, job_.clusters == 0 ? nullptr : &arcs_);
+        in_box_.count = 0;
+        for (std::size_t c = 0; c < clusters_; ++c)
+            if (near[c] != 0) collect(part, sphere, c);
+        if (in_box_.count == 0) return;
+        in_box_.fill_up();
+        held_.count = 0;
+        for (std::size_t first = 0; first < in_box_.count; first += hn::Lanes(df)) hold(part, first, index);
+        if (normal_.options.layer == Layer::One) return;
+        held_.fill_up();
+        for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) answer(part, first, index);
+    }
+
+    static HWY_INLINE M in_sphere(const float* sphere, const V3& p)
+    {
+        const V3 d{hn::Sub(p.x, set(sphere[0])), hn::Sub(p.y, set(sphere[1])), hn::Sub(p.z, set(sphere[2]))};
+        return hn::Le(dot(d, d), set(sphere[3] * sphere[3]));
+    }
+
+    /// The points of a cluster that are in the object's sphere and in the part's, and in its box.
+    HWY_INLINE void collect(const PartLanes& part, const float* sphere, std::size_t c)
+    {
+        for (std::size_t k = 0; k < cluster_size_[c]; k += hn::Lanes(df)) {
+            const std::size_t at = cluster_first_[c] + k;
+            M open = hn::FirstN(df, cluster_size_[c] - k);
+            HWY_ALIGN std::int32_t is_free[k_lanes];
+            for (std::size_t i = 0; i < k_lanes; ++i) is_free[i] = states_.state[at + i] & PointStates::k_free;
+            const V3 p{hn::LoadU(df, states_.x + at), hn::LoadU(df, states_.y + at), hn::LoadU(df, states_.z + at)};
+            open = hn::And(hn::And(open, equal(hn::Load(di, is_free), hn::Zero(di))),
+                           hn::And(in_sphere(sphere, p), in_sphere(model_.header.sphere, p)));
+            if (!any(open)) continue;
+            const V3 q = part.shape().to_local(p);
+            V3 unit;
+            const M inside = hn::And(open, part.in_box(q, unit));
+            if (any(inside)) in_box_.add(q, hn::Iota(di, static_cast<std::int32_t>(at)), inside);
+        }
+    }
+
+    HWY_INLINE V3 position_of(I slots) const
+    {
+        return {hn::GatherIndex(df, states_.x, slots), hn::GatherIndex(df, states_.y, slots),
+                hn::GatherIndex(df, states_.z, slots)};
+    }
+
+    /// Layer 1 for a vector of the points in the box.
+    HWY_NOINLINE void hold(const PartLanes& part, std::size_t first, std::size_t index)
+    {
+        HeldLanes point;
+        point.q = in_box_.position(first);
+        point.unit = part.shape().to_unit(point.q);
+        const M held = hn::And(in_box_.present(first), part.holds(point));
+        if (!any(held)) return;
+        const I slots = in_box_.slots(first);
+        each_lane(held, [&](std::size_t i) { states_.state[in_box_.slot[first + i]] |= PointStates::k_held; });
+        if (normal_.options.layer != Layer::One) {
+            held_.add(point.q, slots, held);
+            return;
+        }
+        PartAnswerLanes a = part.layer_one(position_of(slots), point);
+        // The deepest part speaks: the union's surface is outside every part that holds the point.
+        note(a, hn::Neg(a.foot_distance), a.foot_distance, {held, none()}, {in_box_.slot + first, index});
+    }
+
+    HWY_NOINLINE void answer(const PartLanes& part, std::size_t first, std::size_t index)
+    {
+        HeldLanes point;
+        point.q = held_.position(first);
+        point.unit = part.shape().to_unit(point.q);
+        (void)part.holds(point);
+        const M present = held_.present(first);
+        const V3 p = position_of(held_.slots(first));
+        PartAnswerLanes a = part.answer(p, point, hn::Not(none()));
+        const F key = hn::Abs(a.depth);
+        if (normal_.smoothing) part.smooth(p, a);
+        note(a, key, a.depth, {hn::And(present, a.contact), hn::And(present, is_witness(a))}, {held_.slot + first, index});
+    }
+
+    struct Verdicts {
+        M contact, witness;
+    };
+    struct Speaker {
+        const std::int32_t* slots;
+        std::size_t part;
+    };
+    /// The witness rule, point by point: the surface of the least key gives depth and normal.
+    HWY_NOINLINE void note(const PartAnswerLanes& a, F key, F depth, const Verdicts& verdicts, const Speaker& speaker)
+    {
+        each_lane(verdicts.witness, [&](std::size_t i) { states_.state[speaker.slots[i]] |= PointStates::k_free; });
+        if (!any(verdicts.contact)) return;
+        HWY_ALIGN float keys[k_lanes], depths[k_lanes], x[k_lanes], y[k_lanes], z[k_lanes];
+        hn::Store(key, df, keys);
+        hn::Store(depth, df, depths);
+        hn::Store(a.normal.x, df, x);
+        hn::Store(a.normal.y, df, y);
+        hn::Store(a.normal.z, df, z);
+        const std::uint64_t surfaces = bits_of(has_surface(a));
+        each_lane(verdicts.contact, [&](std::size_t i) {
+            const auto s = static_cast<std::size_t>(speaker.slots[i]);
+            std::uint8_t& state = states_.state[s];
+            const auto part = static_cast<std::int16_t>(speaker.part);
+            if ((surfaces >> i & 1u) != 0 && ((state & PointStates::k_surface) == 0 || keys[i] < states_.key[s])) {
+                states_.key[s] = keys[i];
+                states_.depth[s] = depths[i];
+                states_.normal_x[s] = x[i];
+                states_.normal_y[s] = y[i];
+                states_.normal_z[s] = z[i];
+                states_.part[s] = part;
+                state |= PointStates::k_surface;
+            } else if ((state & PointStates::k_contact) == 0) {
+                states_.part[s] = part;
+            }
+            state |= PointStates::k_contact;
+        });
+    }
+
+    const NormalJob& normal_;
+    const ProbeJob& job_;
+    const model::ModelView& model_;
+    ContactWriter contacts_;
+    PointStates states_;
+    std::size_t clusters_ = 0;
+    std::size_t cluster_first_[k_clusters], cluster_size_[k_clusters];
+    float cluster_centre_[3][k_clusters], cluster_radius_[k_clusters];
+    PointQueue in_box_, held_;
+    GridArcs arcs_;
+};
+
+}  // namespace
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

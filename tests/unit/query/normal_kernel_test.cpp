@@ -1,0 +1,126 @@
+#include "query/normal/normal_job.h"
+#include "sqmap/query/point.h"
+#include "support/bodies.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace sqmap::query {
+namespace {
+
+struct Hand {
+    const test::Parsed model{test::small_hand(), true, {.projection = model::Projection::Normal, .exact = false}};
+    std::vector<Vec3d> points;
+
+    Hand()
+    {
+        test::Random random(92);
+        const model::Header& h = model.view().header;
+        const double r = static_cast<double>(h.sphere[3]) * h.unit;
+        const Vec3d centre = model::to_mesh_units(h, model::vec3(h.sphere));
+        for (int i = 0; i < 20000; ++i) points.push_back(centre + r * random.in_box({-1, -1, -1}, {1, 1, 1}));
+    }
+    static const Hand& get()
+    {
+        static const Hand k_hand;
+        return k_hand;
+    }
+};
+
+// Depth by polynomials against double at the same foot.
+TEST(NormalKernel, DepthIsThatOfDouble)
+{
+    const Hand& hand = Hand::get();
+    const model::ModelView& view = hand.model.in_model_space();
+    double max = 0;
+    int count = 0;
+    for (const Vec3d& point : hand.points) {
+        const Vec3f p = model::to_model_space(hand.model.view().header, point);
+        for (std::size_t i = 0; i < view.parts.size(); ++i) {
+            const NormalMapView map = model::normal_map_of(view, i);
+            const PartAnswer a = project(map, p);
+            if (a.verdict == Verdict::Outside) continue;
+            const shape::Superquadricd sq = shape::cast<double>(map.superquadric);
+            const Vec3d foot = shape::surface_point(sq, shape::SurfaceAngles<double>{static_cast<double>(a.angles.eta),
+                                                                                     static_cast<double>(a.angles.omega)})
+                                   .point;
+            max = std::max(max, std::abs(norm(foot - cast<double>(p)) - static_cast<double>(a.foot_distance)));
+            ++count;
+        }
+    }
+    EXPECT_GT(count, 500);
+    EXPECT_LE(max, 1e-5 * view.header.r_max);
+}
+
+TEST(NormalKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
+{
+    const Hand& hand = Hand::get();
+    const model::ModelView& view = hand.model.view();
+    const Probe probe(hand.points);
+    std::vector<Contact> reference(hand.points.size()), contacts(hand.points.size());
+    const Pose turned{test::rotation_about({0, 0.6, 0.8}, 0.3), {0.02, 0.01, 0}};
+    std::size_t total = 0;
+    for (const Projector projector : {Projector::Newton, Projector::Pyramid, Projector::Printed})
+        for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Gate})
+            for (const bool smoothing : {false, true}) {
+                const QueryOptions options{
+                    .layer = layer, .offset = projector == Projector::Pyramid, .smoothing = smoothing, .projector = projector};
+                const Body touched{.model = &view}, collider{.probe = &probe, .pose = turned};
+                const ProbeResult one = run_normal_one_lane({ProbeJob(touched, collider, options, reference), options});
+                for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
+                    hwy::SetSupportedTargetsForTest(left & -left);
+                    const ProbeResult many = query_probe(touched, collider, options, contacts);
+                    hwy::SetSupportedTargetsForTest(0);
+                    ASSERT_EQ(many.contacts, one.contacts);
+                    for (std::size_t i = 0; i < one.contacts; ++i) {
+                        const Contact &a = reference[i], &b = contacts[i];
+                        ASSERT_EQ(a.point, b.point) << i;
+                        ASSERT_EQ(a.normal, b.normal);
+                        ASSERT_EQ(a.depth, b.depth);
+                        ASSERT_EQ(a.index, b.index);
+                        ASSERT_EQ(a.part, b.part);
+                        ASSERT_EQ(a.status, b.status);
+                    }
+                }
+                total += one.contacts;
+            }
+    EXPECT_GT(total, 1000u);
+}
+
+// A point by itself, and a part by itself under the witness rule, are the same template.
+TEST(NormalKernel, PointsAndPartsAnswerAsTheProbe)
+{
+    const Hand& hand = Hand::get();
+    const model::ModelView& view = hand.model.in_model_space();
+    std::size_t contacts = 0, open = 0;
+    for (const Vec3d& point : hand.points) {
+        const Vec3f p = model::to_model_space(hand.model.view().header, point);
+        const PointResult whole = query_point(view, cast<double>(p));
+        std::vector<PartAnswer> answers;
+        for (std::size_t i = 0; i < view.parts.size(); ++i) {
+            const float* sphere = view.parts[i].sphere;
+            const bool in_sphere = norm_sq(p - model::vec3(sphere)) <= sphere[3] * sphere[3];
+            answers.push_back(in_sphere ? project(model::normal_map_of(view, i), p) : PartAnswer{});
+        }
+        const CombinedAnswer all = combine(answers);
+        ASSERT_EQ(all.contact, whole.contact);
+        if (!all.contact) continue;
+        ++contacts;
+        EXPECT_EQ(all.part, whole.part);
+        EXPECT_EQ(all.has_surface, (whole.status & k_no_surface) == 0);
+        open += all.has_surface ? 0u : 1u;
+        if (all.has_surface) {
+            EXPECT_EQ(std::max(answers[static_cast<std::size_t>(all.part)].depth, 0.f), static_cast<float>(whole.depth));
+        }
+    }
+    EXPECT_GT(contacts, 200u);
+    EXPECT_GT(contacts, 2 * open);
+}
+
+}  // namespace
+}  // namespace sqmap::query
