@@ -64,7 +64,7 @@ struct PointQueue {
 class NormalKernel {
 public:
     explicit NormalKernel(const NormalJob& normal)
-        : normal_(normal), job_(normal.probe), model_(job_.model), contacts_(job_.caller, job_.out)
+        : normal_(normal), job_(normal.probe), model_(job_.model), contacts_(job_)
     {
     }
 
