@@ -1,20 +1,37 @@
 #include "commands.h"
 #include "load_options.h"
 
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
 #include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <new>
+#include <string>
+#include <system_error>
+#include <vector>
 
 namespace sqmap::app {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 ordered_json as_json(const Vec3d& v) { return {v.x, v.y, v.z}; }
+ordered_json as_json(const mesh::Distances& d) { return {{"mean", d.mean}, {"p99", d.p99}, {"max", d.max}}; }
 
-/// The file's name may hold any bytes; JSON is UTF-8.
-std::string dumped(const ordered_json& j) { return j.dump(2, ' ', false, ordered_json::error_handler_t::replace); }
+/// The file's name may hold any bytes; JSON is UTF-8. indent: -1 for a single line.
+std::string dumped(const ordered_json& j, int indent)
+{
+    return j.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
+}
 
 ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
 {
@@ -33,6 +50,10 @@ ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
         out["repairs"].push_back({{"kind", mesh::name_of(r.kind)}, {"count", r.count}});
     for (const mesh::Warning& w : loaded.warnings)
         out["warnings"].push_back({{"code", mesh::name_of(w.kind)}, {"count", w.count}, {"message", w.message}});
+    if (loaded.deviation)
+        out["moved"] = {{"input_to_result", as_json(loaded.deviation->input_to_result)},
+                        {"result_to_input", as_json(loaded.deviation->result_to_input)},
+                        {"made_up_share", loaded.deviation->made_up_share}};
     if (refused) return out;
     const mesh::MeshFacts& f = loaded.facts;
     out["facts"] = {{"vertices", f.vertex_count},
@@ -65,6 +86,95 @@ void print(const std::string& file, const LoadedMesh& loaded)
     std::printf("  box %.6g x %.6g x %.6g\n", size.x, size.y, size.z);
 }
 
+// --- a folder -----------------------------------------------------------------------------------------------------
+
+bool has_mesh_name(const fs::path& path)
+{
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    constexpr std::array k_extensions{".off", ".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".3mf", ".fbx"};
+    return std::find(k_extensions.begin(), k_extensions.end(), extension) != k_extensions.end();
+}
+
+std::vector<fs::path> meshes_below(const fs::path& folder)
+{
+    std::vector<fs::path> out;
+    std::error_code ignored;  // a folder that may not be read has no files
+    for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, ignored), end; it != end;
+         it.increment(ignored))
+        if (it->is_regular_file(ignored) && has_mesh_name(it->path())) out.push_back(it->path());
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+/// As load_mesh, but whatever is thrown becomes the file's own refusal.
+LoadedMesh loaded_anyhow(const fs::path& path, const LoadOptions& options)
+{
+    LoadedMesh out;
+    try {
+        return load_mesh(path, options);
+    } catch (const std::bad_alloc&) {
+        out.diagnosis = {"E_LIMIT", "file", "it does not fit into memory", "lower --max-bytes or --max-faces"};
+    } catch (const std::exception& e) {
+        out.diagnosis = {"E_INTERNAL", "file", e.what(), "report it, with the file"};
+    }
+    return out;
+}
+
+std::string done_to(const LoadedMesh& loaded)
+{
+    if (loaded.refused()) return loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " + loaded.diagnosis.message;
+    std::string out;
+    for (const mesh::RepairNote& r : loaded.repairs)
+        out += (out.empty() ? "" : ", ") + std::string(mesh::name_of(r.kind)) + " " + std::to_string(r.count);
+    return out;
+}
+
+void print_row(const std::string& file, const LoadedMesh& loaded, double seconds)
+{
+    char moved[32] = "-", made_up[32] = "-";
+    if (loaded.deviation) {
+        const double r_max = mesh::largest_vertex_distance(loaded.mesh);
+        std::snprintf(moved, sizeof moved, "%.3f", 100 * loaded.deviation->input_to_result.p99 / r_max);
+        std::snprintf(made_up, sizeof made_up, "%.1f", 100 * loaded.deviation->made_up_share);
+    }
+    std::printf("%-8s %9llu %8s %8s %7.2f  %s%s%s\n", verdict_name(loaded.verdict),
+                static_cast<unsigned long long>(loaded.facts.triangle_count), moved, made_up, seconds, file.c_str(),
+                done_to(loaded).empty() ? "" : ": ", done_to(loaded).c_str());
+    std::fflush(stdout);
+}
+
+int check_folder(const fs::path& folder, const LoadOptions& options, bool json)
+{
+    const std::vector<fs::path> files = meshes_below(folder);
+    const bool shows_progress = ::isatty(STDERR_FILENO) != 0;
+    if (!json) std::printf("%-8s %9s %8s %8s %7s  %s\n", "verdict", "faces", "moved %", "made up", "s", "file: what was done");
+    std::map<std::string, int> counts;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const std::string file = fs::relative(files[i], folder).string();
+        if (shows_progress) std::fprintf(stderr, "\r%zu of %zu %-40.40s\r", i + 1, files.size(), file.c_str());
+        const auto start = std::chrono::steady_clock::now();
+        const LoadedMesh loaded = loaded_anyhow(files[i], options);
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        ++counts[verdict_name(loaded.verdict)];
+        if (json) {
+            ordered_json line = as_json(file, loaded);
+            line["seconds"] = seconds;
+            std::printf("%s\n", dumped(line, -1).c_str());
+            std::fflush(stdout);
+        } else {
+            print_row(file, loaded, seconds);
+        }
+    }
+    if (!json) {
+        std::printf("%zu files:", files.size());
+        for (const auto& [verdict, count] : counts) std::printf(" %s %d", verdict.c_str(), count);
+        std::printf("\n");
+    }
+    return counts["REFUSED"] > 0 || files.empty() ? 2 : 0;
+}
+
 }  // namespace
 
 void add_check(CommandLine& line)
@@ -76,16 +186,19 @@ void add_check(CommandLine& line)
     };
     const auto options = std::make_shared<Options>();
     Command command = line.add("check", "Say whether a mesh can be used, what would be repaired, or why not");
-    command.option("mesh", options->file, "OFF, OBJ, STL, PLY, glTF or GLB; with the program assimp also DAE, 3MF, FBX")
+    command
+        .option("mesh", options->file,
+                "OFF, OBJ, STL, PLY, glTF or GLB; with the program assimp also DAE, 3MF, FBX; or a folder of these")
         .required()
-        .existing_file();
-    command.flag("--json", options->json, "Answer as JSON");
+        .existing_path();
+    command.flag("--json", options->json, "Answer as JSON; of a folder a line for each file");
     add_load_options(command, options->load);
-    command.footer("Exit code: 0 accepted or repaired, 2 refused, 64 wrong usage, 70 internal error.");
+    command.footer("Exit code: 0 usable, 2 refused (of a folder: some file), 64 wrong usage, 70 internal error.");
     command.run([options] {
+        if (fs::is_directory(options->file)) return check_folder(options->file, options->load, options->json);
         const LoadedMesh loaded = load_mesh(options->file, options->load);
         if (options->json)
-            std::printf("%s\n", dumped(as_json(options->file, loaded)).c_str());
+            std::printf("%s\n", dumped(as_json(options->file, loaded), 2).c_str());
         else
             print(options->file, loaded);
         return loaded.refused() ? 2 : 0;

@@ -71,6 +71,7 @@ CLI::Validator bounded(const Bound& bound)
 
 Option Option::required() { return Option(option_->required()); }
 Option Option::existing_file() { return Option(option_->check(CLI::ExistingFile)); }
+Option Option::existing_path() { return Option(option_->check(CLI::ExistingPath)); }
 Option Option::one_of(std::vector<std::string> words) { return Option(option_->check(CLI::IsMember(std::move(words)))); }
 
 /// CLI::Range lets NaN pass.

@@ -38,6 +38,8 @@ public:
 
     Option required();
     Option existing_file();
+    /// A file or a folder.
+    Option existing_path();
     /// Nothing but these words.
     Option one_of(std::vector<std::string> words);
     /// Numbers from least to most; NaN is refused.

@@ -9,7 +9,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <sys/wait.h>
 
@@ -81,6 +83,26 @@ TEST_F(CheckCommand, NamesRepairsAndForbidsThemOnRequest)
     EXPECT_EQ(answer["repairs"][0]["kind"], "flipped");
     EXPECT_EQ(answer["repairs"][0]["count"], 4);
     EXPECT_EQ(json(path + " --repair none", 2)["code"], "E_ORIENT");
+}
+
+TEST_F(CheckCommand, SaysOfAFolderWhatBecameOfEachFile)
+{
+    const std::string folder = std::filesystem::path(file("good.obj", k_good)).parent_path().string() + "/many";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder + "/below");
+    std::filesystem::copy(file("good.obj", k_good), folder + "/below/good.obj");
+    std::filesystem::copy(file("bad.obj", "v 0 0 0\nf 1 2 3\n"), folder + "/bad.obj");
+    std::filesystem::copy(file("notes.txt", "no mesh"), folder + "/notes.txt");
+    const Answer table = run("check " + folder);
+    EXPECT_EQ(table.exit_code, 2);
+    EXPECT_NE(table.text.find("REFUSED"), std::string::npos) << table.text;
+    EXPECT_NE(table.text.find("E_INDEX"), std::string::npos) << table.text;
+    EXPECT_NE(table.text.find("2 files: ACCEPT 1 REFUSED 1"), std::string::npos) << table.text;
+    const Answer lines = run("check " + folder + " --json");
+    std::istringstream in(lines.text);
+    std::vector<std::string> verdicts;
+    for (std::string line; std::getline(in, line);) verdicts.push_back(nlohmann::json::parse(line)["verdict"]);
+    EXPECT_EQ(verdicts, (std::vector<std::string>{"REFUSED", "ACCEPT"}));
 }
 
 TEST_F(CheckCommand, RefusesWithCodeElementAndCure)
