@@ -36,6 +36,12 @@ constexpr double k_least_gain = 0.5;
 constexpr double k_max_refined = 3;
 // A model that misses its targets by so many times is not measured with more points.
 constexpr double k_clear_miss = 3;
+// Where more than this share of a solid's surface is hidden from its parts' projections, as in cups and cheese, no resolution of
+// the maps shows it and the locator answers: their cells are so much larger, and not refined.
+constexpr double k_mostly_hidden = 0.5, k_hidden_coarser = 4;
+constexpr std::uint32_t k_hidden_base = 4;
+// Where verdicts are wrong, the locator may take so many times its bytes.
+constexpr double k_max_locator = 8;
 // Eq. 35's mean and 99th percentile are held to these shares of the target too, where that is not less than what is promised at
 // the default; the percentile, told from few points, with room to spare.
 constexpr double k_eq35_share = 0.1, k_eq35_least = 0.05;
@@ -232,6 +238,17 @@ Draft make_draft(const Subject& subject, const CentralOptions& central, const st
     return draft;
 }
 
+/// Percent of the surface that its part's projection does not see first.
+double hidden_percent(const std::vector<MeasuredPart>& parts)
+{
+    double hidden = 0, area = 0;
+    for (const MeasuredPart& part : parts) {
+        hidden += 100 * part.quality.q2_share * part.quality.area;
+        area += part.quality.area;
+    }
+    return hidden / area;
+}
+
 /// The target is met by measuring: finer cells where the first guess falls short. Sets fineness.
 Draft meet_target(const Subject& subject, double& fineness)
 {
@@ -241,8 +258,15 @@ Draft meet_target(const Subject& subject, double& fineness)
     };
     progress("map", 0);
     CentralOptions central = central_options(options.target_error, mesh::largest_vertex_distance(subject.solid.mesh()));
+    const bool is_hidden = options.projection != model::Projection::Normal && subject.header.solid != 0 &&
+                           hidden_percent(subject.fitted.parts) > 100 * k_mostly_hidden;
+    if (is_hidden) {
+        scale(central, fineness = k_hidden_coarser);
+        central.least_base = k_hidden_base;
+    }
     Draft draft = make_draft(subject, central, {});
     progress("measure", 0);
+    if (is_hidden) return draft;
     const double max_bytes = k_max_refined * byte_budget(subject.solid.mesh().triangles.size(), options.target_error);
     double factor = 1;
     for (int attempt = 0; attempt < k_refinements && shortfall(draft.measured, options) > 1; ++attempt) {
@@ -263,39 +287,44 @@ Draft meet_target(const Subject& subject, double& fineness)
 
 /// What finds the surface beside the maps: the locator and the exact layer's lists. A normal model has them for its triangles
 /// alone: charts lead to its cells and are dropped, planes and seeds with them.
-void bake_cells(const Subject& subject, model::ModelData& data)
+/// The locator, and what layers 1 to 3 err with it. Where verdicts are wrong it takes more bytes than its share.
+void bake_measured_locator(const PartedSolid& surface, LocatorOptions locator, Draft& draft)
 {
+    for (;; locator.more *= 2) {
+        bake_locator(surface, locator, draft.model);
+        measure_layers(draft.model, surface.solid, draft.measured);
+        if (!model::is_doubtful(draft.measured) || 2 * locator.more > k_max_locator) return;
+    }
+}
+
+void bake_cells(const Subject& subject, Draft& draft)
+{
+    model::ModelData& data = draft.model;
     const BakeOptions& options = subject.options;
     const LocatorOptions locator{options.target_error, options.threads};
     const PartedSolid surface{subject.solid, subject.fitted.partition.part_of_triangle};
     if (options.projection != model::Projection::Normal) {
-        if (data.header.solid != 0) bake_locator(surface, locator, data);
+        if (data.header.solid != 0)
+            bake_measured_locator(surface, locator, draft);
+        else
+            measure_layers(data, subject.solid, draft.measured);
         bake_candidate_lists(subject.solid, locator, data);
         return;
     }
-    if (!options.exact || data.header.solid == 0) return;
-    const double r_max = mesh::largest_vertex_distance(subject.solid.mesh());
-    model::ModelData led = assembled(subject, bake_central_maps(subject, central_options(options.target_error, r_max), {}));
-    bake_locator(surface, locator, led);
-    bake_candidate_lists(subject.solid, locator, led);
-    take_cells(led, data);
+    if (options.exact && data.header.solid != 0) {
+        const double r_max = mesh::largest_vertex_distance(subject.solid.mesh());
+        model::ModelData led = assembled(subject, bake_central_maps(subject, central_options(options.target_error, r_max), {}));
+        bake_locator(surface, locator, led);
+        bake_candidate_lists(subject.solid, locator, led);
+        take_cells(led, data);
+    }
+    measure_layers(data, subject.solid, draft.measured);
 }
 
 model::Cure stored(const Cured& cured)
 {
     const mesh::Distances &from = cured.deviation.input_to_result, &to = cured.deviation.result_to_input;
     return {cured.rung, from.mean, from.p99, from.max, to.mean, to.p99, to.max, cured.deviation.made_up_share};
-}
-
-/// Percent of the surface that its part's projection does not see first.
-double hidden_percent(const std::vector<MeasuredPart>& parts)
-{
-    double hidden = 0, area = 0;
-    for (const MeasuredPart& part : parts) {
-        hidden += 100 * part.quality.q2_share * part.quality.area;
-        area += part.quality.area;
-    }
-    return hidden / area;
 }
 
 }  // namespace
@@ -343,7 +372,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     const Subject subject{solid, parts, header, options};
     Draft draft = meet_target(subject, result.report.fineness);
     lap("map");
-    bake_cells(subject, draft.model);
+    bake_cells(subject, draft);
     lap("locate");
     mark_made_up(mesh, options.cured.made_up, draft.model);
     // Distances of a normal model are its triangles'.
@@ -351,7 +380,6 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         bake_distance(solid, options.band, options.threads, draft.model);
     lap("distance");
 
-    measure_layers(draft.model, solid, draft.measured);
     draft.measured.q2_share = hidden_percent(parts.parts);
     draft.model.measured = draft.measured;
     draft.model.cure = stored(options.cured);

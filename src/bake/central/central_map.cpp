@@ -192,7 +192,7 @@ CentralMapData best_map(const Projection& projection, const CentralOptions& opti
     set_range(projection, model::SampleRange::around(projection.least_w(), projection.max_w()), blank);
     CentralMapData best;
     std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
-    for (const std::uint32_t base : {8u, 12u, 16u, 24u, 32u}) {
+    for (const std::uint32_t base : {4u, 6u, 8u, 12u, 16u, 24u, 32u}) {
         if (base < options.least_base || base > options.max_base) continue;
         CentralMapData map = blank;
         map.base = base;

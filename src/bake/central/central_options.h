@@ -15,7 +15,7 @@ struct CentralOptions {
     double silhouette = 0.0035;        ///< nor below this one where rays of the cell meet different surfaces
     double division = 0.001;           ///< a cell with a silhouette is divided where its rays gain this share of R_max on average
     int max_depth = model::k_max_split_depth;
-    std::uint32_t least_base = 0;  ///< the base grid is at least this fine
+    std::uint32_t least_base = 8;  ///< the base grid is at least this fine
     std::uint32_t max_base = 32;   ///< and at most this fine
     double offset_constant = 1.5;  ///< a_N of eq. 12
     int smoothing_radius = 1;      ///< of the binomial kernel that smooths the map, in base samples

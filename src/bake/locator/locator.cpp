@@ -115,7 +115,7 @@ void bake_locator(const PartedSolid& surface, const LocatorOptions& options, mod
         if (part.base == 0) return;
     const double all = byte_budget(surface.solid.mesh().triangles.size(), options.target_error);
     const auto maps = static_cast<double>(model::bytes_of<model::CentralArrays<model::ArrayData>>(data));
-    const double budget = std::max(all - maps, k_least_share * all);
+    const double budget = options.more * std::max(all - maps, k_least_share * all);
     const double undivided = k_undivided_share * budget;
     double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / options.target_error), k_least_cells, k_max_cells);
     const auto fewer = [&](double bytes) {

@@ -21,6 +21,7 @@ struct PartedSolid {
 struct LocatorOptions {
     double target_error = 0.5;  ///< percent of R_max: sets the cell, how flat a flat cell is, and how many bytes may be taken
     unsigned threads = 0;       ///< 0: one per core; the result does not depend on it
+    double more = 1;            ///< times the bytes that it may take
 };
 
 /// Fills data's locator from its finished parts and central maps; leaves it empty where some part has no central map or there are
