@@ -21,6 +21,11 @@ Pose probe_pose(const ZoneTick& tick, const Pose& at)
     return compose(at, inverse(tick.device()));
 }
 
+bool same_query(const query::QueryOptions& a, const query::QueryOptions& b)
+{
+    return a.layer == b.layer && a.offset == b.offset && a.smoothing == b.smoothing && a.projector == b.projector;
+}
+
 }  // namespace
 
 DenserPoints points(const ZoneTick& tick)
@@ -52,13 +57,17 @@ std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, co
 {
     const query::Probe* probe = points(tick).probe;
     const Pose pose = compose(inverse(tick.body(s).pose), probe_pose(tick, at));
-    const query::Layer layer = tick.options.layer == query::Layer::One ? query::Layer::Two : tick.options.layer;
+    const ZoneOptions& o = tick.options;
+    const query::QueryOptions options{.layer = o.layer == query::Layer::One ? query::Layer::Two : o.layer,
+                                      .offset = o.offset,
+                                      .smoothing = o.smoothed_map,
+                                      .projector = o.projector};
     const std::span<query::Contact> memory = contact_memory(tick.state, s);
     CachedQuery& cached = tick.state.queries[s];
-    if (probe != cached.probe || layer != cached.layer || !same_pose(pose, cached.pose)) {
+    if (probe != cached.probe || !same_query(options, cached.options) || !same_pose(pose, cached.pose)) {
         const query::ProbeResult r =
-            query::query_probe({tick.body(s).model, nullptr, {}}, {nullptr, probe, pose}, {.layer = layer}, memory);
-        cached = {probe, pose, layer, r};
+            query::query_probe({tick.body(s).model, nullptr, {}}, {nullptr, probe, pose}, options, memory);
+        cached = {probe, pose, options, r};
     }
     if (cached.result.contacts > memory.size()) tick.report.status |= k_step_full;
     if ((cached.result.status & query::k_not_finite) != 0) tick.report.status |= k_step_not_finite;

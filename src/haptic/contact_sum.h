@@ -80,7 +80,8 @@ public:
             return out;
         }
         out.exact = out.depth = first_ / weight_;
-        const double coherence = norm(normal1_) / first_, gain = 1 / (weight_ * std::max(coherence, k_least_coherence));
+        const double coherence = shading_ == Shading::Mean ? 1 : std::max(norm(normal1_) / first_, k_least_coherence);
+        const double gain = 1 / (weight_ * coherence);
         out.force = gain * normal1_;
         out.torque = gain * turn1_;
         return out;

@@ -40,7 +40,7 @@ struct TouchMemory {
 struct CachedQuery {
     const query::Probe* probe = nullptr;
     Pose pose{};
-    query::Layer layer{};
+    query::QueryOptions options{};
     query::ProbeResult result{};
 };
 

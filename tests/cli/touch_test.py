@@ -171,6 +171,18 @@ class Touch(unittest.TestCase):
             felt = [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("mode.csv")]
             self.assertGreater(max(felt), 0.01, options)
 
+    def test_the_papers_force_is_of_the_papers_maps(self):
+        refused = run("touch", "--object", "torus.sqmap", "--device", "slide", "--seconds", "0.1", "--force", "paper")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--projection normal", refused.stderr)
+        self.assertEqual(run("bake", "torus.obj", "-o", "maps.sqmap", "--projection", "normal").returncode, 0)
+        for options in ([], ["--tool", "point"], ["--projector", "printed", "--layer", "2"], ["--offset", "--friction", "coulomb"]):
+            self.record("paper.csv", "--force", "paper", *options, model="maps.sqmap")
+            result = run("replay", "paper.csv")
+            self.assertIn("1000 ticks, all bit-identical", result.stdout, (options, result.stderr))
+            felt = [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("paper.csv")]
+            self.assertGreater(max(felt), 0.01, options)
+
     def test_a_press_is_as_deep_and_as_strong_as_asked(self):
         # A ball of R_max 0.3 m pressed 2 mm deep by a point of 500 N/m: 1 N, along the press.
         self.record("press.csv", "--tool", "point", device="press:depth=0.002,direction=0/0/1", seconds="2")

@@ -50,9 +50,21 @@ void add_force_options(Command& command, TouchOptions& o)
     number("--damping", o.zone.damping, "N s/m along the normal while pressing in");
     command.choice("--mode", o.zone.mode, k_modes, "How the tool follows the device", "direct|proxy|coupled").group(group);
     command
-        .choice("--shading", o.zone.shading, k_shadings, "Full force across edges, or the gradient of one potential",
-                "levelled|consistent")
+        .choice("--shading", o.zone.shading, k_shadings,
+                "Full force across edges, the gradient of one potential, or the mean of the contacts' forces",
+                "levelled|consistent|mean")
         .group(group);
+    command
+        .choice(
+            "--force", o.paper_force, k_forces,
+            "paper: eqs. 21, 26, 32 and 33 on the smoothed map, averaged (section 6), of models baked with --projection normal",
+            "full|paper")
+        .group(group);
+    command
+        .choice("--projector", o.zone.projector, k_projectors, "How feet are found on models baked with --projection normal",
+                "newton|pyramid|printed")
+        .group(group);
+    command.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling").group(group);
     command
         .choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
                 "auto|2|3|exact")
@@ -91,6 +103,13 @@ void add_force_options(Command& command, TouchOptions& o)
         .group(group);
     number("--zone", o.zone_radius, "Impact zone of a mesh: m about its centre that count; 0: the whole tool");
     add_object_options(command, o);
+}
+
+void finish_force_options(const Command& command, TouchOptions& o)
+{
+    if (!o.paper_force) return;
+    if (!command.given("--friction")) o.material.friction = Friction::Paper;
+    if (!command.given("--blend")) o.zone.blend_time = 0;
 }
 
 void warn_of_idle(const Command& command, const TouchOptions& o)

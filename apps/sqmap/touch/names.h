@@ -12,8 +12,11 @@ namespace sqmap::app {
 
 inline const std::map<std::string, haptic::Mode> k_modes{
     {"direct", haptic::Mode::Direct}, {"proxy", haptic::Mode::Proxy}, {"coupled", haptic::Mode::Coupled}};
-inline const std::map<std::string, haptic::Shading> k_shadings{{"levelled", haptic::Shading::Levelled},
-                                                               {"consistent", haptic::Shading::Consistent}};
+inline const std::map<std::string, haptic::Shading> k_shadings{
+    {"levelled", haptic::Shading::Levelled}, {"consistent", haptic::Shading::Consistent}, {"mean", haptic::Shading::Mean}};
+inline const std::map<std::string, bool> k_forces{{"full", false}, {"paper", true}};
+inline const std::map<std::string, query::Projector> k_projectors{
+    {"newton", query::Projector::Newton}, {"pyramid", query::Projector::Pyramid}, {"printed", query::Projector::Printed}};
 inline const std::map<std::string, Friction> k_frictions{
     {"none", Friction::None}, {"coulomb", Friction::Coulomb}, {"paper", Friction::Paper}};
 inline const std::map<std::string, haptic::Kernel> k_kernels{{"ball", haptic::Kernel::Ball}, {"shell", haptic::Kernel::Shell}};

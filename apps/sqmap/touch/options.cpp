@@ -129,6 +129,9 @@ std::string setup_text(const TouchOptions& o)
     out["mode"] = name_of(k_modes, o.zone.mode);
     out["shading"] = name_of(k_shadings, o.zone.shading);
     out["layer"] = name_of(k_touch_layers, o.zone.layer);
+    out["force"] = name_of(k_forces, o.paper_force);
+    out["projector"] = name_of(k_projectors, o.zone.projector);
+    out["offset"] = o.zone.offset;
     out["friction"] = name_of(k_frictions, o.material.friction);
     out["kernel"] = name_of(k_kernels, o.kernel);
     out["texture"] = o.texture.kind;
@@ -162,6 +165,9 @@ TouchOptions setup_from(const std::string& text)
         each_number(o, [&](const char* name, double& value) { value = in.at(name); });
         // A trace from before something was there has what was done then.
         each_later_number(o, [&](const char* name, double& value) { value = in.value(name, value); });
+        if (in.contains("force")) o.paper_force = k_forces.at(in.at("force"));
+        if (in.contains("projector")) o.zone.projector = k_projectors.at(in.at("projector"));
+        o.zone.offset = in.value("offset", o.zone.offset);
         if (in.contains("kernel")) o.kernel = k_kernels.at(in.at("kernel"));
         o.texture.kind = in.value("texture", o.texture.kind);
         o.texture.seed = in.value("texture_seed", o.texture.seed);
@@ -173,7 +179,9 @@ TouchOptions setup_from(const std::string& text)
         throw BadTouch("the trace's setup does not read: " + why.substr(std::min(why.find("] ") + 2, why.size())) +
                        "\n  cure: record again, or mend its line '# setup'");
     } catch (const std::out_of_range&) {
-        throw BadTouch("the trace's setup names a mode, shading, kernel, layer or friction that this program does not have");
+        throw BadTouch(
+            "the trace's setup names a mode, shading, force, projector, kernel, layer or friction that this program does not "
+            "have");
     }
 }
 

@@ -47,6 +47,7 @@ struct TouchOptions {
     double tool_touching = 0;     ///< most points of haptic::DenserSets that touch, without tool_spacing; 0: no such sets
     std::uint64_t tool_hash = 0;  ///< of its points; 0: any
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
+    bool paper_force = false;                               ///< haptic::with_paper_force, on normal models
     double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
     haptic::Kernel kernel = haptic::Kernel::Ball;  ///< of a sphere's or point's smoothing

@@ -21,6 +21,10 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
         if (object.hash != 0 && object.hash != hash)
             throw BadTouch(object.file + " is not the model that was recorded: its content hash is " + hash_text(hash) +
                            ", the trace has " + hash_text(object.hash) + "\n  cure: bring that model, or compare with --against");
+        if (options_.paper_force && !model::is_normal(view))
+            throw BadTouch(object.file +
+                           " has the central projection: the paper's force is that of its own maps\n  cure: bake it with "
+                           "--projection normal, or --force full");
         object.hash = hash;
         if (!(object.metres_per_unit > 0) || !std::isfinite(object.metres_per_unit))
             throw BadTouch(object.file + ": metres a unit must be above zero");
@@ -85,7 +89,7 @@ void TouchSetup::suit(const haptic::DeviceLimits* device)
     haptic::ZoneOptions& zone = options_.zone;
     const CouplingWishes& w = options_.coupling;
     const bool mesh = zone.averaging == haptic::Averaging::Patch, coupled = zone.mode == haptic::Mode::Coupled;
-    zone.inertia = w.inertia.value_or(mesh ? 0.4 * zone.mass * reach_ * reach_ : zone.inertia);
+    zone.inertia = w.inertia.value_or(mesh && reach_ > 0 ? 0.4 * zone.mass * reach_ * reach_ : zone.inertia);
     if (w.stiffness) zone.coupling_stiffness = *w.stiffness;
     if (!coupled && (w.stiffness || w.damping || w.rotational || w.rotational_damping || w.inertia))
         notes_.push_back("warning: the coupling's options count in --mode coupled only");

@@ -2,6 +2,7 @@
 #include "common/hash_text.h"
 #include "common/load_mesh.h"
 #include "sqmap/haptic/patch.h"
+#include "sqmap/mesh/shapes.h"
 #include "sqmap/model/doubt.h"
 #include "touch/hand_file.h"
 #include "touch/setup.h"
@@ -65,7 +66,13 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
     ball.kernel = point.kernel = options_.kernel;
     const double max = views_.front().header.r_max * views_.front().header.unit;
-    if (is_shape(options_.tool, "sphere", max, ball.radius)) {
+    if (options_.paper_force) options_.zone = haptic::with_paper_force(options_.zone);
+    if (options_.paper_force && is_shape(options_.tool, "sphere", max, ball.radius)) {
+        tool = mesh::sphere(ball.radius, 2);
+        reach_ = ball.radius;
+    } else if (options_.paper_force && is_shape(options_.tool, "point", max, point.radius)) {
+        tool.vertices = {{}};
+    } else if (is_shape(options_.tool, "sphere", max, ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;
         tool.vertices = haptic::stencil_points(ball);

@@ -262,6 +262,7 @@ void add_touch(CommandLine& line)
     command.run([arguments, command] {
         arguments->all_of_it = !command.given("--seconds");
         arguments->touch.stiffness_wished = command.given("--stiffness");
+        finish_force_options(command, arguments->touch);
         warn_of_idle(command, arguments->touch);
         try {
             touch(*arguments);

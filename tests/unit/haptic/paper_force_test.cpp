@@ -1,0 +1,111 @@
+// Section 6 on the paper's own maps: eqs. 21, 26, 32 and the mean of an impact zone.
+#include "sqmap/query/point.h"
+#include "touching.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sqmap::haptic::test {
+namespace {
+
+/// The box of touching.h, baked with the normal projection.
+const model::ModelView& paper_box()
+{
+    static const sqmap::test::Baked baked = sqmap::test::baked(mesh::rounded_box({0.05, 0.05, 0.03}, 0.01, 3),
+                                                               {.projection = model::Projection::Normal, .exact = false});
+    static const model::ModelView view = baked.view();
+    return view;
+}
+
+TouchedBody body()
+{
+    TouchedBody s;
+    s.model = &paper_box();
+    s.material.friction = Friction::None;
+    return s;
+}
+
+ZoneOptions paper()
+{
+    ZoneOptions o = with_paper_force({.stiffness = k});
+    o.blend_time = 0;
+    return o;
+}
+
+TEST(PaperForce, IsTheMeanOfTheSpringsOfTheSmoothedMap)
+{
+    const std::vector<Vec3d> points = mesh::sphere(0.008, 2).vertices;
+    Tool tool(points, paper());
+    std::size_t touching = 0;
+    for (int i = 0; i < 60; ++i) {
+        const double a = 0.1 * i;
+        const Vec3d at{0.052 * std::cos(a), 0.052 * std::sin(a), 0.02 * std::sin(3 * a)};
+        tool.state().reset();
+        const Wrench w = tool.touch(body(), at);
+        Vec3d sum{}, turn{};
+        double count = 0;
+        for (const Vec3d& p : points) {
+            const query::PointResult c =
+                query::query_point(paper_box(), at + p, {.layer = query::Layer::Three, .smoothing = true});
+            if (!c.contact || (c.status & query::k_no_surface) != 0 || !(c.depth > 0)) continue;
+            sum += k * c.depth * c.normal;
+            turn += cross(p, k * c.depth * c.normal);
+            ++count;
+        }
+        if (count == 0) {
+            EXPECT_EQ(w.force, Vec3d{});
+            continue;
+        }
+        ++touching;
+        EXPECT_LT(norm(w.force - sum / count), 1e-4 * (1 + norm(sum / count))) << i;
+        EXPECT_LT(norm(w.torque - turn / count), 1e-5) << i;
+    }
+    EXPECT_GT(touching, 20u);
+}
+
+/// Largest step of the force's direction while a point slides over the box's rounded edges.
+double steepest(const ZoneOptions& options)
+{
+    Tool tool({{}}, options);
+    Vec3d before{};
+    double most = 0;
+    for (int i = 0; i <= 3000; ++i) {
+        // Along the outline in x and z, 1 mm deep, over the edge between the top and a side.
+        const double s = -0.01 + 0.00001 * i;
+        const double turn = std::clamp(s / 0.009, 0., M_PI / 2);
+        const Vec3d corner{0.04, 0.003, 0.02};
+        Vec3d at = corner + 0.009 * Vec3d{std::sin(turn), 0, std::cos(turn)};
+        if (s < 0) at.x += s;
+        if (s > 0.009 * M_PI / 2) at.z -= s - 0.009 * M_PI / 2;
+        const Vec3d f = tool.touch(body(), at).force;
+        if (norm(f) > 0 && norm(before) > 0) most = std::max(most, angle_between(f, before));
+        before = f;
+    }
+    return most;
+}
+
+TEST(PaperForce, TheSmoothedMapTurnsTheForceBySmallerSteps)
+{
+    ZoneOptions plain = paper();
+    plain.smoothed_map = false;
+    EXPECT_LT(steepest(paper()), steepest(plain));
+    EXPECT_LT(steepest(paper()), 0.2);
+}
+
+TEST(PaperForce, OpposedSpringsWeakenTheMean)
+{
+    // Two points, pressed 2 mm into opposite sides.
+    Tool opposed({{0.048, 0, 0}, {-0.048, 0, 0}}, paper());
+    EXPECT_LT(norm(opposed.touch(body(), Vec3d{}).force), 0.05);
+    // At a right angle the mean is weaker by the root of two; full force across edges is not.
+    Tool mean({{0.048, 0, 0}, {0, 0.048, 0}}, paper());
+    ZoneOptions levelled = paper();
+    levelled.shading = Shading::Levelled;
+    Tool full({{0.048, 0, 0}, {0, 0.048, 0}}, levelled);
+    const double weak = norm(mean.touch(body(), Vec3d{}).force), strong = norm(full.touch(body(), Vec3d{}).force);
+    EXPECT_NEAR(weak / strong, std::sqrt(0.5), 0.02);
+}
+
+}  // namespace
+}  // namespace sqmap::haptic::test
