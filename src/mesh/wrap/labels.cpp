@@ -12,10 +12,12 @@ namespace {
 
 constexpr double k_half_layer = 0.55;  ///< of a layer without holes, cells
 constexpr double k_depth = 1.05;       ///< a solid that deep needs no layer, cells
+constexpr double k_shallow = 0.25;     ///< a solid that deep which ends at no triangle needs no layer, cells
 constexpr double k_beside = 1e-3;      ///< where the two sides of a triangle are probed, cells
 constexpr double k_from_rim = 0.05;    ///< how far from a triangle's edge it is probed, cells
 constexpr double k_opposite = -0.8;    ///< cosine between the normals of a thin wall's two sides
-constexpr int k_probes = 4;            ///< triangles of one cell that are probed
+constexpr double k_alike = 0.95;       ///< cosine between normals of triangles of which one is probed
+constexpr std::size_t k_probes = 4;    ///< triangles of one cell that are probed
 
 Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
 
@@ -49,16 +51,22 @@ private:
     /// sharp edge.
     Thin thinness(Vec3d q, Vec3d normal)
     {
+        const Vec3d below = q - k_beside * normal;
+        const bool solid_below = in_.winding.at(below) > 0.5;
         if (in_.winding.at(q - k_depth * normal) > 0.5) return Thin::No;
+        if (!solid_below) return Thin::Sheet;
         if (in_.winding.at(q + k_beside * normal) > 0.5) return Thin::No;
-        if (in_.winding.at(q - k_beside * normal) <= 0.5) return Thin::Sheet;
-        in_.bvh.ray_crossings(q - k_beside * normal, -normal, crossings_);
+        in_.bvh.ray_crossings(below, -normal, crossings_);
+        bool sloping = false;
         for (const Bvh::Crossing& crossing : crossings_) {
             if (crossing.t > k_depth) break;
-            if (crossing.sign < 0 || dot(normal_of(crossing.triangle), normal) > k_opposite) continue;
-            return crossing.t > in_.thickness ? Thin::Wall : Thin::Sheet;
+            if (crossing.sign < 0) continue;
+            if (dot(normal_of(crossing.triangle), normal) <= k_opposite)
+                return crossing.t > in_.thickness ? Thin::Wall : Thin::Sheet;
+            sloping = true;
         }
-        return Thin::No;
+        // It ends where nothing is.
+        return sloping || in_.winding.at(q - k_shallow * normal) > 0.5 ? Thin::No : Thin::Sheet;
     }
 
     [[nodiscard]] Vec3d normal_of(std::uint32_t t) const
@@ -73,7 +81,7 @@ private:
     {
         const auto& corners = grid_.cell_corners[cell];
         const Vec3d lo = position(grid_.cells.point(cell)), middle = lo + Vec3d{0.5, 0.5, 0.5};
-        int probes = 0;
+        std::vector<std::pair<Vec3d, Thin>> probed;
         for (const std::uint32_t t : grid_.triangles_of(cell)) {
             const Triangle& v = in_.soup.triangles[t];
             const Vec3d a = in_.soup.vertices[v[0]], b = in_.soup.vertices[v[1]], c = in_.soup.vertices[v[2]];
@@ -84,8 +92,16 @@ private:
             if (!suspicious || norm_sq(normal) == 0) continue;
             const Vec3d q = closest_point_on_triangle(middle, a, b, c), off = q - middle, inward = (a + b + c) / 3.0 - q;
             if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 0.5 + k_beside) continue;
+            // What lies alike in one cell is alike.
+            const auto alike = std::find_if(probed.begin(), probed.end(), [&](const auto& other) {
+                const double cosine = dot(other.first, normal);
+                return cosine > k_alike || (cosine < -k_alike && other.second != Thin::No);
+            });
+            if (alike == probed.end() && probed.size() == k_probes) continue;
             // Not at the triangle's rim, where another one's plane may be probed.
-            const Thin thin = thinness(q + std::min(1.0, k_from_rim / std::max(norm(inward), k_from_rim)) * inward, normal);
+            const Vec3d inner = q + std::min(1.0, k_from_rim / std::max(norm(inward), k_from_rim)) * inward;
+            const Thin thin = alike == probed.end() ? thinness(inner, normal) : alike->second;
+            if (alike == probed.end()) probed.emplace_back(normal, thin);
             if (thin != Thin::No) {
                 labels_.thin[t] = std::max(labels_.thin[t], thin);
                 for (const std::uint32_t corner : corners) {
@@ -94,7 +110,6 @@ private:
                         near_thin.push_back(corner);
                 }
             }
-            if (++probes == k_probes) break;
         }
     }
 

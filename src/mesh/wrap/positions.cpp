@@ -14,25 +14,25 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_flat = 0.03;     ///< share of the greatest eigenvalue below which planes agree
-constexpr double k_facing = 0.2;    ///< cosine between a triangle and the sheet that it carries
-constexpr double k_reach = 0.7;     ///< how far a vertex moves to the input, cells
-constexpr double k_thin_reach = 2;  ///< the same for a wall thinner than a cell
+constexpr double k_flat = 0.03;      ///< share of the greatest eigenvalue below which planes agree
+constexpr double k_facing = 0.2;     ///< cosine between a triangle and the sheet that it carries
+constexpr double k_reach = 0.7;      ///< how far a vertex moves to the input, cells
+constexpr double k_thin_reach = 2;   ///< the same for a wall thinner than a cell
+constexpr double k_touching = 0.05;  ///< nearer to a sheet its side is told by the grid's edge, cells
 constexpr int k_halvings = 8;
 
 Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
 
 struct Crossing {
     Crossed kind = Crossed::Level;
-    double t = 0.5;  ///< 0 at the inside end
-    Vec3d normal;
+    Vec3d point;
+    Vec3d normal;  ///< outward; of a level: zero
 };
 
 /// What is known of a sheet.
 struct SheetSum {
     PlaneSum planes;  ///< about the cell's corner
     Vec3d crossings;  ///< sum, relative to the cell's corner
-    Vec3d outward;    ///< sum of the directions of the edges
     Vec3d normals;
     int count = 0, input = 0, shell = 0;
 };
@@ -75,7 +75,7 @@ private:
         const LatticePoint &inside = grid_.corners.point(quad.inside), &outside = grid_.corners.point(quad.outside);
         const Vec3d from = position(inside), along = position(outside) - from;
         const Crossing crossing = crossing_of(quad, from, along);
-        const Vec3d p = from + crossing.t * along;
+        const Vec3d p = crossing.point;
         out_.crossings.push_back(p);
         out_.kinds.push_back(crossing.kind);
         out_.has_shells |= crossing.kind == Crossed::Shell;
@@ -83,11 +83,9 @@ private:
             SheetSum& sum = sums_[v];
             const Vec3d local = p - position(grid_.cells.point(surface_.vertex_cell[v]));
             sum.crossings += local;
-            sum.outward += along;
             ++sum.count;
-            if (crossing.kind == Crossed::Shell) ++sum.shell;
-            if (crossing.kind != Crossed::Input) continue;
-            ++sum.input;
+            if (crossing.kind == Crossed::Level) continue;
+            ++(crossing.kind == Crossed::Shell ? sum.shell : sum.input);
             sum.planes.add(local, crossing.normal);
             sum.normals += crossing.normal;
         }
@@ -96,7 +94,7 @@ private:
     /// Where the edge leaves the solid: at the triangle whose passing takes the winding number below 1/2.
     [[nodiscard]] Crossing crossing_of(const DualQuad& quad, Vec3d from, Vec3d along) const
     {
-        if (labels_.inside[quad.inside] == k_shell) return {Crossed::Shell, 0.5, {}};
+        if (labels_.inside[quad.inside] == k_shell) return beside_thin(from + 0.5 * along, along);
         struct Hit {
             double t;
             std::uint32_t triangle;
@@ -118,7 +116,7 @@ private:
         double sum = begin;
         for (const Hit& h : hits) {
             const double before = sum + drift * h.t;
-            if (before > 0.5 && before + h.change <= 0.5) return {Crossed::Input, h.t, h.normal};
+            if (before > 0.5 && before + h.change <= 0.5) return {Crossed::Input, from + h.t * along, h.normal};
             sum += h.change;
         }
         return level_crossing(from, along);
@@ -132,7 +130,7 @@ private:
             const double middle = 0.5 * (low + high);
             (in_.winding.at(from + middle * along) > 0.5 ? low : high) = middle;
         }
-        return {Crossed::Level, 0.5 * (low + high), {}};
+        return {Crossed::Level, from + 0.5 * (low + high) * along, {}};
     }
 
     /// Where an edge along an axis passes through a triangle, borders included.
@@ -156,9 +154,9 @@ private:
         const SheetSum& sum = sums_[v];
         const Vec3d corner = position(grid_.cells.point(surface_.vertex_cell[v]));
         const Vec3d mean = sum.crossings / double(sum.count);
-        if (sum.shell > 0) return on_thin(corner + mean, normalized(sum.outward));
-        if (sum.input == 0) return corner + mean;
+        if (sum.input + sum.shell == 0) return corner + mean;
         Vec3d x = least_point(sum.planes, mean, k_flat);
+        if (sum.shell > 0) return corner + (norm(x - mean) < k_thin_reach ? x : mean);
         // Not beyond the cell: along the line from the crossings' mean.
         double share = 1;
         for (int k = 0; k < 3; ++k) {
@@ -186,10 +184,10 @@ private:
         return best;
     }
 
-    /// Beside a thin triangle: on a wall's own side, at half the thickness from a sheet.
-    [[nodiscard]] Vec3d on_thin(Vec3d p, Vec3d outward) const
+    /// The plane of a shell beside a thin triangle: a wall's own side, or half the thickness away from a sheet.
+    [[nodiscard]] Crossing beside_thin(Vec3d p, Vec3d along) const
     {
-        std::uint32_t nearest = KeyTable::k_absent;
+        Thin thin = Thin::No;
         Vec3d q = p;
         in_.bvh.visit_nearest(p, k_thin_reach * k_thin_reach, [&](std::uint32_t t, double radius_sq) {
             if (labels_.thin[t] == Thin::No) return radius_sq;
@@ -197,16 +195,15 @@ private:
             const Vec3d foot = closest_point_on_triangle(p, a, b, c);
             const double d_sq = norm_sq(foot - p);
             if (d_sq >= radius_sq) return radius_sq;
-            nearest = t;
+            thin = labels_.thin[t];
             q = foot;
             return d_sq;
         });
-        if (nearest == KeyTable::k_absent) return p;
-        if (labels_.thin[nearest] == Thin::Wall)
-            if (const std::optional<Vec3d> wall = nearest_facing(p, outward, k_thin_reach, Thin::Wall)) return *wall;
-        const Vec3d off = p - q;
-        const Vec3d direction = norm(off) > 0.05 ? normalized(off) : outward;
-        return q + 0.5 * in_.thickness * direction;
+        const Vec3d off = p - q, outward = norm(off) > k_touching ? normalized(off) : along;
+        if (thin == Thin::Wall)
+            if (const std::optional<Vec3d> wall = nearest_facing(p, outward, k_thin_reach, Thin::Wall))
+                return {Crossed::Shell, *wall, outward};
+        return {Crossed::Shell, thin == Thin::No ? p : q + 0.5 * in_.thickness * outward, outward};
     }
 
     const DualSurface& surface_;

@@ -15,50 +15,111 @@ namespace sqmap::mesh {
 namespace {
 
 constexpr std::uint32_t k_leaf_size = 8;
-constexpr double k_reach = 2.5;  ///< in radii of a group; at 2 the error is some 4e-3, at 2.5 below 1e-3
+constexpr double k_reach = 2.5;               ///< in radii of a group; at 2 the error is some 4e-3, at 2.5 below 1e-3
+constexpr double k_pieces_across = 40;        ///< length of a split triangle in the whole
+constexpr std::size_t k_max_pieces = 40'000;  ///< beside four for each triangle
 
-/// Half the solid angle of a triangle about p.
-double half_angle(const std::array<Vec3d, 3>& t, Vec3d p)
+/// Sums angles as a product of complex numbers: one arc tangent for all of them.
+class AngleSum {
+public:
+    /// Adds half the solid angle of a triangle about p.
+    void add(const std::array<Vec3d, 3>& t, Vec3d p)
+    {
+        const Vec3d a = t[0] - p, b = t[1] - p, c = t[2] - p;
+        const double la = norm(a), lb = norm(b), lc = norm(c);
+        const double sine = dot(a, cross(b, c));
+        const double cosine = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+        const double size = std::abs(sine) + std::abs(cosine);
+        if (size == 0) return;
+        const double scale = 1 / size, im = (im_ * cosine + re_ * sine) * scale;
+        re_ = (re_ * cosine - im_ * sine) * scale;
+        // An angle that is added to one of its own sign passes pi where the sign of the sum's sine is the other one.
+        if (sine > 0 && im_ >= 0 && im < 0) ++turns_;
+        if (sine < 0 && im_ < 0 && im >= 0) --turns_;
+        im_ = im;
+        if (++count_ % k_rescale == 0) {
+            const double length = std::sqrt(re_ * re_ + im_ * im_);
+            re_ /= length;
+            im_ /= length;
+        }
+    }
+    [[nodiscard]] double sum() const { return std::atan2(im_, re_) + 2 * std::numbers::pi * turns_; }
+
+private:
+    static constexpr int k_rescale = 64;  ///< a factor is at least 0.7 long
+    double re_ = 1, im_ = 0;
+    int turns_ = 0, count_ = 0;
+};
+
+double longest_side(const std::array<Vec3d, 3>& t)
 {
-    const Vec3d a = t[0] - p, b = t[1] - p, c = t[2] - p;
-    const double la = norm(a), lb = norm(b), lc = norm(c);
-    const double sine = dot(a, cross(b, c));
-    const double cosine = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-    return sine == 0 && cosine == 0 ? 0 : std::atan2(sine, cosine);
+    return std::sqrt(std::max({norm_sq(t[1] - t[0]), norm_sq(t[2] - t[1]), norm_sq(t[0] - t[2])}));
+}
+
+/// Appends the pieces of a triangle, halved along the middle of its longest side until that is short enough.
+void split(const std::array<Vec3d, 3>& t, double length, std::vector<std::array<Vec3d, 3>>& out)
+{
+    int k = 0;
+    for (int i = 1; i < 3; ++i)
+        if (norm_sq(t[(i + 1) % 3] - t[i]) > norm_sq(t[(k + 1) % 3] - t[k])) k = i;
+    const Vec3d a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3], m = 0.5 * (a + b);
+    if (!(norm_sq(b - a) > length * length)) {
+        out.push_back(t);
+        return;
+    }
+    split({a, m, c}, length, out);
+    split({m, b, c}, length, out);
+}
+
+/// Groups of long triangles are wide, and what is wide is summed singly; so long ones are split, if not too many.
+std::vector<std::array<Vec3d, 3>> pieces_of_soup(const Mesh& soup)
+{
+    std::vector<std::array<Vec3d, 3>> triangles, pieces;
+    Box box;
+    for (const Triangle& t : soup.triangles) {
+        triangles.push_back({soup.vertices[t[0]], soup.vertices[t[1]], soup.vertices[t[2]]});
+        for (const std::uint32_t v : t) extend(box, soup.vertices[v]);
+    }
+    double length = norm(size(box)) / k_pieces_across, estimate = 0;
+    do {
+        estimate = 0;
+        for (const auto& t : triangles) estimate += 1 + 2 * longest_side(t) / length;
+        length *= 1.5;
+    } while (estimate > double(k_max_pieces + 4 * triangles.size()));
+    for (const auto& t : triangles) split(t, length / 1.5, pieces);
+    return pieces;
 }
 
 }  // namespace
 
 WindingNumber::WindingNumber(const Mesh& soup)
 {
-    std::vector<std::uint32_t> order(soup.triangles.size());
+    const std::vector<Corners> pieces = pieces_of_soup(soup);
+    std::vector<std::uint32_t> order(pieces.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::vector<Vec3d> centroids(order.size());
-    for (std::uint32_t t = 0; t < order.size(); ++t) centroids[t] = triangle_centroid(soup, t);
     triangles_.resize(order.size());
-    if (!order.empty()) build(0, static_cast<std::uint32_t>(order.size()), order, centroids, soup);
+    if (!order.empty()) build(0, static_cast<std::uint32_t>(order.size()), order, pieces);
 }
 
-void WindingNumber::build(std::uint32_t begin, std::uint32_t end, std::span<std::uint32_t> order,
-                          const std::vector<Vec3d>& centroids, const Mesh& soup)
+void WindingNumber::build(std::uint32_t begin, std::uint32_t end, std::span<std::uint32_t> order, std::span<const Corners> pieces)
 {
     const std::size_t index = nodes_.size();
     nodes_.emplace_back();
     const bool leaf = end - begin <= k_leaf_size;
     if (leaf) {
-        for (std::uint32_t i = begin; i < end; ++i)
-            for (int k = 0; k < 3; ++k) triangles_[i][k] = soup.vertices[soup.triangles[order[i]][k]];
+        for (std::uint32_t i = begin; i < end; ++i) triangles_[i] = pieces[order[i]];
     } else {
+        const auto middle_of = [&](std::uint32_t t) { return pieces[t][0] + pieces[t][1] + pieces[t][2]; };
         Box box;
-        for (std::uint32_t i = begin; i < end; ++i) extend(box, centroids[order[i]]);
+        for (std::uint32_t i = begin; i < end; ++i) extend(box, middle_of(order[i]));
         const int axis = longest_axis(box);
         const std::uint32_t middle = begin + (end - begin) / 2;
         std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
                          [&](std::uint32_t u, std::uint32_t v) {
-                             return std::pair(centroids[u][axis], u) < std::pair(centroids[v][axis], v);
+                             return std::pair(middle_of(u)[axis], u) < std::pair(middle_of(v)[axis], v);
                          });
-        build(begin, middle, order, centroids, soup);
-        build(middle, end, order, centroids, soup);
+        build(begin, middle, order, pieces);
+        build(middle, end, order, pieces);
     }
     Node& node = nodes_[index];
     node.begin = begin;
@@ -115,7 +176,8 @@ void WindingNumber::sum_moments(Node& node) const
 
 double WindingNumber::at(Vec3d p) const
 {
-    double sum = 0, angle = 0;
+    double sum = 0;
+    AngleSum angle;
     for (std::uint32_t i = 0; i < nodes_.size();) {
         const Node& node = nodes_[i];
         const Vec3d r = node.centre - p;
@@ -133,18 +195,18 @@ double WindingNumber::at(Vec3d p) const
             i = node.skip;
         } else {
             if (node.leaf)
-                for (std::uint32_t t = node.begin; t < node.end; ++t) angle += half_angle(triangles_[t], p);
+                for (std::uint32_t t = node.begin; t < node.end; ++t) angle.add(triangles_[t], p);
             ++i;
         }
     }
-    return (sum + 2 * angle) / (4 * std::numbers::pi);
+    return (sum + 2 * angle.sum()) / (4 * std::numbers::pi);
 }
 
 double WindingNumber::direct(Vec3d p) const
 {
-    double angle = 0;
-    for (const Corners& t : triangles_) angle += half_angle(t, p);
-    return angle / (2 * std::numbers::pi);
+    AngleSum angle;
+    for (const Corners& t : triangles_) angle.add(t, p);
+    return angle.sum() / (2 * std::numbers::pi);
 }
 
 }  // namespace sqmap::mesh

@@ -37,12 +37,11 @@ private:
         bool leaf = false;
     };
 
-    void build(std::uint32_t begin, std::uint32_t end, std::span<std::uint32_t> order, const std::vector<Vec3d>& centroids,
-               const Mesh& soup);
+    void build(std::uint32_t begin, std::uint32_t end, std::span<std::uint32_t> order, std::span<const Corners> pieces);
     void sum_moments(Node& node) const;
 
     std::vector<Node> nodes_;         ///< depth first
-    std::vector<Corners> triangles_;  ///< in the order of the leaves
+    std::vector<Corners> triangles_;  ///< or pieces of long ones, in the order of the leaves
 };
 
 }  // namespace sqmap::mesh
