@@ -12,7 +12,7 @@ namespace {
 
 constexpr double k_half_layer = 0.55;  ///< of a layer without holes, cells
 constexpr double k_depth = 1.05;       ///< a solid that deep needs no layer, cells
-constexpr double k_shallow = 0.25;     ///< a solid that deep which ends at no triangle needs no layer, cells
+constexpr double k_shallow = 0.6;      ///< a solid that deep which ends at no triangle needs no layer, cells
 constexpr double k_beside = 1e-3;      ///< where the two sides of a triangle are probed, cells
 constexpr double k_from_rim = 0.05;    ///< how far from a triangle's edge it is probed, cells
 constexpr double k_opposite = -0.8;    ///< cosine between the normals of a thin wall's two sides
