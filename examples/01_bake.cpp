@@ -19,7 +19,9 @@ int main(int argc, char** argv)
         std::fprintf(stderr, "%s: %s\n", argv[1], gate.diagnosis.message.c_str());
         return 65;
     }
-    const sqmap::bake::BakeResult baked = sqmap::bake::bake(gate.mesh, gate.solid, {});
+    sqmap::bake::BakeOptions options;
+    options.cured = sqmap::bake::cured(gate.verdict, gate.made_up, gate.deviation);  // which surface the file did not have
+    const sqmap::bake::BakeResult baked = sqmap::bake::bake(gate.mesh, gate.solid, options);
     sqmap::io::write_model(baked.model, argv[2]);
     std::printf("%zu parts, depth within %.2f %% of R_max\n", baked.model.parts.size(), baked.model.measured.depth_p99);
 }

@@ -26,6 +26,7 @@ LoadedMesh judged(const io::ReadResult& read, const LoadOptions& options)
                                                                            .unit = options.unit,
                                                                            .max_filled = options.max_filled,
                                                                            .max_cured_faces = options.max_cured_faces,
+                                                                           .wrap = options.wrap,
                                                                            .max_components = options.max_components});
     out.verdict = gate.verdict;
     out.diagnosis = {mesh::name_of(gate.diagnosis.code), gate.diagnosis.element, gate.diagnosis.message, gate.diagnosis.cure};

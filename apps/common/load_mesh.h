@@ -15,6 +15,7 @@ namespace sqmap::app {
 struct LoadOptions {
     mesh::Repair repair = mesh::Repair::Wrap;
     double max_filled = mesh::GateOptions{}.max_filled;
+    mesh::WrapOptions wrap{};
     bool accept_surface = false;
     double thickness = 0;
     std::optional<double> unit{};  ///< metres per unit of the file

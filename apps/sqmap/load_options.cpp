@@ -18,6 +18,11 @@ void add_load_options(Command& command, LoadOptions& options)
     command.option("--max-filled", options.max_filled, "Share of the area that fillings may have where a mesh is closed")
         .in_range(0, 1)
         .shows_default();
+    command
+        .option("--wrap-tolerance", options.wrap.tolerance,
+                "How far a wrapped mesh may be from the file, share of R_max, while --max-wrapped-faces allow it")
+        .in_range(1.6e-3, 0.1)
+        .shows_default();
     command.flag("--surface", options.accept_surface, "Take an open mesh as a surface without inside");
     command
         .option("--thickness", options.thickness,
@@ -36,6 +41,13 @@ void add_load_options(Command& command, LoadOptions& options)
         .group(k_limits);
     command.option("--max-faces", options.limits.max_faces, "Most faces in the file")
         .above_zero()
+        .shows_default()
+        .group(k_limits);
+    command.option("--max-wrapped-faces", options.wrap.max_triangles, "Most triangles of a wrapped mesh; wins over the tolerance")
+        .in_range(100, 1e9)
+        .shows_default();
+    command.option("--max-cells", options.wrap.max_cells, "Most cells of the grid for wrapping; about 250 bytes each")
+        .in_range(10000, 1e9)
         .shows_default()
         .group(k_limits);
     command.option("--max-cured-faces", options.max_cured_faces, "Most triangles of a mesh that is closed or wrapped")

@@ -145,7 +145,7 @@ private:
             if (refused.diagnosis.code == Refusal::Limit) first_.cure = refused.diagnosis.cure;
             first_.message += "; " + refused.diagnosis.message;
         } catch (const RefusedMesh& refused) {
-            throw Refused{refused.diagnosis()};
+            refuse(refused.diagnosis().code, "mesh", refused.diagnosis().message, "raise the limit of the wrap with --max-cells");
         }
         return false;
     }

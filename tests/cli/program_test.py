@@ -199,7 +199,7 @@ class Program(unittest.TestCase):
             out.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
         for name in ("open.obj", "broken.obj"):
             before = set(os.listdir())
-            result = run("bake", name, "-o", "refused.sqmap")
+            result = run("bake", name, "-o", "refused.sqmap", "--repair", "safe")
             self.assertEqual(result.returncode, 2)
             self.assertRegex(result.stderr, r"E_[A-Z]+")
             self.assertEqual(set(os.listdir()), before)
