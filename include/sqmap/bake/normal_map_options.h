@@ -11,6 +11,7 @@ enum class SmoothingKernel { Binomial, Box, Gaussian };
 struct GridSize {
     int rows = 0, columns = 0;  ///< eta_d and omega_d; 0: as many as the target error needs
 
+    /// False: the grid follows from the target error.
     [[nodiscard]] constexpr bool is_chosen() const { return rows > 0; }
 };
 

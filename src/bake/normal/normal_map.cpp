@@ -1,6 +1,9 @@
 // Moustakas, Tzovaras, Strintzis, "SQ-Map", section 4.1 steps 2 and 3, eqs. 9 to 12 and 22 to 27, section 5 for Q2.
 #include "sqmap/bake/normal_map.h"
 
+#include "bake/normal/grid.h"
+#include "bake/normal/offset.h"
+#include "bake/normal/smoothing.h"
 #include "model/normal_codes.h"
 #include "model/octahedral.h"
 
@@ -23,44 +26,8 @@ using model::NormalMapView;
 using model::VertexCorrection;
 using shape::Superquadricd;
 using shape::Superquadricf;
-using Kind = MapRays::Kind;
-using Surface = MapRays::Surface;
-using Angles = shape::SurfaceAngles<double>;
 
 namespace {
-
-constexpr double k_pi = std::numbers::pi;
-
-double largest_axis(const Superquadricd& sq) { return std::max({sq.a.x, sq.a.y, sq.a.z}); }
-
-// Casting from surface places, and how far beyond the superquadric a ray can matter.
-struct Caster {
-    const MapRays& rays;
-    const Superquadricd sq;
-    const double reach, lift;
-
-    Caster(const MapRays& r, const Superquadricd& s)
-        : rays(r), sq(s), reach(2 * shape::bounding_sphere(s).radius), lift(1e-5 * largest_axis(s))
-    {
-    }
-    shape::SurfacePoint<double> at(Angles a) const { return shape::surface_point(sq, a); }
-    Surface cast(Angles a) const
-    {
-        const shape::SurfacePoint<double> s = at(a);
-        return rays.surface_along(s.point, -s.normal, {reach, lift});
-    }
-};
-
-struct Grid {
-    int rows = 0, columns = 0;
-    std::vector<Surface> samples;
-
-    Grid(int r, int c) : rows(r), columns(c), samples(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns)) {}
-    explicit Grid(int level) : Grid((1 << level) + 1, 2 << level) {}
-    std::size_t index(int i, int j) const { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; }
-    const Surface& at(int i, int j) const { return samples[index(i, j)]; }
-    Angles angles(double i, double j) const { return {k_pi * (i / (rows - 1) - 0.5), 2 * k_pi * j / columns - k_pi}; }
-};
 
 // coarser: of half as many samples along each axis, whose rays are not cast again; or null.
 Grid cast_grid(const Caster& caster, Grid grid, const Grid* coarser)
@@ -145,12 +112,6 @@ InterpolationError measure_interpolation(const Caster& caster, const Grid& grid,
     return out;
 }
 
-Vec3d face_normal(const mesh::Mesh& m, std::uint32_t triangle)
-{
-    const mesh::Triangle& t = m.triangles[triangle];
-    return normalized(cross(m.vertices[t[1]] - m.vertices[t[0]], m.vertices[t[2]] - m.vertices[t[0]]));
-}
-
 // Eq. 26 with eq. 27: derivatives of D by differences that stay on one sheet, those of r and n exact. Where eq. 26 has no
 // answer (poles, samples alone on their sheet) the normal of the triangle that was hit.
 Vec3d surface_normal(const Caster& caster, const Grid& grid, const std::vector<std::uint8_t>& cuts, int i, int j)
@@ -174,118 +135,6 @@ Vec3d surface_normal(const Caster& caster, const Grid& grid, const std::vector<s
     const Vec3d n = normalized(shape::mapped_normal(jet, here.distance, d_eta, d_omega));
     // Beyond a focal point of the superquadric S = r - D n folds over and eq. 26 points in.
     return dot(n, face) > 0 ? n : face;
-}
-
-// Eq. 12: at local minima of the base grid. Their own gradient is next to nothing (errata 8), so the greatest within a radius.
-std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, const NormalMapOptions& options)
-{
-    const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
-    const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
-    std::vector<Vec3d> points(static_cast<std::size_t>(rows) * columns);
-    const auto index = [&](int i, int j) { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; };
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) points[index(i, j)] = caster.at(finest.angles(i * stride, j * stride)).point;
-    double spacing = 0;
-    for (int i = 1; i + 1 < rows; ++i)
-        for (int j = 0; j < columns; ++j)
-            spacing +=
-                0.5 * (norm(points[index(i, j)] - points[index(i, j + 1)]) + norm(points[index(i, j)] - points[index(i + 1, j)]));
-    spacing /= static_cast<double>((rows - 2) * columns);
-    const auto gradient = [&](int i, int j) {
-        double sum = 0;
-        for (const auto& [di, dj] : {std::pair{1, 0}, std::pair{0, 1}}) {
-            const int i0 = std::max(i - di, 0), i1 = std::min(i + di, rows - 1);
-            const Surface &a = at(i0, j - dj), &b = at(i1, j + dj);
-            const double length = norm(points[index(i0, j - dj)] - points[index(i1, j + dj)]);
-            if (a.kind != Kind::Hit || b.kind != Kind::Hit || !(length > 0)) continue;
-            const double slope = (b.distance - a.distance) / length;
-            sum += slope * slope;
-        }
-        return std::sqrt(sum);
-    };
-    std::vector<double> out(points.size(), 0.0);
-    for (int i = 1; i + 1 < rows; ++i)
-        for (int j = 0; j < columns; ++j) {
-            const Surface& here = at(i, j);
-            if (here.kind != Kind::Hit) continue;
-            bool minimum = true;
-            for (int di = -1; di <= 1 && minimum; ++di)
-                for (int dj = -1; dj <= 1; ++dj) {
-                    const Surface& s = at(i + di, j + dj);
-                    if (s.kind == Kind::Cap || (s.kind == Kind::Hit && s.distance < here.distance)) minimum = false;
-                }
-            if (!minimum) continue;
-            double steepest = 0;
-            const int radius = options.offset_radius;
-            for (int k = std::max(i - radius, 0); k <= std::min(i + radius, rows - 1); ++k)
-                for (int dj = -radius; dj <= radius; ++dj)
-                    if (at(k, j + dj).kind == Kind::Hit) steepest = std::max(steepest, gradient(k, j + dj));
-            out[index(i, j)] = options.offset_constant * spacing * steepest;
-        }
-    return out;
-}
-
-// Weights at 0 to radius samples from the middle.
-std::vector<double> kernel_of(SmoothingKernel kernel, int radius)
-{
-    std::vector<double> weights(static_cast<std::size_t>(radius) + 1, 1.0);
-    for (int d = 1; d <= radius; ++d) {
-        double& weight = weights[static_cast<std::size_t>(d)];
-        if (kernel == SmoothingKernel::Binomial)  // C(2 r, r + d) over C(2 r, r)
-            weight = weights[static_cast<std::size_t>(d) - 1] * (radius - d + 1) / (radius + d);
-        if (kernel == SmoothingKernel::Gaussian) weight = std::exp(-2.0 * d * d / (radius * radius));
-    }
-    return weights;
-}
-
-// The base grid convolved with a kernel (section 6: force fields are smoothed by smoothing the map), and the normals of what
-// comes out, by eq. 26. Samples next to a jump, a cap or a miss, and the poles, stay as they are.
-void add_smoothing(const Caster& caster, const Grid& finest, const NormalMapOptions& options, NormalMap& map)
-{
-    const std::vector<double> kernel = kernel_of(options.smoothing_kernel, options.smoothing_radius);
-    const int radius = static_cast<int>(kernel.size()) - 1;
-    const int stride = 1 << map.subdivisions;
-    const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
-    const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
-    const auto index = [&](int i, int j) { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; };
-    std::vector<Vec3d> points(static_cast<std::size_t>(rows) * columns);
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) points[index(i, j)] = caster.at(finest.angles(i * stride, j * stride)).point;
-    std::vector<double> smooth(points.size(), -1.0);
-    for (int i = radius; i + radius < rows; ++i)
-        for (int j = 0; j < columns; ++j) {
-            const Surface& here = at(i, j);
-            bool whole = here.kind == Kind::Hit;
-            double sum = 0, weights = 0;
-            for (int di = -radius; di <= radius && whole; ++di)
-                for (int dj = -radius; dj <= radius && whole; ++dj) {
-                    const Surface& there = at(i + di, j + dj);
-                    const double weight =
-                        kernel[static_cast<std::size_t>(std::abs(di))] * kernel[static_cast<std::size_t>(std::abs(dj))];
-                    whole = there.kind == Kind::Hit &&
-                            std::abs(there.distance - here.distance) <=
-                                options.jump_slope * norm(points[index(i, j)] - points[index(i + di, j + dj)]);
-                    sum += weight * there.distance;
-                    weights += weight;
-                }
-            if (whole) smooth[index(i, j)] = sum / weights;
-        }
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) {
-            model::SmoothedSample& out = map.smoothed.emplace_back(model::SmoothedSample{model::k_not_smoothed, 0});
-            const double d = smooth[index(i, j)];
-            if (d < 0 || i == 0 || i == rows - 1) continue;
-            const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],
-                         last = smooth[index(i, j - 1)];
-            if (std::min({up, down, next, last}) < 0) continue;
-            const auto jet = shape::surface_jet(caster.sq, shape::position_at(caster.sq, finest.angles(i * stride, j * stride)));
-            const Vec3d n = normalized(
-                shape::mapped_normal(jet, d, (up - down) * (rows - 1) / (2 * k_pi), (next - last) * columns / (4 * k_pi)));
-            if (!(dot(n, face_normal(caster.rays.mesh(), at(i, j).triangle)) > 0)) continue;
-            const double steps = (d - at(i, j).distance) / static_cast<double>(map.distance_scale);
-            out.change = static_cast<std::int16_t>(std::lround(std::clamp(steps, -32767.0, 32767.0)));
-            out.normal = model::encode_normal(sqmap::cast<float>(n));
-        }
 }
 
 std::vector<std::uint32_t> vertices_of(const mesh::Mesh& m, std::span<const std::uint32_t> triangles)
@@ -559,8 +408,8 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
 
     map.eta_count = static_cast<std::uint32_t>(grid.rows);
     map.omega_count = static_cast<std::uint32_t>(grid.columns);
-    const int most = base.is_chosen() ? options.subdivisions : level - 2;
-    map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, most));
+    const int max = base.is_chosen() ? options.subdivisions : level - 2;
+    map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, max));
     make_seeds(sq, map);
 
     double largest = 0;

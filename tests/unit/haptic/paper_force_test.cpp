@@ -69,7 +69,7 @@ double steepest(const ZoneOptions& options)
 {
     Tool tool({{}}, options);
     Vec3d before{};
-    double most = 0;
+    double steepest_step = 0;
     for (int i = 0; i <= 3000; ++i) {
         // Along the outline in x and z, 1 mm deep, over the edge between the top and a side.
         const double s = -0.01 + 0.00001 * i;
@@ -79,10 +79,10 @@ double steepest(const ZoneOptions& options)
         if (s < 0) at.x += s;
         if (s > 0.009 * M_PI / 2) at.z -= s - 0.009 * M_PI / 2;
         const Vec3d f = tool.touch(body(), at).force;
-        if (norm(f) > 0 && norm(before) > 0) most = std::max(most, angle_between(f, before));
+        if (norm(f) > 0 && norm(before) > 0) steepest_step = std::max(steepest_step, angle_between(f, before));
         before = f;
     }
-    return most;
+    return steepest_step;
 }
 
 TEST(PaperForce, TheSmoothedMapTurnsTheForceBySmallerSteps)

@@ -189,12 +189,12 @@ TEST(NormalMap, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
     std::vector<double> largest, mean;
     for (const int radius : {0, 1, 2}) {
         const NormalMap map = bake_normal_map(rays, all_triangles(box), Superquadricd{}, {.offset_radius = radius});
-        double sum = 0, most = 0;
+        double sum = 0, greatest = 0;
         for (const std::uint8_t code : map.offset) {
             sum += double(map.offset_scale) * code;
-            most = std::max(most, double(map.offset_scale) * code);
+            greatest = std::max(greatest, double(map.offset_scale) * code);
         }
-        largest.push_back(most);
+        largest.push_back(greatest);
         mean.push_back(sum);
     }
     EXPECT_LT(mean[0], 0.5 * mean[1]);

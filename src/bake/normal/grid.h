@@ -1,0 +1,59 @@
+// Rays from a superquadric's surface, and the grid of samples that they make.
+#pragma once
+
+#include "sqmap/bake/normal_map.h"
+#include "sqmap/shape/bounding_sphere.h"
+#include "sqmap/shape/surface.h"
+
+#include <algorithm>
+#include <numbers>
+#include <vector>
+
+namespace sqmap::bake {
+
+using Kind = MapRays::Kind;
+using Surface = MapRays::Surface;
+using Angles = shape::SurfaceAngles<double>;
+
+inline constexpr double k_pi = std::numbers::pi;
+
+inline double largest_axis(const shape::Superquadricd& sq) { return std::max({sq.a.x, sq.a.y, sq.a.z}); }
+
+/// Casting from surface places, and how far beyond the superquadric a ray can matter.
+struct Caster {
+    const MapRays& rays;
+    const shape::Superquadricd sq;
+    const double reach, lift;
+
+    Caster(const MapRays& r, const shape::Superquadricd& s)
+        : rays(r), sq(s), reach(2 * shape::bounding_sphere(s).radius), lift(1e-5 * largest_axis(s))
+    {
+    }
+    shape::SurfacePoint<double> at(Angles a) const { return shape::surface_point(sq, a); }
+    Surface cast(Angles a) const
+    {
+        const shape::SurfacePoint<double> s = at(a);
+        return rays.surface_along(s.point, -s.normal, {reach, lift});
+    }
+};
+
+/// Samples of a map, rows along eta, columns around omega.
+struct Grid {
+    int rows = 0, columns = 0;
+    std::vector<Surface> samples;
+
+    Grid(int r, int c) : rows(r), columns(c), samples(static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns)) {}
+    explicit Grid(int level) : Grid((1 << level) + 1, 2 << level) {}
+    std::size_t index(int i, int j) const { return static_cast<std::size_t>(i) * columns + (j + columns) % columns; }
+    const Surface& at(int i, int j) const { return samples[index(i, j)]; }
+    Angles angles(double i, double j) const { return {k_pi * (i / (rows - 1) - 0.5), 2 * k_pi * j / columns - k_pi}; }
+};
+
+/// Unit, outward.
+inline Vec3d face_normal(const mesh::Mesh& m, std::uint32_t triangle)
+{
+    const mesh::Triangle& t = m.triangles[triangle];
+    return normalized(cross(m.vertices[t[1]] - m.vertices[t[0]], m.vertices[t[2]] - m.vertices[t[0]]));
+}
+
+}  // namespace sqmap::bake
