@@ -156,7 +156,7 @@ private:
         const Vec3d mean = sum.crossings / double(sum.count);
         if (sum.input + sum.shell == 0) return corner + mean;
         Vec3d x = least_point(sum.planes, mean, k_flat);
-        if (sum.shell > 0) return corner + (norm(x - mean) < k_thin_reach ? x : mean);
+        if (sum.shell > 0) return corner + (norm(x - mean) < k_reach ? x : mean);
         // Not beyond the cell: along the line from the crossings' mean.
         double share = 1;
         for (int k = 0; k < 3; ++k) {
