@@ -280,7 +280,7 @@ class Program(unittest.TestCase):
         self.assertEqual(self.query([(0.0, 0.0, 0.0)], "--layer", "3", model="lean.sqmap").returncode, 0)
         refused = self.query([(0.0, 0.0, 0.0)], "--layer", "exact", model="lean.sqmap")
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("--no-exact", refused.stderr)
+        self.assertIn("without the exact layer", refused.stderr)
 
     def distances(self, rows, *options, model="sphere.sqmap"):
         result = self.query(rows, "--distance", *options, model=model)
