@@ -118,11 +118,11 @@ void check_partition(const decompose::Partition& partition, const mesh::Mesh& me
 }
 
 /// @throw mesh::InvalidInput
-void check_range(const char* name, double value, double least, double most)
+void check_range(const char* name, double value, double least, double max)
 {
-    if (value >= least && value <= most) return;
+    if (value >= least && value <= max) return;
     throw mesh::InvalidInput(std::string(name) + " must be from " + std::to_string(static_cast<long>(least)) + " to " +
-                             std::to_string(static_cast<long>(most)));
+                             std::to_string(static_cast<long>(max)));
 }
 
 void check(const NormalMapOptions& map)

@@ -63,10 +63,7 @@ struct PointQueue {
 
 class NormalKernel {
 public:
-    explicit NormalKernel(const NormalJob& normal)
-        : normal_(normal), job_(normal.probe), model_(job_.model), contacts_(job_)
-    {
-    }
+    explicit NormalKernel(const NormalJob& normal) : normal_(normal), job_(normal.probe), model_(job_.model), contacts_(job_) {}
 
     ProbeResult run()
     {
