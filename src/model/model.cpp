@@ -45,7 +45,7 @@ NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
     map.offset_scale = p.offset_scale;
     map.quantization_error = p.quantization_error;
     map.distance = a.distance.subspan(p.first_sample, samples);
-    map.normal = a.normal.subspan(p.first_sample, samples);
+    map.normal = a.normal.subspan(p.first_offset, p.offset_count);
     map.cuts = a.cuts.subspan(p.first_cut, p.cut_count);
     map.correction_rows = a.correction_rows.subspan(p.first_correction_row, p.correction_row_count);
     map.corrections = a.corrections.subspan(p.first_correction, p.correction_count);

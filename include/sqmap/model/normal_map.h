@@ -64,7 +64,7 @@ struct NormalMapView {
     float offset_scale = 0;                        ///< length of one step of offset
     float quantization_error = 0;                  ///< largest measured error of a stored distance
     std::span<const std::uint16_t> distance;       ///< finest grid
-    std::span<const std::uint16_t> normal;         ///< finest grid: surface normals by eq. 26, octahedral, 8 + 8 bits
+    std::span<const std::uint16_t> normal;         ///< base grid: surface normals by eq. 26, octahedral, 8 + 8 bits
     /// Finest grid, two bits a node, four nodes a byte: 1 = the surface jumps towards the next row, 2 = next column.
     std::span<const std::uint8_t> cuts;
     std::span<const std::uint32_t> correction_rows;  ///< #eta_count: cells of row i have corrections [rows[i], rows[i+1])

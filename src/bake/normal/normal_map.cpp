@@ -342,40 +342,6 @@ void make_seeds(const Superquadricd& sq, NormalMap& map)
 
 }  // namespace
 
-NormalMapView NormalMap::view() const
-{
-    NormalMapView v;
-    v.superquadric = superquadric;
-    v.eta_count = eta_count;
-    v.omega_count = omega_count;
-    v.subdivisions = subdivisions;
-    v.vertex_count = vertex_count;
-    v.distance_scale = distance_scale;
-    v.offset_scale = offset_scale;
-    v.quantization_error = quantization_error;
-    v.distance = distance;
-    v.normal = normal;
-    v.cuts = cuts;
-    v.correction_rows = correction_rows;
-    v.corrections = corrections;
-    v.gap_rows = gap_rows;
-    v.gaps = gaps;
-    v.offset = offset;
-    v.smoothed = smoothed;
-    v.seed_count = seed_count;
-    v.seeds_mirrored = seeds_mirrored;
-    v.seeds = seeds;
-    return v;
-}
-
-std::size_t NormalMap::stored_bytes() const
-{
-    return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() +
-           offset.size() + 4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + 4 * gap_rows.size() +
-           sizeof(model::MapGap) * gaps.size() + sizeof(model::SmoothedSample) * smoothed.size() +
-           sizeof(FootSeed) * seeds.size();
-}
-
 NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
                           const NormalMapOptions& options)
 {
@@ -421,16 +387,17 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     for (int i = 0; i < grid.rows; ++i)
         for (int j = 0; j < grid.columns; ++j) {
             const Surface& s = grid.at(i, j);
+            const bool is_base = i % (1 << map.subdivisions) == 0 && j % (1 << map.subdivisions) == 0;
             std::uint16_t code = s.kind == Kind::Cap ? k_map_cap : k_map_miss, normal = 0;
             if (s.kind == Kind::Hit) {
                 code = static_cast<std::uint16_t>(std::min(std::round(s.distance / scale), double(k_map_largest)));
                 map.report.quantization_error = std::max(map.report.quantization_error, std::abs(code * scale - s.distance));
-                normal = model::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
+                if (is_base) normal = model::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
             }
             (s.kind == Kind::Hit ? map.report.hit_share : (s.kind == Kind::Cap ? map.report.cap_share : map.report.miss_share)) +=
                 share;
             map.distance.push_back(code);
-            map.normal.push_back(normal);
+            if (is_base) map.normal.push_back(normal);
         }
     map.quantization_error = static_cast<float>(map.report.quantization_error);
     map.cuts.assign((grid.samples.size() + 3) / 4, 0);

@@ -11,6 +11,40 @@
 
 namespace sqmap::bake {
 
+model::NormalMapView NormalMap::view() const
+{
+    model::NormalMapView v;
+    v.superquadric = superquadric;
+    v.eta_count = eta_count;
+    v.omega_count = omega_count;
+    v.subdivisions = subdivisions;
+    v.vertex_count = vertex_count;
+    v.distance_scale = distance_scale;
+    v.offset_scale = offset_scale;
+    v.quantization_error = quantization_error;
+    v.distance = distance;
+    v.normal = normal;
+    v.cuts = cuts;
+    v.correction_rows = correction_rows;
+    v.corrections = corrections;
+    v.gap_rows = gap_rows;
+    v.gaps = gaps;
+    v.offset = offset;
+    v.smoothed = smoothed;
+    v.seed_count = seed_count;
+    v.seeds_mirrored = seeds_mirrored;
+    v.seeds = seeds;
+    return v;
+}
+
+std::size_t NormalMap::stored_bytes() const
+{
+    return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() +
+           offset.size() + 4 * correction_rows.size() + sizeof(model::VertexCorrection) * corrections.size() +
+           4 * gap_rows.size() + sizeof(model::MapGap) * gaps.size() + sizeof(model::SmoothedSample) * smoothed.size() +
+           sizeof(model::FootSeed) * seeds.size();
+}
+
 void append_normal_map(const NormalMap& m, model::ModelData& data)
 {
     model::NormalArrays<model::ArrayData>& all = data.normal;

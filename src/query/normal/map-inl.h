@@ -10,6 +10,7 @@
 #include "query/normal/power-inl.h"
 #include "sqmap/query/normal_projection.h"
 
+#include <algorithm>
 #include <array>
 
 HWY_BEFORE_NAMESPACE();
@@ -33,7 +34,9 @@ public:
         : map_(map),
           scale_(set(map.distance_scale)),
           base_rows_(((map.eta_count - 1) >> map.subdivisions) + 1),
-          base_columns_(map.omega_count >> map.subdivisions)
+          base_columns_(map.omega_count >> map.subdivisions),
+          spacing_(k_pi * std::max({map.superquadric.a.x, map.superquadric.a.y, map.superquadric.a.z}) /
+                   static_cast<float>(std::min<std::size_t>(base_rows_ - 1, base_columns_ / 2)))
     {
     }
 
@@ -45,9 +48,8 @@ public:
     }
     HWY_INLINE SampleLanes base_sample(I row, I column) const
     {
-        const I every = set_int(std::int32_t{1} << map_.subdivisions);
-        const I node = node_of(hn::Mul(row, every), hn::Mul(column, every));
-        return value_of(half_word(map_.distance.data(), node), half_word(map_.normal.data(), node));
+        const I normal = hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(base_columns_))), column);
+        return value_of(half_word(map_.distance.data(), base_node(row, column)), half_word(map_.normal.data(), normal));
     }
 
     /// Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
@@ -56,21 +58,16 @@ public:
         const Cell c(angles, map_.eta_count, map_.omega_count);
         const I bottom = node_of(c.row, c.column), top = node_of(hn::Add(c.row, set_int(1)), c.column);
         const Corners<I> distance = corners(map_.distance.data(), c, bottom, top);
-        const Corners<I> normal = corners(map_.normal.data(), c, bottom, top);
         const Cuts cuts(*this, c, bottom, top);
         const M whole = cuts.whole(), high = hn::Ge(c.y, set(0.5f)), right = hn::Ge(c.x, set(0.5f));
         const I code = blend(high, blend(right, distance[3], distance[2]), blend(right, distance[1], distance[0]));
         const M hit = hn::RebindMask(df, hn::Lt(code, set_int(model::k_map_largest + 1)));
         Corners<F> value;
-        Corners<V3> directions;
-        for (std::size_t i = 0; i < 4; ++i) {
-            value[i] = hn::Mul(scale_, to_float(distance[i]));
-            directions[i] = decoded(normal[i]);
-        }
+        for (std::size_t i = 0; i < 4; ++i) value[i] = hn::Mul(scale_, to_float(distance[i]));
         SampleLanes sample{{}, {}, hn::Zero(di)};
-        if (any(hn::AndNot(whole, hit))) one_sheet(cuts, high, right, value, directions);
+        if (any(hn::AndNot(whole, hit))) one_sheet(cuts, high, right, value);
         sample.distance = c.bilinear(value[0], value[1], value[2], value[3]);
-        sample.normal = between(c, directions);
+        sample.normal = normal_at(angles, sample.distance);
         if (use_corrections && !map_.corrections.empty() && any(hn::And(whole, hit)))
             sample.distance = hn::Add(sample.distance, correction_at(c, hn::And(whole, hit)));
         sample.distance = larger(sample.distance, hn::Zero(df));
@@ -264,6 +261,12 @@ private:
     {
         return hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(map_.omega_count))), column);
     }
+    /// Of the base grid's sample in the finest.
+    HWY_INLINE I base_node(I row, I column) const
+    {
+        const I every = set_int(std::int32_t{1} << map_.subdivisions);
+        return node_of(hn::Mul(row, every), hn::Mul(column, every));
+    }
     HWY_INLINE I base_corner(const Cell& c, std::size_t i) const
     {
         const I row = i < 2 ? c.row : hn::Add(c.row, set_int(1)), column = i % 2 == 0 ? c.column : c.next_column;
@@ -315,7 +318,7 @@ private:
 
     /// Corners on another sheet are continued from the nearest's: in the plane of three corners, level across the missing side of
     /// two, constant from one.
-    static HWY_NOINLINE void one_sheet(const Cuts& cuts, M high, M right, Corners<F>& value, Corners<V3>& normal)
+    static HWY_NOINLINE void one_sheet(const Cuts& cuts, M high, M right, Corners<F>& value)
     {
         Corners<M> known{hn::Not(hn::Or(high, right)), hn::AndNot(high, right), hn::AndNot(right, high), hn::And(high, right)};
         const auto join = [&](M uncut, std::size_t a, std::size_t b) {
@@ -331,17 +334,40 @@ private:
             join(cuts.right, 1, 3);
         }
         const Corners<F> had = value;
-        const Corners<V3> turned = normal;
         for (std::size_t i = 0; i < 4; ++i) {
             const std::size_t along = i ^ 1, across = i ^ 2, opposite = i ^ 3;
             const M three = hn::And(hn::And(known[along], known[across]), known[opposite]);
-            const auto chosen = [&](const auto& of) {
-                return blend(known[along], of[along], blend(known[across], of[across], of[opposite]));
-            };
-            const F level = blend(three, hn::Sub(hn::Add(had[along], had[across]), had[opposite]), chosen(had));
+            const F one = blend(known[along], had[along], blend(known[across], had[across], had[opposite]));
+            const F level = blend(three, hn::Sub(hn::Add(had[along], had[across]), had[opposite]), one);
             value[i] = blend(known[i], had[i], level);
-            normal[i] = blend(known[i], turned[i], chosen(turned));
         }
+    }
+
+    /// Between the base samples about a position of those whose surface is at about its distance: others are on another sheet.
+    /// Zero where none is.
+    HWY_INLINE V3 normal_at(const AngleLanes& angles, F distance) const
+    {
+        constexpr float k_steepest = 3;  // rise of a sheet over a sample's spacing
+        const Cell c(angles, base_rows_, base_columns_);
+        const I row_above = hn::Add(c.row, set_int(1)), columns = set_int(static_cast<std::int32_t>(base_columns_));
+        const Corners<I> code = corners(map_.normal.data(), c, hn::Add(hn::Mul(c.row, columns), c.column),
+                                        hn::Add(hn::Mul(row_above, columns), c.column));
+        const Corners<I> stored{half_word(map_.distance.data(), base_node(c.row, c.column)),
+                                half_word(map_.distance.data(), base_node(c.row, c.next_column)),
+                                half_word(map_.distance.data(), base_node(row_above, c.column)),
+                                half_word(map_.distance.data(), base_node(row_above, c.next_column))};
+        const F one = set(1.f), x = c.x, y = c.y, left = hn::Sub(one, x), below = hn::Sub(one, y);
+        const Corners<F> share{hn::Mul(left, below), hn::Mul(x, below), hn::Mul(left, y), hn::Mul(x, y)};
+        const F reach = set(k_steepest * spacing_);
+        V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
+        for (std::size_t i = 0; i < 4; ++i) {
+            const M near = hn::Le(hn::Abs(hn::Sub(hn::Mul(scale_, to_float(stored[i])), distance)), reach);
+            const M known = hn::And(near, hn::RebindMask(df, hn::Lt(stored[i], set_int(model::k_map_largest + 1))));
+            // A share for corners that others leave alone.
+            const F weight = hn::IfThenElseZero(known, larger(share[i], set(1e-4f)));
+            sum = plus(sum, scaled(weight, decoded(code[i])));
+        }
+        return unit_of(sum);
     }
 
     /// Of step 3: pyramids over the cell, 1 at a vertex and 0 on the border.
@@ -366,6 +392,7 @@ private:
     const NormalMapView& map_;
     const F scale_;
     const std::size_t base_rows_, base_columns_;
+    const float spacing_;  // of base samples, at most about so much; model units
 };
 
 }  // namespace

@@ -122,6 +122,35 @@ public:
         return a;
     }
 
+    /// What this part's map shows of the surface about contacts that other parts have claimed, whether its superquadric holds
+    /// them or not: those of the lanes where that is nearer than a distance. Every surface point bounds the depth, so the nearest
+    /// is right.
+    HWY_NOINLINE M nearer_surface(const V3& p, F within, PartAnswerLanes& a) const
+    {
+        const V3 q = sq_.to_local(p);
+        F gauge;
+        const M all = hn::Not(none());
+        FootLanes found = foot_from(sq_.through(sq_.to_unit(q), gauge), q, all);
+        const M proven = hn::Le(found.miss, proven_);
+        if (coarse_) found = at_base_sample(found.position, q);
+        a.angles = angles_at(found.position);
+        const SampleLanes sample = sample_at(a.angles);
+        a.flags = sample.flags;
+        a.contact = all;
+        a.foot = sq_.to_model(found.at.point);
+        a.foot_normal = sq_.direction_to_model(found.at.normal);
+        // Beside a jump what lies between samples may be no surface.
+        const M mapped = hn::And(equal(sample.flags, hn::Zero(di)), hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
+        a.surface = minus(a.foot, scaled(hn::IfThenElseZero(mapped, sample.distance), a.foot_normal));
+        a.normal = sample.normal;
+        const V3 line = minus(a.surface, p);
+        a.depth = dot(line, a.normal);
+        const M nearer = hn::And(hn::Lt(length(line), within), hn::Gt(a.depth, hn::Zero(df)));
+        const M good = hn::And(hn::And(mapped, proven), nearer);
+        if (!coarse_ && any(good)) seek_nearest(p, found, good, a);
+        return good;
+    }
+
     /// Depth and normal of the smoothed map at the point's own foot, as the tangent plane there has them, for contacts with a
     /// surface.
     HWY_NOINLINE void smooth(const V3& p, PartAnswerLanes& a) const

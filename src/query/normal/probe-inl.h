@@ -141,6 +141,7 @@ private:
         if (is_done()) states_.count = clusters_ = 0;
         if (clusters_ == 0) return;
         for (std::size_t i = 0; i < model_.parts.size(); ++i) hear(i);
+        if (normal_.options.layer != Layer::One && normal_.options.projector == Projector::Newton) seek_elsewhere();
         for (std::size_t c = 0; c < clusters_; ++c)
             for (std::size_t k = 0; k < cluster_size_[c]; ++k) write(cluster_first_[c] + k);
         states_.count = clusters_ = 0;
@@ -159,6 +160,47 @@ private:
             c.status = k_ok;
         }
         contacts_.write(c);
+    }
+
+    /// Contacts whose nearest surface other parts show than those that hold the point.
+    HWY_NOINLINE void seek_elsewhere()
+    {
+        open_ = 0;
+        for (std::size_t c = 0; c < clusters_; ++c)
+            for (std::size_t s = cluster_first_[c]; s < cluster_first_[c] + cluster_size_[c]; ++s) {
+                const std::uint8_t state = states_.state[s];
+                if ((state & PointStates::k_contact) == 0 || (state & PointStates::k_free) != 0) continue;
+                if ((state & PointStates::k_surface) == 0) states_.key[s] = INFINITY;
+                open_slots_[open_++] = static_cast<std::int32_t>(s);
+            }
+        for (std::size_t i = 0; i < model_.parts.size() && open_ > 0; ++i) seek_on(i);
+    }
+    void seek_on(std::size_t index)
+    {
+        const float* sphere = model_.parts[index].sphere;
+        held_.count = 0;
+        for (std::size_t k = 0; k < open_; ++k) {
+            const auto s = static_cast<std::size_t>(open_slots_[k]);
+            if (states_.part[s] == static_cast<std::int16_t>(index)) continue;
+            // Below no surface: of the parts that are about the point.
+            const float reach = sphere[3] + std::min(states_.key[s], 0.5f * sphere[3]);
+            const Vec3f d = Vec3f{states_.x[s], states_.y[s], states_.z[s]} - model::vec3(sphere);
+            if (norm_sq(d) < reach * reach) held_.slot[held_.count++] = open_slots_[k];
+        }
+        if (held_.count == 0) return;
+        held_.fill_up();
+        const NormalMapView view = model::normal_map_of(model_, index);
+        const PartLanes part(view, normal_.options, job_.clusters == 0 ? nullptr : &arcs_);
+        for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) {
+            const I slots = held_.slots(first);
+            const V3 p = position_of(slots);
+            PartAnswerLanes a;
+            const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, slots), a));
+            if (!any(nearer)) continue;
+            const F key = hn::Abs(a.depth);
+            if (normal_.smoothing) part.smooth(p, a);
+            note(a, key, a.depth, {nearer, none()}, {held_.slot + first, index});
+        }
     }
 
     /// One part about the points that are not known to be free.
@@ -300,6 +342,8 @@ private:
     std::size_t cluster_first_[k_clusters], cluster_size_[k_clusters];
     float cluster_centre_[3][k_clusters], cluster_radius_[k_clusters];
     PointQueue in_box_, held_;
+    std::size_t open_ = 0;  // contacts
+    std::int32_t open_slots_[PointStates::k_capacity];
     GridArcs arcs_;
 };
 

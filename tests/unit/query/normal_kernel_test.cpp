@@ -92,6 +92,23 @@ TEST(NormalKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
     EXPECT_GT(total, 1000u);
 }
 
+PointResult of_parts(const model::ModelView& view, Vec3f p, const ProjectionOptions& options)
+{
+    std::vector<PartAnswer> answers;
+    for (std::size_t i = 0; i < view.parts.size(); ++i) {
+        const float* sphere = view.parts[i].sphere;
+        const bool in_sphere = norm_sq(p - model::vec3(sphere)) <= sphere[3] * sphere[3];
+        answers.push_back(in_sphere ? project(model::normal_map_of(view, i), p, options) : PartAnswer{});
+    }
+    const CombinedAnswer all = combine(answers);
+    PointResult result;
+    result.contact = all.contact;
+    result.part = all.part;
+    result.status = all.contact && !all.has_surface ? k_no_surface : k_ok;
+    if (all.has_surface) result.depth = std::max(static_cast<double>(answers[static_cast<std::size_t>(all.part)].depth), 0.);
+    return result;
+}
+
 // A point by itself, and a part by itself under the witness rule, are the same template.
 TEST(NormalKernel, PointsAndPartsAnswerAsTheProbe)
 {
@@ -100,26 +117,42 @@ TEST(NormalKernel, PointsAndPartsAnswerAsTheProbe)
     std::size_t contacts = 0, open = 0;
     for (const Vec3d& point : hand.points) {
         const Vec3f p = model::to_model_space(hand.model.view().header, point);
-        const PointResult whole = query_point(view, cast<double>(p));
-        std::vector<PartAnswer> answers;
-        for (std::size_t i = 0; i < view.parts.size(); ++i) {
-            const float* sphere = view.parts[i].sphere;
-            const bool in_sphere = norm_sq(p - model::vec3(sphere)) <= sphere[3] * sphere[3];
-            answers.push_back(in_sphere ? project(model::normal_map_of(view, i), p) : PartAnswer{});
-        }
-        const CombinedAnswer all = combine(answers);
-        ASSERT_EQ(all.contact, whole.contact);
-        if (!all.contact) continue;
+        const PointResult whole = query_point(view, cast<double>(p), {.projector = Projector::Pyramid});
+        const PointResult parts = of_parts(view, p, {.projector = Projector::Pyramid, .nearest_steps = 0});
+        ASSERT_EQ(parts.contact, whole.contact);
+        if (!whole.contact) continue;
         ++contacts;
-        EXPECT_EQ(all.part, whole.part);
-        EXPECT_EQ(all.has_surface, (whole.status & k_no_surface) == 0);
-        open += all.has_surface ? 0u : 1u;
-        if (all.has_surface) {
-            EXPECT_EQ(std::max(answers[static_cast<std::size_t>(all.part)].depth, 0.f), static_cast<float>(whole.depth));
-        }
+        EXPECT_EQ(parts.part, whole.part);
+        EXPECT_EQ(parts.status, whole.status);
+        EXPECT_EQ(parts.depth, whole.depth);
+        open += whole.status == k_no_surface ? 1u : 0u;
     }
     EXPECT_GT(contacts, 200u);
     EXPECT_GT(contacts, 2 * open);
+}
+
+// Parts that do not hold a point may show its nearest surface; verdicts are not theirs.
+TEST(NormalKernel, OtherPartsBringDepthNearerAndChangeNoVerdict)
+{
+    const Hand& hand = Hand::get();
+    const model::ModelView& view = hand.model.in_model_space();
+    double alone = 0, all = 0;
+    std::size_t known = 0;
+    for (const Vec3d& point : hand.points) {
+        const Vec3f p = model::to_model_space(hand.model.view().header, point);
+        const PointResult whole = query_point(view, cast<double>(p)), parts = of_parts(view, p, {});
+        ASSERT_EQ(parts.contact, whole.contact);
+        if (!whole.contact) continue;
+        if (parts.status == k_no_surface) continue;
+        EXPECT_EQ(whole.status, k_ok);
+        EXPECT_LE(whole.depth, parts.depth);
+        const double truth = hand.model.solid().closest_boundary(cast<double>(p)).distance;
+        alone += std::abs(parts.depth - truth);
+        all += std::abs(whole.depth - truth);
+        ++known;
+    }
+    EXPECT_GT(known, 200u);
+    EXPECT_LE(all, alone);
 }
 
 }  // namespace
