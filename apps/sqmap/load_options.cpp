@@ -46,7 +46,7 @@ void add_load_options(Command& command, LoadOptions& options)
     command.option("--max-wrapped-faces", options.wrap.max_triangles, "Most triangles of a wrapped mesh; wins over the tolerance")
         .in_range(100, 1e9)
         .shows_default();
-    command.option("--max-cells", options.wrap.max_cells, "Most cells of the grid for wrapping; about 250 bytes each")
+    command.option("--max-cells", options.wrap.max_cells, "Most cells of the grid for wrapping; about 400 bytes each")
         .in_range(10000, 1e9)
         .shows_default()
         .group(k_limits);

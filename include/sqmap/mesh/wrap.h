@@ -14,7 +14,7 @@ struct WrapOptions {
     double tolerance = 0.002;              ///< share of R_max; the grid's cells are as large as it allows
     double thickness = 0.003;              ///< least thickness of shells made of sheets, share of R_max; at most 2 tolerance
     std::uint32_t max_triangles = 60'000;  ///< of the result; wins over the tolerance
-    std::uint64_t max_cells = 3'000'000;   ///< of the grid that the input touches: bounds memory (about 250 bytes each) and time
+    std::uint64_t max_cells = 2'000'000;   ///< of the grid that the input touches: bounds memory (about 400 bytes each) and time
 };
 
 struct WrapResult {
@@ -30,7 +30,7 @@ struct WrapResult {
 /// result is closed, manifold and oriented; its vertices lie on the input wherever that bounds the solid, also on its sharp
 /// edges and corners. Parts smaller than two cells are left out. Thinner walls than the thickness become that thick.
 /// points: mesh units, finite; triangles: indices in range, in any order, with or without area.
-/// @throw RefusedMesh with E_LIMIT, before any work, where the triangles alone are more than max_cells
+/// @throw RefusedMesh with E_LIMIT, before any work, where the triangles are more than half of max_cells
 /// @throw InvalidInput for an option out of range
 /// Cost: cells that the surface touches times the logarithm of #triangles; the same result on every run.
 [[nodiscard]] WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles,
