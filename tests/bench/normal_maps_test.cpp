@@ -22,10 +22,10 @@ protected:
         parts_.reset();
         setting_.reset();
     }
-    static Record run(query::Layer layer, Density density, Search search = Search::Corrected)
+    static Record run(query::Layer layer, Density density, query::Projector projector = query::Projector::Pyramid)
     {
         const auto maps = std::make_shared<const NormalMaps>(parts_, density);
-        const auto method = make_normal_query(*setting_, maps, layer, search);
+        const auto method = make_normal_query(*setting_, maps, layer, projector);
         const MethodEntry entry{.name = "normal"};
         const Contestant contestant{&entry, method.get()};
         return race(*setting_, path_, truth_, {&contestant, 1}, {.passes = 1}).front();
@@ -68,7 +68,7 @@ TEST_F(NormalMapsTest, ErrorFallsAndBytesGrowWithDensity)
 
 TEST_F(NormalMapsTest, ThePrintedSearchFindsContactsToo)
 {
-    const Record record = run(query::Layer::Two, {}, Search::Printed);
+    const Record record = run(query::Layer::Two, {}, query::Projector::Printed);
     EXPECT_GT(record.contacts, 0);
     EXPECT_LT(record.accuracy->missed_pct, 50);
 }

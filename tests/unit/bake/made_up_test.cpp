@@ -78,7 +78,9 @@ TEST(MadeUp, MarksContactsOfTheExactLayerByTheirTriangle)
         if (norm(nearest.point - result.point) > 1e-5) continue;  // as near elsewhere
         const bool says = (result.status & query::k_made_up) != 0, is = baked().gate.made_up[nearest.triangle] != 0;
         // Along the filling's rim triangles of both kinds are nearest.
-        if (says != is) EXPECT_NEAR(nearest.point.z, 0.9, 0.05);
+        if (says != is) {
+            EXPECT_NEAR(nearest.point.z, 0.9, 0.05);
+        }
         marked += says ? 1 : 0;
     }
     EXPECT_GT(marked, 20);
