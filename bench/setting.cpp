@@ -33,8 +33,8 @@ std::unique_ptr<Setting> load_setting(const Files& files)
         };
         const io::ReadResult read = io::read_mesh_file(path);
         if (read.error) refuse(read.error->code, *read.error);
-        mesh::GateResult gate =
-            mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices}, {.accept_surface = surface});
+        mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices},
+                                            {.repair = mesh::Repair::Safe, .accept_surface = surface});
         if (gate.verdict == mesh::Admission::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
         return gate;
     };

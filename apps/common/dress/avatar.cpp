@@ -45,7 +45,9 @@ sqmap::Pose rigid(const Affine& map, Vec3d joint)
 void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
 {
     const io::SkinnedSoup& skin = body.file;
-    const mesh::GateResult gate = mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices});
+    // Vertices that a closing makes would follow no joint.
+    const mesh::GateResult gate =
+        mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices}, {.repair = mesh::Repair::Safe});
     if (gate.verdict == mesh::Admission::Refused || !gate.solid)
         throw AvatarError(path.string() + ": its skinned mesh is no closed solid: see sqmap check " + path.string());
     std::map<std::array<double, 3>, std::size_t> positions;
