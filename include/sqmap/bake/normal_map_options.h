@@ -20,7 +20,7 @@ struct NormalMapOptions {
     double target_error = 2e-3;  ///< bounds the 99th percentile of what linear interpolation misses within one sheet
     int min_level = 4;           ///< finest grid at least 2^level + 1 by 2^(level + 1)
     int max_level = 7;           ///< and at most
-    GridSize grid{};             ///< in place of levels: 5 to 4096 rows, 8 to 8192 columns; fewer than 65536 after subdivision
+    GridSize grid{};             ///< instead of levels: 5 to 4096 rows, 8 to 8192 columns; fewer than 65536 after subdivision
     /// A_S of section 4.2, 0 to 5: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps of few samples, whose grid is
     /// not chosen, take less: the base grid keeps 5 rows at least.
     int subdivisions = 1;

@@ -19,7 +19,7 @@ inline constexpr double k_pi = std::numbers::pi;
 
 inline double largest_axis(const shape::Superquadricd& sq) { return std::max({sq.a.x, sq.a.y, sq.a.z}); }
 
-/// Casting from surface places, and how far beyond the superquadric a ray can matter.
+/// Casts rays from points of the superquadric's surface, and says how far beyond it a ray can matter.
 struct Caster {
     const MapRays& rays;
     const shape::Superquadricd sq;

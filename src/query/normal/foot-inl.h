@@ -26,7 +26,7 @@ struct NewtonLimits {
 };
 constexpr float k_proven_miss = 1e-3f;
 
-/// p - point, split into what is along the normal and what is not.
+/// p - point, split into its components along and across the normal.
 struct LineToFoot {
     V3 across;
     F depth, miss;

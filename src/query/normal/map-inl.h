@@ -1,4 +1,4 @@
-// What a normal map holds between its samples, many places at a time.
+// A normal map interpolated between its samples, at many positions at a time.
 #if defined(SQMAP_QUERY_NORMAL_MAP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_QUERY_NORMAL_MAP_INL_H
 #undef SQMAP_QUERY_NORMAL_MAP_INL_H
