@@ -237,6 +237,24 @@ std::uint64_t occupied_cells(const ModelView& v, LocatorBrick brick)
     return occupied;
 }
 
+/// None, or a mask in two steps of some of so many triangles.
+bool valid_list(std::span<const std::uint16_t> list, std::uint32_t triangles)
+{
+    if (list.empty()) return true;
+    const auto words = static_cast<std::uint32_t>(mask_words(triangles));
+    const std::size_t steps = mask_words(words);
+    if (list.size() <= steps) return false;
+    const auto bits_within = [](std::uint32_t word, std::uint32_t bits) { return bits >= 16 || word >> bits == 0; };
+    if (!bits_within(list[steps - 1], words - 16 * static_cast<std::uint32_t>(steps - 1))) return false;
+    std::size_t filled = 0;
+    for (const std::uint16_t word : list.first(steps)) filled += static_cast<std::size_t>(std::popcount(word));
+    if (filled != list.size() - steps) return false;
+    const bool is_last_filled = (list[steps - 1] >> (words - 1) % 16 & 1u) != 0;
+    if (is_last_filled && !bits_within(list.back(), triangles - 16 * (words - 1))) return false;
+    return std::none_of(list.begin() + static_cast<std::ptrdiff_t>(steps), list.end(),
+                        [](std::uint16_t word) { return word == 0; });
+}
+
 /// A record with a list for every cell that is not Free, of triangles that exist.
 bool valid_candidates(const ModelView& v, std::size_t index)
 {
@@ -250,11 +268,10 @@ bool valid_candidates(const ModelView& v, std::size_t index)
     for (std::uint32_t k = 0; k < record.cells(); ++k)
         if (record.starts[k] > record.starts[k + 1]) return false;
     if (std::uint64_t{first} + record.size() > v.near.size()) return false;
-    const CandidateList all = record.all(), refs = record.of_refs(0, record.ref_count());
-    for (std::uint32_t k = 0; k < all.count; ++k)
-        if (all.triangle(k) >= v.triangle_part.size()) return false;
-    for (std::uint32_t k = 0; k < refs.count; ++k)
-        if (refs.ref(k) >= record.triangles) return false;
+    for (std::uint32_t k = 0; k < record.cells(); ++k)
+        if (!valid_list({record.lists + record.starts[k], record.lists + record.starts[k + 1]}, record.triangles)) return false;
+    for (std::uint32_t k = 0; k < record.triangles; ++k)
+        if (record.all().triangle(k) >= v.triangle_part.size()) return false;
     return true;
 }
 

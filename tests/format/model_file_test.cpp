@@ -446,6 +446,26 @@ std::uint32_t& stored_near(ModelData& m)
     return *it;
 }
 
+/// The first list of a record that has lists, and the last value of one whose last triangles are not sixteen.
+std::uint16_t* first_list(ModelData& m)
+{
+    const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);
+    return m.near.data() + (r.lists - m.near.data());
+}
+std::uint16_t& last_word(ModelData& m)
+{
+    for (const std::uint32_t first : m.near_bricks) {
+        if (first == model::k_no_candidates) continue;
+        const model::CandidateRecord r = model::candidate_record(m.near.data() + first, false);
+        const std::size_t words = model::mask_words(r.triangles), steps = model::mask_words(words);
+        if (r.triangles % 16 == 0) continue;
+        for (std::uint32_t k = 0; k < r.cells(); ++k)
+            if (r.starts[k] < r.starts[k + 1] && (r.lists[r.starts[k] + steps - 1] >> (words - 1) % 16 & 1) != 0)
+                return m.near[static_cast<std::size_t>(r.lists - m.near.data()) + r.starts[k + 1] - 1u];
+    }
+    throw std::logic_error("no list has the last triangles of its brick");
+}
+
 /// The first cell that is not free.
 std::uint32_t& occupied_cell(ModelData& m)
 {
@@ -706,11 +726,9 @@ const Lie k_lies[] = {
          for (std::size_t i = stored_near(m) + model::CandidateRecord::k_head; i < m.near.size(); ++i) m.near[i] = 0xffff;
      }},
     {"near_triangles_beyond_end", [](ModelData& m) { m.near[stored_near(m) + 4] = 0xffff; }},
-    {"near_triangle_of_no_table",
-     [](ModelData& m) {
-         const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);
-         m.near[static_cast<std::size_t>(r.refs - m.near.data())] = 0xffff;
-     }},
+    {"near_list_of_other_triangles", [](ModelData& m) { first_list(m)[0] ^= 1; }},
+    {"near_list_without_triangles", [](ModelData& m) { first_list(m)[1] = 0; }},
+    {"near_list_of_no_table", [](ModelData& m) { last_word(m) = 0xffff; }},
     {"near_triangle_that_is_none",
      [](ModelData& m) {
          const model::CandidateRecord r = model::candidate_record(m.near.data() + stored_near(m), false);

@@ -132,7 +132,7 @@ BrickRecord bake_record(const mesh::Solid& solid, const ListsBefore* before, std
         if (!cell.is_reached) {
             const model::CandidateList list = model::candidate_list(before->model, listed.before, cell.number);
             Triangles kept;
-            for (std::uint32_t j = 0; j < list.count; ++j) kept.push_back(list[j]);
+            list.each([&](std::uint32_t t) { kept.push_back(t); });
             record.add(cell.number, kept, numbers);
             continue;
         }
@@ -144,7 +144,7 @@ BrickRecord bake_record(const mesh::Solid& solid, const ListsBefore* before, std
     if (listed.before != LocatorUpdate::k_no_brick && before->model.near_bricks[listed.before] != model::k_no_candidates &&
         listed.reached != ~std::uint64_t{0}) {
         const CandidateRecord was = model::candidate_record(before->model, listed.before);
-        if (was.ref_count() == 0) record.drop_lists();
+        if (was.list_values() == 0) record.drop_lists();
         if (was.triangles == 0) record.drop_triangles();
     }
     return record;

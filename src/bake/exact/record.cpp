@@ -16,15 +16,18 @@ BrickRecord::BrickRecord(const model::ModelView& model, std::size_t brick)
 void BrickRecord::add(std::uint32_t cell, std::span<const std::uint32_t> triangles, Numbers& numbers)
 {
     occupied_ |= std::uint64_t{1} << cell;
-    const bool fits = refs_.size() + triangles.size() <= model::CandidateRecord::k_max_refs;
+    const std::size_t first = refs_.size();
     for (const std::uint32_t t : triangles) {
         std::uint32_t& number = numbers.of_[t];
         if (number == Numbers::k_none) {
             number = static_cast<std::uint32_t>(triangles_.size());
             triangles_.push_back(t);
         }
-        if (fits) refs_.push_back(number);
+        refs_.push_back(number);
     }
+    std::sort(refs_.begin() + static_cast<std::ptrdiff_t>(first), refs_.end());
+    list_values_ += model::list_size(std::span(refs_).subspan(first), model::CandidateRecord::k_max_triangles);
+    if (list_values_ > model::CandidateRecord::k_max_list_values) refs_.resize(first);
     starts_.push_back(static_cast<std::uint32_t>(refs_.size()));
 }
 
@@ -37,7 +40,7 @@ void BrickRecord::drop_lists()
 {
     if (!packed_.empty()) {
         const model::CandidateList all = model::candidate_record(packed_.data(), wide_).all();
-        for (std::uint32_t i = 0; i < all.count; ++i) triangles_.push_back(all[i]);
+        all.each([&](std::uint32_t t) { triangles_.push_back(t); });
         starts_.resize(static_cast<std::size_t>(std::popcount(occupied_)) + 1);
     }
     packed_ = {};

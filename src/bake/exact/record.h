@@ -53,6 +53,7 @@ private:
     bool wide_;
     std::uint64_t occupied_ = 0;
     std::vector<std::uint32_t> starts_{0}, triangles_, refs_;
+    std::size_t list_values_ = 0;              ///< at most so many
     std::span<const std::uint16_t> packed_{};  ///< instead of the vectors
 };
 

@@ -24,8 +24,12 @@ struct Candidates {
     const ModelView& model;
     model::CandidateList list;  ///< empty: all
 
-    std::uint32_t count() const { return list.count > 0 ? list.count : static_cast<std::uint32_t>(model.triangle_part.size()); }
-    std::uint32_t operator[](std::uint32_t i) const { return list.count > 0 ? list[i] : i; }
+    template <class Visit>
+    void each(Visit&& visit) const
+    {
+        if (list.count > 0) return list.each(visit);
+        for (std::uint32_t t = 0; t < model.triangle_part.size(); ++t) visit(t);
+    }
 };
 
 struct Piece {
@@ -73,8 +77,7 @@ struct Nearest {
 Nearest nearest_of(const Candidates& candidates, Vec3d p)
 {
     Nearest best;
-    for (std::uint32_t i = 0; i < candidates.count(); ++i) {
-        const std::uint32_t t = candidates[i];
+    candidates.each([&](std::uint32_t t) {
         each_visible(candidates.model, t, [&](const Piece& piece, Vec3d across) {
             // No point of it is nearer than its plane.
             const double height = dot(across, p - piece.a);
@@ -83,7 +86,7 @@ Nearest nearest_of(const Candidates& candidates, Vec3d p)
             const double distance_sq = norm_sq(q - p);
             if (distance_sq < best.distance_sq) best = {distance_sq, q, across, t};
         });
-    }
+    });
     return best;
 }
 
@@ -115,16 +118,16 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
     double largest = -1;
     std::uint32_t triangles = 0, last = 0;  // as near, and the last of them
     const double reach_sq = (distance + hair) * (distance + hair);
-    for (std::uint32_t i = 0; i < candidates.count(); ++i)
-        each_visible(candidates.model, candidates[i], [&](const Piece& piece, Vec3d normal) {
+    candidates.each([&](std::uint32_t t) {
+        each_visible(candidates.model, t, [&](const Piece& piece, Vec3d normal) {
             const double height = dot(normal, p - piece.a);
             if (height * height > reach_sq * norm_sq(normal)) return;
             const Vec3d q = closest_point_on_triangle(p, piece.a, piece.b, piece.c);
             if (!(norm_sq(q - p) <= reach_sq)) return;
             const Vec3d unit = normalized(normal);
-            if (triangles == 0 || candidates[i] != last) {
+            if (triangles == 0 || t != last) {
                 ++triangles;
-                last = candidates[i];
+                last = t;
                 sum += unit;
             }
             const double facing = std::abs(dot(unit, q - p)) / norm(q - p);
@@ -134,15 +137,17 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
             aim = q + std::min(0.1, hair / std::max(norm(inwards), hair)) * inwards;
             across = normal;
         });
+    });
     if (triangles == 2) return dot(sum, to_nearest) > 0;
     double first = 1 - 1e-12;
-    for (std::uint32_t i = 0; i < candidates.count(); ++i)
-        each_visible(candidates.model, candidates[i], [&](const Piece& piece, Vec3d normal) {
+    candidates.each([&](std::uint32_t t) {
+        each_visible(candidates.model, t, [&](const Piece& piece, Vec3d normal) {
             const double along = meeting(p, aim, piece);
             if (!(along < first)) return;
             first = along;
             across = normal;
         });
+    });
     return dot(across, aim - p) > 0;
 }
 

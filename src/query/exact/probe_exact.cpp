@@ -49,6 +49,7 @@ private:
     static constexpr std::size_t k_queue = 1024, k_capacity = k_queue + 2 * Probe::k_cluster;
     static constexpr std::size_t k_slots = 2048;  // of the table of places: a power of two, more than the queue's room
     static constexpr std::uint32_t k_inside = 1u << 31;
+    static constexpr std::size_t k_read = 1024;  // triangles of a list that are read at once
 
     HWY_NOINLINE void collect(std::size_t slot)
     {
@@ -120,7 +121,7 @@ private:
     struct Nearest {
         F distance_sq;
         V3 offset;  // from the point to it
-        I entry;    // in the list
+        I triangle;
         M outside, inside, unclear;
     };
 
@@ -133,7 +134,9 @@ private:
             for (; first < end; ++first) answer_singly(order_[first], key);
             return;
         }
-        if (list.count <= TriangleBlock::k_max) prepare(list, 0, list.count);
+        const bool is_read = list.count <= k_read, is_short = list.count <= TriangleBlock::k_max;
+        if (is_read) read(list, 0, list.count);
+        if (is_short) prepare(triangle_, list.count);
         for (; first < end; first += hn::Lanes(df)) {
             const std::size_t count = std::min(hn::Lanes(df), end - first);
             HWY_ALIGN std::int32_t slots[k_lanes];
@@ -142,16 +145,18 @@ private:
             const V3 p{hn::GatherIndex(df, x_, at), hn::GatherIndex(df, y_, at), hn::GatherIndex(df, z_, at)};
             const F zero = hn::Zero(df);
             Nearest nearest{set(1e30f), {zero, zero, zero}, hn::Zero(di), none(), none(), none()};
-            if (list.count <= TriangleBlock::k_max) {
-                search(p, 0, list.count, nearest);
+            if (is_short) {
+                search(p, triangle_, list.count, nearest);
             } else {
                 for (std::uint32_t k = 0; k < list.count; k += TriangleBlock::k_max) {
                     const auto n = std::min<std::uint32_t>(list.count - k, TriangleBlock::k_max);
-                    prepare(list, k, n);
-                    search(p, k, n, nearest);
+                    if (!is_read) read(list, k, n);
+                    const std::int32_t* block = is_read ? triangle_ + k : triangle_;
+                    prepare(block, n);
+                    search(p, block, n, nearest);
                 }
             }
-            write(list, p, slots, count, known_inside, nearest);
+            write(p, slots, count, known_inside, nearest);
         }
     }
 
@@ -159,18 +164,22 @@ private:
     bool has_crossed(const model::CandidateList& list) const
     {
         if (model_.header.self_intersecting == 0) return false;
-        for (std::uint32_t k = 0; k < list.count; ++k)
-            if (model::is_crossed(model_.triangle_part[list[k]])) return true;
-        return false;
+        bool crossed = false;
+        list.each([&](std::uint32_t t) { crossed |= model::is_crossed(model_.triangle_part[t]); });
+        return crossed;
     }
 
-    HWY_NOINLINE void prepare(const model::CandidateList& list, std::uint32_t first, std::uint32_t count)
+    /// Fills up the last vector.
+    void read(const model::CandidateList& list, std::uint32_t first, std::uint32_t count)
     {
-        HWY_ALIGN std::int32_t triangles[TriangleBlock::k_max + k_lanes];
-        list.read(first, count, triangles);
-        for (std::size_t k = 0; k < k_lanes; ++k) triangles[count + k] = triangles[count - 1];
+        list.read(first, count, triangle_);
+        for (std::size_t k = 0; k < k_lanes; ++k) triangle_[count + k] = triangle_[count - 1];
+    }
+
+    HWY_NOINLINE void prepare(const std::int32_t* triangles, std::uint32_t count)
+    {
         for (std::uint32_t k = 0; k < count; k += static_cast<std::uint32_t>(hn::Lanes(df))) {
-            const I t = hn::Load(di, triangles + k), t3 = hn::Add(hn::Add(t, t), t);
+            const I t = hn::LoadU(di, triangles + k), t3 = hn::Add(hn::Add(t, t), t);
             I corner[3];
             if (model_.triangles16.empty()) {
                 for (int j = 0; j < 3; ++j) corner[j] = gather_word(model_.triangles32.data() + j, t3);
@@ -192,7 +201,7 @@ private:
     }
 
     /// Bounds first, without a branch; then what they leave.
-    HWY_NOINLINE void search(const V3& p, std::uint32_t first, std::uint32_t count, Nearest& nearest) const
+    HWY_NOINLINE void search(const V3& p, const std::int32_t* triangles, std::uint32_t count, Nearest& nearest) const
     {
         HWY_ALIGN float lower[TriangleBlock::k_max][k_lanes];
         F upper = nearest.distance_sq;
@@ -230,7 +239,7 @@ private:
             const M nearer = hn::And(near_this, hn::Lt(distance_sq, best.distance_sq));
             best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
             best.offset = blend(nearer, offset, best.offset);
-            best.entry = blend(nearer, set_int(static_cast<std::int32_t>(first + k)), best.entry);
+            best.triangle = blend(nearer, set_int(triangles[k]), best.triangle);
         }
         nearest = best;
     }
@@ -238,8 +247,7 @@ private:
     /// Squared distances up to which a triangle is as near, for all that float tells.
     HWY_INLINE F tie_above(F distance_sq) const { return mul_add(distance_sq, set(1.02f), set(tie_)); }
 
-    HWY_NOINLINE void write(const model::CandidateList& list, const V3& p, const std::int32_t* slots, std::size_t count,
-                            bool known_inside, const Nearest& nearest)
+    HWY_NOINLINE void write(const V3& p, const std::int32_t* slots, std::size_t count, bool known_inside, const Nearest& nearest)
     {
         const M lanes = hn::FirstN(df, count);
         // Where all that is nearest agrees on the side, it is right, whether a face, an edge or a corner is nearest: one of the
@@ -250,7 +258,7 @@ private:
         if (!any(candidates)) return;
         const F depth = hn::Sqrt(nearest.distance_sq), inverse = hn::Div(set(1.f), hn::Max(depth, set(1e-30f)));
         HWY_ALIGN float v[7][k_lanes];
-        HWY_ALIGN std::int32_t entry[k_lanes], is_open[k_lanes];
+        HWY_ALIGN std::int32_t triangles[k_lanes], is_open[k_lanes];
         hn::Store(hn::Add(p.x, nearest.offset.x), df, v[0]);
         hn::Store(hn::Add(p.y, nearest.offset.y), df, v[1]);
         hn::Store(hn::Add(p.z, nearest.offset.z), df, v[2]);
@@ -258,7 +266,7 @@ private:
         hn::Store(hn::Mul(nearest.offset.y, inverse), df, v[4]);
         hn::Store(hn::Mul(nearest.offset.z, inverse), df, v[5]);
         hn::Store(depth, df, v[6]);
-        hn::Store(nearest.entry, di, entry);
+        hn::Store(nearest.triangle, di, triangles);
         hn::Store(hn::VecFromMask(di, hn::RebindMask(di, open)), di, is_open);
         each_lane(candidates, [&](std::size_t i) {
             const auto slot = static_cast<std::size_t>(slots[i]);
@@ -266,7 +274,7 @@ private:
                 answer_singly(slot, key_[slot]);
                 return;
             }
-            const std::uint32_t triangle = list[static_cast<std::uint32_t>(entry[i])];
+            const auto triangle = static_cast<std::uint32_t>(triangles[i]);
             const std::uint16_t word = model_.triangle_part[triangle];
             const Vec3f normal = v[6][i] > touching_ ? Vec3f{v[3][i], v[4][i], v[5][i]} : normal_of(triangle);
             contacts_.write({{v[0][i], v[1][i], v[2][i]},
@@ -306,6 +314,7 @@ private:
     std::uint32_t group_key_[k_capacity];
     std::uint16_t group_end_[k_capacity];
     TriangleBlock block_;
+    std::int32_t triangle_[k_read + k_lanes];  // of a list, or of a block of one that is longer
 };
 
 }  // namespace

@@ -207,7 +207,9 @@ TEST(Words, ARecordOfCandidatesReadsBackAsItsLists)
                 occupied |= std::uint64_t{1} << cell;
                 cells.push_back(cell);
                 if (cells.size() != 2)  // the second has all triangles of the brick
-                    for (std::uint32_t k = 1 + random.below(40); k-- > 0;) refs.push_back(random.below(triangles));
+                    for (std::uint32_t k = random.below(std::min(triangles, 5u)), step = 1 + triangles / 9; k < triangles;
+                         k += 1 + random.below(step))
+                        refs.push_back(k);
                 starts.push_back(static_cast<std::uint32_t>(refs.size()));
             }
             const UnpackedCandidates contents{occupied, starts, table, refs};
@@ -227,6 +229,9 @@ TEST(Words, ARecordOfCandidatesReadsBackAsItsLists)
                     EXPECT_EQ(list[k], expected);
                     EXPECT_EQ(static_cast<std::uint32_t>(read[k]), expected);
                 }
+                std::uint32_t visited = 0;
+                list.each([&](std::uint32_t t) { EXPECT_EQ(t, static_cast<std::uint32_t>(read[visited++])); });
+                EXPECT_EQ(visited, list.count);
             }
         }
 }
