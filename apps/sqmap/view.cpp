@@ -27,6 +27,7 @@ namespace {
 
 struct Arguments {
     std::vector<std::string> files;
+    std::string projection = "central";
     std::uint16_t port = 0;
     viewer::SceneOptions viewer{};
 };
@@ -136,6 +137,10 @@ void add_view(CommandLine& line)
     command.option("files", arguments->files, "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
         .existing_file();
     command.option("--port", arguments->port, "Port on this machine; 0: any that is free").shows_default();
+    command
+        .option("--projection", arguments->projection, "Maps of meshes that are baked here: central, or normal: the paper's own")
+        .one_of({"central", "normal"})
+        .shows_default();
     command.option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
         .in_range(0.01, 10.0)
         .shows_default();
@@ -143,7 +148,10 @@ void add_view(CommandLine& line)
         "Serves this machine alone, and only the address that it prints. Exit code: 0 ended, 2 a file was refused or the port is "
         "taken, 64 "
         "wrong usage, 70 internal error.");
-    command.run([arguments] { return view(*arguments); });
+    command.run([arguments] {
+        if (arguments->projection == "normal") arguments->viewer.bake.projection = model::Projection::Normal;
+        return view(*arguments);
+    });
 #else
     const auto files = std::make_shared<std::vector<std::string>>();
     command.option("files", *files, "Models and meshes");

@@ -1,4 +1,5 @@
 #include "sqmap/model/model.h"
+#include "sqmap/model/made_up.h"
 
 #include "model/central_cells.h"
 #include "model/flags.h"
@@ -67,6 +68,12 @@ std::uint32_t part_of_triangle(const ModelView& view, std::size_t triangle) noex
 {
     SQMAP_ASSERT(triangle < view.triangle_part.size());
     return part_of(view.triangle_part[triangle]);
+}
+
+bool is_made_up(const ModelView& view, std::size_t triangle) noexcept
+{
+    SQMAP_ASSERT(triangle < view.triangle_part.size());
+    return is_made_up(view.triangle_part[triangle]);
 }
 
 std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept

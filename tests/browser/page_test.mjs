@@ -173,6 +173,76 @@ test('by keys alone the scene is turned, asked, and its map read', async () => {
   await page.keyboard.press('Home');
 });
 
+test('one mesh baked both ways stands side by side: answers, foot searches, level sets, differences', async () => {
+  await page.evaluate(() => window.sqmap.world.frame(0));
+  await settled(page);
+  await page.mouse.click(...(await onSurface(page, 0)));
+  await page.waitForSelector('#inspect:not([hidden]) #rebake');
+  assert.equal((await page.$$('#answers tbody tr')).length, 4);
+  assert.ok(await page.isHidden('#projector'), 'a central map needs no search');
+  await until(page, () => window.sqmap.world.traces.count().section > 1);
+  assert.ok((await page.evaluate(() => { const c = document.querySelector('.section-canvas'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; for (let i = 3; i < d.length; i += 4) if (d[i] > 0) ++n; return c.width === c.height && n; })) > 500, 'the section is drawn, and square');
+  assert.equal(await page.evaluate(() => document.querySelector('#colour option[value=difference]').disabled), true);
+  await page.click('#rebake');
+  await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.objects.ready());
+  const facts = await page.evaluate(() => window.sqmap.facts());
+  assert.deepEqual([facts[0].twin, facts[1].twin, facts[2].twin], [2, null, 0]);
+  assert.ok(facts[0].central && !facts[2].central && facts[2].parts.length === facts[0].parts.length);
+  // Both of each layer, and the triangles of both once; the point is as deep as it was set.
+  await until(page, () => document.querySelectorAll('#answers tbody tr').length === 7);
+  const rows = await page.$$eval('#answers tbody tr', (r) => r.map((tr) => Array.from(tr.children, (c) => c.textContent)));
+  for (const row of rows) assert.match(row.at(-3), /inside/, row.join());
+  for (const row of rows.slice(4)) assert.ok(Math.abs(Number(row.at(-2)) - 2) < 0.3, row.join());
+  await page.screenshot({ path: path.join(folder, 'both.png') });
+  await page.selectOption('#colour', 'difference');
+  await until(page, () => /differ by/.test(document.querySelector('.legend').textContent));
+  const [differences, none] = await page.evaluate(() => [0, 1].map((o) => Array.from({ length: 50 }, (_, t) => window.sqmap.world.objects.fieldAt(o, 'difference', t))));
+  assert.ok(differences.every((d) => d !== undefined && d < 5) && none.every((d) => d === undefined));
+  await page.screenshot({ path: path.join(folder, 'difference.png') });
+  await page.selectOption('#colour', 'parts');
+  // The paper's maps: the three searches end at one foot, drawn over the map.
+  await page.evaluate(() => window.sqmap.world.frame(2));
+  await settled(page);
+  await page.mouse.click(...(await onSurface(page, 2)));
+  await page.waitForSelector('#projector:not([hidden])');
+  for (const [projector, words] of [['newton', /steps of Newton|samples looked at/], ['printed', /samples looked at/], ['pyramid', /samples looked at/]]) {
+    await page.selectOption('#projector', projector);
+    await until(page, () => /mm deep/.test(document.querySelector('#search-words').textContent));
+    assert.match(await page.textContent('#search-words'), words);
+    await until(page, () => window.sqmap.map.over().steps.length > 1);
+  }
+  const over = await page.evaluate(() => [window.sqmap.map.over().steps, window.sqmap.inspected().searches.searches.map((s) => s.footDistance)]);
+  assert.ok(over[0].filter((s) => s.best).length > 1 && over[0].length > 25, 'a window of samples and what is below');
+  assert.ok(Math.abs(over[1][0] - over[1][1]) < 5e-4, `Newton and the pyramid: ${over[1]}`);
+  await page.check('#map-grey');
+  await page.screenshot({ path: path.join(folder, 'search.png') });
+  await page.uncheck('#map-grey');
+});
+
+test('feet of the contacts move on the map of the touched part, in both projections', async () => {
+  for (const object of [0, 2]) {
+    await page.click('#tab-touch');
+    await page.evaluate((i) => window.sqmap.world.frame(i), object);
+    await settled(page);
+    const [x, y] = await feel(object, 0.1);
+    await until(page, () => window.sqmap.map.over().feet.length > 3);
+    const centre = () => page.evaluate(() => { const f = window.sqmap.map.over().feet; return [f.length, f.reduce((a, b) => a + b.x, 0) / f.length, f.reduce((a, b) => a + b.y, 0) / f.length, window.sqmap.map.over().part]; });
+    const before = await centre();
+    await page.screenshot({ path: path.join(folder, `feet-${object}.png`) });
+    await page.mouse.move(x + 14, y + 10, { steps: 8 });
+    await until(page, ([, fx, fy, part]) => { const o = window.sqmap.map.over(), f = o.feet, n = f.length; return n > 0 && (o.part !== part || Math.hypot(f.reduce((a, b) => a + b.x, 0) / n - fx, f.reduce((a, b) => a + b.y, 0) / n - fy) > 0.003); }, before);
+    await page.mouse.up();
+    await until(page, () => window.sqmap.map.over().feet.length === 0);
+  }
+  // The paper's force is that of its own maps: objects with central ones do not have it.
+  assert.equal(await page.evaluate(() => document.querySelector('#force-law option[value=paper]').disabled), true);
+  await page.click('#tab-look');
+  await (await page.$$('#facts .object'))[2].click();
+  await page.click('#remove');
+  await until(page, () => window.sqmap.facts().length === 2 && window.sqmap.world.objects.ready());
+  assert.equal(await page.evaluate(() => window.sqmap.facts()[0].twin), null);
+});
+
 test('parts are drawn together, and nothing is drawn or coloured for nothing', async () => {
   // Counts of work, not of time: they are the same on every machine.
   const meter = () => page.evaluate(() => window.sqmap.meter.cost());
@@ -270,6 +340,22 @@ test('sliders reach the program', async () => {
   assert.match(await page.textContent('#device-facts'), /467 N\/m/);
 });
 
+test('eq. 33 and Auto have their sliders', async () => {
+  await page.selectOption('#law', 'paper');
+  await until(page, () => window.sqmap.status().settings.law === 'paper');
+  assert.ok((await page.isHidden('#s-coefficient')) && (await page.isVisible('#s-f-c')));
+  await page.locator('#s-f-c').fill('0.3');
+  await page.locator('#s-k-f').fill('200');
+  await until(page, () => { const s = window.sqmap.status().settings; return s.fC === 0.3 && s.kF === 200; });
+  await page.selectOption('#layer', 'auto');
+  await page.locator('#s-tolerance').fill('0.5');
+  await until(page, () => { const s = window.sqmap.status().settings; return s.layer === 'auto' && Math.abs(s.tolerance - 0.0005) < 1e-9; });
+  await page.screenshot({ path: path.join(folder, 'eq33.png') });
+  await page.selectOption('#law', 'coulomb');
+  await page.selectOption('#layer', 'exact');
+  await until(page, () => { const s = window.sqmap.status().settings; return s.law === 'coulomb' && s.layer === 'exact'; });
+});
+
 test('what is felt is recorded, replayed as it was, saved and read back', async () => {
   await page.click('#record');
   await feel(0, 0.2);
@@ -355,7 +441,7 @@ test('a tool that one window holds is not taken by another, and the sliders are 
   await page.focus('#stage');
   await page.keyboard.press('Enter');
   await until(page, () => window.sqmap.hand.holding && window.sqmap.status().touching);
-  await page.focus('#s-friction');
+  await page.focus('#s-coefficient');
   await page.waitForTimeout(100);
   assert.ok(await page.evaluate(() => window.sqmap.hand.holding), 'on the way to a slider it keeps touching');
   const other = await open();
@@ -482,9 +568,9 @@ const drop = (name, text) => page.evaluate(([n, t]) => {
 }, [name, text]);
 
 test('a bad mesh is refused with its reason and its cure', async () => {
-  await drop('open.off', 'OFF\n4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n');
+  await drop('flat.off', 'OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n');
   await page.waitForSelector('#verdict.bad');
-  assert.match(await page.textContent('#verdict'), /REFUSED E_OPEN.*What helps/s);
+  assert.match(await page.textContent('#verdict'), /REFUSED E_FLAT.*What helps/s);
   await page.screenshot({ path: path.join(folder, 'refused.png') });
   assert.equal(await page.evaluate(() => window.sqmap.facts().length), 2);
 });
@@ -505,9 +591,28 @@ test('a hole is filled, and the page says so', async () => {
   await drop('holed.obj', lines.slice(0, -1).join('\n') + '\n');  // a face short
   await page.waitForSelector('#verdict.good');
   assert.match(await page.textContent('#verdict'), /CLOSED.*filled_holes/s);
-  await until(page, () => window.sqmap.facts().length === 4);
+  await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.objects.ready());
+  // The model keeps what was made up, through another bake, too.
+  const madeUp = () => page.evaluate(() => { let n = 0; for (let t = 0; t < window.sqmap.facts()[3].triangles; ++t) n += window.sqmap.world.objects.fieldAt(3, 'made-up', t); return n; });
+  assert.match(await page.textContent('#facts'), /CLOSED: .* % of the surface is made up/);
+  await page.selectOption('#colour', 'made-up');
+  await until(page, () => window.sqmap.world.objects.fieldAt(3, 'made-up', 0) !== undefined);
+  const made = await madeUp();
+  assert.ok(made > 0 && made < 10, `${made} triangles fill one missing face`);
+  assert.match(await page.textContent('.legend'), /made up/);
   const last = await page.$$('#facts .object');
   await last[3].click();
+  await page.screenshot({ path: path.join(folder, 'made-up.png') });
+  await page.click('#panel details:has(.parts) summary');
+  await page.click('.part');
+  await page.click('#split');
+  await until(page, () => window.sqmap.facts()[3].edited);
+  await page.click('#bake');
+  await until(page, () => !window.sqmap.facts()[3].edited && window.sqmap.world.objects.ready());
+  assert.equal(await page.evaluate(() => window.sqmap.facts()[3].cure?.rung), 'CLOSED');
+  await until(page, () => window.sqmap.world.objects.fieldAt(3, 'made-up', 0) !== undefined);
+  assert.equal(await madeUp(), made);
+  await page.selectOption('#colour', 'parts');
   await page.click('#remove');
   await until(page, () => window.sqmap.facts().length === 3 && window.sqmap.world.objects.ready());
 });

@@ -8,7 +8,8 @@ namespace sqmap::viewer {
 namespace {
 
 const std::string k_settings =
-    R"({"say":"settings","layer":"exact","stiffness":700,"damping":0.5,"friction":0.2,"texture":0.0001,"smoothing":0.001,)"
+    R"({"say":"settings","layer":"exact","tolerance":0.0003,"paperForce":true,"stiffness":700,"damping":0.5,"law":"paper",)"
+    R"("friction":0.2,"fC":0.1,"kF":50,"texture":0.0001,"smoothing":0.001,)"
     R"("toolRadius":0.01,"zone":0,"forceLimit":1.5,"tool":3,"toolSize":0.1,"toolTurn":90,"toolTilt":-45})";
 
 std::string replaced(std::string text, const std::string& what, const std::string& with)
@@ -30,9 +31,14 @@ TEST(Message, ReadsSettings)
     const auto m = read_message(k_settings);
     ASSERT_TRUE(m);
     EXPECT_EQ(m->settings, (Settings{.layer = query::Layer::Exact,
+                                     .tolerance = 0.0003,
+                                     .paper_force = true,
                                      .stiffness = 700,
                                      .damping = 0.5,
+                                     .law = Friction::Paper,
                                      .friction = 0.2,
+                                     .f_c = 0.1,
+                                     .k_f = 50,
                                      .texture = 0.0001,
                                      .smoothing = 0.001,
                                      .tool_radius = 0.01,
@@ -43,6 +49,22 @@ TEST(Message, ReadsSettings)
                                      .tool_size = 0.1,
                                      .tool_turn = 90,
                                      .tool_tilt = -45}));
+}
+
+TEST(Message, SettingsAreSaidAsTheyAreRead)
+{
+    auto m = read_message(k_settings);
+    ASSERT_TRUE(m);
+    nlohmann::ordered_json again = settings_json(m->settings);
+    again["say"] = "settings";
+    const auto read = read_message(again.dump());
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->settings, m->settings);
+    // What the tool needs is no layer; the default is the library's.
+    m = read_message(replaced(k_settings, "exact", "tool"));
+    ASSERT_TRUE(m);
+    EXPECT_FALSE(m->settings.layer);
+    EXPECT_EQ(Settings{}.stiffness, haptic::ZoneOptions{}.stiffness);
 }
 
 TEST(Message, ReadsEdits)
@@ -118,6 +140,8 @@ TEST(Message, RefusesWhatIsOutOfRange)
         EXPECT_FALSE(read_message(replaced(k_settings, "700", wrong))) << wrong;
     EXPECT_FALSE(read_message(replaced(k_settings, "\"forceLimit\":1.5", "\"forceLimit\":0")));
     EXPECT_FALSE(read_message(replaced(k_settings, "exact", "1")));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"law\":\"paper\"", "\"law\":\"viscous\"")));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"kF\":50", "\"kF\":-1")));
     EXPECT_FALSE(read_message(R"({"say":"touch","p":[0,0,101],"held":true})"));
     EXPECT_FALSE(read_message(R"({"say":"touch","p":[0,0],"held":true})"));
     EXPECT_FALSE(read_message(R"({"say":"touch","p":[0,0,0],"held":1})"));

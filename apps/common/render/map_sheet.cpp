@@ -18,24 +18,6 @@ namespace {
 
 const Rgb k_ink = srgb(0x30343a);
 
-Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int side)
-{
-    const model::NormalMapView map = model::normal_map_of(model, part);
-    Unrolled out{.width = 2 * side, .height = side, .distance = {}};
-    for (int y = 0; y < out.height; ++y)
-        for (int x = 0; x < out.width; ++x) {
-            const auto row =
-                static_cast<std::uint32_t>(out.height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(out.height);
-            const auto column = static_cast<std::uint32_t>(x) * map.omega_count / static_cast<std::uint32_t>(out.width);
-            const std::uint16_t stored = map.distance[row * map.omega_count + column];
-            const model::MapRay ray = model::ray_of(stored);
-            out.distance.push_back(ray == model::MapRay::Miss  ? k_no_hit
-                                   : ray == model::MapRay::Cap ? k_cap
-                                                               : map.distance_scale * static_cast<float>(stored));
-        }
-    return out;
-}
-
 /// What is drawn white: the 99th percentile, so that a few deep rays do not leave the rest black.
 float brightest(const std::vector<float>& distance)
 {
@@ -110,7 +92,7 @@ Image map_picture(const Subject& subject, int width, int height)
     for (int part = 0; part < count; ++part) {
         const int left = part % columns * width / columns + gap / 2, top = part / columns * (height - legend) / rows + gap / 2;
         const auto index = static_cast<std::uint32_t>(part);
-        const Unrolled map = central ? unrolled_central(model, index, side) : unrolled_normal(model, index, side);
+        const Unrolled map = central ? unrolled_central(model, index, side) : unrolled_normal(model, index, 2 * side, side);
         const float max = brightest(map.distance);
         auto value = map.distance.begin();
         for (int y = 0; y < map.height; ++y)

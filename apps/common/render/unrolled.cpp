@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace sqmap::app {
 namespace {
@@ -24,6 +25,7 @@ constexpr std::array<Face, 6> k_cross{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0, 1},
                                        {{0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, 1, 0},
                                        {{0, 0, -1}, {-1, 0, 0}, {0, 1, 0}, 1, 2}}};
 constexpr int k_columns = k_cross_columns, k_rows = k_cross_rows;
+constexpr float k_pi = std::numbers::pi_v<float>;
 
 /// How far along q (largest coordinate 1) the part's chart answers: where its convex domain ends.
 float domain_end(const model::Part& part, Vec3f q)
@@ -91,6 +93,58 @@ Unrolled unrolled_central(const model::ModelView& model, std::uint32_t part, int
                 out.surface[at] = below.surface;
             }
     return out;
+}
+
+std::optional<MapPosition> position_on_cross(const model::Part& part, Vec3f point)
+{
+    const Vec3f d = point - model::vec3(part.chart_centre);
+    const Vec3f q{dot(model::vec3(part.rotation), d) / part.a[0], dot(model::vec3(part.rotation + 3), d) / part.a[1],
+                  dot(model::vec3(part.rotation + 6), d) / part.a[2]};
+    const Face* face = nullptr;
+    float max = 0;
+    for (const Face& f : k_cross)
+        if (const float along = dot(f.out, q); along > max) face = &f, max = along;
+    if (face == nullptr) return std::nullopt;
+    return MapPosition{(static_cast<float>(face->column) + 0.5f + 0.5f * dot(face->right, q) / max) / k_columns,
+                       (static_cast<float>(face->row) + 0.5f - 0.5f * dot(face->up, q) / max) / k_rows};
+}
+
+Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int width, int height)
+{
+    const model::NormalMapView map = model::normal_map_of(model, part);
+    Unrolled out{.width = width, .height = height, .distance = {}};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const std::uint32_t row =
+                static_cast<std::uint32_t>(height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(height);
+            const std::uint32_t column = static_cast<std::uint32_t>(x) * map.omega_count / static_cast<std::uint32_t>(width);
+            const std::uint16_t stored = map.distance[std::size_t{row} * map.omega_count + column];
+            const model::MapRay ray = model::ray_of(stored);
+            out.distance.push_back(ray == model::MapRay::Miss  ? k_no_hit
+                                   : ray == model::MapRay::Cap ? k_cap
+                                                               : map.distance_scale * static_cast<float>(stored));
+            out.surface.push_back(mapped_sample(map, row, column).value_or(Vec3f{}));
+        }
+    return out;
+}
+
+MapPosition position_on_grid(const model::NormalMapView& map, shape::SurfaceAnglesf angles)
+{
+    const auto rows = static_cast<float>(map.eta_count), columns = static_cast<float>(map.omega_count);
+    // Sample (row, column) is the middle of its cell of the picture.
+    const float row = (angles.eta / k_pi + 0.5f) * (rows - 1), column = (angles.omega + k_pi) / (2 * k_pi) * columns;
+    const float x = (column + 0.5f) / columns;
+    return {x - std::floor(x), 1 - (row + 0.5f) / rows};
+}
+
+std::optional<Vec3f> mapped_sample(const model::NormalMapView& map, std::uint32_t row, std::uint32_t column)
+{
+    const std::uint16_t stored = map.distance[std::size_t{row} * map.omega_count + column];
+    if (model::ray_of(stored) != model::MapRay::Surface) return std::nullopt;
+    const shape::SurfaceAnglesf angles{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
+                                       2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi};
+    const shape::SurfacePoint<float> s = shape::surface_point(map.superquadric, angles);
+    return s.point - map.distance_scale * static_cast<float>(stored) * s.normal;
 }
 
 }  // namespace sqmap::app

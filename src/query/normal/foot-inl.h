@@ -7,6 +7,7 @@
 #define SQMAP_QUERY_NORMAL_FOOT_INL_H
 #endif
 
+#include "query/normal/foot_record.h"
 #include "query/normal/surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -62,9 +63,12 @@ HWY_INLINE V3 newton_step(const SuperquadricLanes& sq, const PositionLanes& posi
     return blend(regular, step, line.across);
 }
 
-/// From a position near the foot of q on, for the lanes of a mask.
-HWY_INLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, FootLanes foot, M active, const NewtonLimits& limits)
+/// From a position near the foot of q on, for the lanes of a mask. record: told of every position.
+template <class Record = NoRecord>
+HWY_INLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, FootLanes foot, M active, const NewtonLimits& limits,
+                                   Record record = {})
 {
+    record.position(foot.position);
     const F tolerance = set(limits.tolerance * sq.size());
     LineToFoot line(q, foot.at);
     const V3 first = minus(q, foot.at.point);
@@ -91,6 +95,7 @@ HWY_INLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, Foo
         }
         active = hn::AndNot(left, active);
         line = LineToFoot(q, foot.at);
+        record.position(foot.position);
     }
     foot.miss = line.miss;
     return foot;

@@ -6,37 +6,18 @@
 
 #include <hwy/highway.h>
 
+#include "one_point-inl.h"
 #include "probe-inl.h"
 
 namespace sqmap::query {
 
-using namespace HWY_NAMESPACE;
-
 namespace {
 
-V3 lanes(Vec3f v) { return {set(v.x), set(v.y), set(v.z)}; }
 Vec3f vector(const V3& v) { return {hn::GetLane(v.x), hn::GetLane(v.y), hn::GetLane(v.z)}; }
 shape::Arc<float> arc_of(const ArcLanes& arc)
 {
     return {hn::GetLane(arc.c), hn::GetLane(arc.s), hn::GetLane(arc.nc), hn::GetLane(arc.ns), 1};
 }
-M all() { return hn::Not(none()); }
-
-/// A point that a part may hold.
-struct OnePoint {
-    PartLanes part;
-    V3 p;
-    HeldLanes held;
-    bool is_held = false;
-
-    OnePoint(const NormalMapView& map, Vec3f point, const ProjectionOptions& options)
-        : part(map, options, nullptr), p(lanes(point))
-    {
-        if (!is_finite(point)) return;
-        held.q = part.shape().to_local(p);
-        is_held = any(part.in_box(held.q, held.unit)) && any(part.holds(held));
-    }
-};
 
 }  // namespace
 

@@ -180,16 +180,19 @@ public:
     const MapLanes& map() const { return map_; }
 
     /// By the options' projector.
-    HWY_INLINE FootLanes foot(const HeldLanes& point, M active, I& flags) const
+    template <class Record = NoRecord>
+    HWY_INLINE FootLanes foot(const HeldLanes& point, M active, I& flags, Record record = {}) const
     {
-        return options_.projector == Projector::Newton ? newton_foot(point, active, flags) : searched_foot(point, active, flags);
+        return options_.projector == Projector::Newton ? newton_foot(point, active, flags, record)
+                                                       : searched_foot(point, active, flags, record);
     }
 
     /// The pyramid search on the base grid, around the sample on the point's own ray or the table's start.
-    HWY_NOINLINE Searched searched(const HeldLanes& point, M active, const PyramidOptions& options) const
+    template <class Record = NoRecord>
+    HWY_NOINLINE Searched searched(const HeldLanes& point, M active, const PyramidOptions& options, Record record = {}) const
     {
         const GridLanes grid(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
-        PyramidSearch search(grid, point.q, options.compare_distance);
+        PyramidSearch<Record> search(grid, point.q, options.compare_distance, record);
         return search.run(options.seeded ? nearer_start(point).position : point.own, active, options);
     }
 
@@ -256,11 +259,12 @@ private:
     }
 
     /// The foot from the table's start; where no basin holds that, from the search.
-    HWY_INLINE FootLanes newton_foot(const HeldLanes& point, M active, I& flags) const
+    template <class Record>
+    HWY_INLINE FootLanes newton_foot(const HeldLanes& point, M active, I& flags, Record record) const
     {
-        FootLanes foot = polished_foot(sq_, point.q, nearer_start(point), active, {});
+        FootLanes foot = polished_foot(sq_, point.q, nearer_start(point), active, {}, record);
         const M failed = hn::AndNot(hn::Le(foot.miss, proven_), active);
-        if (any(failed)) start_again(point, failed, foot, flags);
+        if (any(failed)) start_again(point, failed, foot, flags, record);
         return foot;
     }
 
@@ -268,38 +272,41 @@ private:
     HWY_NOINLINE FootLanes at_base_sample(const PositionLanes& foot, const V3& q) const
     {
         const GridLanes base(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
-        PyramidSearch search(base, q, true);
+        PyramidSearch<> search(base, q, true);
         return foot_at(sq_, base.position(search.refine(base.nearest(foot), 1).node));
     }
 
-    HWY_NOINLINE void start_again(const HeldLanes& point, M failed, FootLanes& foot, I& flags) const
+    template <class Record>
+    HWY_NOINLINE void start_again(const HeldLanes& point, M failed, FootLanes& foot, I& flags, Record record) const
     {
         flags = hn::Or(flags, flag(failed, k_projection_wide));
         const GridLanes grid(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
-        const Searched found = searched(point, failed, {});
-        const FootLanes again = polished_foot(sq_, point.q, foot_at(sq_, grid.position(found.node)), failed, {});
+        const Searched found = searched(point, failed, {}, record);
+        const FootLanes again = polished_foot(sq_, point.q, foot_at(sq_, grid.position(found.node)), failed, {}, record);
         const M better = hn::And(failed, hn::Lt(again.miss, foot.miss));
         foot = {blend(better, again.position, foot.position),
                 {blend(better, again.at.point, foot.at.point), blend(better, again.at.normal, foot.at.normal)},
                 blend(better, again.miss, foot.miss)};
+        record.position(foot.position);
         flags = hn::Or(flags, flag(hn::AndNot(hn::Le(foot.miss, proven_), failed), k_projection_unproven));
     }
 
     /// The sample that the search comes to; layer 3 goes on through the subdivided levels, and one Newton step leads from the
     /// finest sample to the position between samples that linear interpolation is for. As printed: the sample itself.
-    HWY_NOINLINE FootLanes searched_foot(const HeldLanes& point, M active, I& flags) const
+    template <class Record>
+    HWY_NOINLINE FootLanes searched_foot(const HeldLanes& point, M active, I& flags, Record record) const
     {
         const bool printed = options_.projector == Projector::Printed;
-        const Searched found = searched(point, active, printed ? k_printed : PyramidOptions{});
+        const Searched found = searched(point, active, printed ? k_printed : PyramidOptions{}, record);
         flags = hn::Or(flags, flag(found.wide, k_projection_wide));
         const std::int32_t stride = std::int32_t{1} << view_.subdivisions;
         if (coarse_) return foot_at(sq_, GridLanes(sq_, view_, stride, arcs()).position(found.node));
         const GridLanes finest(sq_, view_, 1, arcs());
-        PyramidSearch search(finest, point.q, !printed);
+        PyramidSearch<Record> search(finest, point.q, !printed, record);
         const I scale = set_int(stride);
         const Searched fine = search.refine({hn::Mul(found.node.row, scale), hn::Mul(found.node.column, scale)}, stride / 2);
         const FootLanes at_sample = foot_at(sq_, finest.position(fine.node));
-        return printed ? at_sample : polished_foot(sq_, point.q, at_sample, active, {1, 0});
+        return printed ? at_sample : polished_foot(sq_, point.q, at_sample, active, {1, 0}, record);
     }
 
     /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface

@@ -7,6 +7,7 @@
 #define SQMAP_QUERY_NORMAL_PYRAMID_INL_H
 #endif
 
+#include "query/normal/foot_record.h"
 #include "query/normal/grid-inl.h"
 #include "sqmap/query/normal_projection.h"
 
@@ -23,11 +24,13 @@ struct Searched {
     int evaluations;
 };
 
+/// record: told of every sample that is looked at.
+template <class Record = NoRecord>
 class PyramidSearch {
 public:
     /// q: the superquadric's own frame.
-    PyramidSearch(const GridLanes& grid, const V3& q, bool compare_distance)
-        : grid_(grid), q_(q), by_distance_(compare_distance), score_(set(INFINITY))
+    PyramidSearch(const GridLanes& grid, const V3& q, bool compare_distance, Record record = {})
+        : grid_(grid), q_(q), by_distance_(compare_distance), score_(set(INFINITY)), record_(record)
     {
     }
 
@@ -58,6 +61,7 @@ public:
     HWY_NOINLINE Searched refine(const NodeLanes& from, std::int32_t stride)
     {
         const M all = hn::Not(none());
+        record_.level(grid_.stride() * std::max(stride, std::int32_t{1}));
         consider(Row(grid_, from.row), Column(grid_, from.column), all);
         descend(stride);
         return state();
@@ -104,12 +108,14 @@ private:
         const M better = hn::And(which, hn::Lt(score, score_));
         score_ = blend(better, score, score_);
         node_ = blend(better, {row.index, column.index}, node_);
+        record_.sample(grid_, NodeLanes{row.index, column.index}, better);
         return better;
     }
 
     /// Two top-level strides on either side; returns where the best is at the end.
     HWY_NOINLINE M window(const NodeLanes& centre, std::int32_t stride)
     {
+        record_.level(grid_.stride() * stride);
         const auto at = [&](I middle, int k) { return hn::Add(middle, set_int(k * stride)); };
         const Column columns[5] = {{grid_, at(centre.column, -2)},
                                    {grid_, at(centre.column, -1)},
@@ -131,6 +137,7 @@ private:
     /// The direction of eq. 16 for each coordinate.
     HWY_NOINLINE M one_direction(const NodeLanes& centre, std::int32_t stride, const PositionLanes& own)
     {
+        record_.level(grid_.stride() * stride);
         const shape::Superquadricf& sq = grid_.shape().shape();
         const I down = hn::Mul(direction(own.latitude, sq.eps1), set_int(stride)),
                 across = hn::Mul(direction(own.longitude, sq.eps2), set_int(stride));
@@ -169,6 +176,7 @@ private:
     /// One level; returns which have moved.
     HWY_INLINE M step(std::int32_t stride, M which)
     {
+        record_.level(grid_.stride() * stride);
         const NodeLanes centre = node_;
         const I by = set_int(stride);
         const Row rows[3] = {{grid_, hn::Sub(centre.row, by)}, {grid_, centre.row}, {grid_, hn::Add(centre.row, by)}};
@@ -189,6 +197,7 @@ private:
         const Searched here = state();
         score_ = blend(wide, here.distance_sq, score_);
         const std::int32_t coarse = std::clamp((grid_.rows() - 1) / 8, 1, grid_.columns() / 2);
+        record_.level(grid_.stride() * coarse);
         for (std::int32_t i = 0; i < grid_.rows(); i += coarse) {
             const Row row(grid_, set_int(i));
             for (std::int32_t j = 0; j < grid_.columns(); j += coarse) (void)consider(row, {grid_, set_int(j)}, wide);
@@ -225,6 +234,7 @@ private:
     F score_;
     NodeLanes node_{hn::Zero(di), hn::Zero(di)};
     int evaluations_ = 0;
+    [[no_unique_address]] Record record_;
 };
 
 }  // namespace

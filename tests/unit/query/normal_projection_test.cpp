@@ -2,6 +2,7 @@
 
 #include "sqmap/bake/normal_map.h"
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/query/foot_search.h"
 
 #include <gtest/gtest.h>
 
@@ -349,6 +350,54 @@ TEST(NormalProjection, CapsAloneAreContactWithoutASurface)
     EXPECT_TRUE(c.contact);
     EXPECT_FALSE(c.has_surface);
     EXPECT_FALSE(combine({}).contact);
+}
+
+TEST(FootSearch, ItsLastBestStepIsWhereTheMapIsAskedToTheBit)
+{
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> coordinate(-1, 1);
+    for_shapes([&](const Superquadricd& sq) {
+        const bake::NormalMap map = coarse_map(sq);
+        const NormalMapView view = map.view();
+        for (int i = 0; i < 20; ++i) {
+            const Vec3f p = cast<float>(sq.a.x * Vec3d{coordinate(random), coordinate(random), coordinate(random)});
+            for (const Projector projector : {Projector::Newton, Projector::Pyramid, Projector::Printed}) {
+                const PartAnswer answer = project(view, p, {.projector = projector});
+                std::vector<FootSearchStep> steps(4096);
+                const std::size_t count = record_foot_search(view, p, projector, steps);
+                ASSERT_LE(count, steps.size());
+                if (answer.verdict == Verdict::Outside) {
+                    EXPECT_EQ(count, 0u);
+                    continue;
+                }
+                const auto last = std::find_if(steps.rend() - static_cast<std::ptrdiff_t>(count), steps.rend(),
+                                               [](const FootSearchStep& step) { return step.better; });
+                ASSERT_NE(last, steps.rend());
+                EXPECT_EQ(last->angles.eta, answer.angles.eta);
+                EXPECT_EQ(last->angles.omega, answer.angles.omega);
+                EXPECT_EQ(last->distance, answer.foot_distance);
+                // A short span takes the first ones.
+                std::vector<FootSearchStep> first(3);
+                EXPECT_EQ(record_foot_search(view, p, projector, first), count);
+                for (std::size_t k = 0; k < std::min<std::size_t>(3, count); ++k) EXPECT_EQ(first[k].distance, steps[k].distance);
+            }
+        }
+    });
+}
+
+TEST(FootSearch, LooksAtAsManySamplesAsTheSearchCounts)
+{
+    const bake::NormalMap map = coarse_map({.a = {0.5, 0.7, 1}, .eps1 = 0.6, .eps2 = 1.4});
+    const NormalMapView view = map.view();
+    const PyramidOptions printed{.both_directions = false, .compare_distance = false, .wide_fallback = false, .seeded = false};
+    const Vec3f p{0.2f, 0.25f, 0.3f};
+    std::vector<FootSearchStep> steps(4096);
+    const std::size_t count = record_foot_search(view, p, Projector::Printed, steps);
+    // On the base grid; what is finer is layer 3.
+    const std::uint32_t base = 1u << view.subdivisions;
+    const auto on_base = std::count_if(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(count),
+                                       [&](const FootSearchStep& step) { return step.stride >= base; });
+    EXPECT_EQ(on_base, pyramid_search(view, p, printed).evaluations + (view.subdivisions > 0 ? 0 : 1));
 }
 
 }  // namespace

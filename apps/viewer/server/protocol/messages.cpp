@@ -17,6 +17,8 @@ using nlohmann::json;
 // What there is to wear; "none" would be no fitting.
 constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
 constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
+constexpr std::string_view k_layer_of_tool = "tool";
+constexpr std::array<const char*, 3> k_friction_names{"none", "coulomb", "paper"};  // in the order of Friction
 
 /// A number in its range.
 bool number(const json& in, const char* key, double least, double max, double& out)
@@ -156,21 +158,55 @@ bool read_tool(const json& in, Settings& s)
            number(in, "toolTilt", -180, 180, s.tool_tilt);
 }
 
-bool read_settings(const json& in, Settings& s)
+/// "tool" for what the tool needs, else a layer's name.
+bool read_layer(const json& in, Settings& s)
 {
     const auto layer = in.find("layer");
     if (layer == in.end() || !layer->is_string()) return false;
-    const std::optional<query::Layer> named = app::layer_named(layer->get_ref<const std::string&>());
-    if (!named || *named == query::Layer::One) return false;
-    s.layer = *named;
-    return number(in, "stiffness", 0, 2000, s.stiffness) && number(in, "damping", 0, 5, s.damping) &&
-           number(in, "friction", 0, 1.5, s.friction) && number(in, "texture", 0, 0.001, s.texture) &&
+    if (*layer == k_layer_of_tool) return true;
+    s.layer = app::layer_named(layer->get_ref<const std::string&>());
+    return s.layer && *s.layer != query::Layer::One;
+}
+
+bool read_settings(const json& in, Settings& s)
+{
+    std::size_t law = 0;
+    if (!read_layer(in, s) || !one_of(in, "law", k_friction_names, law) || !flag(in, "paperForce", s.paper_force)) return false;
+    s.law = static_cast<Friction>(law);
+    return number(in, "tolerance", 0, 0.01, s.tolerance) && number(in, "stiffness", 0, 2000, s.stiffness) &&
+           number(in, "damping", 0, 5, s.damping) && number(in, "friction", 0, 1.5, s.friction) &&
+           number(in, "fC", 0, 2, s.f_c) && number(in, "kF", 0, 1000, s.k_f) && number(in, "texture", 0, 0.001, s.texture) &&
            number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
            number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s) &&
-           in.size() == 14;
+           in.size() == 19;
 }
 
 }  // namespace
+
+nlohmann::ordered_json settings_json(const Settings& s)
+{
+    using nlohmann::ordered_json;
+    return {{"layer", s.layer ? app::layer_name(*s.layer) : k_layer_of_tool},
+            {"tolerance", s.tolerance},
+            {"paperForce", s.paper_force},
+            {"stiffness", s.stiffness},
+            {"damping", s.damping},
+            {"law", k_friction_names[static_cast<std::size_t>(s.law)]},
+            {"friction", s.friction},
+            {"fC", s.f_c},
+            {"kF", s.k_f},
+            {"texture", s.texture},
+            {"smoothing", s.smoothing},
+            {"toolRadius", s.tool_radius},
+            {"zone", s.zone},
+            {"forceLimit", s.force_limit},
+            {"tool", s.tool == ToolKind::Ball   ? ordered_json("ball")
+                     : s.tool == ToolKind::Hand ? ordered_json("hand")
+                                                : ordered_json(s.tool_object)},
+            {"toolSize", s.tool_size},
+            {"toolTurn", s.tool_turn},
+            {"toolTilt", s.tool_tilt}};
+}
 
 std::optional<Message> read_message(std::string_view text)
 {
@@ -213,8 +249,8 @@ std::optional<Message> read_message(std::string_view text)
     if (name == "fit") return done(Say::Fit, read_fit(in, m));
     if (name == "cloth") return done(Say::Cloth, read_cloth(in, m));
     if (name == "undress") return done(Say::Undress, in.size() == 1);
-    const std::array<std::pair<const char*, Say>, 4> of_object{
-        {{"undo", Say::Undo}, {"redo", Say::Redo}, {"bake", Say::Bake}, {"remove", Say::Remove}}};
+    const std::array<std::pair<const char*, Say>, 5> of_object{
+        {{"undo", Say::Undo}, {"redo", Say::Redo}, {"bake", Say::Bake}, {"rebake", Say::Rebake}, {"remove", Say::Remove}}};
     const auto at = std::find_if(of_object.begin(), of_object.end(), [&](const auto& known) { return name == known.first; });
     if (at == of_object.end()) return std::nullopt;
     return done(at->second, index(in, "object", m.object) && in.size() == 2);

@@ -1,8 +1,11 @@
 // What a browser may say: JSON text to a checked struct, or nothing.
 #pragma once
 
+#include "sqmap/haptic/zone.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/query/point.h"
+
+#include <nlohmann/json.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -17,11 +20,16 @@ enum class ToolKind : std::uint8_t { Ball, Hand, Mesh };
 
 /// What the page's sliders set.
 struct Settings {
-    query::Layer layer = query::Layer::Auto;  ///< Exact for a ball or a point, Three for a hand or a mesh
-    double stiffness = 400;                   ///< N/m, 0 to 2000; the simulated device is proven stable to 467
-    double damping = 0.3;                     ///< N s/m, 0 to 5
-    double friction = 0.3;                    ///< mu_dynamic, 0 to 1.5; mu_static is a third more
-    double texture = 0;                       ///< m, standard deviation of the relief, 0 to 0.001
+    /// Not layer One. Nothing: as the tool needs it, Exact for a ball or a point, Three for a hand or a mesh.
+    std::optional<query::Layer> layer{};
+    double tolerance = 0.0002;                           ///< m, of layer Auto, 0 to 0.01
+    bool paper_force = false;                            ///< haptic::with_paper_force, of models of the normal projection
+    double stiffness = haptic::ZoneOptions{}.stiffness;  ///< N/m, 0 to 2000; the simulated device is proven stable to 467
+    double damping = 0.3;                                ///< N s/m, 0 to 5
+    Friction law = haptic::Material{}.friction;
+    double friction = haptic::Material{}.mu_dynamic;                    ///< 0 to 1.5; mu_static is a third more
+    double f_c = haptic::Material{}.f_c, k_f = haptic::Material{}.k_f;  ///< eq. 33: N, 0 to 2, and 1/m, 0 to 1000
+    double texture = 0;                                                 ///< m, standard deviation of the relief, 0 to 0.001
     double smoothing = 0;        ///< m, radius of the smoothing sphere of a point as tool, 0: the tool is a ball; 0 to 0.01
     double tool_radius = 0.006;  ///< m, of the ball, 0.001 to 0.05
     double zone = 0;             ///< m, of the impact zone of a hand or a mesh about the tool's place; 0: the whole tool; to 0.1
@@ -33,6 +41,9 @@ struct Settings {
     double tool_tilt = 0;           ///< degrees about the axis to the right, -180 to 180
     bool operator==(const Settings&) const = default;
 };
+
+/// As the page sends and gets them.
+[[nodiscard]] nlohmann::ordered_json settings_json(const Settings& settings);
 
 enum class Say : std::uint8_t {
     Touch,  ///< where the hand wants the tool, and whether it is held there
@@ -48,6 +59,7 @@ enum class Say : std::uint8_t {
     Undo,
     Redo,
     Bake,     ///< the edited parts become the object's model
+    Rebake,   ///< the same parts with the other projection, as another object
     Remove,   ///< the object
     Record,   ///< every tick from here on, in place of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks

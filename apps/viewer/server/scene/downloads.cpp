@@ -1,6 +1,10 @@
 #include "viewer/server/scene/downloads.h"
 
 #include "viewer/server/scene/file_name.h"
+#include "viewer/server/scene/inspect.h"
+
+#include <charconv>
+#include <cmath>
 
 namespace sqmap::viewer {
 namespace {
@@ -11,50 +15,46 @@ struct Shown {
     std::shared_ptr<const Parts> parts;
     Words words;
     bool edited = false;
+    ObjectPtr twin;  ///< of the other projection; null: none
 };
-
-bool is_central(const Shown& s)
-{
-    return s.object->view.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
-}
 
 /// /api/object/N/NAME
 struct Download {
     const char* name;
-    bool central;                         ///< of a model with central maps alone
     const char *type, *extension;         ///< of a file; null: bytes to draw
     std::string (*make)(const Shown& s);  ///< on the worker's thread
 };
 
 constexpr const char* k_json = "application/json";
 constexpr Download k_downloads[] = {
-    {"mesh", false, nullptr, nullptr, [](const Shown& s) { return mesh_bytes(*s.object, *s.parts); }},
-    {"superquadrics", false, nullptr, nullptr, [](const Shown& s) { return superquadric_bytes(*s.object, *s.parts, 10); }},
-    {"samples", true, nullptr, nullptr, [](const Shown& s) { return sample_bytes(*s.object); }},
-    {"offset", true, nullptr, nullptr, [](const Shown& s) { return offset_bytes(*s.object); }},
-    {"hidden", true, nullptr, nullptr, [](const Shown& s) { return hidden_bytes(*s.object); }},
-    {"names", false, k_json, ".names.json", [](const Shown& s) { return names_json(s.words).dump(1) + "\n"; }},
-    {"glb", false, "model/gltf-binary", ".glb", [](const Shown& s) { return glb_bytes(*s.object, *s.parts); }},
-    {"json", false, k_json, ".json", [](const Shown& s) { return superquadrics_json(*s.object, *s.parts).dump(2) + "\n"; }},
-    {"sqmap", false, "application/octet-stream", ".sqmap",
+    {"mesh", nullptr, nullptr, [](const Shown& s) { return mesh_bytes(*s.object, *s.parts); }},
+    {"superquadrics", nullptr, nullptr, [](const Shown& s) { return superquadric_bytes(*s.object, *s.parts, 10); }},
+    {"samples", nullptr, nullptr, [](const Shown& s) { return sample_bytes(*s.object); }},
+    {"offset", nullptr, nullptr, [](const Shown& s) { return offset_bytes(*s.object); }},
+    {"hidden", nullptr, nullptr, [](const Shown& s) { return hidden_bytes(*s.object); }},
+    {"names", k_json, ".names.json", [](const Shown& s) { return names_json(s.words).dump(1) + "\n"; }},
+    {"glb", "model/gltf-binary", ".glb", [](const Shown& s) { return glb_bytes(*s.object, *s.parts); }},
+    {"json", k_json, ".json", [](const Shown& s) { return superquadrics_json(*s.object, *s.parts).dump(2) + "\n"; }},
+    {"sqmap", "application/octet-stream", ".sqmap",
      [](const Shown& s) { return std::string(reinterpret_cast<const char*>(s.object->blob.data()), s.object->blob.size()); }},
 };
 
 constexpr std::pair<const char*, Field> k_fields[] = {
-    {"error", Field::Error}, {"protrusion", Field::Protrusion}, {"curvature", Field::Curvature}};
+    {"error", Field::Error}, {"protrusion", Field::Protrusion}, {"curvature", Field::Curvature}, {"made-up", Field::MadeUp}};
 
 std::optional<Shown> shown(const Scene& scene, std::string_view number)
 {
     const auto index = number_of(number);
     if (!index || *index >= scene.entries().size()) return std::nullopt;
     const Scene::Entry& entry = scene.entries()[*index];
-    return Shown{entry.object, entry.parts(), entry.words, entry.at > 0};
+    const std::optional<std::size_t> twin = scene.twin_of(*index);
+    return Shown{entry.object, entry.parts(), entry.words, entry.at > 0, twin ? scene.entries()[*twin].object : nullptr};
 }
 
 void download(const Call& call, const Shown& s, Worker& pictures)
 {
     for (const Download& d : k_downloads) {
-        if (call.stars[1] != d.name || (d.central && !is_central(s))) continue;
+        if (call.stars[1] != d.name) continue;
         if (s.edited && call.stars[1] == "sqmap")
             return call.answer({.status = 409, .body = "bake the edited parts first: the model is of those before\n"});
         return pictures.work([answer = call.answer, s, &d] {
@@ -72,6 +72,8 @@ void field(const Call& call, const Shown& s, Worker& pictures)
         if (call.stars[1] == name)
             return pictures.work(
                 [answer = call.answer, s, field = field] { answer(bytes_reply(field_bytes(*s.object, field))); });
+    if (call.stars[1] == "difference" && s.twin != nullptr)
+        return pictures.work([answer = call.answer, s] { answer(bytes_reply(difference_bytes(*s.object, *s.twin))); });
     call.answer(not_found());
 }
 
@@ -79,8 +81,48 @@ void map(const Call& call, const Shown& s, Worker& pictures)
 {
     constexpr int k_side = 48;  // pixels of a face of the cube
     const auto part = number_of(call.stars[1]);
-    if (!part || *part >= s.object->view.parts.size() || !is_central(s)) return call.answer(not_found());
+    if (!part || *part >= s.object->view.parts.size()) return call.answer(not_found());
     pictures.work([answer = call.answer, s, part = *part] { answer(bytes_reply(map_bytes(*s.object, part, k_side))); });
+}
+
+/// "x_y_z" in metres of the world: no address has a comma.
+std::optional<Vec3d> point_of(std::string_view text)
+{
+    Vec3d out;
+    for (int k = 0; k < 3; ++k) {
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out[k]);
+        if (error != std::errc() || !(std::abs(out[k]) <= 100)) return std::nullopt;
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+        if (k < 2 && !text.starts_with('_')) return std::nullopt;
+        if (k < 2) text.remove_prefix(1);
+    }
+    return text.empty() ? std::optional(out) : std::nullopt;
+}
+
+void answers(const Call& call, const Shown& s, Worker& pictures)
+{
+    const std::optional<Vec3d> at = point_of(query_value(call.request.target, "at"));
+    if (!at) return call.answer(not_found());
+    pictures.work([answer = call.answer, s, at = *at] { answer(json_reply(answers_json(*s.object, at))); });
+}
+
+void search(const Call& call, const Shown& s, Worker& pictures)
+{
+    const std::optional<Vec3d> at = point_of(query_value(call.request.target, "at"));
+    const auto part = number_of(call.stars[1]);
+    if (!at || !part || *part >= s.object->view.parts.size() || !model::is_normal(s.object->view))
+        return call.answer(not_found());
+    pictures.work([answer = call.answer, s, part = *part, at = *at] { answer(json_reply(search_json(*s.object, part, at))); });
+}
+
+void section(const Call& call, const Shown& s, Worker& pictures)
+{
+    const std::optional<Vec3d> at = point_of(query_value(call.request.target, "at"));
+    const auto part = number_of(call.stars[1]), axis = number_of(call.stars[2]);
+    if (!at || !part || !axis || *part >= s.parts->superquadrics.size() || *axis > 2) return call.answer(not_found());
+    pictures.work([answer = call.answer, s, plane = SectionPlane{*part, static_cast<int>(*axis), *at}] {
+        answer(bytes_reply(section_bytes(*s.object, *s.parts, plane)));
+    });
 }
 
 }  // namespace
@@ -90,7 +132,10 @@ void add_downloads(Routes& routes, const Scene& scene, Worker& pictures)
     using Make = void (*)(const Call&, const Shown&, Worker&);
     for (const auto& [pattern, make] : {std::pair<const char*, Make>{"/api/object/*/*", download},
                                         {"/api/object/*/field/*", field},
-                                        {"/api/object/*/map/*", map}})
+                                        {"/api/object/*/map/*", map},
+                                        {"/api/object/*/at/answers", answers},
+                                        {"/api/object/*/search/*", search},
+                                        {"/api/object/*/section/*/*", section}})
         routes.get(pattern, [&scene, &pictures, make = make](const Call& call) {
             const std::optional<Shown> s = shown(scene, call.stars[0]);
             if (!s) return call.answer(not_found());

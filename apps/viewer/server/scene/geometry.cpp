@@ -40,6 +40,15 @@ float projection_error(const Object& object, std::uint32_t triangle)
     return distance ? static_cast<float>(100 * std::abs(*distance) / object.view.header.r_max) : -2;
 }
 
+/// Of the paper's map the grid as it is, as long as that is no wider than eight faces.
+app::Unrolled unrolled(const model::ModelView& view, std::uint32_t part, int side)
+{
+    if (!model::is_normal(view)) return app::unrolled_central(view, part, side);
+    const model::NormalMapView map = model::normal_map_of(view, part);
+    const std::uint32_t thin = (map.omega_count - 1) / static_cast<std::uint32_t>(8 * side) + 1;
+    return app::unrolled_normal(view, part, static_cast<int>(map.omega_count / thin), static_cast<int>(map.eta_count / thin));
+}
+
 }  // namespace
 
 std::string mesh_bytes(const Object& object, const Parts& parts)
@@ -76,6 +85,11 @@ std::string field_bytes(const Object& object, Field field)
     const auto count = static_cast<std::uint32_t>(object.mesh.triangles.size());
     out.count(count);
     if (count == 0) return out.take();
+    if (field == Field::MadeUp) {
+        const std::vector<std::uint8_t> made_up = made_up_triangles(object);
+        for (std::uint32_t t = 0; t < count; ++t) out.put(!made_up.empty() && made_up[t] != 0 ? 1.f : 0.f);
+        return out.take();
+    }
     if (field == Field::Error) {
         if (object.view.header.solid == 0) {
             for (std::uint32_t t = 0; t < count; ++t) out.put(projection_error(object, t));
@@ -92,9 +106,28 @@ std::string field_bytes(const Object& object, Field field)
     return out.take();
 }
 
+std::string difference_bytes(const Object& object, const Object& other)
+{
+    Bytes out("SQF1");
+    out.count(object.mesh.triangles.size());
+    const model::Header& h = object.view.header;
+    for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
+        const auto& [i, j, k] = object.mesh.triangles[t];
+        const auto& v = object.mesh.vertices;
+        const Vec3d normal = normalized(cross(v[j] - v[i], v[k] - v[i]));
+        const Vec3d below = mesh::triangle_centroid(object.mesh, t) - 0.01 * h.r_max * normal;
+        const Vec3d p = h.unit * below + Vec3d{h.origin[0], h.origin[1], h.origin[2]};
+        const query::PointResult a = query::query_point(object.view, p), b = query::query_point(other.view, p);
+        out.put(a.contact != b.contact ? -1.f
+                : !a.contact           ? -2.f
+                                       : static_cast<float>(100 * std::abs(a.depth - b.depth) / (h.r_max * h.unit)));
+    }
+    return out.take();
+}
+
 std::string map_bytes(const Object& object, std::uint32_t part, int side)
 {
-    const app::Unrolled map = app::unrolled_central(object.view, part, side);
+    const app::Unrolled map = unrolled(object.view, part, side);
     Bytes out("SQU1");
     out.count(static_cast<std::size_t>(map.width));
     out.count(static_cast<std::size_t>(map.height));

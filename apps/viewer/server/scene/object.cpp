@@ -1,9 +1,11 @@
 #include "viewer/server/scene/object.h"
 
+#include "common/reports.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/doubt.h"
+#include "sqmap/model/made_up.h"
 #include "sqmap/model/parse.h"
 
 #include <algorithm>
@@ -75,6 +77,11 @@ void complete(Object& object, double metres_per_unit, double size, const Words& 
     object.half = 0.5 * object.metres_per_unit * h.unit * (box.hi - box.lo);
 }
 
+// Notes that are about a model, not about the mesh that it was baked from.
+constexpr const char* k_doubtful = "W_LAYER3: layer 3 has wrong verdicts: touch computes with the exact layer";
+constexpr const char* k_off_target = "W_TARGET: the target error was not reached: the best model found is shown";
+bool is_of_model(const std::string& note) { return note == k_doubtful || note == k_off_target; }
+
 std::shared_ptr<Object> object_of(std::vector<std::byte> bytes, const std::string& name, double metres_per_unit, double size,
                                   const Words& words)
 {
@@ -84,9 +91,18 @@ std::shared_ptr<Object> object_of(std::vector<std::byte> bytes, const std::strin
     if (const model::ParseStatus status = model::parse(object->blob, object->view); status != model::ParseStatus::Ok)
         throw std::runtime_error(name + ": not a model: " + model::to_string(status));
     complete(*object, metres_per_unit, size, words);
-    if (model::is_doubtful(object->view.measured))
-        object->notes.emplace_back("W_LAYER3: layer 3 has wrong verdicts: touch computes with the exact layer");
+    if (model::is_doubtful(object->view.measured)) object->notes.emplace_back(k_doubtful);
     return object;
+}
+
+/// What the model keeps of the cure of its mesh, for another bake.
+bake::Cured cured_as(const model::Cure& c, std::span<const std::uint8_t> made_up)
+{
+    bake::Cured out{.rung = c.rung, .made_up = made_up};
+    out.deviation.input_to_result = {c.from_mean, c.from_p99, c.from_max};
+    out.deviation.result_to_input = {c.to_mean, c.to_p99, c.to_max};
+    out.deviation.made_up_share = c.made_up_share;
+    return out;
 }
 
 nlohmann::ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
@@ -107,6 +123,8 @@ Vec3f Object::world(Vec3d p) const
     const Vec3d in_mesh = h.unit * p + Vec3d{h.origin[0], h.origin[1], h.origin[2]};
     return cast<float>(metres_per_unit * (in_mesh - centre) + position);
 }
+
+Vec3d Object::mesh_units(Vec3d p) const { return (1 / metres_per_unit) * (p - position) + centre; }
 
 std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size, const Words& words)
 {
@@ -138,8 +156,7 @@ std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const st
     baked.model.source = name;
     auto object = object_of(io::serialize(baked.model), name, 0, size, {});
     object->verdict = app::verdict_name(loaded.verdict);
-    if (baked.model.measured.depth_p99 > options.target_error)
-        object->notes.emplace_back("W_TARGET: the target error was not reached: the best model found is shown");
+    if (baked.model.measured.depth_p99 > options.target_error) object->notes.emplace_back(k_off_target);
     const std::vector<std::string> notes = app::notes_of(loaded);
     object->notes.insert(object->notes.end(), notes.begin(), notes.end());
     return object;
@@ -152,6 +169,8 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const 
     for (const Vec3d& v : object.mesh.vertices) mesh.vertices.push_back(model::to_mesh_units(object.view.header, cast<float>(v)));
     bake::BakeOptions as_given = options;
     as_given.partition = &parts.partition;
+    const std::vector<std::uint8_t> made_up = made_up_triangles(object);
+    as_given.cured = cured_as(object.view.cure, made_up);
     bake::BakeResult baked = bake::bake(mesh, object.view.header.solid != 0, as_given);
     baked.model.made_by = "sqmap view";
     baked.model.source = object.name;
@@ -159,8 +178,26 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const 
     out->position = object.position;
     out->names_file = object.names_file;
     out->verdict = object.verdict;
-    out->notes = object.notes;
+    for (const std::string& note : object.notes)
+        if (!is_of_model(note)) out->notes.push_back(note);
     return out;
+}
+
+std::vector<std::uint8_t> made_up_triangles(const Object& object)
+{
+    std::vector<std::uint8_t> out;
+    if (object.view.cure.rung == model::Rung::AsItIs) return out;
+    for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) out.push_back(model::is_made_up(object.view, t) ? 1 : 0);
+    return out;
+}
+
+bool are_of_one_mesh(const Object& a, const Object& b)
+{
+    if (a.mesh.triangles.empty() || a.mesh.vertices.size() != b.mesh.vertices.size()) return false;
+    const Frame at_a = a.frame(), at_b = b.frame();
+    const double close = 1e-5 * a.view.header.r_max * at_a.unit;  // rounded to float once more in between
+    return std::abs(at_a.unit - at_b.unit) < 1e-5 * at_a.unit && norm(at_a.origin - at_b.origin) < close &&
+           a.mesh.triangles == b.mesh.triangles;
 }
 
 void put_beside(Object& object, std::span<const ObjectPtr> others)
@@ -285,6 +322,7 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
              {"taper", {s.taper_x, s.taper_y}},
              {"bend", s.bend}});
     }
+    out["cure"] = app::cure_json(m.cure);
     out["verdict"] = object.verdict;
     out["notes"] = object.notes;
     return out;

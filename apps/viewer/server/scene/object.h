@@ -55,6 +55,11 @@ struct Object {
 
     [[nodiscard]] sqmap::Pose pose() const;  ///< mesh frame in metres -> world
     [[nodiscard]] Vec3f world(Vec3d model_point) const;
+    [[nodiscard]] Vec3d mesh_units(Vec3d world_point) const;
+    [[nodiscard]] Vec3f model_space(Vec3d world_point) const
+    {
+        return model::to_model_space(view.header, mesh_units(world_point));
+    }
     [[nodiscard]] Frame frame() const;  ///< model space -> mesh units
 };
 using ObjectPtr = std::shared_ptr<const Object>;
@@ -70,9 +75,15 @@ using ObjectPtr = std::shared_ptr<const Object>;
 /// @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
                                                        const bake::BakeOptions& options);
-/// The same object with other parts, baked. @throw mesh::Error
+/// The same object with other parts, baked with the options' projection; what the cure of its mesh made up stays so.
+/// @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options,
                                               const Words& words);
+
+/// #triangles, 1 where the cure of the mesh made the triangle up; empty where there was no cure.
+[[nodiscard]] std::vector<std::uint8_t> made_up_triangles(const Object& object);
+/// Both have the same triangles, up to rounding to float.
+[[nodiscard]] bool are_of_one_mesh(const Object& a, const Object& b);
 
 /// Moves to the right of what is there already; rows of three, one behind the other.
 void put_beside(Object& object, std::span<const ObjectPtr> others);
@@ -99,10 +110,13 @@ void put_beside(Object& object, std::span<const ObjectPtr> others);
 [[nodiscard]] std::string mesh_bytes(const Object& object, const Parts& parts);
 /// "SQS1", #parts; then a part: #vertices, #triangles, positions, corners.
 [[nodiscard]] std::string superquadric_bytes(const Object& object, const Parts& parts, int segments);
-enum class Field : std::uint8_t { Error, Protrusion, Curvature };
+enum class Field : std::uint8_t { Error, Protrusion, Curvature, MadeUp };
 /// "SQF1", #triangles; a float a triangle. Error: of layer 3's depth just below the surface, percent of R_max; below 0: missed
-/// (-1), not known (-2). Protrusion: over its mean. Curvature: Gaussian, times R_max squared.
+/// (-1), not known (-2). Protrusion: over its mean. Curvature: Gaussian, times R_max squared. MadeUp: 1 or 0.
 [[nodiscard]] std::string field_bytes(const Object& object, Field field);
+/// The same of layer 3's depths by two models of one mesh, 1 % of R_max below the surface: percent of R_max by which they differ;
+/// -1 where only one finds contact, -2 where neither does. @pre are_of_one_mesh
+[[nodiscard]] std::string difference_bytes(const Object& object, const Object& other);
 /// "SQF1", #triangles; a float a triangle: 1 where other surface hides it from its part's projection (Q2 of section 5), 0 where
 /// it is seen, -2 not known. Of the model's own parts.
 [[nodiscard]] std::string hidden_bytes(const Object& object);
@@ -110,8 +124,10 @@ enum class Field : std::uint8_t { Error, Protrusion, Curvature };
 [[nodiscard]] std::string sample_bytes(const Object& object);
 /// "SQF1", #vertices; a float a vertex: how far the stored offset (eq. 12) moves the surface out, m.
 [[nodiscard]] std::string offset_bytes(const Object& object);
-/// "SQU1", width, height; then a pixel: distance of the surface below the superquadric, m (below 0: none), and the surface point,
-/// world. The six faces of the chart's cube as a cross. @pre part < #parts of the model
+/// "SQU1", width, height; then a pixel: distance of the surface below the superquadric, m, and the surface point, world. In place
+/// of a distance -1: none on this ray, -2: the ray starts inside the solid, -3: no pixel of the map. Of a central model the six
+/// faces of the chart's cube as a cross, each `side` pixels wide; of a normal one the grid, at most 8 side wide.
+/// @pre part < #parts of the model
 [[nodiscard]] std::string map_bytes(const Object& object, std::uint32_t part, int side);
 /// Binary glTF: a mesh a part and a mesh a superquadric, in metres. A superquadric has its parameters as extras, texture
 /// coordinates, and in its material's extras a displacement texture: grey times `scale` (below 0: inwards) metres along the

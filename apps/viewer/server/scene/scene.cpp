@@ -62,6 +62,8 @@ void Scene::edit(const Message& m)
             return on_objects();
         case Say::Bake:
             return bake_edited(entry);
+        case Say::Rebake:
+            return bake_twin(entry);
         default:
             break;
     }
@@ -118,7 +120,8 @@ void Scene::bake_edited(const Entry& entry)
 {
     if (entry.at == 0 || bakes_.busy()) return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
-        const bake::BakeOptions options = bake_options(object->name);
+        bake::BakeOptions options = bake_options(object->name);
+        options.projection = static_cast<model::Projection>(object->view.header.projection);
         try {
             const auto after = rebaked(*object, *parts, options, words);
             audience_.post([this, object, after] {
@@ -129,6 +132,43 @@ void Scene::bake_edited(const Entry& entry)
             send_failure(object->name, e.what());
         }
     });
+}
+
+void Scene::bake_twin(const Entry& entry)
+{
+    const auto index = static_cast<std::size_t>(&entry - entries_.data());
+    if (entry.at > 0 || entry.object->mesh.triangles.empty() || twin_of(index) || bakes_.busy() ||
+        entries_.size() >= options_.max_objects)
+        return;
+    bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
+        const bool to_normal = !model::is_normal(object->view);
+        const std::string name = object->name + (to_normal ? ", paper's maps" : ", central maps");
+        bake::BakeOptions options = bake_options(name);
+        options.projection = to_normal ? model::Projection::Normal : model::Projection::Central;
+        try {
+            const auto twin = rebaked(*object, *parts, options, words);
+            twin->name = name;
+            twin->names_file.clear();
+            audience_.post([this, twin] {
+                audience_.send_progress(twin->name, "done", 1);
+                add(twin);
+                send();
+                on_objects();
+            });
+        } catch (const mesh::Error& e) {
+            send_failure(name, e.what());
+        }
+    });
+}
+
+std::optional<std::size_t> Scene::twin_of(std::size_t entry) const
+{
+    const Object& object = *entries_[entry].object;
+    for (std::size_t i = 0; i < entries_.size(); ++i)
+        if (model::is_normal(entries_[i].object->view) != model::is_normal(object.view) &&
+            are_of_one_mesh(object, *entries_[i].object))
+            return i;
+    return std::nullopt;
 }
 
 void Scene::add(std::shared_ptr<Object> object)
@@ -198,9 +238,12 @@ void Scene::send() { audience_.send_all(json()); }
 nlohmann::ordered_json Scene::json() const
 {
     ordered_json out{{"say", "scene"}, {"objects", ordered_json::array()}};
-    for (const Entry& entry : entries_) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        const Entry& entry = entries_[i];
         ordered_json facts = facts_json(*entry.object, *entry.parts(), entry.at > 0);
         facts["id"] = entry.id;
+        const std::optional<std::size_t> twin = twin_of(i);
+        facts["twin"] = twin ? ordered_json(*twin) : ordered_json();
         facts["namesKept"] = !entry.object->names_file.empty();
         facts["revision"] = entry.revision;
         facts["canUndo"] = entry.at > 0;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,19 +45,22 @@ public:
     std::function<void(std::uint32_t)> on_remove = [](auto) {};  ///< this one is gone; those behind it move up
 
     void add(std::shared_ptr<Object> object);
-    /// Split, Merge, MoveCut, Refit, Name, Undo, Redo, Bake or Remove; what does not fit the scene of now is passed over.
+    /// Split, Merge, MoveCut, Refit, Name, Undo, Redo, Bake, Rebake or Remove; what does not fit the scene of now is passed over.
     void edit(const Message& message);
     /// Mesh, model or names: answers with the verdict, then adds the object.
     void upload(HttpRequest request, const Answer& answer);
 
     [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
     [[nodiscard]] std::vector<ObjectPtr> objects() const;
+    /// The first object of the same mesh and the other projection; nothing where there is none.
+    [[nodiscard]] std::optional<std::size_t> twin_of(std::size_t entry) const;
     [[nodiscard]] nlohmann::ordered_json json() const;
     void send();  ///< all pages
 
 private:
     void change(Entry& entry, std::shared_ptr<const Parts> parts);
     void bake_edited(const Entry& entry);
+    void bake_twin(const Entry& entry);
     void replace(const ObjectPtr& before, std::shared_ptr<Object> after);
     void name_part(Entry& entry, std::uint32_t part, const std::string& name);
     void set_words(Entry& entry, const Words& words);
@@ -64,7 +68,7 @@ private:
     [[nodiscard]] HttpReply take_names(const std::string& file, const std::string& text);
     // On the worker's thread.
     void take_model(const std::string& name, std::span<const std::byte> bytes, const Answer& answer);
-    void take_mesh(const std::string& name, const app::LoadedMesh& loaded, const Answer& answer);
+    void take_mesh(const std::string& name, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer);
     [[nodiscard]] bake::BakeOptions bake_options(const std::string& name);
     void send_failure(const std::string& name, const std::string& why);
 

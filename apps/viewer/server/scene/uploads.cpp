@@ -44,12 +44,14 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
     app::LoadOptions load{.limits = options_.limits};
     if (query_value(request.target, "repair") == "surface") load.accept_surface = true;
-    bakes_.work([this, answer, name, load, body = std::move(request.body)] {
+    const auto projection =
+        query_value(request.target, "projection") == "normal" ? model::Projection::Normal : model::Projection::Central;
+    bakes_.work([this, answer, name, load, projection, body = std::move(request.body)] {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (name.ends_with(".sqmap"))
             take_model(name, bytes, answer);
         else
-            take_mesh(name, app::load_mesh(bytes, name, load), answer);
+            take_mesh(name, app::load_mesh(bytes, name, load), projection, answer);
     });
 }
 
@@ -81,7 +83,7 @@ void Scene::take_model(const std::string& name, std::span<const std::byte> bytes
 }
 
 /// On the worker's thread.
-void Scene::take_mesh(const std::string& name, const app::LoadedMesh& loaded, const Answer& answer)
+void Scene::take_mesh(const std::string& name, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer)
 {
     const app::Diagnosis& d = loaded.diagnosis;
     answer(json_reply({{"accepted", !loaded.refused()},
@@ -94,7 +96,9 @@ void Scene::take_mesh(const std::string& name, const app::LoadedMesh& loaded, co
                        {"triangles", loaded.mesh.triangles.size()}}));
     if (loaded.refused()) return;
     try {
-        const auto object = object_from_mesh(loaded, name, options_.size, bake_options(name));
+        bake::BakeOptions options = bake_options(name);
+        options.projection = projection;
+        const auto object = object_from_mesh(loaded, name, options_.size, options);
         audience_.post([this, object, name] {
             audience_.send_progress(name, "done", 1);
             add(object);

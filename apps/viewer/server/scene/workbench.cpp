@@ -1,4 +1,5 @@
 // What the workbench shows and does beside pictures of the parts: hidden surface, samples, the offset, moved cuts.
+#include "common/render/unrolled.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/normal_projection.h"
 #include "sqmap/query/point.h"
@@ -7,7 +8,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <queue>
 
@@ -22,18 +22,6 @@ Vec3d projection_origin(const model::ModelView& view, std::uint32_t part, Vec3d 
     const shape::Foot<float> foot =
         query::find_foot(model::normal_map_of(view, part), cast<float>(point), query::Projector::Newton);
     return cast<double>(foot.point) + 1e-5 * view.header.r_max * cast<double>(foot.normal);
-}
-
-/// Eq. 22 at a sample of the paper's map; model space.
-std::optional<Vec3f> mapped_sample(const model::NormalMapView& map, std::uint32_t row, std::uint32_t column)
-{
-    const std::uint16_t stored = map.distance[std::size_t{row} * map.omega_count + column];
-    if (model::ray_of(stored) != model::MapRay::Surface) return std::nullopt;
-    constexpr float k_pi = std::numbers::pi_v<float>;
-    const shape::SurfaceAnglesf angles{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
-                                       2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi};
-    const shape::SurfacePoint<float> s = shape::surface_point(map.superquadric, angles);
-    return s.point - map.distance_scale * static_cast<float>(stored) * s.normal;
 }
 
 }  // namespace
@@ -89,7 +77,8 @@ std::string sample_bytes(const Object& object)
             const model::NormalMapView map = model::normal_map_of(object.view, index);
             const std::uint32_t every = 1u << map.subdivisions;
             for (std::uint32_t row = 0; row < map.eta_count; row += every)
-                for (std::uint32_t column = 0; column < map.omega_count; column += every) add(mapped_sample(map, row, column));
+                for (std::uint32_t column = 0; column < map.omega_count; column += every)
+                    add(app::mapped_sample(map, row, column));
             continue;
         }
         const model::Part& part = object.view.parts[index];

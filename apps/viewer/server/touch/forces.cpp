@@ -1,76 +1,103 @@
 #include "viewer/server/touch/forces.h"
 
+#include "sqmap/mesh/shapes.h"
 #include "sqmap/model/doubt.h"
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
 #include <limits>
-#include <span>
+#include <utility>
 
 namespace sqmap::viewer {
 namespace {
 
-constexpr double k_static = 1.33;  // mu_static over mu_dynamic
-
-query::Layer layer_of(query::Layer layer, haptic::Averaging averaging, bool doubtful)
-{
-    if (doubtful) return query::Layer::Exact;
-    if (layer != query::Layer::Auto) return layer;
-    return averaging == haptic::Averaging::Patch ? query::Layer::Three : query::Layer::Exact;
-}
+constexpr double k_static = 1.33;      // mu_static over mu_dynamic
+constexpr int k_sphere_divisions = 2;  // 162 points of a ball with the paper's force
 
 }  // namespace
 
-Live live_of(const Settings& s, std::uint32_t number) { return {s.layer, s.stiffness, s.damping, s.friction, number}; }
+bool has_paper_force(std::span<const ObjectPtr> objects)
+{
+    return std::all_of(objects.begin(), objects.end(),
+                       [](const ObjectPtr& object) { return object == nullptr || model::is_normal(object->view); });
+}
+
+Live live_of(const Settings& s, std::uint32_t number)
+{
+    return {s.layer, s.tolerance, s.stiffness, s.damping, s.law, s.friction, s.f_c, s.k_f, number};
+}
 
 Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objects_(std::move(objects))
 {
     haptic::ZoneOptions zone{
         .stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness};
     const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects_.size();
-    if (settings.tool == ToolKind::Ball || (settings.tool == ToolKind::Mesh && !held)) {
+    const ObjectPtr tool_object = held ? std::exchange(objects_[settings.tool_object], nullptr) : nullptr;
+    if (settings.paper_force && has_paper_force(objects_)) {
+        zone = haptic::with_paper_force(zone);
+        zone.blend_time = 0;
+    }
+    if (settings.tool != ToolKind::Ball && (settings.tool == ToolKind::Hand || held)) {
+        Tool tool = make_tool(settings, tool_object.get());
+        weights_ = std::move(tool.weights);
+        points_ = std::move(tool.mesh.vertices);
+    } else if (zone.smoothed_map) {
+        points_ =
+            settings.smoothing > 0 ? std::vector<Vec3d>{{}} : mesh::sphere(settings.tool_radius, k_sphere_divisions).vertices;
+    } else {
         zone.averaging = settings.smoothing > 0 ? haptic::Averaging::Stencil : haptic::Averaging::Ball;
         zone.smoothing = haptic::ball_of(settings.tool_radius);
         if (settings.smoothing > 0) {
             zone.smoothing = {};
             zone.smoothing.radius = settings.smoothing;
         }
-        probe_ = std::make_unique<query::Probe>(haptic::stencil_points(zone.smoothing));
-    } else {
-        Tool tool = make_tool(settings, held ? objects_[settings.tool_object].get() : nullptr);
-        weights_ = std::move(tool.weights);
-        probe_ = std::make_unique<query::Probe>(tool.mesh.vertices);
+        points_ = haptic::stencil_points(zone.smoothing);
     }
-    doubtful_ = std::any_of(objects_.begin(), objects_.end(),
-                            [](const ObjectPtr& object) { return model::is_doubtful(object->metres.measured); });
-    zone.layer = layer_of(settings.layer, zone.averaging, doubtful_);
+    probe_ = std::make_unique<query::Probe>(points_);
+    patch_ = zone.averaging == haptic::Averaging::Patch;
+    for (const ObjectPtr& object : objects_)
+        doubtful_ = doubtful_ || (object != nullptr && model::is_doubtful(object->metres.measured));
     const haptic::Zone whole{.probe = probe_.get(),
                              .weights = weights_,
                              .radius = settings.zone > 0 ? settings.zone : std::numeric_limits<double>::infinity(),
                              .options = zone};
     if (settings.texture > 0)
         texture_ = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values_);
-    haptic::Material material{.mu_static = k_static * settings.friction, .mu_dynamic = settings.friction};
-    if (settings.texture > 0) material.texture = &texture_;
-    for (const ObjectPtr& object : objects_) {
-        if (held && object == objects_[settings.tool_object]) continue;
-        solids_.push_back({.model = &object->metres, .pose = object->pose(), .material = material});
-    }
-    if (held) objects_[settings.tool_object] = nullptr;
+    for (const ObjectPtr& object : objects_)
+        if (object != nullptr) solids_.push_back({.model = &object->metres, .pose = object->pose()});
+    for (haptic::TouchedBody& solid : solids_)
+        if (settings.texture > 0) solid.material.texture = &texture_;
     state_ = std::make_unique<haptic::State>(
         std::span(&whole, 1),
         haptic::StateOptions{.max_contacts = probe_->size(), .max_touched = std::max<std::size_t>(1, solids_.size())});
+    adjust(live_of(settings, 0));
+}
+
+query::Layer Forces::layer_of(const Live& live) const noexcept
+{
+    if (doubtful_) return query::Layer::Exact;
+    if (!live.layer) return patch_ ? query::Layer::Three : query::Layer::Exact;
+    if (*live.layer != query::Layer::Auto) return *live.layer;
+    // One layer for all: the most careful of theirs. Superquadrics alone push from outside the surface.
+    query::Layer layer = query::Layer::Two;
+    for (const haptic::TouchedBody& solid : solids_)
+        layer = std::max(layer, query::chosen_layer(*solid.model, {.layer = query::Layer::Auto, .tolerance = live.tolerance}));
+    return layer;
 }
 
 void Forces::adjust(const Live& live) noexcept
 {
     haptic::ZoneOptions& zone = state_->options(0);
-    zone.layer = layer_of(live.layer, zone.averaging, doubtful_);
+    zone.layer = layer_of(live);
     zone.stiffness = zone.tangential_stiffness = live.stiffness;
     zone.damping = live.damping;
     for (haptic::TouchedBody& solid : solids_) {
-        solid.material.mu_dynamic = live.friction;
-        solid.material.mu_static = k_static * live.friction;
+        haptic::Material& material = solid.material;
+        material.friction = live.law;
+        material.mu_dynamic = live.friction;
+        material.mu_static = k_static * live.friction;
+        material.f_c = live.f_c;
+        material.k_f = live.k_f;
     }
 }
 

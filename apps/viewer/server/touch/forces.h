@@ -7,14 +7,18 @@
 #include "viewer/server/scene/object.h"
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace sqmap::viewer {
 
 /// Settings that the next tick can take.
 struct Live {
-    query::Layer layer = query::Layer::Auto;
-    double stiffness = 400, damping = 0.3, friction = 0.3;
+    std::optional<query::Layer> layer{};
+    double tolerance = 0, stiffness = 0, damping = 0;
+    Friction law = Friction::Coulomb;
+    double friction = 0, f_c = 0, k_f = 0;
     std::uint32_t number = 0;  ///< how many such settings came before these
 };
 
@@ -29,9 +33,13 @@ struct ForceInput {
     bool has_twist = false, degraded = false;
 };
 
+/// The paper's force is that of its own maps: whether all objects have them; null ones do not count.
+[[nodiscard]] bool has_paper_force(std::span<const ObjectPtr> objects);
+
 class Forces {
 public:
-    /// An object that is held as the tool (settings) is not there to be touched.
+    /// An object that is held as the tool (settings) is not there to be touched. The paper's force counts where all others are of
+    /// the normal projection.
     Forces(std::vector<ObjectPtr> objects, const Settings& settings);
     Forces(const Forces&) = delete;
     Forces& operator=(const Forces&) = delete;
@@ -43,10 +51,18 @@ public:
 
     [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool
 
+    // Any thread: what the servo changes is not read.
+    [[nodiscard]] std::span<const Vec3d> points() const noexcept { return points_; }  ///< of the tool, its own frame, m
+    [[nodiscard]] const query::Probe& probe() const noexcept { return *probe_; }      ///< the same points
+    /// What answers with such settings.
+    [[nodiscard]] query::Layer layer_of(const Live& live) const noexcept;
+
 private:
     std::vector<ObjectPtr> objects_;
     std::vector<haptic::TouchedBody> solids_;
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
+    bool patch_ = false;     ///< a hand or a mesh, or the paper's force
+    std::vector<Vec3d> points_;
     std::vector<float> weights_, texture_values_;
     haptic::Texture texture_{};
     std::unique_ptr<query::Probe> probe_;

@@ -17,7 +17,7 @@ bool same_tool(const Settings& a, const Settings& b)
 {
     return a.texture == b.texture && a.smoothing == b.smoothing && a.tool_radius == b.tool_radius && a.zone == b.zone &&
            a.force_limit == b.force_limit && a.tool == b.tool && a.tool_object == b.tool_object && a.tool_size == b.tool_size &&
-           a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt;
+           a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt && a.paper_force == b.paper_force;
 }
 
 /// What a tick felt, beside the servo's own record of it.
@@ -223,6 +223,13 @@ bool Touch::frame(TouchFrame& out)
             out.part = contact.part;
         }
     return true;
+}
+
+std::vector<Foot> Touch::feet(const TouchFrame& frame) const
+{
+    if (frame.contacts == 0 || frame.object < 0) return {};
+    const query::Layer layer = work_->forces->layer_of(live_of(work_->settings, 0));
+    return feet_of(*work_->forces, {frame.turn, frame.tool}, static_cast<std::size_t>(frame.object), layer);
 }
 
 }  // namespace sqmap::viewer

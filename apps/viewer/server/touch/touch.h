@@ -6,6 +6,7 @@
 #include "sqmap/device/servo.h"
 #include "viewer/server/protocol/messages.h"
 #include "viewer/server/scene/object.h"
+#include "viewer/server/touch/feet.h"
 #include "viewer/server/touch/recording.h"
 
 #include <array>
@@ -56,6 +57,8 @@ public:
     void resume();
     void end_take();              ///< records no more
     bool frame(TouchFrame& out);  ///< false where no tick has been since the last one
+    /// Of the tool's contacts with the object that such a frame names. @pre the frame is of this touch
+    [[nodiscard]] std::vector<Foot> feet(const TouchFrame& frame) const;
     [[nodiscard]] const device::Capabilities& capabilities() const;
     [[nodiscard]] device::ServoCounters counters() const;
     [[nodiscard]] double force_limit() const;

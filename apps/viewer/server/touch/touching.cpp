@@ -1,6 +1,5 @@
 #include "viewer/server/touch/touching.h"
 
-#include "common/layer_name.h"
 #include "sqmap/device/open.h"
 #include "viewer/server/touch/tool.h"
 
@@ -14,6 +13,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t k_max_takes = 256;
+constexpr std::uint64_t k_feet_every = 3;  // frames: feet are for the eye
 
 }  // namespace
 
@@ -133,6 +133,7 @@ void Touching::set(const Settings& settings)
 {
     settings_ = settings;
     if (settings_.tool == ToolKind::Mesh && settings_.tool_object >= scene_.entries().size()) settings_.tool = ToolKind::Ball;
+    if (!has_wanted_force()) settings_.paper_force = false;
     ++tool_revision_;
     if (touch_ != nullptr && !touch_->adjust(settings_)) restart();
 }
@@ -185,11 +186,22 @@ std::size_t Touching::recorded() const
 
 void Touching::restart() { begin_or_restart(false); }
 
+/// False, and said to the pages, where the paper's force is wanted of objects that do not have it.
+bool Touching::has_wanted_force()
+{
+    std::vector<ObjectPtr> objects = scene_.objects();
+    if (const ObjectPtr held = held_object()) std::replace(objects.begin(), objects.end(), held, ObjectPtr());
+    if (!settings_.paper_force || has_paper_force(objects)) return true;
+    audience_.send_trouble("The paper's force is that of its own maps: bake all objects with them, or remove the others.");
+    return false;
+}
+
 /// Where there is a touch, or one is to begin.
 void Touching::begin_or_restart(bool begin)
 {
     const bool wanted = begin || touch_ != nullptr || device_ > 0;
     touch_.reset();
+    if (!has_wanted_force()) settings_.paper_force = false;
     if (!wanted || scene_.entries().empty()) return;
     frame_ = {};
     try {
@@ -228,9 +240,26 @@ void Touching::stream(std::uint64_t frame_number)
         out.push_back(static_cast<float>(x));
     for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
     for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu});
-    auto bytes = std::make_shared<std::string>(4 * out.size(), '\0');
-    std::memcpy(bytes->data(), out.data(), bytes->size());
+    stream_floats(out);
+    if (frame_number % k_feet_every == 0) stream_feet();
+}
+
+void Touching::stream_floats(const std::vector<float>& values)
+{
+    auto bytes = std::make_shared<std::string>(4 * values.size(), '\0');
+    std::memcpy(bytes->data(), values.data(), bytes->size());
     audience_.stream(bytes);
+}
+
+/// Once more where there are none any longer.
+void Touching::stream_feet()
+{
+    const std::vector<Foot> feet = touch_->feet(frame_);
+    if (feet.empty() && !feet_shown_) return;
+    feet_shown_ = !feet.empty();
+    std::vector<float> out{3, static_cast<float>(frame_.object), static_cast<float>(feet.size())};
+    for (const Foot& f : feet) out.insert(out.end(), {static_cast<float>(f.part), f.x, f.y, f.depth});
+    stream_floats(out);
 }
 
 void Touching::add_status(ordered_json& out) const
@@ -239,21 +268,7 @@ void Touching::add_status(ordered_json& out) const
     out["stopped"] = stopped_;
     out["device"] = device_;
     out["devices"] = devices_;
-    out["settings"] = {{"layer", app::layer_name(settings_.layer)},
-                       {"stiffness", settings_.stiffness},
-                       {"damping", settings_.damping},
-                       {"friction", settings_.friction},
-                       {"texture", settings_.texture},
-                       {"smoothing", settings_.smoothing},
-                       {"toolRadius", settings_.tool_radius},
-                       {"zone", settings_.zone},
-                       {"forceLimit", settings_.force_limit},
-                       {"tool", settings_.tool == ToolKind::Ball   ? ordered_json("ball")
-                                : settings_.tool == ToolKind::Hand ? ordered_json("hand")
-                                                                   : ordered_json(settings_.tool_object)},
-                       {"toolSize", settings_.tool_size},
-                       {"toolTurn", settings_.tool_turn},
-                       {"toolTilt", settings_.tool_tilt}};
+    out["settings"] = settings_json(settings_);
     out["toolRevision"] = tool_revision_;
     if (touch_ != nullptr) {
         const device::ServoCounters c = touch_->counters();

@@ -56,6 +56,9 @@ private:
     void move(ConnectionId connection, const Message& message);
     void drop_tool();
     void answer_again(const Call& call, bool now);
+    [[nodiscard]] bool has_wanted_force();
+    void stream_floats(const std::vector<float>& values);
+    void stream_feet();
     [[nodiscard]] std::size_t recorded() const;
     [[nodiscard]] ObjectPtr held_object() const;
 
@@ -69,7 +72,7 @@ private:
     Vec3d target_{};
     bool stopped_ = false;
     std::vector<std::shared_ptr<Take>> takes_;  ///< of the recording; the last one may still grow
-    bool recording_ = false;
+    bool recording_ = false, feet_shown_ = false;
     TouchFrame frame_{};
     nlohmann::ordered_json devices_ = nlohmann::ordered_json::array();
     std::vector<std::string> device_specs_;

@@ -24,6 +24,8 @@ function ramp(stops: number[], t: number): Rgb {
 export const errorColour = (t: number): Rgb => ramp([0xf3ead7, 0xf6c27a, 0xe9722f, 0xb01f24, 0x5e0a1e], t);
 /// Viridis.
 export const sequentialColour = (t: number): Rgb => ramp([0x440154, 0x3b528b, 0x21918c, 0x5ec962, 0xfde725], t);
+/// Black to white in even steps to the eye.
+export const greyColour = (t: number): Rgb => ramp([0x000000, 0xffffff], t);
 export const divergingColour = (t: number): Rgb => ramp([0x2166ac, 0x92c5de, 0xf7f7f7, 0xf4a582, 0xb2182b], (t + 1) / 2);
 export const MISSED: Rgb = [0.14, 0.34, 0.84];
 export const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
@@ -34,12 +36,18 @@ export interface Scale { title: string; ticks: [number, string][]; colour: (t: n
 
 const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.abs(x) < 0.01) ? x.toExponential(1) : Number(x.toPrecision(2)).toString());
 
+const MADE_UP: Rgb = [0.9, 0.42, 0.05], OF_THE_FILE: Rgb = [0.84, 0.86, 0.84];
+
 /// Colours a field as the legend says.
 export function colourField(kind: string, values: Float32Array): Scale {
-  if (kind === 'error') {
+  if (kind === 'made-up') {
+    const colour = (t: number) => (t > 0.5 ? MADE_UP : OF_THE_FILE);
+    return { title: 'Surface that a cure made up', colour, ticks: [[0, 'of the file'], [1, 'made up']], key: '', colours: Array.from(values, colour) };
+  }
+  if (kind === 'error' || kind === 'difference') {
     const at = (v: number) => Math.log(Math.max(v, 0.01) / 0.01) / Math.log(100);
     return {
-      title: 'Depth error of layer 3, % of R_max', colour: errorColour,
+      title: kind === 'error' ? 'Depth error of layer 3, % of R_max' : 'Depths of the two projections differ by, % of R_max', colour: errorColour,
       ticks: [[0, '< 0.01'], [0.5, '0.1'], [1, '> 1']], key: '',
       colours: Array.from(values, (v) => (v === -1 ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v)))),
     };

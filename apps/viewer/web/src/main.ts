@@ -10,8 +10,10 @@ import { notice, progressBox, showProgress, trouble } from './notices';
 import { card } from './panels/controls';
 import { costume } from './panels/dress';
 import { dialog, restoreLink, sharePanel, zone } from './panels/files';
+import { inspected } from './panels/inspect';
+import { pickBox } from './panels/look';
 import { count, factsBox } from './panels/models';
-import { mapCard } from './panels/parts';
+import { map, mapCard, showFeet } from './panels/parts';
 import { game } from './panels/recognise';
 import { hear, recorder } from './panels/recording';
 import { sound } from './panels/senses';
@@ -22,7 +24,7 @@ import { stopButton } from './stop';
 import { applyTheme, themeButton } from './theme';
 
 const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
-panel.append(notice, progressBox, dialog, mapCard, factsBox, modePanel, card('Timing', counters, pageCost), sharePanel);
+panel.append(notice, progressBox, dialog, mapCard, pickBox, factsBox, modePanel, card('Timing', counters, pageCost), sharePanel);
 main.append(stage, panel, charts.element);
 document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, connection, themeButton, stopButton), main, zone);
 
@@ -72,10 +74,11 @@ link.open({
     hear(f);
   },
   cloth(f) { costume.frame(f); },
+  feet: showFeet,
   progress: showProgress,
   trouble,
   connected,
 });
 
 // For the browser tests.
-Object.assign(window, { sqmap: { meter, world, hand, charts, game, link, costume, recorder, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });
+Object.assign(window, { sqmap: { meter, world, map, inspected, hand, charts, game, link, costume, recorder, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });

@@ -8,11 +8,13 @@ export interface Part {
 export interface ObjectFacts {
   name: string; hash: string; sphere: number[]; namesKept: boolean; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
-  place: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[];
+  place: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[]; cure: Cure | null;
+  twin: number | null;  ///< the object of the same mesh and the other projection
   id: number; revision: number; canUndo: boolean; canRedo: boolean;
 }
 export interface Settings {
-  layer: string; stiffness: number; damping: number; friction: number; texture: number; smoothing: number;
+  layer: string; tolerance: number; paperForce: boolean; stiffness: number; damping: number;
+  law: string; friction: number; fC: number; kF: number; texture: number; smoothing: number;
   toolRadius: number; zone: number; forceLimit: number;
   tool: string | number; toolSize: number; toolTurn: number; toolTilt: number;
 }
@@ -35,6 +37,9 @@ export interface ClothFrame {
   poses: Float32Array;      ///< 12 a bone: rows of the turn, shift
   positions: Float32Array;  ///< 3 a vertex
 }
+/// Contacts of the tool with an object, on the maps of its parts.
+export interface Feet { object: number; feet: { part: number; x: number; y: number; depth: number }[]; }
+export interface Cure { rung: string; input_to_result: Record<string, number>; result_to_input: Record<string, number>; made_up_share: number; }
 export interface Progress { name: string; stage: string; done: number; }
 
 export interface Handlers {
@@ -42,6 +47,7 @@ export interface Handlers {
   status(status: Status): void;
   frame(frame: Frame): void;
   cloth(frame: ClothFrame): void;
+  feet(feet: Feet): void;
   progress(progress: Progress): void;
   trouble(text: string): void;
   connected(yes: boolean): void;
@@ -70,6 +76,11 @@ export function readCloth(data: Float32Array): ClothFrame {
   };
 }
 
+export function readFeet(data: Float32Array): Feet {
+  const feet = Array.from({ length: data[2] }, (_, i) => ({ part: data[3 + 4 * i], x: data[4 + 4 * i], y: data[5 + 4 * i], depth: data[6 + 4 * i] }));
+  return { object: data[1], feet };
+}
+
 export class Link {
   private socket: WebSocket | null = null;
   private wait = 250;
@@ -90,7 +101,7 @@ export class Link {
       if (event.data instanceof ArrayBuffer) {
         const data = new Float32Array(event.data);
         meter.heard(event.data.byteLength);
-        meter.spend('message', () => { if (data[0] === 2) this.handlers.cloth(readCloth(data)); else this.handlers.frame(readFrame(data)); });
+        meter.spend('message', () => { if (data[0] === 2) this.handlers.cloth(readCloth(data)); else if (data[0] === 3) this.handlers.feet(readFeet(data)); else this.handlers.frame(readFrame(data)); });
         return;
       }
       const message = JSON.parse(event.data as string);
@@ -125,15 +136,21 @@ export async function fetchBytes(path: string): Promise<ArrayBuffer> {
   return reply.arrayBuffer();
 }
 
+export async function fetchJson<T>(path: string): Promise<T> {
+  const reply = await fetch(address(path));
+  if (!reply.ok) throw new Error(`${path}: ${(await reply.text()).trim()}`);
+  return reply.json() as Promise<T>;
+}
+
 export interface Verdict {
   accepted: boolean; verdict: string; code?: string; element?: string; message?: string; cure?: string; notes?: string[]; triangles?: number;
 }
 
 /// Sends a file; sent: share of it that is on its way, 0 to 1.
-export function upload(file: File, repair: '' | 'surface', sent: (share: number) => void): Promise<Verdict> {
+export function upload(file: File, repair: '' | 'surface', projection: string, sent: (share: number) => void): Promise<Verdict> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
-    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${repair ? `&repair=${repair}` : ''}`));
+    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${repair ? `&repair=${repair}` : ''}&projection=${projection}`));
     request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
     request.onload = () => {
       if (request.status === 413) {

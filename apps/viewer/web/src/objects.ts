@@ -86,6 +86,7 @@ export class Objects {
     const before = this.shown;
     this.shown = facts.map((f) => before.find((s) => s && s.id === f.id && s.revision === f.revision) ?? null);
     for (const s of before) if (s && !this.shown.includes(s)) this.remove(s);
+    for (const s of this.shown) s?.fields.delete('difference');  // it may have a twin now, or another
     await Promise.all(facts.map(async (f, i) => {
       if (this.shown[i]) return;
       const [mesh, superquadrics] = await Promise.all([fetchBytes(`/api/object/${i}/mesh`), fetchBytes(`/api/object/${i}/superquadrics`)]);
@@ -187,7 +188,7 @@ export class Objects {
     const starts = values.map((v) => { const at = next; next += v?.length ?? 0; return at; });
     await Promise.all(this.shown.map(async (s, i) => {
       if (!s) return;
-      const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited && this.facts[i].central;
+      const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited;
       const chosen = this.dims && this.selected?.object === i ? this.selected.part : -1;
       s.superquadrics.all.visible = this.withSuperquadrics && there;
       setOpacity(s.superquadrics, (p) => (chosen < 0 || chosen === p ? 0.42 : 0.16));
@@ -242,7 +243,7 @@ export class Objects {
 
   /// The program needs seconds for some: each arrives as it is ready, and onWait tells how many have.
   private async fields(kind: string): Promise<void> {
-    const missing = this.shown.flatMap((s, i) => (s?.surface && !s.fields.has(kind) ? [[s, i] as const] : []));
+    const missing = this.shown.flatMap((s, i) => (s?.surface && !s.fields.has(kind) && (kind !== 'difference' || this.facts[i].twin !== null) ? [[s, i] as const] : []));
     let done = 0;
     if (missing.length) this.onWait(kind, 0, missing.length);
     await Promise.all(missing.map(async ([s, i]) => {

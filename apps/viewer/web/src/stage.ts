@@ -21,9 +21,10 @@ export function showHint(text: string): void { hint.textContent = text; hint.hid
 /// Where a pointer is on the canvas, -1 to 1 each way, y up.
 export const ndc = (e: PointerEvent): [number, number] => { const b = canvas.getBoundingClientRect(); return [(2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height]; };
 
+const NOTES: Record<string, string> = { error: 'Blue: missed. Grey: too thin to say.', difference: '1 % of R_max below the surface. Blue: only one finds contact. Grey: neither does, or baked one way alone.' };
 world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {
-  const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature' };
+  const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature', 'made-up': 'made-up surface', difference: 'difference' };
   legend.hidden = false;
   fill(legend, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
 };
@@ -33,5 +34,5 @@ world.objects.onScale = (scale: Scale | null) => {
   if (!scale) { fill(legend, q2); return; }
   const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
   legend.replaceChildren(h('span', {}, scale.title), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
-    world.objects.colourBy === 'error' ? h('span', { class: 'note' }, 'Blue: missed. Grey: too thin to say.') : '', q2);
+    NOTES[world.objects.colourBy] ? h('span', { class: 'note' }, NOTES[world.objects.colourBy]) : '', q2);
 };

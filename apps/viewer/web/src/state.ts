@@ -1,6 +1,7 @@
 // What more than one panel reads: the newest word of the program, and what is chosen here. Whoever changes it says so with
 // changed(), and those that listen draw it.
 import type { Frame, ObjectFacts, Settings, Status } from './net';
+import type { Hit } from './objects';
 
 export type Mode = 'look' | 'touch' | 'recognise' | 'dress';
 export const MODES: Mode[] = ['look', 'touch', 'recognise', 'dress'];
@@ -10,7 +11,8 @@ export interface State {
   facts: ObjectFacts[];
   status: Status | null;
   selected: { object: number; part: number } | null;
-  settings: Settings;
+  pick: Hit | null;    ///< the place that was clicked
+  settings: Settings;  ///< nothing is meant until the program has said its own
   frame: Frame | null;  ///< the newest
   frames: number;       ///< since the page was opened
   playing: boolean;     ///< a round of recognition goes on: objects are hidden and not named
@@ -21,15 +23,16 @@ export const state: State = {
   facts: [],
   status: null,
   selected: null,
-  settings: { layer: 'auto', stiffness: 400, damping: 0.3, friction: 0.3, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 2, tool: 'ball', toolSize: 0.06, toolTurn: 0, toolTilt: 0 },
+  pick: null,
+  settings: { layer: 'tool', tolerance: 0, paperForce: false, stiffness: 0, damping: 0, law: 'coulomb', friction: 0, fC: 0, kF: 0, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 0, tool: 'ball', toolSize: 0, toolTurn: 0, toolTilt: 0 },
   frame: null,
   frames: 0,
   playing: false,
 };
 
-/// mode: another panel is shown; scene: facts; status: the program's; selected; playing.
-export type Change = 'mode' | 'scene' | 'status' | 'selected' | 'playing';
-const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], playing: [] };
+/// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing.
+export type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing';
+const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], pick: [], playing: [] };
 
 export function on(changes: Change[], listener: () => void): void { for (const change of changes) listeners[change].push(listener); }
 export function changed(change: Change): void { for (const listener of listeners[change]) listener(); }

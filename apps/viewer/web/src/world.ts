@@ -6,6 +6,7 @@ import type { ObjectFacts } from './net';
 import { fullRatio, Objects, type Hit } from './objects';
 import { Pace } from './pace';
 import { Tool } from './tool';
+import { Traces } from './traces';
 
 export class World {
   readonly renderer: THREE.WebGLRenderer;
@@ -14,6 +15,7 @@ export class World {
   private scene = new THREE.Scene();
   readonly objects: Objects;
   readonly tool: Tool;
+  readonly traces: Traces;
   readonly extra = new THREE.Group();  ///< the figure and its cloth
   private raycaster = new THREE.Raycaster();
   private ground: THREE.GridHelper;
@@ -43,6 +45,7 @@ export class World {
     this.scene.add(this.ground);
     this.objects = new Objects(this.scene, () => this.redraw());
     this.tool = new Tool(this.scene, () => this.redraw());
+    this.traces = new Traces(this.scene, () => this.redraw());
     this.scene.add(this.extra);
     this.camera.position.set(0.25, 0.2, 0.6);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as HTMLElement);

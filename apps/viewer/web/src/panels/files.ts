@@ -6,7 +6,7 @@ import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { MODES, on, state, type Mode } from '../state';
 import { setTheme, THEMES } from '../theme';
-import { card } from './controls';
+import { card, choice } from './controls';
 import { costume } from './dress';
 import { lookPanel } from './look';
 import { select } from './parts';
@@ -16,11 +16,13 @@ import { tellSettings } from './touch';
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
 const fileInput = h('input', { type: 'file', id: 'file', class: 'sr-only', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json', onchange: () => { const f = fileInput.files?.[0]; if (f) void drop(f); fileInput.value = ''; } });
 
+let projection = 'central';
 const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
 export const sharePanel = card('Files', h('div', { class: 'row wrap' },
   h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open a mesh …'), fileInput,
   h('button', { id: 'picture', onclick: async () => { const b = await world.picture(); if (b) save('sqmap.png', b, 'image/png'); } }, 'Picture'),
   h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link')),
+  choice('New meshes get', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', (v) => { projection = v; }, 'projection'),
   exportsRow);
 
 function showExports(): void {
@@ -40,7 +42,7 @@ async function drop(file: File, repair: '' | 'surface' = ''): Promise<void> {
   dialog.className = 'card verdict';
   dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
   try {
-    const v = await upload(file, repair, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
+    const v = await upload(file, repair, projection, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
     const good = v.accepted;
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
     fill(dialog, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),

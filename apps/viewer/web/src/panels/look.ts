@@ -5,15 +5,18 @@ import { panel } from '../layout';
 import { link } from '../net';
 import type { Hit } from '../objects';
 import { canvas, hint, ndc, world } from '../stage';
-import { state } from '../state';
+import { changed, on, state } from '../state';
 import { card, check, choice } from './controls';
+import { inspectBox } from './inspect';
 import { map, partBox, select } from './parts';
 
 const numbers = h('dl', { class: 'numbers', id: 'numbers' });
 
+const partCard = card('Part', partBox);
+partCard.hidden = true;
 export const lookPanel = h('div', {},
   card('Show',
-    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
+    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up by the cure'], ['difference', 'Difference of projections']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
     choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
     h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
       check('Superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
@@ -21,7 +24,11 @@ export const lookPanel = h('div', {},
       check('Map samples', false, (on) => { world.objects.withSamples = on; void world.objects.paint(); }, 'samples'),
       check('Offset (eq. 12)', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset'),
       check('Hidden (Q2)', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden'))),
-  card('Place and part', numbers, partBox));
+  partCard);
+/// Above the models: what was picked.
+export const pickBox = h('div', {}, card('Place', numbers), inspectBox);
+on(['mode', 'playing'], () => { pickBox.hidden = state.mode !== 'look' || state.playing; });
+on(['scene', 'selected'], () => { partCard.hidden = !state.selected; });
 
 function setNumbers(rows: [string, string][]): void {
   numbers.replaceChildren(...(rows.length ? rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]) : [h('dt', { class: 'whole' }, 'Click the object for its numbers.')]));
@@ -30,7 +37,8 @@ function setNumbers(rows: [string, string][]): void {
 function click(hit: Hit | null): void {
   if (state.playing) return;  // what is hidden is not told
   panel.scrollTop = 0;
-  if (!hit) { select(-1, -1); world.tool.mark(null); setNumbers([]); return; }
+  state.pick = hit;
+  if (!hit) { select(-1, -1); world.tool.mark(null); setNumbers([]); changed('pick'); return; }
   world.tool.mark(hit.point);
   const f = state.facts[hit.object];
   select(hit.object, hit.part);
@@ -41,6 +49,7 @@ function click(hit: Hit | null): void {
   if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of R_max`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
+  changed('pick');
   announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
 }
 
@@ -82,3 +91,15 @@ canvas.addEventListener('keydown', (e) => {
 map.onPoint = (p) => world.tool.mark(p);
 map.onPick = (p) => { if (state.selected) click(world.objects.nearest(state.selected.object, p)); };
 setNumbers([]);
+// What is not there is not offered; a place of an object that is gone, or has other parts now, is not picked any longer.
+let picked = '';
+const nameOf = (object: number): string => { const f = state.facts[object]; return f ? `${f.id}/${f.revision}` : ''; };
+on(['pick'], () => { picked = state.pick ? nameOf(state.pick.object) : ''; });
+on(['scene'], () => {
+  const colour = lookPanel.querySelector<HTMLSelectElement>('#colour')!;
+  for (const [kind, there] of [['made-up', state.facts.some((f) => f.cure !== null)], ['difference', state.facts.some((f) => f.twin !== null)]] as const) {
+    colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
+    if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
+  }
+  if (state.pick && nameOf(state.pick.object) !== picked) { state.pick = null; setNumbers([]); changed('pick'); }
+});

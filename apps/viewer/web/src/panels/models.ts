@@ -1,11 +1,18 @@
 // What is open: a line that stays in sight, and a list of the models.
 import { bytes, digits, h } from '../dom';
 import { factsLine, world } from '../stage';
+import type { ObjectFacts } from '../net';
 import { on, state } from '../state';
 import { select } from './parts';
 
 export const factsBox = h('div', { class: 'facts', id: 'facts' });
 export const count = (n: number): string => (n === 1 ? '1 part' : `${n} parts`);
+
+/// What was done to the file's surface, and how far that moved it; share of R_max.
+function cureWords(f: ObjectFacts): string {
+  const c = f.cure!, share = (x: number) => `${digits((100 * x * f.metresPerUnit) / f.rMax, 2)} %`;
+  return `${c.rung}: ${digits(100 * c.made_up_share, 2)} % of the surface is made up; moved: 99 % within ${share(c.result_to_input.p99)}, all within ${share(c.result_to_input.max)} of R_max from the file, and ${share(c.input_to_result.p99)}, ${share(c.input_to_result.max)} to it`;
+}
 
 /// Of the selected object, or of the only one, else of all.
 function showFactsLine(): void {
@@ -29,6 +36,8 @@ function showFacts(): void {
     const warn = f.measured.missed + f.measured.false > 0;
     return h('li', {}, title,
       h('span', {}, `${count(f.parts.length)}, ${f.edited ? '' : `${bytes(f.bytes.total)}, `}${f.triangles.toLocaleString('en')} faces`),
+      h('span', {}, `${f.central ? 'central maps' : 'the paper’s maps (normal)'}${f.exact ? ' and triangles' : ''}`),
+      f.cure && h('span', { class: 'cure' }, cureWords(f)),
       h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
         f.edited ? 'Bytes, certificates and errors are told once the parts are baked.' : `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}; 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });

@@ -2,15 +2,15 @@
 import { css, partColour } from '../colours';
 import { digits, fill, h } from '../dom';
 import { MapView } from '../map';
-import { link } from '../net';
+import { link, type Feet } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { changed, on, state } from '../state';
-import { card } from './controls';
+import { card, check } from './controls';
 
 export const partBox = h('div', { id: 'part' });
 export const map = new MapView();
-export const mapCard = card('Map of the part', map.element);
+export const mapCard = card('Map of the part', map.element, check('Grey, as in Fig. 4c', false, (on) => map.setGrey(on), 'map-grey'));
 
 /// -1: none.
 export function select(object: number, part: number): void {
@@ -55,11 +55,37 @@ function showPart(): void {
     edits, list);
   if (!p) map.clear('Select a part: click the object.');
   else if (f.edited) map.clear('Edited parts have a map once they are baked.');
-  else if (!f.central) map.clear('This model holds the paper’s own maps: sqmap render --what map draws them.');
-  else map.load(s.object, s.part, p.name).catch((e) => trouble(String(e)));
+  else showMap(s.object, s.part);
 }
 
-function showMapCard(): void { mapCard.hidden = state.mode !== 'look' || state.playing || !state.selected || state.selected.part < 0; }
+function showMap(object: number, part: number): void {
+  const f = state.facts[object];
+  map.load(object, part, `${f.id}/${f.revision}`, f.parts[part].name).catch((e) => trouble(String(e)));
+}
+
+/// In touch the map is that of the part which most contacts are on.
+function showMapCard(): void {
+  mapCard.hidden = state.playing || (state.mode !== 'touch' && (state.mode !== 'look' || !state.selected || state.selected.part < 0));
+  if (mapCard.hidden) return;
+  map.setFeet([]);
+  if (state.mode === 'look') showPart();
+  else map.clear('Touch an object: here is the map of the touched part, and on it the feet of the contacts.');
+}
+
+let feetPart = -1;
+export function showFeet({ object, feet }: Feet): void {
+  if (mapCard.hidden || state.mode !== 'touch') return;
+  const of = (part: number) => feet.filter((f) => f.part === part);
+  const f = state.facts[object];
+  if (!f || f.edited || !feet.length) { map.setFeet([]); return; }
+  const counts = new Map<number, number>();
+  for (const { part } of feet) counts.set(part, (counts.get(part) ?? 0) + 1);
+  const [most] = [...counts].sort((a, b) => b[1] - a[1])[0];
+  // At a border it does not go to and fro.
+  if (2 * (counts.get(feetPart) ?? 0) < (counts.get(most) ?? 0)) feetPart = most;
+  showMap(object, feetPart);
+  map.setFeet(of(feetPart));
+}
 
 on(['scene', 'selected'], showPart);
 on(['scene', 'selected', 'mode', 'playing'], showMapCard);

@@ -17,7 +17,31 @@ function slider(label: string, unit: string, range: [number, number, number], ge
   sliders.push({ set: () => { if (document.activeElement !== input) { input.value = String(get()); } show(); } });
   return h('label', { class: 'field slider' }, h('span', {}, label), input, read);
 }
-const layerChoice = choice('Layer', [['auto', 'As the tool needs'], ['2', '2: base map'], ['3', '3: refined map'], ['exact', 'Exact triangles']], 'auto', (v) => { state.settings.layer = v; tellSettings(); }, 'layer');
+const layerChoice = choice('Layer', [['tool', 'As the tool needs'], ['auto', 'Auto (tolerance)'], ['2', '2: base map'], ['3', '3: refined map'], ['gate', 'Gate k_L: 2 or 3'], ['exact', 'Exact triangles']], 'tool', (v) => { state.settings.layer = v; tellSettings(); showRows(); }, 'layer');
+const toleranceRow = slider('Tolerance', 'mm', [0, 2, 0.05], () => 1000 * state.settings.tolerance, (x) => { state.settings.tolerance = x / 1000; });
+const forceChoice = choice('Force', [['full', 'Full'], ['paper', 'The paper’s (eq. 26)']], 'full', (v) => {
+  state.settings.paperForce = v === 'paper';
+  state.settings.law = v === 'paper' ? 'paper' : 'coulomb';
+  tellSettings();
+  showRows();
+}, 'force-law');
+const lawChoice = choice('Friction', [['coulomb', 'Coulomb'], ['paper', 'The paper’s (eq. 33)'], ['none', 'None']], 'coulomb', (v) => { state.settings.law = v; tellSettings(); showRows(); }, 'law');
+const muRow = slider('Coefficient', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; });
+const printedRows = [slider('f_c', 'N', [0, 1, 0.02], () => state.settings.fC, (x) => { state.settings.fC = x; }), slider('k_f', '1/m', [0, 500, 10], () => state.settings.kF, (x) => { state.settings.kF = x; }),
+  h('p', { class: 'note' }, 'f_c (1 + k_f depth) against the motion, whatever the load; none at rest.')];
+function showRows(): void {
+  const s = state.settings;
+  toleranceRow.hidden = s.layer !== 'auto';
+  muRow.hidden = s.law !== 'coulomb';
+  for (const r of printedRows) r.hidden = s.law !== 'paper';
+  for (const [id, value] of [['layer', s.layer], ['law', s.law], ['force-law', s.paperForce ? 'paper' : 'full']]) {
+    const select = touchPanel.querySelector<HTMLSelectElement>(`#${id}`)!;
+    if (document.activeElement !== select) select.value = value;
+  }
+  // Objects with central maps do not have the paper's force; what is held does not count.
+  const others = state.facts.filter((_, i) => i !== s.tool);
+  touchPanel.querySelector<HTMLOptionElement>('#force-law option[value=paper]')!.disabled = others.some((f) => f.central);
+}
 const toolSelect = h('select', { id: 'tool', onchange: () => { const v = toolSelect.value; state.settings.tool = v === 'ball' || v === 'hand' ? v : Number(v); hand.letGo(); tellSettings(); showToolRows(); } });
 const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say: 'device', device: Number(deviceSelect.value) }) });
 const deviceTable = h('tbody', { id: 'devices' });
@@ -55,10 +79,10 @@ async function fetchTool(revision: number): Promise<void> {
 export const touchPanel = h('div', {},
   card('Feel', pressRead,
     slider('Stiffness', 'N/m', [50, 1500, 10], () => state.settings.stiffness, (x) => { state.settings.stiffness = x; }),
-    slider('Friction', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; }),
+    lawChoice, muRow, ...printedRows,
     slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * state.settings.texture, (x) => { state.settings.texture = x / 1000; }, false),
     slider('Damping', 'N s/m', [0, 2, 0.1], () => state.settings.damping, (x) => { state.settings.damping = x; }),
-    layerChoice),
+    layerChoice, toleranceRow, forceChoice),
   card('Tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
     slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * state.settings.zone, (x) => { state.settings.zone = x / 1000; }, false),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => state.settings.forceLimit, (x) => { state.settings.forceLimit = x; }, false),
@@ -101,7 +125,7 @@ on(['status'], () => {
   showToolRows();
   void fetchTool(s.toolRevision);
   sliders.forEach((x) => x.set());
-  (touchPanel.querySelector('#layer') as HTMLSelectElement).value = state.settings.layer;
+  showRows();
   if (deviceSelect.childElementCount !== s.devices.length && s.devices.length) {
     fill(deviceTable, ...s.devices.map((d) => h('tr', {}, h('td', {}, d.name), h('td', {}, `${d.here ? '✓' : '–'} ${d.state}`), h('td', {}, d.rate > 0 ? `${d.rate} Hz` : '–'), h('td', {}, d.limit > 0 ? `${digits(d.limit)} N` : '–'))));
     deviceSelect.replaceChildren(...s.devices.map((d, i) => h('option', { value: String(i), disabled: !d.here }, d.here ? d.name : `${d.name} (not here)`)));
@@ -113,6 +137,7 @@ on(['status'], () => {
   counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
 });
 on(['scene'], showTools);
+on(['scene'], showRows);
 
 /// After a lost connection the program knows of no tool and no grasp.
 export function again(): void { wasHeld = false; toolShown = -1; hand.again(); }
