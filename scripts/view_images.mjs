@@ -20,7 +20,7 @@ const models = ['normal', 'central'].map((projection) => {
 const program = spawn(sqmap, ['view', ...models], { stdio: ['ignore', 'pipe', 'inherit'] });
 const url = await new Promise((resolve) => { let text = ''; program.stdout.on('data', (d) => { text += d; const m = /http:\S+/.exec(text); if (m) resolve(m[0]); }); });
 const browser = await browserType.launch({ executablePath: chromium, args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
-const page = await browser.newPage({ viewport: { width: 1240, height: 1170 }, colorScheme: 'light' });
+const page = await browser.newPage({ viewport: { width: 1240, height: 1500 }, colorScheme: 'light' });
 await page.goto(url);
 await page.waitForSelector('body[data-ready]');
 // The middle of the first hand's palm.

@@ -74,7 +74,7 @@ function showAnswers(own: Answers, other: Answers | null): void {
   const notes = [...new Set(both.flatMap((b) => b.layers.flatMap((a) => a.status)))];
   const f = state.facts[state.pick!.object];
   fill(answers,
-    h('table', { class: 'answers' }, h('thead', {}, h('tr', {}, ...['Layer', ...(both.length > 1 ? ['Maps'] : []), 'Verdict', 'Depth, mm', 'Normal'].map((t) => h('th', { scope: 'col' }, t)))),
+    h('table', { class: 'answers' }, h('thead', {}, h('tr', {}, ...['Layer', ...(both.length > 1 ? ['Maps'] : []), 'Verdict', 'mm deep', 'Normal'].map((t) => h('th', { scope: 'col' }, t)))),
       // Both have the same triangles.
       h('tbody', {}, ...layers.flatMap((layer) => (layer === 'exact' ? [both[0]] : both).flatMap((b, i) => { const a = b.layers.find((x) => x.layer === layer); return a ? [row(b.projection, a, i === 0)] : []; })))),
     h('p', { class: 'note' }, `✓: proven.${notes.length ? ` *: ${notes.join('; ')}.` : ''} Maps: ${both.length > 1 ? 'central and normal (the paper’s), of the same mesh' : own.projection === 'normal' ? 'normal, the paper’s own' : 'central'}.`),
