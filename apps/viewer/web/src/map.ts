@@ -33,6 +33,8 @@ export class MapView {
   private known = new Map<string, MapData>();
   private request = 0;
   private shown = '';
+  private name = '';
+  private end = '';
   private at = -1;  ///< the marked cell
   private marked = false;
   private feet: MapFoot[] = [];
@@ -58,8 +60,8 @@ export class MapView {
     this.words.textContent = words;
   }
 
-  /// revision: maps of one are the same for good.
-  async load(object: number, part: number, revision: string, name: string): Promise<void> {
+  /// revision: maps of one are the same for good. end: the last words below the map.
+  async load(object: number, part: number, revision: string, [name, end]: [string, string]): Promise<void> {
     const request = ++this.request, key = `${revision}/${part}`;
     if (key === this.shown) return;
     let map = this.known.get(key);
@@ -73,23 +75,25 @@ export class MapView {
     this.at = -1;
     this.map = map;
     this.feet = [];
+    this.name = name;
+    this.end = end;
     this.paint();
-    this.say(name);
+    this.say();
   }
 
-  private say(name: string): void {
+  private say(): void {
     const map = this.map;
     if (!map) return;
     let none = false, cap = false;
     for (let i = 0; i < map.width * map.height; ++i) { none ||= map.cells[4 * i] === NO_SURFACE; cap ||= map.cells[4 * i] === CAP; }
-    this.words.textContent = `${name}. ${this.grey ? 'Black' : 'Dark'}: at the superquadric; ${this.grey ? 'white' : 'bright'}: ${digits(1000 * map.most)} mm below it${none ? `; ${this.grey ? 'blue' : 'grey'}: no surface on this ray` : ''}${cap ? '; brown: the ray starts inside the solid' : ''}. Point at it, click it.`;
+    this.words.textContent = `${this.name}. ${this.grey ? 'Black' : 'Dark'}: at the superquadric; ${this.grey ? 'white' : 'bright'}: ${digits(1000 * map.most)} mm below it${none ? `; ${this.grey ? 'blue' : 'grey'}: no surface on this ray` : ''}${cap ? '; brown: the ray starts inside the solid' : ''}. ${this.end}`;
   }
 
   /// White for far, as Fig. 4c has it, or in colours.
   setGrey(grey: boolean): void {
     this.grey = grey;
     this.paint();
-    this.say('The part');
+    this.say();
   }
 
   setFeet(feet: MapFoot[]): void { this.feet = feet; this.draw(-1); }

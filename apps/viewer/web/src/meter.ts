@@ -50,7 +50,8 @@ export class Meter {
   }
 
   drawn(calls: number, triangles: number): void { ++this.draws; this.calls = calls; this.triangles = triangles; }
-  heard(bytes: number): void { ++this.messages; this.bytes += bytes; this.lastBytes = bytes; }
+  /// every: one comes with every frame of the stream; others are counted, but no measure of a frame.
+  heard(bytes: number, every: boolean): void { ++this.messages; this.bytes += bytes; if (every) this.lastBytes = bytes; }
 
   cost(): Cost {
     const mean = (x: number[]) => (x.length ? x.reduce((a, b) => a + b, 0) / x.length : 0);

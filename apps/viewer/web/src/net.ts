@@ -100,7 +100,7 @@ export class Link {
     socket.onmessage = (event) => {
       if (event.data instanceof ArrayBuffer) {
         const data = new Float32Array(event.data);
-        meter.heard(event.data.byteLength);
+        meter.heard(event.data.byteLength, data[0] !== 3);
         meter.spend('message', () => { if (data[0] === 2) this.handlers.cloth(readCloth(data)); else if (data[0] === 3) this.handlers.feet(readFeet(data)); else this.handlers.frame(readFrame(data)); });
         return;
       }

@@ -44,8 +44,8 @@ function click(hit: Hit | null): void {
   select(hit.object, hit.part);
   const mm = (v: THREE.Vector3) => v.toArray().map((x) => (1000 * x).toFixed(1)).join(', ');
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
-  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Triangle', String(hit.triangle)], ['Point', `${mm(hit.point)} mm`],
-    ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]];
+  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
+  if (hit.triangle >= 0) rows.push(['Triangle', String(hit.triangle)], ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]);
   if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of R_max`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
@@ -89,7 +89,13 @@ canvas.addEventListener('keydown', (e) => {
   hint.hidden = true;
 });
 map.onPoint = (p) => world.tool.mark(p);
-map.onPick = (p) => { if (state.selected) click(world.objects.nearest(state.selected.object, p)); };
+map.onPick = (p) => {
+  const s = state.selected, f = s ? state.facts[s.object] : undefined;
+  if (state.mode !== 'look' || !s || !f) return;
+  const part = f.parts[s.part];
+  // Without triangles only the map knows the surface; below it is towards the middle of the part.
+  click(f.hasTriangles || !part ? world.objects.nearest(s.object, p) : { ...s, triangle: -1, point: p.clone(), normal: p.clone().sub(new THREE.Vector3(part.sphere[0], part.sphere[1], part.sphere[2])).normalize() });
+};
 setNumbers([]);
 // What is not there is not offered; a place of an object that is gone, or has other parts now, is not picked any longer.
 let picked = '';

@@ -60,7 +60,7 @@ function showPart(): void {
 
 function showMap(object: number, part: number): void {
   const f = state.facts[object];
-  map.load(object, part, `${f.id}/${f.revision}`, f.parts[part].name).catch((e) => trouble(String(e)));
+  map.load(object, part, `${f.id}/${f.revision}`, [f.parts[part].name, state.mode === 'look' ? 'Point at it, click it.' : 'Red: the feet of the contacts, larger where they are deeper.']).catch((e) => trouble(String(e)));
 }
 
 /// In touch the map is that of the part which most contacts are on.
