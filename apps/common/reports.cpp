@@ -17,17 +17,6 @@ ordered_json distribution_json(const bake::Distribution& d)
 
 }  // namespace
 
-ordered_json measured_json(const model::Measured& m)
-{
-    return {{"points", m.points},
-            {"missed", m.missed},
-            {"false_contacts", m.false_contacts},
-            {"eq35_percent", {{"mean", m.eq35_mean}, {"p99", m.eq35_p99}, {"max", m.eq35_max}}},
-            {"depth_percent", {{"median", m.depth_median}, {"p95", m.depth_p95}, {"p99", m.depth_p99}, {"max", m.depth_max}}},
-            {"normal_degrees_median", m.normal_median},
-            {"q2_percent", m.q2_share}};
-}
-
 ordered_json evaluation_json(const bake::Evaluation& e)
 {
     return {
@@ -56,15 +45,6 @@ void print_doubt(const model::Measured& m)
     if (model::is_doubtful(m))
         std::printf("W_LAYER3: %u of %u points on the wrong side on layer 3: use the exact layer, as auto and the page do\n",
                     m.missed + m.false_contacts, m.points);
-}
-
-nlohmann::ordered_json cure_json(const model::Cure& c)
-{
-    if (c.rung == model::Rung::AsItIs) return nullptr;
-    return {{"rung", c.rung == model::Rung::Closed ? "CLOSED" : "WRAPPED"},
-            {"input_to_result", {{"mean", c.from_mean}, {"p99", c.from_p99}, {"max", c.from_max}}},
-            {"result_to_input", {{"mean", c.to_mean}, {"p99", c.to_p99}, {"max", c.to_max}}},
-            {"made_up_share", c.made_up_share}};
 }
 
 const char* rung_suffix(const model::Cure& c)

@@ -8,13 +8,10 @@
 
 namespace sqmap::app {
 
-[[nodiscard]] nlohmann::ordered_json measured_json(const model::Measured& measured);
 [[nodiscard]] nlohmann::ordered_json evaluation_json(const bake::Evaluation& evaluation);
 /// The line that comes first of a model that may not be relied on below the exact layer; nothing of another.
 void print_doubt(const model::Measured& measured);
 void print_measured(const model::Measured& measured);
-/// Null of a mesh that was taken as it is, or repaired.
-[[nodiscard]] nlohmann::ordered_json cure_json(const model::Cure& cure);
 /// ", CLOSED" or ", WRAPPED", for a first line; empty otherwise.
 [[nodiscard]] const char* rung_suffix(const model::Cure& cure);
 void print_cure(const model::Cure& cure);

@@ -4,6 +4,7 @@
 #include "common/reports.h"
 #include "load_options.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/io/model_json.h"
 #include "sqmap/io/replace_file.h"
 
 #include <unistd.h>
@@ -44,7 +45,7 @@ ordered_json report_json(const bake::BakeResult& baked)
                                 {"map_bytes", p.map_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
-    out["measured"] = measured_json(baked.model.measured);
+    out["measured"] = ordered_json::parse(io::measured_json(baked.model.measured));
     return out;
 }
 

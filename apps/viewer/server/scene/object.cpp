@@ -4,6 +4,7 @@
 #include "sqmap/fit/fit.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/io/model_json.h"
 #include "sqmap/model/doubt.h"
 #include "sqmap/model/made_up.h"
 #include "sqmap/model/parse.h"
@@ -322,7 +323,7 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
              {"taper", {s.taper_x, s.taper_y}},
              {"bend", s.bend}});
     }
-    out["cure"] = app::cure_json(m.cure);
+    out["cure"] = ordered_json::parse(io::cure_json(m.cure));
     out["verdict"] = object.verdict;
     out["notes"] = object.notes;
     return out;

@@ -1,0 +1,132 @@
+#include "sqmap/io/model_json.h"
+
+#include "sqmap/io/model_file.h"
+#include "sqmap/model/parse.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace sqmap::io {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json array_of(const float* values, int count)
+{
+    ordered_json out = ordered_json::array();
+    for (int i = 0; i < count; ++i) out.push_back(values[i]);
+    return out;
+}
+
+ordered_json part_json(const model::Part& p, std::size_t index, const model::Header& h)
+{
+    ordered_json out;
+    out["part"] = index;
+    out["a1"] = p.a[0];
+    out["a2"] = p.a[1];
+    out["a3"] = p.a[2];
+    out["eps1"] = p.eps[0];
+    out["eps2"] = p.eps[1];
+    out["phi"] = p.euler[0];
+    out["theta"] = p.euler[1];
+    out["chi"] = p.euler[2];
+    out["tx"] = p.translation[0];
+    out["ty"] = p.translation[1];
+    out["tz"] = p.translation[2];
+    out["Kx"] = p.taper[0];
+    out["Ky"] = p.taper[1];
+    out["k"] = p.bend;
+    out["alpha"] = p.bend_angle;
+    out["rotation"] = {array_of(p.rotation, 3), array_of(p.rotation + 3, 3), array_of(p.rotation + 6, 3)};
+    // The same in the mesh's own units, for readers that hold the mesh.
+    out["mesh_units"] = {{"a", {p.a[0] * h.unit, p.a[1] * h.unit, p.a[2] * h.unit}},
+                         {"translation",
+                          {p.translation[0] * h.unit + h.origin[0], p.translation[1] * h.unit + h.origin[1],
+                           p.translation[2] * h.unit + h.origin[2]}},
+                         {"k", p.bend / h.unit},
+                         {"projection_centre",
+                          {p.chart_centre[0] * h.unit + h.origin[0], p.chart_centre[1] * h.unit + h.origin[1],
+                           p.chart_centre[2] * h.unit + h.origin[2]}}};
+    out["projection_centre"] = array_of(p.chart_centre, 3);
+    out["bounding_sphere"] = array_of(p.sphere, 4);
+    out["certificate"] = {{"largest_f", p.largest_f}, {"tolerance", p.tolerance}, {"bounding", p.largest_f <= 1.f}};
+    out["fit_fallback"] = model::is_fallback(p);
+    out["triangles"] = p.triangle_count;
+    out["vertices"] = p.vertex_count;
+    out["area"] = p.area;
+    out["base_cells"] = p.cell_count;
+    return out;
+}
+
+ordered_json json_of(const model::Measured& m)
+{
+    return {{"points", m.points},
+            {"missed", m.missed},
+            {"false_contacts", m.false_contacts},
+            {"eq35_percent", {{"mean", m.eq35_mean}, {"p99", m.eq35_p99}, {"max", m.eq35_max}}},
+            {"depth_percent", {{"median", m.depth_median}, {"p95", m.depth_p95}, {"p99", m.depth_p99}, {"max", m.depth_max}}},
+            {"normal_degrees_median", m.normal_median},
+            {"q2_percent", m.q2_share}};
+}
+
+/// Null of a mesh that was taken as it is, or repaired.
+ordered_json json_of(const model::Cure& c)
+{
+    if (c.rung == model::Rung::AsItIs) return nullptr;
+    return {{"rung", c.rung == model::Rung::Closed ? "CLOSED" : "WRAPPED"},
+            {"input_to_result", {{"mean", c.from_mean}, {"p99", c.from_p99}, {"max", c.from_max}}},
+            {"result_to_input", {{"mean", c.to_mean}, {"p99", c.to_p99}, {"max", c.to_max}}},
+            {"made_up_share", c.made_up_share}};
+}
+
+}  // namespace
+
+std::string model_json(const model::ModelView& m, std::size_t total)
+{
+    const SectionBytes bytes = section_bytes(m, total);
+    const bool central = !model::is_normal(m);
+    ordered_json out;
+    out["format_version"] = model::k_format_version;
+    char hash[20];
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(model::content_hash(m)));
+    out["content_hash"] = hash;
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.mesh_hash));
+    out["mesh_hash"] = m.mesh_hash == 0 ? ordered_json(nullptr) : ordered_json(hash);
+    out["made_by"] = m.made_by;
+    out["source"] = m.source;
+    out["projection"] = central ? "central" : "normal";
+    out["solid"] = m.header.solid != 0;
+    // Every part's certificate covers the caps that close it, and closed parts tile the solid.
+    const bool contained = std::all_of(m.parts.begin(), m.parts.end(), [](const model::Part& p) { return p.largest_f <= 1.f; });
+    out["certified"] = {{"triangles_contained", contained}, {"solid_covered", contained && m.header.solid != 0}};
+    out["self_intersecting"] = m.header.self_intersecting != 0;
+    out["origin"] = {m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+    out["unit"] = m.header.unit;
+    out["r_max"] = m.header.r_max * m.header.unit;
+    out["quantisation_percent"] = 100 * m.header.quantisation / m.header.r_max;
+    out["triangles"] = m.header.triangle_count;
+    out["vertices"] = m.header.vertex_count;
+    out["bytes"] = {{"total", bytes.total},
+                    {"superquadrics", bytes.superquadrics},
+                    {"map", bytes.map},
+                    {"normal_map", bytes.normal_map},
+                    {"locator", bytes.locator},
+                    {"exact_lists", bytes.exact},
+                    {"exact_mesh", bytes.mesh},
+                    {"distance", bytes.distance},
+                    {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
+    out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
+    out["cure"] = json_of(m.cure);
+    out["measured"] = json_of(m.measured);
+    out["parts"] = ordered_json::array();
+    for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
+    return out.dump(2);
+}
+
+std::string measured_json(const model::Measured& measured) { return json_of(measured).dump(2); }
+
+std::string cure_json(const model::Cure& cure) { return json_of(cure).dump(2); }
+
+}  // namespace sqmap::io
