@@ -78,12 +78,110 @@ ClosestPoint Bvh::closest_point(Vec3d p, double within) const
     return best;
 }
 
+/// Calls meet(first, count, to) for leaves whose box the ray meets before `to`, which meet may shorten; nearest boxes first where
+/// IsOrdered. False as soon as meet is.
+template <bool IsOrdered, class Meet>
+bool Bvh::walk(const Ray& ray, Meet&& meet) const
+{
+    const Vec3d inverse{1 / ray.direction.x, 1 / ray.direction.y, 1 / ray.direction.z};
+    struct Entry {
+        double t_in;
+        std::uint32_t first, count;
+    };
+    Entry stack[k_stack];
+    int size = 0;
+    double to = ray.to;
+    stack[size++] = {ray.from, 0, 0};
+    while (size > 0) {
+        const Entry at = stack[--size];
+        if (at.t_in > to) continue;
+        if (at.count > 0) {
+            if (!meet(at.first, at.count, to)) return false;
+            continue;
+        }
+        const Node& node = nodes_[at.first];
+        double t_in[k_width], t_out[k_width];
+        std::fill_n(t_in, k_width, ray.from);
+        std::fill_n(t_out, k_width, to);
+        for (int k = 0; k < 3; ++k) {
+            const double from = ray.origin[k], over = inverse[k];
+            for (int i = 0; i < k_width; ++i) {
+                const double t0 = (node.lo[k][i] - from) * over, t1 = (node.hi[k][i] - from) * over;
+                const double near = t1 < t0 ? t1 : t0, far = t0 < t1 ? t1 : t0;  // 0 times infinity rules nothing out
+                t_in[i] = near > t_in[i] ? near : t_in[i];
+                t_out[i] = far < t_out[i] ? far : t_out[i];
+            }
+        }
+        const int bottom = size;
+        for (int i = k_width; i-- > 0;) {
+            const bool is_empty = node.count[i] == 0 && node.first[i] == 0;
+            if (is_empty || t_in[i] > t_out[i] * (1 + 1e-12) + 1e-300) continue;
+            int slot = size++;
+            if constexpr (IsOrdered)  // farthest first onto the stack
+                for (; slot > bottom && stack[slot - 1].t_in < t_in[i]; --slot) stack[slot] = stack[slot - 1];
+            stack[slot] = {t_in[i], node.first[i], node.count[i]};
+        }
+    }
+    return true;
+}
+
+/// Signs are those of volumes over edges, which two triangles at an edge compute alike but for the sign: no ray passes between.
+std::optional<Bvh::Hit> Bvh::meet(const Ray& ray, std::uint32_t triangle) const
+{
+    const Triangle& tri = mesh_.triangles[triangle];
+    const Vec3d a = mesh_.vertices[tri[0]] - ray.origin, b = mesh_.vertices[tri[1]] - ray.origin,
+                c = mesh_.vertices[tri[2]] - ray.origin;
+    const double u = dot(ray.direction, cross(b, c)), v = dot(ray.direction, cross(c, a)), w = dot(ray.direction, cross(a, b));
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return std::nullopt;
+    const Vec3d normal = cross(b - a, c - a);
+    const double along = dot(ray.direction, normal), sum = u + v + w;
+    if (along == 0 || sum == 0) return std::nullopt;  // in its plane
+    const double t = dot(a, normal) / along;
+    if (!(t > ray.from && t < ray.to)) return std::nullopt;
+    return Hit{t, v / sum, w / sum, triangle, along < 0};
+}
+
+std::optional<Bvh::Hit> Bvh::first_hit(const Ray& ray) const
+{
+    std::optional<Hit> best;
+    walk<true>(ray, [&](std::uint32_t first, std::uint32_t count, double& to) {
+        for (std::uint32_t i = first; i < first + count; ++i)
+            if (const std::optional<Hit> hit = meet(ray, order_[i]);
+                hit && (!best || std::pair(hit->t, hit->triangle) < std::pair(best->t, best->triangle))) {
+                best = hit;
+                to = hit->t;
+            }
+        return true;
+    });
+    return best;
+}
+
+bool Bvh::meets_any(const Ray& ray) const
+{
+    return !walk<false>(ray, [&](std::uint32_t first, std::uint32_t count, double&) {
+        for (std::uint32_t i = first; i < first + count; ++i)
+            if (meet(ray, order_[i])) return false;
+        return true;
+    });
+}
+
+void Bvh::all_hits(const Ray& ray, std::vector<Hit>& out) const
+{
+    out.clear();
+    walk<false>(ray, [&](std::uint32_t first, std::uint32_t count, double&) {
+        for (std::uint32_t i = first; i < first + count; ++i)
+            if (const std::optional<Hit> hit = meet(ray, order_[i])) out.push_back(*hit);
+        return true;
+    });
+    std::sort(out.begin(), out.end(),
+              [](const Hit& l, const Hit& r) { return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle); });
+}
+
 bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) const
 {
     out.clear();
-    const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
     // False where the ray grazes one of so many triangles.
-    const auto meet = [&](std::uint32_t first, std::uint32_t count) {
+    const auto meet = [&](std::uint32_t first, std::uint32_t count, double&) {
         for (std::uint32_t i = first; i < first + count; ++i) {
             const Triangle& tri = mesh_.triangles[order_[i]];
             const Vec3d a = mesh_.vertices[tri[0]] - p, b = mesh_.vertices[tri[1]] - p, c = mesh_.vertices[tri[2]] - p;
@@ -100,31 +198,7 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
         }
         return true;
     };
-    std::uint32_t stack[k_stack];
-    int size = 0;
-    stack[size++] = 0;
-    while (size > 0) {
-        const Node& node = nodes_[stack[--size]];
-        double t_in[k_width] = {}, t_out[k_width];
-        std::fill_n(t_out, k_width, std::numeric_limits<double>::infinity());
-        for (int k = 0; k < 3; ++k) {
-            const double from = p[k], over = inverse[k];
-            for (int i = 0; i < k_width; ++i) {
-                const double t0 = (node.lo[k][i] - from) * over, t1 = (node.hi[k][i] - from) * over;
-                const double near = t1 < t0 ? t1 : t0, far = t0 < t1 ? t1 : t0;  // 0 times infinity rules nothing out
-                t_in[i] = near > t_in[i] ? near : t_in[i];
-                t_out[i] = far < t_out[i] ? far : t_out[i];
-            }
-        }
-        for (int i = k_width; i-- > 0;) {
-            const bool is_empty = node.count[i] == 0 && node.first[i] == 0;
-            if (is_empty || t_in[i] > t_out[i] * (1 + 1e-12) + 1e-300) continue;
-            if (node.count[i] == 0)
-                stack[size++] = node.first[i];
-            else if (!meet(node.first[i], node.count[i]))
-                return false;
-        }
-    }
+    if (!walk<false>({p, direction}, meet)) return false;
     std::sort(out.begin(), out.end(),
               [](const Crossing& l, const Crossing& r) { return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle); });
     return true;

@@ -1,16 +1,17 @@
-// Ray casting with Embree: a key light, a hemisphere of sky light dimmed by ambient occlusion (cast once a vertex, so
-// that it has no noise), lines at outlines and between groups, translucent layers composited front to back.
+// Ray casting by the meshes' own trees: a key light, a hemisphere of sky light dimmed by ambient occlusion (cast once a vertex,
+// so that it has no noise), lines at outlines and between groups, translucent layers composited front to back.
 #include "common/render/raycast.h"
 
+#include "sqmap/math/box.h"
+#include "sqmap/mesh/bvh.h"
 #include "sqmap/parallel/for_each.h"
-
-#include <embree3/rtcore.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 
 namespace sqmap::app {
@@ -18,9 +19,11 @@ namespace {
 
 using std::numbers::pi;
 
+constexpr std::uint32_t k_nothing = 0xffffffff;  // no layer
+
 /// What a sample saw first: where it changes between neighbours, a line is drawn.
 struct Seen {
-    std::uint32_t layer = RTC_INVALID_GEOMETRY_ID;
+    std::uint32_t layer = k_nothing;
     std::uint32_t group = 0;
     float depth = std::numeric_limits<float>::infinity();
 };
@@ -36,42 +39,63 @@ std::uint32_t cell_at(std::uint32_t detail, double u, double v)
     return i * (2 * detail - i) + 2 * j + (inverted ? 1 : 0);
 }
 
+/// The layers of a kind as one mesh with one tree.
+class Tree {
+public:
+    Tree(const std::vector<Layer>& layers, bool translucent)
+    {
+        for (std::uint32_t i = 0; i < layers.size(); ++i) {
+            if (layers[i].translucent != translucent) continue;
+            const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+            starts_.push_back({static_cast<std::uint32_t>(mesh_.triangles.size()), i});
+            mesh_.vertices.insert(mesh_.vertices.end(), layers[i].mesh.vertices.begin(), layers[i].mesh.vertices.end());
+            for (const mesh::Triangle& t : layers[i].mesh.triangles)
+                mesh_.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        }
+        if (!mesh_.triangles.empty()) bvh_.emplace(mesh_);
+    }
+    Tree(const Tree&) = delete;  // the tree refers to the mesh
+    Tree& operator=(const Tree&) = delete;
+
+    struct Found {
+        mesh::Bvh::Hit hit;  ///< triangle: of its layer
+        std::uint32_t layer;
+    };
+    [[nodiscard]] std::optional<Found> first(const mesh::Bvh::Ray& ray) const
+    {
+        std::optional<mesh::Bvh::Hit> hit;
+        if (bvh_) hit = bvh_->first_hit(ray);
+        if (!hit) return std::nullopt;
+        const auto after = std::upper_bound(starts_.begin(), starts_.end(), hit->triangle,
+                                            [](std::uint32_t triangle, const Start& s) { return triangle < s.triangle; });
+        hit->triangle -= (after - 1)->triangle;
+        return Found{*hit, (after - 1)->layer};
+    }
+    [[nodiscard]] bool meets_any(const mesh::Bvh::Ray& ray) const { return bvh_ && bvh_->meets_any(ray); }
+
+private:
+    struct Start {
+        std::uint32_t triangle, layer;
+    };
+    mesh::Mesh mesh_;
+    std::vector<Start> starts_;
+    std::optional<mesh::Bvh> bvh_;
+};
+
 class Scene {
 public:
-    /// Masks of rays: sky light and shadows ignore what is translucent.
-    static constexpr unsigned k_opaque = 1, k_translucent = 2;
-
-    explicit Scene(const std::vector<Layer>& layers)
-        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)), layers_(layers)
+    explicit Scene(const std::vector<Layer>& layers) : layers_(layers), opaque_(layers, false), translucent_(layers, true)
     {
-        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-        for (const Layer& layer : layers) {
-            RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-            auto* v = static_cast<float*>(
-                rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, layer.mesh.vertices.size()));
-            for (const Vec3d& p : layer.mesh.vertices)
-                for (int i = 0; i < 3; ++i) *v++ = static_cast<float>(p[i]);
-            auto* t = static_cast<std::uint32_t*>(
-                rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, layer.mesh.triangles.size()));
-            for (const mesh::Triangle& f : layer.mesh.triangles) t = std::copy(f.begin(), f.end(), t);
-            rtcSetGeometryMask(g, layer.translucent ? k_translucent : k_opaque);
-            rtcCommitGeometry(g);
-            rtcAttachGeometry(scene_, g);
-            rtcReleaseGeometry(g);
-        }
-        rtcCommitScene(scene_);
+        sqmap::Box box;
+        for (const Layer& layer : layers)
+            for (const Vec3d& p : layer.mesh.vertices) extend(box, p);
+        const double size = norm(box.hi - box.lo);
         for (const Layer& layer : layers) {
             normals_.push_back(corner_normals(layer.mesh));
-            sky_.push_back(layer.translucent ? std::vector<float>(layer.mesh.vertices.size(), 1.0f) : sky_light(layer.mesh));
+            sky_.push_back(layer.translucent ? std::vector<float>(layer.mesh.vertices.size(), 1.0f)
+                                             : sky_light(layer.mesh, size));
         }
     }
-    ~Scene()
-    {
-        rtcReleaseScene(scene_);
-        rtcReleaseDevice(device_);
-    }
-    Scene(const Scene&) = delete;
-    Scene& operator=(const Scene&) = delete;
 
     struct Hit {
         std::uint32_t layer, triangle, colour;
@@ -80,59 +104,31 @@ public:
         float sky;
     };
 
-    /// First surface of an opaque or of a translucent layer between `from` and `to`.
-    bool cast(Vec3d origin, Vec3d direction, unsigned mask, float from, float to, Hit& hit) const
+    enum class Kind { Opaque, Translucent };
+    /// First surface of the layers of a kind along a ray.
+    bool cast(Kind kind, const mesh::Bvh::Ray& ray, Hit& hit) const
     {
-        RTCRayHit rh = ray(origin, direction, from, to);
-        rh.ray.mask = mask;
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcIntersect1(scene_, &context, &rh);
-        if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-        const double u = rh.hit.u, v = rh.hit.v, w = 1 - u - v;
-        const auto& n = normals_[rh.hit.geomID][rh.hit.primID];
-        const mesh::Triangle& t = layers_[rh.hit.geomID].mesh.triangles[rh.hit.primID];
-        const std::vector<float>& sky = sky_[rh.hit.geomID];
-        const std::uint32_t detail = layers_[rh.hit.geomID].detail;
-        hit = {rh.hit.geomID,
-               rh.hit.primID,
-               rh.hit.primID * detail * detail + cell_at(detail, u, v),
-               rh.ray.tfar,
+        const std::optional<Tree::Found> found = (kind == Kind::Opaque ? opaque_ : translucent_).first(ray);
+        if (!found) return false;
+        const double u = found->hit.u, v = found->hit.v, w = 1 - u - v;
+        const std::uint32_t layer = found->layer, triangle = found->hit.triangle;
+        const auto& n = normals_[layer][triangle];
+        const mesh::Triangle& t = layers_[layer].mesh.triangles[triangle];
+        const std::vector<float>& sky = sky_[layer];
+        const std::uint32_t detail = layers_[layer].detail;
+        hit = {layer,
+               triangle,
+               triangle * detail * detail + cell_at(detail, u, v),
+               static_cast<float>(found->hit.t),
                normalized(w * n[0] + u * n[1] + v * n[2]),
                static_cast<float>(w * sky[t[0]] + u * sky[t[1]] + v * sky[t[2]])};
         return true;
     }
 
-    bool lit(Vec3d point, Vec3d towards) const
-    {
-        RTCRay r = ray(point, towards, 0, std::numeric_limits<float>::infinity()).ray;
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        r.mask = k_opaque;
-        rtcOccluded1(scene_, &context, &r);
-        return r.tfar >= 0;
-    }
+    /// Whether nothing opaque stands in between; translucent layers let light and sky through.
+    bool lit(const mesh::Bvh::Ray& ray) const { return !opaque_.meets_any(ray); }
 
 private:
-    static RTCRayHit ray(Vec3d origin, Vec3d direction, float from, float to)
-    {
-        RTCRayHit rh{};
-        rh.ray = {static_cast<float>(origin.x),
-                  static_cast<float>(origin.y),
-                  static_cast<float>(origin.z),
-                  from,
-                  static_cast<float>(direction.x),
-                  static_cast<float>(direction.y),
-                  static_cast<float>(direction.z),
-                  0,
-                  to,
-                  0xffffffffu,
-                  0,
-                  0};
-        rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        return rh;
-    }
-
     /// Area-weighted vertex normals, but only over triangles within 40 degrees: creases stay sharp.
     static std::vector<std::array<Vec3d, 3>> corner_normals(const mesh::Mesh& mesh)
     {
@@ -155,12 +151,9 @@ private:
     }
 
     /// Share of the sky that each vertex sees, cosine-weighted, within a quarter of the scene's size.
-    std::vector<float> sky_light(const mesh::Mesh& mesh) const
+    std::vector<float> sky_light(const mesh::Mesh& mesh, double size) const
     {
         constexpr int k_rays = 96;
-        RTCBounds box;
-        rtcGetSceneBounds(scene_, &box);
-        const float size = std::hypot(box.upper_x - box.lower_x, box.upper_y - box.lower_y, box.upper_z - box.lower_z);
         std::vector<Vec3d> normal(mesh.vertices.size());
         for (const auto& [a, b, c] : mesh.triangles) {
             const Vec3d n = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
@@ -175,21 +168,15 @@ private:
                 // Fibonacci points on the disc, lifted to the hemisphere: cosine-weighted.
                 const double r = std::sqrt((i + 0.5) / k_rays), angle = 2 * pi * i * (std::numbers::phi - 1);
                 const Vec3d d = r * std::cos(angle) * s + r * std::sin(angle) * t + std::sqrt(1 - r * r) * n;
-                RTCRay shadow = ray(mesh.vertices[v] + 2e-4 * size * n, d, 0, 0.25f * size).ray;
-                shadow.mask = k_opaque;
-                RTCIntersectContext context;
-                rtcInitIntersectContext(&context);
-                rtcOccluded1(scene_, &context, &shadow);
-                open += shadow.tfar >= 0;
+                open += lit({mesh.vertices[v] + 2e-4 * size * n, d, 0, 0.25 * size}) ? 1 : 0;
             }
             out[v] = static_cast<float>(open) / k_rays;
         }
         return out;
     }
 
-    RTCDevice device_;
-    RTCScene scene_;
     const std::vector<Layer>& layers_;
+    Tree opaque_, translucent_;
     std::vector<std::vector<std::array<Vec3d, 3>>> normals_;
     std::vector<std::vector<float>> sky_;
 };
@@ -284,7 +271,7 @@ Image with_lines(const Image& image, const std::vector<Seen>& seen, int samples)
                     const Seen& there = at(u, v);
                     if (there.layer != here.layer)
                         ink = std::max(ink, 0.75f);
-                    else if (here.layer != RTC_INVALID_GEOMETRY_ID) {
+                    else if (here.layer != k_nothing) {
                         if (there.group != here.group) ink = std::max(ink, 0.65f);
                         if (there.depth - here.depth > 0.02f * here.depth) ink = std::max(ink, 0.55f);
                     }
@@ -345,30 +332,30 @@ Image render(const std::vector<Layer>& layers, const View& view)
                          sy = (1 - 2 * (y + 0.5) / height) * camera.tan_half_y;
             const Vec3d direction = camera.forward + sx * camera.right + sy * camera.up;
             // What is opaque first: a translucent surface may lie right on it, and must not hide it from a later ray.
-            constexpr float k_infinity = std::numeric_limits<float>::infinity();
             Scene::Hit ground;
             Rgb behind = k_background;
-            float end = k_infinity;
-            if (scene.cast(camera.eye, direction, Scene::k_opaque, 0, k_infinity, ground)) {
+            double end = std::numeric_limits<double>::infinity();
+            if (scene.cast(Scene::Kind::Opaque, {camera.eye, direction}, ground)) {
                 const Layer& layer = layers[ground.layer];
                 const double facing = -dot(ground.normal, direction) / norm(direction);
                 const Vec3d normal = facing < 0 ? -ground.normal : ground.normal;
                 const Vec3d point = camera.eye + static_cast<double>(ground.depth) * direction;
                 const Vec3d lamp =
                     key + lamp_offset(x % view.samples + y % view.samples * view.samples, view.samples * view.samples, camera);
-                const bool in_light = !view.shadows || scene.lit(point + 1e-3 * ground.depth * normal, lamp);
+                const bool in_light = !view.shadows || scene.lit({point + 1e-3 * ground.depth * normal, lamp});
                 behind = shade(layer.colours[ground.colour], ground, normal, camera, key, in_light);
                 seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = {
                     ground.layer, layer.groups.empty() ? 0 : layer.groups[ground.triangle], ground.depth};
                 end = ground.depth;
             }
             Rgb colour{};
-            float through = 1, from = 0;
+            float through = 1;
+            double from = 0;
             Scene::Hit hit;
             constexpr int k_max_layers = 48;
-            for (int depth = 0; depth < k_max_layers && scene.cast(camera.eye, direction, Scene::k_translucent, from, end, hit);
-                 ++depth) {
-                from = hit.depth * (1 + 1e-5f);
+            for (int depth = 0;
+                 depth < k_max_layers && scene.cast(Scene::Kind::Translucent, {camera.eye, direction, from, end}, hit); ++depth) {
+                from = static_cast<double>(hit.depth) * (1 + 1e-5);
                 const double facing = -dot(hit.normal, direction) / norm(direction);
                 if (facing <= 0) continue;  // back of a translucent surface: nothing to add
                 // More opaque towards its rim, as thin glass is: the shape reads without hiding what is inside.

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,6 +40,25 @@ public:
     /// All crossings with t > 0, nearest first. False where the ray passes within rounding of an edge.
     bool ray_crossings(Vec3d origin, Vec3d direction, std::vector<Crossing>& out) const;
 
+    /// A ray: from origin + from direction to origin + to direction, mesh units.
+    struct Ray {
+        Vec3d origin, direction;
+        double from = 0, to = std::numeric_limits<double>::infinity();
+    };
+    /// Where a ray meets a triangle: at origin + t direction, which is (1 - u - v) a + u b + v c of its corners.
+    struct Hit {
+        double t = 0, u = 0, v = 0;
+        std::uint32_t triangle = 0;
+        bool entering = false;  ///< it meets the triangle's front
+    };
+    /// The first triangle that a ray meets, the least one of several at the same t. A ray through an edge or a corner of a closed
+    /// mesh meets a triangle there: nothing slips between two. Cost: O(log #triangles) as a rule.
+    [[nodiscard]] std::optional<Hit> first_hit(const Ray& ray) const;
+    /// Whether it meets any triangle. Cost: less than first_hit.
+    [[nodiscard]] bool meets_any(const Ray& ray) const;
+    /// All triangles that it meets, nearest first: both of an edge. Cost: as above, times their number.
+    void all_hits(const Ray& ray, std::vector<Hit>& out) const;
+
     /// Calls visit(triangle, closest_so_far_sq) -> double for every triangle whose box is nearer than the radius that
     /// visit returns; nearest boxes first.
     template <class Visit>
@@ -55,6 +75,9 @@ private:
         std::uint32_t count[k_width];  ///< triangles of a leaf, 0 for inner nodes
     };
 
+    template <bool IsOrdered, class Meet>
+    bool walk(const Ray& ray, Meet&& meet) const;
+    [[nodiscard]] std::optional<Hit> meet(const Ray& ray, std::uint32_t triangle) const;
     std::uint32_t build(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids);
     std::uint32_t halve(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids);
 

@@ -16,7 +16,7 @@ int main()
     const sqmap::io::MappedModel file("ball.sqmap");
     const sqmap::model::ModelView& model = file.view();
     const sqmap::query::PointResult contact = sqmap::query::query_point(model, {0, 0, 0.8});
-    // Rays of the normal map: they need the ray tracing library that the package must have found.
+    // Rays of the normal map.
     const sqmap::bake::MapRays rays(ball);
     const bool hit = rays.first_hit({0, 0, 3}, {0, 0, -1}, 0, 10).has_value();
     std::printf("contact %d, depth %.4f, ray hit %d\n", contact.contact, contact.depth, hit);
