@@ -3,6 +3,13 @@ install(TARGETS sqmap_runtime sqmap_parallel sqmap_io sqmap_build sqmap_device s
 if(TARGET sqmap_sim)
   install(TARGETS sqmap_sim EXPORT sqmapTargets FILE_SET HEADERS)
 endif()
+if(TARGET sqmap_c)
+  install(TARGETS sqmap_c EXPORT sqmapTargets FILE_SET HEADERS)
+  # The prefix by way of the file itself: what is installed may be moved.
+  file(RELATIVE_PATH SQMAP_PREFIX_OF_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+  configure_file(cmake/sqmap.pc.in ${PROJECT_BINARY_DIR}/sqmap.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/sqmap.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endif()
 install(EXPORT sqmapTargets NAMESPACE sqmap:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/sqmap)
 # Libraries, by name, that sqmap::hardware was built to link.
 get_property(SQMAP_HARDWARE_LIBRARIES GLOBAL PROPERTY SQMAP_HARDWARE_LIBRARIES)

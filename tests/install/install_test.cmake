@@ -1,5 +1,6 @@
 # Installs the built project to a folder of its own, builds consumers against it and runs them: one that bakes and
-# queries, one that only queries, one that drives a device, one that opens any device by name.
+# queries, one that only queries, one that drives a device, one that opens any device by name, and one in C, by find_package
+# and by pkg-config.
 # usage: cmake -DBUILD= -DWORK= -DCONSUMER= -DCONFIG= -DFLAGS= -P this
 file(REMOVE_RECURSE ${WORK})
 function(run)
@@ -24,3 +25,22 @@ foreach(components "runtime io build" "runtime io" "runtime io device" "runtime 
   endif()
   run(${WORK}/${name}/consumer)
 endforeach()
+
+file(GLOB library ${WORK}/prefix/lib*/libsqmap.so.0 ${WORK}/prefix/lib/*/libsqmap.so.0)
+if(library)
+  run(${CMAKE_COMMAND} -S ${CONSUMER}_c -B ${WORK}/c -G Ninja -DCMAKE_BUILD_TYPE=${CONFIG} -DCMAKE_PREFIX_PATH=${WORK}/prefix
+    -DCMAKE_C_FLAGS=${FLAGS})
+  run(${CMAKE_COMMAND} --build ${WORK}/c)
+  run(${WORK}/c/consumer)
+  find_program(PKG_CONFIG pkg-config)
+  if(PKG_CONFIG)
+    cmake_path(GET library PARENT_PATH folder)
+    execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${folder}/pkgconfig ${PKG_CONFIG} --cflags --libs sqmap
+      OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    separate_arguments(flags UNIX_COMMAND "${flags} ${FLAGS}")
+    run(cc -std=c11 -Wall -Wextra -pedantic -Werror ${CONSUMER}_c/main.c -o from_pkg_config ${flags} -Wl,-rpath,${folder})
+    run(${WORK}/from_pkg_config)
+  else()
+    message(STATUS "without pkg-config, the program in C is built by find_package alone")
+  endif()
+endif()

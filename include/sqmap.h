@@ -1,0 +1,430 @@
+// sqmap from C: bake closed triangle meshes into models, query them for contact and signed distance, compute forces.
+//
+// Shapes: points are rows of three doubles, x y z, one behind the other; a rotation is nine doubles, row by row.
+// Units: lengths are the mesh's own, angles radians; sessions are in metres, newtons and seconds.
+// Frames: the mesh's own where no pose is given, else the frame in which poses are given.
+// Structs: set `size` to sizeof the struct and everything else to zero; zero stands for the default. A program that was
+// compiled against another 0.x of this header goes on working: what it does not know stays at its default.
+// Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
+// exception leaves the library. A closed handle is an error (SQMAP_E_HANDLE), never a crash; pointers have to be right.
+// Threads: any number may query one model or probe at once, each into arrays of its own. Closing a handle, a workspace and a
+// session belong to one thread at a time. A handle may be closed while others that were made of it live on.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(SQMAP_BUILDS_LIBRARY)
+#define SQMAP_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define SQMAP_API __declspec(dllimport)
+#else
+#define SQMAP_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---------------------------------------------------------------------------------------------------- errors
+
+/// What a function returns.
+typedef enum sqmap_code {
+    SQMAP_OK = 0,
+    SQMAP_E_ARGUMENT = 1,   ///< a pointer, size or number that is not taken
+    SQMAP_E_HANDLE = 2,     ///< closed, or never opened
+    SQMAP_E_FILE = 3,       ///< cannot be read or written
+    SQMAP_E_MODEL = 4,      ///< no model, one that is cut short, or damaged
+    SQMAP_E_VERSION = 5,    ///< a model of another format version
+    SQMAP_E_MESH = 6,       ///< a mesh that is refused; sqmap_error.name says why: "E_OPEN"
+    SQMAP_E_CANCELLED = 7,  ///< by the progress callback
+    SQMAP_E_MISSING = 8,    ///< the model was baked without what the call needs
+    SQMAP_E_MEMORY = 9,
+    SQMAP_E_INTERNAL = 10  ///< an error of the library itself
+} sqmap_code;
+
+/// Why a call failed. Texts are never null.
+typedef struct sqmap_error {
+    size_t size;
+    int32_t code;         ///< sqmap_code
+    const char* name;     ///< the code as text: "E_ARGUMENT"; of a mesh the gate's own: "E_OPEN"
+    const char* element;  ///< where: "options.band", "face 12", a file's name
+    const char* message;  ///< what was found
+    const char* cure;     ///< what helps
+} sqmap_error;
+
+/// Of this thread's last call that failed; valid until its next one. Never null.
+SQMAP_API const sqmap_error* sqmap_last_error(void);
+/// "0.2.0". Any thread.
+SQMAP_API const char* sqmap_version(void);
+/// Format version of the models that are read and written. Any thread.
+SQMAP_API uint32_t sqmap_format_version(void);
+
+/// A text for the caller: up to `capacity` bytes are written to `text`, a final zero included; `needed` is what the whole takes.
+/// text may be null with capacity 0, to learn `needed`.
+typedef struct sqmap_text {
+    size_t size;
+    char* text;
+    size_t capacity;
+    size_t needed;
+} sqmap_text;
+
+// ---------------------------------------------------------------------------------------------------- models
+
+/// A baked model in memory. {0} is none.
+typedef struct sqmap_model {
+    uint64_t id;
+} sqmap_model;
+
+/// Triangles: nothing is promised about them.
+typedef struct sqmap_mesh {
+    size_t size;
+    const double* vertices;  ///< vertex_count x 3
+    size_t vertex_count;
+    const int64_t* triangles;  ///< triangle_count x 3, zero-based
+    size_t triangle_count;
+} sqmap_mesh;
+
+/// The highest rung of the ladder of cures for meshes that bound no solid.
+typedef enum sqmap_repair {
+    SQMAP_REPAIR_DEFAULT = 0,  ///< as SQMAP_REPAIR_WRAP
+    SQMAP_REPAIR_NONE = 1,
+    SQMAP_REPAIR_SAFE = 2,   ///< what leaves no doubt about the surface
+    SQMAP_REPAIR_CLOSE = 3,  ///< fill holes, stitch cracks
+    SQMAP_REPAIR_WRAP = 4    ///< a new surface around what is enclosed
+} sqmap_repair;
+
+/// Called with a stage's name and how much of it is done, 0 to 1, on the thread that bakes. Not zero: stop.
+typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done);
+
+/// How to bake. Zero: the default of sqmap bake.
+typedef struct sqmap_bake_options {
+    size_t size;
+    double target_error;      ///< percent of R_max, depth error of layer 3 at the 99th percentile; default 0.5
+    double band;              ///< percent of R_max within which signed distances are exact, to 100; default 5
+    double thickness;         ///< above 0: open meshes become plates this thick, mesh units
+    uint32_t max_parts;       ///< default 24
+    int32_t projection;       ///< 0 central, 1 the paper's normal projection
+    int32_t repair;           ///< sqmap_repair
+    int32_t accepts_surface;  ///< not zero: an open mesh is taken as a surface without inside
+    int32_t without_exact;    ///< not zero: leave out the exact layer, and with it the triangles
+    uint32_t threads;         ///< 0: one a core; the bytes do not depend on it
+    sqmap_progress progress;  ///< may be null
+    void* progress_context;
+    const char* source;  ///< what sqmap_info names as the model's source; may be null
+} sqmap_bake_options;
+
+/// Facts of a model; lengths in mesh units.
+typedef struct sqmap_facts {
+    size_t size;
+    double r_max;              ///< largest distance between two vertices
+    double band;               ///< within it signed distances are exact
+    double centre[3], radius;  ///< of a sphere that holds the object
+    uint64_t bytes;            ///< of the model file
+    uint32_t parts;
+    uint32_t vertices, triangles;  ///< of the baked mesh
+    int32_t is_solid;              ///< 0: a surface without inside
+    int32_t has_exact;             ///< the triangles are in the model
+    int32_t is_normal;             ///< of the normal projection
+    int32_t is_doubtful;           ///< layer 3 has wrong verdicts: take SQMAP_LAYER_EXACT or SQMAP_LAYER_AUTO
+} sqmap_facts;
+
+/// Maps a model file and verifies it. path: UTF-8.
+/// Errors: E_FILE, E_MODEL, E_VERSION. Cost: linear in the file.
+SQMAP_API sqmap_code sqmap_open(const char* path, sqmap_model* model);
+/// The same of a file's bytes in memory, which are copied. Errors: E_MODEL, E_VERSION.
+SQMAP_API sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_model* model);
+/// Bakes triangles. options may be null. The same mesh and options give the same bytes on any number of threads.
+/// Errors: E_MESH with the face, vertex or edge and a cure; E_ARGUMENT for options out of range; E_CANCELLED.
+/// Cost: seconds for some thousand triangles.
+SQMAP_API sqmap_code sqmap_bake(const sqmap_mesh* mesh, const sqmap_bake_options* options, sqmap_model* model);
+/// The same of a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. Errors: as sqmap_bake; E_MESH where it cannot be read.
+SQMAP_API sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, sqmap_model* model);
+/// Writes the model file; path is never partly written. Errors: E_FILE.
+SQMAP_API sqmap_code sqmap_save(sqmap_model model, const char* path);
+/// The bytes that sqmap_save writes; valid until the model is closed.
+SQMAP_API sqmap_code sqmap_bytes(sqmap_model model, const void** bytes, size_t* size);
+/// Facts of a model.
+SQMAP_API sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts);
+/// All that `sqmap info --json` prints: parts, certificates, bytes, measured error.
+SQMAP_API sqmap_code sqmap_info(sqmap_model model, sqmap_text* json);
+/// What the gate said of the mesh that was baked, a line each; empty of a model that was opened.
+SQMAP_API sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines);
+/// The baked triangles, in the order to which answers refer: vertices (sqmap_facts.vertices x 3), triangles and the part of each
+/// (sqmap_facts.triangles x 3 and x 1); each may be null. Errors: E_MISSING without the exact layer.
+SQMAP_API sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triangles, int32_t* parts);
+/// Closes a handle; {0} is passed over. What was made of the model goes on working.
+SQMAP_API sqmap_code sqmap_close_model(sqmap_model model);
+
+// ---------------------------------------------------------------------------------------------------- points
+
+/// x in the caller's frame = rotation x + translation. The rotation has to be proper.
+typedef struct sqmap_pose {
+    double rotation[9];
+    double translation[3];
+} sqmap_pose;
+
+/// What answers; each is slower than the one before it, and errs less.
+typedef enum sqmap_layer {
+    SQMAP_LAYER_DEFAULT = 0,  ///< as SQMAP_LAYER_3
+    SQMAP_LAYER_1 = 1,        ///< superquadrics: errs towards contact only
+    SQMAP_LAYER_2 = 2,        ///< one plane
+    SQMAP_LAYER_3 = 3,        ///< planes and maps
+    SQMAP_LAYER_EXACT = 4,    ///< the mesh's own triangles
+    SQMAP_LAYER_AUTO = 5      ///< the cheapest whose measured error is within `tolerance`, else exact
+} sqmap_layer;
+
+/// Bits of the status of answers.
+enum {
+    SQMAP_NOT_FINITE = 1,  ///< a point or pose is NaN or infinite: free, no contact; a distance is NaN
+    SQMAP_NO_EXACT = 2,    ///< baked without the exact layer: layer 3 answered
+    SQMAP_NO_SURFACE = 4,  ///< inside, but no surface is known above: depth 0, normal zero
+    SQMAP_FULL = 8,        ///< more contacts than there was space for: the rest is counted
+    SQMAP_MADE_UP = 16,    ///< the mesh was closed or wrapped, and the surface here made up
+    SQMAP_NOT_GIVEN = 128  ///< the model's projection does not give what the options name
+};
+
+/// How to query. Zero: the default.
+typedef struct sqmap_query_options {
+    size_t size;
+    int32_t layer;          ///< sqmap_layer
+    uint32_t threads;       ///< for batches; 0 and 1: this thread alone. The answers do not depend on it
+    double tolerance;       ///< of SQMAP_LAYER_AUTO, mesh units; 0: exact
+    double margin;          ///< the surface is moved out by so much, mesh units; slower
+    double band;            ///< signed distances are exact within it, mesh units; 0: as baked; infinite: everywhere
+    int32_t is_smooth;      ///< not zero: depth and normal of the smoothed map
+    int32_t is_first_only;  ///< not zero: probes and pairs stop at the first contact
+} sqmap_query_options;
+
+/// Points to be answered.
+typedef struct sqmap_points {
+    size_t size;
+    const double* xyz;  ///< count x 3
+    size_t count;
+    const sqmap_pose* pose;  ///< of the model in the points' frame; null: the points are in the mesh's own
+} sqmap_points;
+
+/// Where answers go: an array of `count` rows each; null for what is not wanted.
+typedef struct sqmap_contacts {
+    size_t size;
+    uint8_t* contact;  ///< 1: the point is inside
+    double* depth;     ///< penetration depth; 0 where free
+    double* normal;    ///< x 3: unit, outward at the closest point; zero where free
+    double* closest;   ///< x 3: the nearest surface point; the point itself where free
+    int32_t* part;     ///< that owns the closest point; -1 where free
+    uint8_t* certain;  ///< 1: the verdict is proven
+    uint8_t* status;   ///< bits
+    size_t contacts;   ///< written: how many points are inside
+} sqmap_contacts;
+
+/// Which points are inside, how deep, and in which direction out. options may be null.
+/// Cost: 0.1 to 1 us a point; no allocation and no lock on one thread.
+SQMAP_API sqmap_code sqmap_query_points(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                        sqmap_contacts* contacts);
+
+/// How a distance is known.
+enum {
+    SQMAP_KNOWN_EXACT = 0,
+    SQMAP_KNOWN_APPROXIMATE = 1,  ///< by layer 3, of a model without triangles
+    SQMAP_KNOWN_BOUND = 2         ///< the truth has this sign, is no nearer, and at most twice as far
+};
+
+/// Where answers go: an array of `count` rows each; null for what is not wanted.
+typedef struct sqmap_distances {
+    size_t size;
+    double* distance;  ///< to the nearest surface, negative inside; NaN of a point that is not finite
+    double* gradient;  ///< x 3: unit, away from the solid; zero of a bound
+    double* closest;   ///< x 3: the nearest surface point; the point itself of a bound
+    int32_t* part;     ///< that owns it; -1 of a bound
+    uint8_t* known;    ///< SQMAP_KNOWN_...
+    uint8_t* status;   ///< bits
+} sqmap_distances;
+
+/// Signed distances on both sides of the surface. options may be null; its layer, tolerance, margin and is_smooth are not read.
+/// Cost: below 1 us a point in batches; no allocation and no lock on one thread.
+SQMAP_API sqmap_code sqmap_signed_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                            sqmap_distances* distances);
+
+/// Where answers go: an array of `count` rows each; null for what is not wanted.
+typedef struct sqmap_closest {
+    size_t size;
+    double* closest;     ///< x 3: the nearest point of the triangles; NaN of a point that is not finite
+    double* distance;    ///< to it, never negative
+    uint32_t* triangle;  ///< its triangle, as sqmap_triangles counts; 0xffffffff of a point that is not finite
+} sqmap_closest;
+
+/// The nearest point of the model's triangles in double precision, at any distance. options may be null; only threads is read.
+/// Errors: E_MISSING without the exact layer. Cost: the first call builds a tree; then some us a point.
+SQMAP_API sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                          sqmap_closest* closest);
+
+// ---------------------------------------------------------------------------------------------------- probes and pairs
+
+/// Points prepared once, queried many times: the vertices of a tool. {0} is none.
+typedef struct sqmap_probe {
+    uint64_t id;
+} sqmap_probe;
+
+/// Prepares a probe; points.pose is not read. Errors: E_ARGUMENT for a point that is not finite. Cost: n log n.
+SQMAP_API sqmap_code sqmap_make_probe(const sqmap_points* points, sqmap_probe* probe);
+/// Closes a handle; {0} is passed over.
+SQMAP_API sqmap_code sqmap_close_probe(sqmap_probe probe);
+
+/// A point of a probe inside a model, in the frame of the poses.
+typedef struct sqmap_contact {
+    float point[3];   ///< the nearest surface point, from sqmap_contact_list.anchor
+    float normal[3];  ///< unit, outward
+    float depth;      ///< penetration depth
+    uint32_t index;   ///< of the probe's point
+    int16_t part;     ///< of the model
+    uint8_t certain;  ///< 1: the verdict is proven
+    uint8_t status;   ///< bits
+} sqmap_contact;
+
+/// Contacts of a probe.
+typedef struct sqmap_contact_list {
+    size_t size;
+    sqmap_contact* contacts;  ///< space for `capacity`; the caller's
+    size_t capacity;
+    size_t found;      ///< written: contacts there are; at most `capacity` of them stand in `contacts`
+    double anchor[3];  ///< written: what points are relative to
+    uint32_t status;   ///< written: bits
+} sqmap_contact_list;
+
+/// A body in the frame of the poses: its model is touched, its probe touches. Both are of one mesh; either may be {0}.
+typedef struct sqmap_body {
+    sqmap_model model;
+    sqmap_probe probe;
+    const sqmap_pose* pose;  ///< mesh frame -> that of the poses; null: the same
+} sqmap_body;
+
+/// Two bodies.
+typedef struct sqmap_bodies {
+    size_t size;
+    sqmap_body a, b;
+} sqmap_bodies;
+
+/// Which points of b's probe are inside a's model. options may be null.
+/// Cost: microseconds for thousands of points; no allocation, no lock.
+SQMAP_API sqmap_code sqmap_query_probe(const sqmap_bodies* bodies, const sqmap_query_options* options,
+                                       sqmap_contact_list* contacts);
+
+/// A vertex of one body in the other, in the frame of the poses.
+typedef struct sqmap_pair_contact {
+    double on_a[3], on_b[3];  ///< on_b = on_a - depth normal
+    float normal[3];          ///< unit, the direction in which b leaves a
+    float depth;
+    uint32_t index;     ///< of the vertex in its body's probe
+    int16_t part;       ///< of the other body's model
+    uint8_t vertex_of;  ///< 0: of a, 1: of b
+    uint8_t certain;    ///< 1: the verdict is proven
+    uint8_t is_mutual;  ///< 1: seen from both sides
+    uint8_t status;     ///< bits
+} sqmap_pair_contact;
+
+/// What pairs are computed in: one for each thread. {0} is none.
+typedef struct sqmap_workspace {
+    uint64_t id;
+} sqmap_workspace;
+
+/// Contacts of a pair.
+typedef struct sqmap_pair_list {
+    size_t size;
+    const sqmap_pair_contact* contacts;  ///< written: in the workspace, valid until its next query
+    size_t count;                        ///< written
+    size_t found;                        ///< written: in both directions, before those seen twice were merged
+    uint32_t status;                     ///< written: bits
+} sqmap_pair_list;
+
+/// contacts: the largest number that is found in one direction; what is beyond it is counted. Allocates.
+SQMAP_API sqmap_code sqmap_make_workspace(size_t contacts, sqmap_workspace* workspace);
+/// Closes a handle; {0} is passed over.
+SQMAP_API sqmap_code sqmap_close_workspace(sqmap_workspace workspace);
+/// Contacts of two bodies: each one's probe in the other's model, each contact once. options may be null.
+/// Cost: two probe queries; no allocation, no lock.
+SQMAP_API sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_options* options, sqmap_workspace workspace,
+                                      sqmap_pair_list* contacts);
+
+// ---------------------------------------------------------------------------------------------------- forces
+
+/// A tool that touches a model, and the safety filter before its device. Metres, newtons, seconds. {0} is none.
+/// This is research software, not a safety device.
+typedef struct sqmap_session {
+    uint64_t id;
+} sqmap_session;
+
+/// What is touched, with what, and what the device holds. Zero: the default.
+typedef struct sqmap_session_options {
+    size_t size;
+    double metres_per_unit;   ///< of the mesh; default 1
+    const sqmap_pose* pose;   ///< of the model in the world, its translation in metres; null: at the origin
+    double radius;            ///< of the tool, a ball, m; 0: a point
+    double stiffness;         ///< N/m; default 500
+    double damping;           ///< N s/m along the normal
+    double friction;          ///< Coulomb's, static; dynamic is three quarters of it; default 0.4, below 0: none
+    int32_t layer;            ///< sqmap_layer, 1 is answered by 2
+    double max_force;         ///< of the device, N; 0: unknown, 1 N
+    double max_torque;        ///< of the device, N m; 0: unknown, 0.05 N m
+    double continuous_force;  ///< of the device, N, root mean square over 10 s; 0: unknown
+    double force_limit;       ///< of the user, N; 0: 2 N or the device's, whichever is less
+    double torque_limit;      ///< of the user, N m; 0: 0.1 N m or the device's, whichever is less
+    int32_t has_dead_man;     ///< not zero: force only while sqmap_tick.is_held
+} sqmap_session_options;
+
+/// Bits of sqmap_tick.acts.
+enum {
+    SQMAP_TICK_STOP = 1,          ///< zero from now on, until SQMAP_TICK_RESUME
+    SQMAP_TICK_RESUME = 2,        ///< the user's act: clears STOP and faults
+    SQMAP_TICK_RESTART = 4,       ///< the scene changed: forces begin anew
+    SQMAP_TICK_HELD = 8,          ///< the dead-man switch is held
+    SQMAP_TICK_DISCONNECTED = 16  ///< the device is gone
+};
+
+/// One reading of the device.
+typedef struct sqmap_tick {
+    size_t size;
+    double time;         ///< s, monotonic: now
+    double sample_time;  ///< s, the same clock: when the device was read
+    uint64_t sequence;   ///< grows by one with every fresh reading: the same number is a stale one
+    sqmap_pose pose;     ///< of the tool in the world, metres
+    uint32_t acts;       ///< bits of SQMAP_TICK_...
+} sqmap_tick;
+
+/// What a tick gives.
+typedef struct sqmap_force {
+    size_t size;
+    double force[3], torque[3];  ///< for the device: N, N m about the tool, world axes; finite, within the limits
+    double commanded[3];         ///< N, before the safety filter
+    double depth;                ///< m
+    double normal[3];            ///< unit, outward; zero where free
+    uint32_t status;             ///< bits of haptic::StepStatus: 1 contact, 4 not finite, 256 teleport
+    uint32_t acted;              ///< bits of haptic::SafetyStep
+    uint32_t faults;             ///< bits of haptic::SafetyFault; any of them means zero until the user resumes
+    int32_t is_engaged;          ///< all that is commanded is sent, within limits
+} sqmap_force;
+
+/// A session on a model. Errors: E_ARGUMENT with the number and its range; limits that a filter refuses.
+SQMAP_API sqmap_code sqmap_make_session(sqmap_model model, const sqmap_session_options* options, sqmap_session* session);
+/// One tick: a pose in, the wrench for the device out. Where the call fails, and wherever anything is not finite, stale or
+/// faulty, force and torque are zero. No allocation, no lock. One thread at a time a session. Cost: some ten microseconds.
+SQMAP_API sqmap_code sqmap_tick_session(sqmap_session session, const sqmap_tick* tick, sqmap_force* force);
+
+/// A simulated stylus of 70 g in a hand that holds it as a pen; ticks of 1 ms, no clock. Rows of three doubles; positions, forces
+/// and depths may be null.
+typedef struct sqmap_simulation {
+    size_t size;
+    const double* targets;  ///< count x 3: where the hand wants to be at each tick, m
+    size_t count;
+    double* positions;  ///< count x 3: where the tool is, m
+    double* forces;     ///< count x 3: sent, N
+    double* depths;     ///< count: m
+} sqmap_simulation;
+
+/// Drives the session with a simulated device, in a time of its own that goes on from call to call.
+SQMAP_API sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulation* simulation);
+/// Closes a handle; {0} is passed over.
+SQMAP_API sqmap_code sqmap_close_session(sqmap_session session);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,81 @@
+#include "failure.h"
+
+#include "sqmap/io/model_file.h"
+#include "sqmap/mesh/error.h"
+
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <system_error>
+
+namespace sqmap::capi {
+namespace {
+
+/// Fixed texts: an error is kept without memory from anywhere.
+struct Kept {
+    std::array<char, 64> name{}, element{};
+    std::array<char, 768> message{}, cure{};
+    sqmap_error error{sizeof(sqmap_error), SQMAP_OK, name.data(), element.data(), message.data(), cure.data()};
+};
+
+thread_local Kept k_last;
+
+struct Texts {
+    const char *name, *element, *message, *cure;
+};
+
+const char* name_of(sqmap_code code)
+{
+    static constexpr std::array<const char*, 11> k_names{"OK",        "E_ARGUMENT", "E_HANDLE",  "E_FILE",
+                                                         "E_MODEL",   "E_VERSION",  "E_MESH",    "E_CANCELLED",
+                                                         "E_MISSING", "E_MEMORY",   "E_INTERNAL"};
+    return k_names[static_cast<std::size_t>(code)];
+}
+
+template <std::size_t Size>
+void put(std::array<char, Size>& to, const char* text)
+{
+    std::snprintf(to.data(), Size, "%s", text);
+}
+
+sqmap_code keep(sqmap_code code, const Texts& texts) noexcept
+{
+    put(k_last.name, texts.name == nullptr ? name_of(code) : texts.name);
+    put(k_last.element, texts.element);
+    put(k_last.message, texts.message);
+    put(k_last.cure, texts.cure);
+    k_last.error.code = code;
+    return code;
+}
+
+}  // namespace
+
+void refuse_null(const char* element) { throw Failure{SQMAP_E_ARGUMENT, element, "is a null pointer", "give an address"}; }
+
+sqmap_code caught() noexcept
+{
+    try {
+        throw;
+    } catch (const Failure& f) {
+        return keep(f.code, {f.name.empty() ? nullptr : f.name.c_str(), f.element.c_str(), f.message.c_str(), f.cure.c_str()});
+    } catch (const mesh::RefusedMesh& e) {
+        const mesh::Diagnosis& d = e.diagnosis();
+        return keep(SQMAP_E_MESH, {mesh::name_of(d.code), d.element.c_str(), d.message.c_str(), d.cure.c_str()});
+    } catch (const mesh::Error& e) {
+        return keep(SQMAP_E_ARGUMENT, {nullptr, "options", e.what(), "give a number within its range"});
+    } catch (const io::ModelFileError& e) {
+        return keep(SQMAP_E_FILE, {nullptr, "path", e.what(), "look at the folder, its rights and the space that is left"});
+    } catch (const std::bad_alloc&) {
+        return keep(SQMAP_E_MEMORY, {nullptr, "memory", "there is not enough of it", "take a smaller mesh or fewer points"});
+    } catch (const std::exception& e) {
+        return keep(SQMAP_E_INTERNAL, {nullptr, "sqmap", e.what(), "report it with the call and its arguments"});
+    } catch (...) {
+        return keep(SQMAP_E_INTERNAL, {nullptr, "sqmap", "an exception of unknown type", "report it with the call"});
+    }
+}
+
+}  // namespace sqmap::capi
+
+const sqmap_error* sqmap_last_error(void) { return &sqmap::capi::k_last.error; }

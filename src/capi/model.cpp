@@ -1,0 +1,300 @@
+// Models behind the C interface: opening, baking, saving, facts.
+#include "objects.h"
+#include "sqmap/bake/bake.h"
+#include "sqmap/io/model_json.h"
+#include "sqmap/io/read.h"
+#include "sqmap/io/replace_file.h"
+#include "sqmap/mesh/gate.h"
+#include "sqmap/model/doubt.h"
+#include "structs.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace sqmap::capi {
+namespace {
+
+/// Thrown through bake by the progress of a caller who wants no more.
+struct Cancelled {};
+
+[[noreturn]] void refuse_bytes(model::ParseStatus status, const std::string& element)
+{
+    const bool is_other = status == model::ParseStatus::WrongVersion;
+    throw Failure{is_other ? SQMAP_E_VERSION : SQMAP_E_MODEL, element, model::to_string(status),
+                  is_other ? "bake the mesh again with this version" : "bake the mesh again, or get the whole file"};
+}
+
+model::ModelView parsed(std::span<const std::byte> bytes, const std::string& element)
+{
+    model::ModelView view;
+    const model::ParseStatus status = model::parse(bytes, view);
+    if (status != model::ParseStatus::Ok) refuse_bytes(status, element);
+    return view;
+}
+
+/// Says why a file is not a model, which its bytes know best.
+[[noreturn]] void refuse_file(const char* path, const io::ModelFileError& error)
+{
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(path, ignored)) {
+        std::ifstream in(path, std::ios::binary);
+        const std::vector<char> text{std::istreambuf_iterator<char>(in), {}};
+        if (!text.empty()) (void)parsed(std::as_bytes(std::span(text)), path);
+    }
+    throw Failure{SQMAP_E_FILE, path, error.what(), "give the path of a model that can be read"};
+}
+
+io::MappedModel mapped(const char* path)
+{
+    try {
+        return io::MappedModel(path);
+    } catch (const io::ModelFileError& e) {
+        refuse_file(path, e);
+    }
+}
+
+mesh::Mesh mesh_of(const model::ModelView& view)
+{
+    if (!model::has_exact(view))
+        throw Failure{SQMAP_E_MISSING, "model", "was baked without its triangles", "bake it with the exact layer"};
+    mesh::Mesh mesh;
+    for (std::size_t v = 0; v + 2 < view.vertices.size(); v += 3)
+        mesh.vertices.push_back(model::to_mesh_units(view.header, model::vec3(&view.vertices[v])));
+    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
+        mesh.triangles.push_back(
+            {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
+    return mesh;
+}
+
+/// Polygons of either door: a caller's arrays or a file's.
+struct Input {
+    mesh::PolygonView polygons;
+    std::string source;
+};
+
+mesh::GateOptions gate_options(const sqmap_bake_options& o)
+{
+    mesh::GateOptions out;
+    switch (o.repair) {
+        case SQMAP_REPAIR_DEFAULT:
+        case SQMAP_REPAIR_WRAP:
+            break;
+        case SQMAP_REPAIR_NONE:
+            out.repair = mesh::Repair::None;
+            break;
+        case SQMAP_REPAIR_SAFE:
+            out.repair = mesh::Repair::Safe;
+            break;
+        case SQMAP_REPAIR_CLOSE:
+            out.repair = mesh::Repair::Close;
+            break;
+        default:
+            throw Failure{SQMAP_E_ARGUMENT, "options.repair", "is " + std::to_string(o.repair), "take one of sqmap_repair"};
+    }
+    out.accept_surface = o.accepts_surface != 0;
+    out.thickness = checked(o.thickness, 0, 1e300, "options.thickness");
+    return out;
+}
+
+bake::BakeOptions bake_options(const sqmap_bake_options& o)
+{
+    bake::BakeOptions out;
+    if (o.projection != 0 && o.projection != 1)
+        throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is " + std::to_string(o.projection), "take 0 or 1"};
+    if (o.threads > 1024)
+        throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
+    if (o.target_error != 0) out.target_error = checked(o.target_error, 1e-3, 100, "options.target_error");
+    if (o.band != 0) out.band = checked(o.band, 0, 100, "options.band");
+    if (o.max_parts != 0) out.max_parts = o.max_parts;
+    out.projection = o.projection == 1 ? model::Projection::Normal : model::Projection::Central;
+    out.exact = o.without_exact == 0;
+    out.threads = o.threads;
+    if (o.progress != nullptr)
+        out.progress = [&o](const char* stage, double done) {
+            if (o.progress(o.progress_context, stage, done) != 0) throw Cancelled{};
+        };
+    return out;
+}
+
+std::string notes_of(const mesh::GateResult& gate)
+{
+    std::string out;
+    for (const mesh::RepairNote& r : gate.repairs)
+        out += std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")\n";
+    for (const mesh::Warning& w : gate.warnings) out += std::string(mesh::name_of(w.kind)) + ": " + w.message + "\n";
+    return out;
+}
+
+std::shared_ptr<Model> baked(const Input& input, const sqmap_bake_options& o)
+{
+    bake::BakeOptions options = bake_options(o);
+    const mesh::GateResult gate = mesh::admit(input.polygons, gate_options(o));
+    if (gate.verdict == mesh::Admission::Refused) throw mesh::RefusedMesh(gate.diagnosis);
+    options.cured = bake::cured(gate.verdict, gate.made_up, gate.deviation);
+    try {
+        bake::BakeResult result = bake::bake(gate.mesh, gate.solid, options);
+        result.model.made_by = "libsqmap " SQMAP_VERSION;
+        result.model.source = o.source != nullptr ? o.source : input.source;
+        return std::make_shared<Model>(io::serialize(result.model), notes_of(gate));
+    } catch (const Cancelled&) {
+        throw Failure{SQMAP_E_CANCELLED, "progress", "the callback stopped the bake", "bake again"};
+    }
+}
+
+}  // namespace
+
+Surface::Surface(const model::ModelView& view) : mesh(mesh_of(view)), bvh(mesh) {}
+
+Model::Model(const char* path) : file_(mapped(path)), view_(file_->view()) {}
+
+Model::Model(std::vector<std::byte> bytes, std::string notes)
+    : bytes_(std::move(bytes)), notes_(std::move(notes)), view_(parsed(bytes_, "bytes"))
+{
+}
+
+const Surface& Model::surface() const
+{
+    std::call_once(once_, [this] { surface_ = std::make_unique<Surface>(view_); });
+    return *surface_;
+}
+
+Handles<Model, 1>& models()
+{
+    static auto& table = *new Handles<Model, 1>;
+    return table;
+}
+
+}  // namespace sqmap::capi
+
+using namespace sqmap;
+using capi::guarded;
+using capi::needed;
+
+const char* sqmap_version(void) { return SQMAP_VERSION; }
+
+uint32_t sqmap_format_version(void) { return model::k_format_version; }
+
+sqmap_code sqmap_open(const char* path, sqmap_model* model)
+{
+    return guarded([&] {
+        sqmap_model& out = needed(model, "model");
+        out = {};
+        out.id = capi::models().open(std::make_shared<capi::Model>(&needed(path, "path")));
+    });
+}
+
+sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_model* model)
+{
+    return guarded([&] {
+        sqmap_model& out = needed(model, "model");
+        out = {};
+        const auto* first = static_cast<const std::byte*>(bytes);
+        if (size > 0) (void)needed(first, "bytes");
+        out.id = capi::models().open(std::make_shared<capi::Model>(std::vector<std::byte>(first, first + size), std::string()));
+    });
+}
+
+sqmap_code sqmap_bake(const sqmap_mesh* mesh, const sqmap_bake_options* options, sqmap_model* model)
+{
+    return guarded([&] {
+        sqmap_model& out = needed(model, "model");
+        out = {};
+        const sqmap_mesh in = capi::taken(&needed(mesh, "mesh"), "mesh");
+        const sqmap_points points{sizeof(sqmap_points), in.vertices, in.vertex_count, nullptr};
+        if (in.triangle_count > 0xffffffffu / 3)
+            throw capi::Failure{SQMAP_E_ARGUMENT, "mesh.triangle_count", "is too large", "give the number of triangles"};
+        if (in.triangle_count > 0) (void)needed(in.triangles, "mesh.triangles");
+        std::vector<std::uint32_t> offsets(in.triangle_count + 1);
+        for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = static_cast<std::uint32_t>(3 * i);
+        const capi::Input input{{capi::rows(points, "mesh.vertices"), offsets, std::span(in.triangles, 3 * in.triangle_count)},
+                                "arrays"};
+        out.id = capi::models().open(capi::baked(input, capi::taken(options, "options")));
+    });
+}
+
+sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, sqmap_model* model)
+{
+    return guarded([&] {
+        sqmap_model& out = needed(model, "model");
+        out = {};
+        const io::ReadResult read = io::read_mesh_file(&needed(path, "path"));
+        if (read.error)
+            throw capi::Failure{SQMAP_E_MESH, read.error->element, read.error->message, read.error->cure, read.error->code};
+        const capi::Input input{{read.soup.positions, read.soup.polygon_offsets, read.soup.indices},
+                                std::filesystem::path(path).filename().string()};
+        out.id = capi::models().open(capi::baked(input, capi::taken(options, "options")));
+    });
+}
+
+sqmap_code sqmap_save(sqmap_model model, const char* path)
+{
+    return guarded([&] { io::replace_file(&needed(path, "path"), capi::model_of(model)->bytes()); });
+}
+
+sqmap_code sqmap_bytes(sqmap_model model, const void** bytes, size_t* size)
+{
+    return guarded([&] {
+        const std::span<const std::byte> all = capi::model_of(model)->bytes();
+        needed(bytes, "bytes") = all.data();
+        needed(size, "size") = all.size();
+    });
+}
+
+sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts)
+{
+    return guarded([&] {
+        sqmap_facts out = capi::taken(&needed(facts, "facts"), "facts");
+        const capi::Model& m = *capi::model_of(model);
+        const model::ModelView& view = m.view();
+        const model::Header& h = view.header;
+        out.r_max = h.r_max * h.unit;
+        out.band = static_cast<double>(view.distance.header.band) * h.unit;
+        const Vec3d centre = model::to_mesh_units(h, model::vec3(h.sphere));
+        for (int i = 0; i < 3; ++i) out.centre[i] = centre[i];
+        out.radius = static_cast<double>(h.sphere[3]) * h.unit;
+        out.bytes = m.bytes().size();
+        out.parts = static_cast<std::uint32_t>(view.parts.size());
+        out.vertices = h.vertex_count;
+        out.triangles = h.triangle_count;
+        out.is_solid = h.solid != 0 ? 1 : 0;
+        out.has_exact = model::has_exact(view) ? 1 : 0;
+        out.is_normal = model::is_normal(view) ? 1 : 0;
+        out.is_doubtful = model::is_doubtful(view.measured) ? 1 : 0;
+        capi::give(facts, out);
+    });
+}
+
+sqmap_code sqmap_info(sqmap_model model, sqmap_text* json)
+{
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        capi::give_text(json, io::model_json(m.view(), m.bytes().size()));
+    });
+}
+
+sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines)
+{
+    return guarded([&] { capi::give_text(lines, capi::model_of(model)->notes()); });
+}
+
+sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triangles, int32_t* parts)
+{
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        const mesh::Mesh mesh = capi::mesh_of(m.view());
+        for (std::size_t v = 0; vertices != nullptr && v < mesh.vertices.size(); ++v)
+            for (int k = 0; k < 3; ++k) vertices[3 * v + static_cast<std::size_t>(k)] = mesh.vertices[v][k];
+        for (std::size_t t = 0; triangles != nullptr && t < mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k) triangles[3 * t + k] = mesh.triangles[t][k];
+        for (std::size_t t = 0; parts != nullptr && t < mesh.triangles.size(); ++t)
+            parts[t] = static_cast<int32_t>(model::part_of_triangle(m.view(), t));
+    });
+}
+
+sqmap_code sqmap_close_model(sqmap_model model)
+{
+    return guarded([&] { capi::models().close(model.id); });
+}

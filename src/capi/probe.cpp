@@ -1,0 +1,132 @@
+// Probes and pairs behind the C interface: the library's own structs cross it, so that nothing is copied in a tick.
+#include "sqmap/query/probe.h"
+#include "objects.h"
+#include "sqmap/query/pair.h"
+#include "structs.h"
+
+#include <cstddef>
+#include <string>
+#include <type_traits>
+
+namespace sqmap::capi {
+namespace {
+
+using query::Contact;
+using query::PairContact;
+static_assert(sizeof(sqmap_contact) == sizeof(Contact) && offsetof(sqmap_contact, normal) == offsetof(Contact, normal) &&
+              offsetof(sqmap_contact, depth) == offsetof(Contact, depth) &&
+              offsetof(sqmap_contact, index) == offsetof(Contact, index) &&
+              offsetof(sqmap_contact, part) == offsetof(Contact, part) &&
+              offsetof(sqmap_contact, certain) == offsetof(Contact, certain) &&
+              offsetof(sqmap_contact, status) == offsetof(Contact, status) && sizeof(bool) == 1);
+static_assert(sizeof(sqmap_pair_contact) == sizeof(PairContact) &&
+              offsetof(sqmap_pair_contact, on_b) == offsetof(PairContact, on_b) &&
+              offsetof(sqmap_pair_contact, normal) == offsetof(PairContact, normal) &&
+              offsetof(sqmap_pair_contact, depth) == offsetof(PairContact, depth) &&
+              offsetof(sqmap_pair_contact, index) == offsetof(PairContact, index) &&
+              offsetof(sqmap_pair_contact, part) == offsetof(PairContact, part) &&
+              offsetof(sqmap_pair_contact, vertex_of) == offsetof(PairContact, vertex_of) &&
+              offsetof(sqmap_pair_contact, certain) == offsetof(PairContact, certain) &&
+              offsetof(sqmap_pair_contact, is_mutual) == offsetof(PairContact, mutual) &&
+              offsetof(sqmap_pair_contact, status) == offsetof(PairContact, status));
+
+/// A body of handles that are open; {0} stands for none.
+query::Body body_of(const sqmap_body& body)
+{
+    query::Body out;
+    if (body.model.id != 0) out.model = &model_of(body.model)->view();
+    if (body.probe.id != 0) out.probe = probes().find(body.probe.id).get();
+    out.pose = pose_of(body.pose);
+    return out;
+}
+
+}  // namespace
+
+Handles<query::Probe, 2>& probes()
+{
+    static auto& table = *new Handles<query::Probe, 2>;
+    return table;
+}
+
+Handles<query::PairWorkspace, 3>& workspaces()
+{
+    static auto& table = *new Handles<query::PairWorkspace, 3>;
+    return table;
+}
+
+}  // namespace sqmap::capi
+
+using namespace sqmap;
+using capi::guarded;
+using capi::needed;
+
+sqmap_code sqmap_make_probe(const sqmap_points* points, sqmap_probe* probe)
+{
+    return guarded([&] {
+        sqmap_probe& out = needed(probe, "probe");
+        out = {};
+        const std::span<const Vec3d> rows = capi::rows(capi::taken(&needed(points, "points"), "points"), "points.xyz");
+        if (rows.empty()) throw capi::Failure{SQMAP_E_ARGUMENT, "points.count", "is 0", "give at least one point"};
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            if (!is_finite(rows[i]))
+                throw capi::Failure{SQMAP_E_ARGUMENT, "point " + std::to_string(i), "is not finite", "leave it out"};
+        out.id = capi::probes().open(std::make_shared<query::Probe>(rows));
+    });
+}
+
+sqmap_code sqmap_close_probe(sqmap_probe probe)
+{
+    return guarded([&] { capi::probes().close(probe.id); });
+}
+
+sqmap_code sqmap_query_probe(const sqmap_bodies* bodies, const sqmap_query_options* options, sqmap_contact_list* contacts)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        sqmap_contact_list out = capi::taken(&needed(contacts, "contacts"), "contacts");
+        if (out.capacity > 0) (void)needed(out.contacts, "contacts.contacts");
+        const query::Body touched = capi::body_of(in.a), collider = capi::body_of(in.b);
+        const query::QueryOptions how = capi::query_options(capi::taken(options, "options"));
+        const query::ProbeResult result =
+            query::query_probe(touched, collider, how, {reinterpret_cast<query::Contact*>(out.contacts), out.capacity});
+        out.found = result.contacts;
+        for (int i = 0; i < 3; ++i) out.anchor[i] = result.anchor[i];
+        out.status = result.status;
+        capi::give(contacts, out);
+    });
+}
+
+sqmap_code sqmap_make_workspace(size_t contacts, sqmap_workspace* workspace)
+{
+    return guarded([&] {
+        sqmap_workspace& out = needed(workspace, "workspace");
+        out = {};
+        if (contacts < 1 || contacts > 100'000'000)
+            throw capi::Failure{SQMAP_E_ARGUMENT, "contacts", "is " + std::to_string(contacts),
+                                "give a number from 1 to 100,000,000"};
+        out.id = capi::workspaces().open(std::make_shared<query::PairWorkspace>(contacts));
+    });
+}
+
+sqmap_code sqmap_close_workspace(sqmap_workspace workspace)
+{
+    return guarded([&] { capi::workspaces().close(workspace.id); });
+}
+
+sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_options* options, sqmap_workspace workspace,
+                            sqmap_pair_list* contacts)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        sqmap_pair_list out = capi::taken(&needed(contacts, "contacts"), "contacts");
+        query::PairWorkspace& space = *capi::workspaces().find(workspace.id);
+        query::PairOptions how;
+        how.query = capi::query_options(capi::taken(options, "options"));
+        const query::PairResult result = query::query_pair(capi::body_of(in.a), capi::body_of(in.b), how, space);
+        out.contacts = reinterpret_cast<const sqmap_pair_contact*>(result.contacts.data());
+        out.count = result.contacts.size();
+        out.found = result.found;
+        out.status = result.status;
+        capi::give(contacts, out);
+    });
+}

@@ -1,0 +1,157 @@
+// Batches of points behind the C interface: contacts, signed distances, closest points.
+#include "objects.h"
+#include "sqmap/parallel/for_each.h"
+#include "sqmap/query/distance.h"
+#include "sqmap/query/point.h"
+#include "structs.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::capi {
+namespace {
+
+constexpr std::size_t k_batch = 4096;  ///< what query::distances shares work among
+
+/// Calls work(slice) for all of count, on this thread alone where it is one.
+template <class Work>
+void for_batches(std::size_t count, unsigned threads, Work&& work)
+{
+    if (threads > 1) return parallel::for_slices(count, k_batch, threads, std::forward<Work>(work));
+    for (std::size_t first = 0; first < count; first += k_batch) work(parallel::Slice{first, std::min(k_batch, count - first)});
+}
+
+template <class T, class Get>
+void fill(T* target, parallel::Slice slice, Get&& get)
+{
+    if (target == nullptr) return;
+    for (std::size_t i = 0; i < slice.count; ++i) target[slice.first + i] = static_cast<T>(get(i));
+}
+
+template <class Get>
+void fill_rows(double* target, parallel::Slice slice, Get&& get)
+{
+    if (target == nullptr) return;
+    for (std::size_t i = 0; i < slice.count; ++i) {
+        const Vec3d v = get(i);
+        double* const row = target + 3 * (slice.first + i);
+        row[0] = v.x;
+        row[1] = v.y;
+        row[2] = v.z;
+    }
+}
+
+struct Batch {
+    std::span<const Vec3d> points;
+    Pose pose;
+};
+
+Batch batch_of(const sqmap_points* points)
+{
+    const sqmap_points in = taken(&needed(points, "points"), "points");
+    return {rows(in, "points.xyz"), pose_of(in.pose)};
+}
+
+std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_query_options& o, const sqmap_contacts& out)
+{
+    const query::QueryOptions options = query_options(o);
+    std::atomic<std::size_t> contacts{0};
+    for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
+        constexpr std::size_t k_few = 256;  // that stay in the first cache
+        std::array<query::PointResult, k_few> answers;
+        for (std::size_t done = 0; done < slice.count; done += k_few) {
+            const parallel::Slice few{slice.first + done, std::min(k_few, slice.count - done)};
+            contacts += query::query_points(body, batch.points.subspan(few.first, few.count), options, answers);
+            const auto at = [&](std::size_t i) -> const query::PointResult& { return answers[i]; };
+            fill(out.contact, few, [&](std::size_t i) { return at(i).contact; });
+            fill(out.depth, few, [&](std::size_t i) { return at(i).depth; });
+            fill_rows(out.normal, few, [&](std::size_t i) { return at(i).normal; });
+            fill_rows(out.closest, few, [&](std::size_t i) { return at(i).point; });
+            fill(out.part, few, [&](std::size_t i) { return at(i).part; });
+            fill(out.certain, few, [&](std::size_t i) { return at(i).certain; });
+            fill(out.status, few, [&](std::size_t i) { return at(i).status; });
+        }
+    });
+    return contacts;
+}
+
+void answer(const query::Body& body, const Batch& batch, const sqmap_query_options& o, const sqmap_distances& out)
+{
+    const double band =
+        o.band == 0 ? query::k_baked_band : checked(o.band, 0, std::numeric_limits<double>::infinity(), "options.band");
+    for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
+        std::array<query::SignedDistance, k_batch> answers;
+        query::distances(body, batch.points.subspan(slice.first, slice.count), answers, band);
+        const auto at = [&](std::size_t i) -> const query::SignedDistance& { return answers[i]; };
+        fill(out.distance, slice, [&](std::size_t i) {
+            return (at(i).status & query::k_not_finite) != 0 ? std::numeric_limits<double>::quiet_NaN() : at(i).distance;
+        });
+        fill_rows(out.gradient, slice, [&](std::size_t i) { return at(i).gradient; });
+        fill_rows(out.closest, slice, [&](std::size_t i) { return at(i).point; });
+        fill(out.part, slice, [&](std::size_t i) { return at(i).part; });
+        fill(out.known, slice, [&](std::size_t i) { return static_cast<std::uint8_t>(at(i).known); });
+        fill(out.status, slice, [&](std::size_t i) { return at(i).status; });
+    });
+}
+
+void answer(const Surface& surface, const Batch& batch, const sqmap_query_options& o, const sqmap_closest& out)
+{
+    constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
+    const Pose back = inverse(batch.pose);
+    for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
+        for (std::size_t i = slice.first; i < slice.first + slice.count; ++i) {
+            const Vec3d p = batch.points[i];
+            mesh::ClosestPoint found{{k_nan, k_nan, k_nan}, 0xffffffff, k_nan};
+            if (is_finite(p)) {
+                found = surface.bvh.closest_point(apply(back, p));
+                found.point = apply(batch.pose, found.point);
+            }
+            const parallel::Slice one{i, 1};
+            fill_rows(out.closest, one, [&](std::size_t) { return found.point; });
+            fill(out.distance, one, [&](std::size_t) { return found.distance; });
+            fill(out.triangle, one, [&](std::size_t) { return found.triangle; });
+        }
+    });
+}
+
+}  // namespace
+}  // namespace sqmap::capi
+
+using namespace sqmap;
+using capi::guarded;
+using capi::needed;
+
+sqmap_code sqmap_query_points(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                              sqmap_contacts* contacts)
+{
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        const capi::Batch batch = capi::batch_of(points);
+        sqmap_contacts out = capi::taken(&needed(contacts, "contacts"), "contacts");
+        out.contacts = capi::answer({&m.view(), nullptr, batch.pose}, batch, capi::taken(options, "options"), out);
+        capi::give(contacts, out);
+    });
+}
+
+sqmap_code sqmap_signed_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                  sqmap_distances* distances)
+{
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        const capi::Batch batch = capi::batch_of(points);
+        const sqmap_distances out = capi::taken(&needed(distances, "distances"), "distances");
+        capi::answer({&m.view(), nullptr, batch.pose}, batch, capi::taken(options, "options"), out);
+    });
+}
+
+sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                sqmap_closest* closest)
+{
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        const capi::Batch batch = capi::batch_of(points);
+        const sqmap_closest out = capi::taken(&needed(closest, "closest"), "closest");
+        capi::answer(m.surface(), batch, capi::taken(options, "options"), out);
+    });
+}

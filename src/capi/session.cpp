@@ -1,0 +1,232 @@
+// Forces behind the C interface: one zone, one touched model, and the safety filter, which no caller goes around.
+#include "objects.h"
+#include "sqmap/device/servo.h"
+#include "sqmap/device/simulated.h"
+#include "sqmap/haptic/safety.h"
+#include "sqmap/haptic/step.h"
+#include "structs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+namespace sqmap::capi {
+namespace {
+
+constexpr double k_period = 1e-3;
+
+/// A number of the caller's, or the default for zero.
+double or_default(double value, double standard, double max, const char* element)
+{
+    return value == 0 ? standard : checked(value, 0, max, element);
+}
+
+haptic::Zone zone_of(const sqmap_session_options& o)
+{
+    haptic::Zone zone;
+    haptic::ZoneOptions& z = zone.options;
+    const double radius = checked(o.radius, 0, 1, "options.radius");
+    z.averaging = radius > 0 ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
+    if (radius > 0) z.smoothing = haptic::ball_of(radius);
+    z.stiffness = or_default(o.stiffness, z.stiffness, 1e5, "options.stiffness");
+    z.damping = checked(o.damping, 0, 1e4, "options.damping");
+    z.layer = layer_of(o.layer);
+    return zone;
+}
+
+haptic::Material material_of(double friction)
+{
+    haptic::Material material;
+    if (friction == 0) return material;
+    material.mu_static = friction < 0 ? 0 : checked(friction, 0, 10, "options.friction");
+    material.mu_dynamic = 0.75 * material.mu_static;
+    return material;
+}
+
+haptic::SafetyFilter filter_of(const sqmap_session_options& o)
+{
+    haptic::DeviceLimits device;
+    device.max_force = o.max_force;
+    device.max_torque = o.max_torque;
+    device.continuous_force = o.continuous_force;
+    haptic::SafetyOptions options;
+    if (o.force_limit != 0) options.force_limit = o.force_limit;
+    if (o.torque_limit != 0) options.torque_limit = o.torque_limit;
+    options.dead_man = o.has_dead_man != 0;
+    haptic::SafetyFilter filter(device, options);
+    if (filter.verdict() != haptic::SetupVerdict::Ok)
+        throw Failure{SQMAP_E_ARGUMENT, "options", haptic::describe(filter.verdict()), "give limits that the device holds"};
+    return filter;
+}
+
+void put(double* target, Vec3d v)
+{
+    for (int i = 0; i < 3; ++i) target[i] = v[i];
+}
+
+}  // namespace
+
+/// Not movable: the zone points to the probe, the touched body to the view.
+class Session {
+public:
+    Session(std::shared_ptr<Model> model, const sqmap_session_options& o)
+        : model_(std::move(model)),
+          view_(haptic::in_metres(model_->view(), or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit"))),
+          zone_(zone_of(o)),
+          probe_(haptic::stencil_points(zone_.options.smoothing)),
+          touched_{&view_, pose_of(o.pose), {}, material_of(o.friction)},
+          state_(pointed(zone_, probe_)),
+          filter_(filter_of(o))
+    {
+        tool_.reset({});
+    }
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    /// Total: what is not finite gives zero and a status bit.
+    sqmap_force tick(const sqmap_tick& in) noexcept
+    {
+        sqmap_force out{};
+        const double dt = in.time - time_;
+        time_ = in.time;
+        const Pose pose = pose_as_given(in.pose);
+        haptic::Wrench commanded, sent;
+        const haptic::StepResult step = haptic::step(
+            state_, {.touched = {&touched_, 1}, .poses = {&pose, 1}, .dt = dt > 0 && dt < 1 ? dt : k_period}, {&commanded, 1});
+        const haptic::ZoneReport& zone = state_.report(0);
+        haptic::SafetyInput safety;
+        safety.time = in.time;
+        safety.sample_time = in.sample_time;
+        safety.sequence = in.sequence;
+        safety.poses = {&pose, 1};
+        safety.commanded = {&commanded, 1};
+        safety.pushes = {&zone.push, 1};
+        safety.connected = (in.acts & SQMAP_TICK_DISCONNECTED) == 0;
+        safety.held = (in.acts & SQMAP_TICK_HELD) != 0;
+        safety.stop = (in.acts & SQMAP_TICK_STOP) != 0;
+        safety.resume = (in.acts & SQMAP_TICK_RESUME) != 0;
+        safety.restart = (in.acts & SQMAP_TICK_RESTART) != 0;
+        const haptic::SafetyReport report = filter_.tick(safety, {&sent, 1});
+        put(out.force, sent.force);
+        put(out.torque, sent.torque);
+        put(out.commanded, commanded.force);
+        out.depth = zone.depth;
+        put(out.normal, zone.normal);
+        out.status = step.status;
+        out.acted = report.acted;
+        out.faults = report.faults;
+        out.is_engaged = report.engaged ? 1 : 0;
+        return out;
+    }
+
+    /// The next millisecond of a hand that wants to be at target.
+    sqmap_force simulate(Vec3d target, Vec3d& position) noexcept
+    {
+        if (!is_simulated_) tool_.reset({{}, target});
+        tool_.step(is_simulated_ ? &written_ : nullptr, {{{}, target}, {}}, k_period);
+        is_simulated_ = true;
+        const Pose measured = tool_.measured();
+        position = measured.translation;
+        sqmap_tick in{};
+        in.time = in.sample_time = k_period * static_cast<double>(++ticks_);
+        in.sequence = ticks_;
+        in.acts = SQMAP_TICK_HELD;
+        for (int i = 0; i < 3; ++i) {
+            put(in.pose.rotation + 3 * i, measured.rotation.row[i]);
+            in.pose.translation[i] = measured.translation[i];
+        }
+        const sqmap_force out = tick(in);
+        written_ = {{out.force[0], out.force[1], out.force[2]}, {out.torque[0], out.torque[1], out.torque[2]}};
+        return out;
+    }
+
+private:
+    static std::span<const haptic::Zone> pointed(haptic::Zone& zone, const query::Probe& probe)
+    {
+        zone.probe = &probe;
+        return {&zone, 1};
+    }
+    /// Unchecked: the step and the filter judge it.
+    static Pose pose_as_given(const sqmap_pose& p)
+    {
+        Pose out;
+        for (int i = 0; i < 3; ++i) out.rotation.row[i] = {p.rotation[3 * i], p.rotation[3 * i + 1], p.rotation[3 * i + 2]};
+        out.translation = {p.translation[0], p.translation[1], p.translation[2]};
+        return out;
+    }
+
+    std::shared_ptr<Model> model_;
+    model::ModelView view_;
+    haptic::Zone zone_;
+    query::Probe probe_;
+    haptic::TouchedBody touched_;
+    haptic::State state_;
+    haptic::SafetyFilter filter_;
+    double time_ = 0;
+    device::HeldTool tool_{device::Mechanism{}, device::hand_profile("pen")};
+    haptic::Wrench written_;
+    bool is_simulated_ = false;
+    std::uint64_t ticks_ = 0;
+};
+
+Handles<Session, 4>& sessions()
+{
+    static auto& table = *new Handles<Session, 4>;
+    return table;
+}
+
+}  // namespace sqmap::capi
+
+using namespace sqmap;
+using capi::guarded;
+using capi::needed;
+
+sqmap_code sqmap_make_session(sqmap_model model, const sqmap_session_options* options, sqmap_session* session)
+{
+    return guarded([&] {
+        sqmap_session& out = needed(session, "session");
+        out = {};
+        const auto& touched = capi::model_of(model);
+        out.id = capi::sessions().open(std::make_shared<capi::Session>(touched, capi::taken(options, "options")));
+    });
+}
+
+sqmap_code sqmap_tick_session(sqmap_session session, const sqmap_tick* tick, sqmap_force* force)
+{
+    return guarded([&] {
+        // Zero first: whatever fails below leaves no force behind.
+        sqmap_force out = capi::taken(&needed(force, "force"), "force");
+        const std::size_t size = out.size;
+        out = {};
+        out.size = size;
+        capi::give(force, out);
+        const sqmap_tick in = capi::taken(&needed(tick, "tick"), "tick");
+        capi::give(force, capi::sessions().find(session.id)->tick(in));
+    });
+}
+
+sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulation* simulation)
+{
+    return guarded([&] {
+        capi::Session& s = *capi::sessions().find(session.id);
+        const sqmap_simulation in = capi::taken(&needed(simulation, "simulation"), "simulation");
+        const std::span<const Vec3d> targets =
+            capi::rows({sizeof(sqmap_points), in.targets, in.count, nullptr}, "simulation.targets");
+        for (std::size_t i = 0; i < targets.size(); ++i)
+            if (!is_finite(targets[i]))
+                throw capi::Failure{SQMAP_E_ARGUMENT, "target " + std::to_string(i), "is not finite", "leave it out"};
+        for (std::size_t i = 0; i < targets.size(); ++i) {
+            Vec3d position{};
+            const sqmap_force out = s.simulate(targets[i], position);
+            if (in.positions != nullptr) capi::put(in.positions + 3 * i, position);
+            if (in.forces != nullptr) std::copy(out.force, out.force + 3, in.forces + 3 * i);
+            if (in.depths != nullptr) in.depths[i] = out.depth;
+        }
+    });
+}
+
+sqmap_code sqmap_close_session(sqmap_session session)
+{
+    return guarded([&] { capi::sessions().close(session.id); });
+}

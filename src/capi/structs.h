@@ -1,0 +1,61 @@
+// Structs that cross the C interface: a caller's may be shorter or longer than the library's, as its header was.
+#pragma once
+
+#include "failure.h"
+#include "sqmap/math/pose.h"
+#include "sqmap/query/options.h"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <string_view>
+
+namespace sqmap::capi {
+
+inline constexpr std::size_t k_max_struct = 4096;  ///< bytes: more is no struct of this header, but memory that was not set
+
+/// Refuses sizes that no header gives, and members that this library does not know and that are not zero.
+void check_struct(const void* given, std::size_t known, const char* element);
+
+/// A caller's struct with zero for what it does not have; all zero of a null pointer.
+template <class T>
+T taken(const T* given, const char* element)
+{
+    T own{};
+    if (given != nullptr) {
+        check_struct(given, sizeof(T), element);
+        std::memcpy(&own, given, std::min(given->size, sizeof(T)));
+    }
+    own.size = sizeof(T);
+    return own;
+}
+
+/// Writes a result to a caller's struct, as far as that goes. @pre taken() has taken it
+template <class T>
+void give(T* target, T value)
+{
+    const std::size_t size = target->size;
+    value.size = size;
+    std::memcpy(static_cast<void*>(target), &value, std::min(size, sizeof(T)));
+}
+
+/// @throw Failure where it is not finite, or not within [least, max]
+double checked(double value, double least, double max, const char* element);
+
+/// @throw Failure for a rotation that is none; null stands for the identity
+Pose pose_of(const sqmap_pose* pose);
+
+/// @throw Failure for a layer that there is not, and numbers out of range
+query::QueryOptions query_options(const sqmap_query_options& options);
+/// Of a batch. @throw Failure
+unsigned threads_of(const sqmap_query_options& options);
+/// @throw Failure
+query::Layer layer_of(int layer);
+
+/// Rows of three doubles as they lie in the caller's memory.
+std::span<const Vec3d> rows(const sqmap_points& points, const char* element);
+
+/// Text to the caller's.
+void give_text(sqmap_text* target, std::string_view text);
+
+}  // namespace sqmap::capi

@@ -1,0 +1,331 @@
+// The C interface: its answers are the C++ library's, bit for bit; bad input has a code, an element and a cure.
+#include "sqmap.h"
+
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/query/distance.h"
+#include "sqmap/query/pair.h"
+#include "sqmap/query/point.h"
+#include "support/parsed.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string>
+#include <thread>
+
+namespace sqmap {
+namespace {
+
+constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
+
+/// A torus by both interfaces.
+class Capi : public testing::Test {
+protected:
+    Capi()
+    {
+        EXPECT_EQ(sqmap_open_bytes(bytes_.data(), bytes_.size(), &model_), SQMAP_OK);
+        std::mt19937_64 random(1);
+        std::uniform_real_distribution<double> uniform(-1.6, 1.6);
+        for (int i = 0; i < 10'000; ++i) points_.push_back({uniform(random), uniform(random), uniform(random)});
+        points_[17].y = k_nan;
+    }
+    ~Capi() override { EXPECT_EQ(sqmap_close_model(model_), SQMAP_OK); }
+
+    [[nodiscard]] const model::ModelView& view() const { return parsed_.view(); }
+    [[nodiscard]] sqmap_points points() const { return {sizeof(sqmap_points), &points_[0].x, points_.size(), nullptr}; }
+
+    mesh::Mesh torus_ = mesh::torus();
+    test::Parsed parsed_{torus_};
+    std::vector<std::byte> bytes_ = test::baked_bytes(torus_, true);
+    sqmap_model model_{};
+    std::vector<Vec3d> points_;
+};
+
+/// The last error is complete, and says this of where.
+void expect_refused(sqmap_code code, sqmap_code expected, const std::string& element)
+{
+    ASSERT_EQ(code, expected) << sqmap_last_error()->message;
+    const sqmap_error& e = *sqmap_last_error();
+    EXPECT_EQ(e.code, expected);
+    EXPECT_EQ(e.element, element);
+    EXPECT_GT(std::strlen(e.name), 2u);
+    EXPECT_GT(std::strlen(e.message), 2u);
+    EXPECT_GT(std::strlen(e.cure), 2u);
+}
+
+TEST_F(Capi, PointsHaveTheBitsOfTheLibrary)
+{
+    const std::size_t n = points_.size();
+    std::vector<std::uint8_t> contact(n), certain(n), status(n);
+    std::vector<double> depth(n), normal(3 * n), closest(3 * n);
+    std::vector<std::int32_t> part(n);
+    const sqmap_points in = points();
+    for (const std::uint32_t threads : {1u, 3u})
+        for (int layer = SQMAP_LAYER_1; layer <= SQMAP_LAYER_EXACT; ++layer) {
+            sqmap_query_options options{};
+            options.size = sizeof options;
+            options.layer = layer;
+            options.threads = threads;
+            sqmap_contacts out{sizeof out,     contact.data(), depth.data(),
+                               normal.data(),  closest.data(), part.data(),
+                               certain.data(), status.data(),  0};
+            ASSERT_EQ(sqmap_query_points(model_, &in, &options, &out), SQMAP_OK) << sqmap_last_error()->message;
+            query::QueryOptions same;
+            same.layer = static_cast<query::Layer>(layer - 1);
+            std::size_t contacts = 0;
+            for (std::size_t i = 0; i < n; ++i) {
+                const query::PointResult r = query::query_point(view(), points_[i], same);
+                contacts += r.contact ? 1 : 0;
+                ASSERT_EQ(contact[i], r.contact ? 1 : 0);
+                ASSERT_EQ(certain[i], r.certain ? 1 : 0);
+                ASSERT_EQ(status[i], r.status);
+                ASSERT_EQ(part[i], r.part);
+                ASSERT_EQ(depth[i], r.depth);
+                ASSERT_EQ(std::memcmp(&normal[3 * i], &r.normal, sizeof r.normal), 0);
+                ASSERT_EQ(std::memcmp(&closest[3 * i], &r.point, sizeof r.point), 0);
+            }
+            EXPECT_EQ(out.contacts, contacts);
+        }
+}
+
+TEST_F(Capi, DistancesHaveTheBitsOfTheLibrary)
+{
+    const std::size_t n = points_.size();
+    std::vector<double> distance(n), gradient(3 * n);
+    std::vector<std::uint8_t> known(n), status(n);
+    const sqmap_points in = points();
+    for (const double band : {0.0, 0.3, std::numeric_limits<double>::infinity()}) {
+        sqmap_query_options options{};
+        options.size = sizeof options;
+        options.band = band;
+        sqmap_distances out{sizeof out, distance.data(), gradient.data(), nullptr, nullptr, known.data(), status.data()};
+        ASSERT_EQ(sqmap_signed_distances(model_, &in, &options, &out), SQMAP_OK) << sqmap_last_error()->message;
+        for (std::size_t i = 0; i < n; ++i) {
+            const query::SignedDistance d = query::distance(view(), points_[i], band == 0 ? query::k_baked_band : band);
+            ASSERT_EQ(known[i], static_cast<std::uint8_t>(d.known));
+            ASSERT_EQ(status[i], d.status);
+            ASSERT_EQ(std::memcmp(&gradient[3 * i], &d.gradient, sizeof d.gradient), 0);
+            if (i == 17)
+                ASSERT_TRUE(std::isnan(distance[i]));
+            else
+                ASSERT_EQ(distance[i], d.distance);
+            ASSERT_TRUE(!std::isinf(band) || i == 17 || known[i] == SQMAP_KNOWN_EXACT);
+        }
+    }
+}
+
+TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
+{
+    points_[17].y = 0;
+    const query::Probe probe(points_);
+    const sqmap_points in = points();
+    sqmap_probe handle{};
+    ASSERT_EQ(sqmap_make_probe(&in, &handle), SQMAP_OK);
+    const sqmap_pose shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.2, 0, 0}};
+    const query::Body touched{&view(), &probe, {}}, collider{&view(), &probe, {{}, {0.2, 0, 0}}};
+    const sqmap_bodies bodies{sizeof bodies, {model_, handle, nullptr}, {model_, handle, &shift}};
+
+    std::vector<query::Contact> expected(points_.size());
+    const query::ProbeResult result = query::query_probe(touched, collider, {}, expected);
+    std::vector<sqmap_contact> contacts(points_.size());
+    sqmap_contact_list list{};
+    list.size = sizeof list;
+    list.contacts = contacts.data();
+    list.capacity = contacts.size();
+    ASSERT_EQ(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_OK);
+    ASSERT_EQ(list.found, result.contacts);
+    ASSERT_GT(list.found, 100u);
+    EXPECT_EQ(std::memcmp(contacts.data(), expected.data(), list.found * sizeof(sqmap_contact)), 0);
+    list.capacity = 5;
+    ASSERT_EQ(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_OK);
+    EXPECT_EQ(list.found, result.contacts);
+    EXPECT_NE(list.status & SQMAP_FULL, 0u);
+
+    query::PairWorkspace space(points_.size());
+    const query::PairResult pair = query::query_pair(touched, collider, {}, space);
+    sqmap_workspace workspace{};
+    ASSERT_EQ(sqmap_make_workspace(points_.size(), &workspace), SQMAP_OK);
+    sqmap_pair_list pairs{};
+    pairs.size = sizeof pairs;
+    ASSERT_EQ(sqmap_query_pair(&bodies, nullptr, workspace, &pairs), SQMAP_OK);
+    ASSERT_EQ(pairs.count, pair.contacts.size());
+    for (std::size_t i = 0; i < pairs.count; ++i) {
+        EXPECT_EQ(std::memcmp(pairs.contacts[i].on_b, &pair.contacts[i].on_b, sizeof(Vec3d)), 0);
+        EXPECT_EQ(pairs.contacts[i].depth, pair.contacts[i].depth);
+        EXPECT_EQ(pairs.contacts[i].is_mutual != 0, pair.contacts[i].mutual);
+    }
+    EXPECT_EQ(sqmap_close_probe(handle), SQMAP_OK);
+    EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
+    expect_refused(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_E_HANDLE, "handle");
+}
+
+TEST_F(Capi, TrianglesAreThoseThatWereBaked)
+{
+    sqmap_facts facts{};
+    facts.size = sizeof facts;
+    ASSERT_EQ(sqmap_model_facts(model_, &facts), SQMAP_OK);
+    const mesh::Mesh& mesh = parsed_.mesh();
+    ASSERT_EQ(facts.vertices, mesh.vertices.size());
+    ASSERT_EQ(facts.triangles, mesh.triangles.size());
+    std::vector<double> vertices(3 * facts.vertices);
+    std::vector<std::uint32_t> triangles(3 * facts.triangles);
+    std::vector<std::int32_t> parts(facts.triangles);
+    ASSERT_EQ(sqmap_triangles(model_, vertices.data(), triangles.data(), parts.data()), SQMAP_OK);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        const Vec3d expected = model::to_mesh_units(view().header, cast<float>(mesh.vertices[i]));
+        EXPECT_EQ(std::memcmp(&vertices[3 * i], &expected, sizeof expected), 0);
+    }
+    EXPECT_EQ(std::memcmp(triangles.data(), mesh.triangles.data(), 4 * triangles.size()), 0);
+    for (const std::int32_t part : parts) EXPECT_LT(part, static_cast<std::int32_t>(facts.parts));
+}
+
+TEST_F(Capi, StructsOfOtherHeadersAreTaken)
+{
+    const sqmap_points in = points();
+    std::vector<double> distance(points_.size());
+    // A shorter struct: what it lacks has its default, and nothing is written behind it.
+    struct Shorter {
+        std::size_t size;
+        double* distance;
+        std::uint64_t behind;
+    } shorter{2 * sizeof(std::size_t), distance.data(), 0x1234567890abcdef};
+    EXPECT_EQ(sqmap_signed_distances(model_, &in, nullptr, reinterpret_cast<sqmap_distances*>(&shorter)), SQMAP_OK);
+    EXPECT_EQ(shorter.behind, 0x1234567890abcdefu);
+    // A longer one whose unknown member is zero is taken, another is not.
+    struct Longer {
+        sqmap_query_options known;
+        std::uint64_t unknown;
+    } longer{};
+    longer.known.size = sizeof longer;
+    sqmap_distances out{sizeof out, distance.data(), nullptr, nullptr, nullptr, nullptr, nullptr};
+    EXPECT_EQ(sqmap_signed_distances(model_, &in, &longer.known, &out), SQMAP_OK);
+    longer.unknown = 1;
+    expect_refused(sqmap_signed_distances(model_, &in, &longer.known, &out), SQMAP_E_ARGUMENT, "options");
+    longer.known.size = 0;
+    expect_refused(sqmap_signed_distances(model_, &in, &longer.known, &out), SQMAP_E_ARGUMENT, "options.size");
+}
+
+TEST_F(Capi, BadArgumentsAreNamed)
+{
+    const sqmap_points in = points();
+    sqmap_contacts out{};
+    out.size = sizeof out;
+    expect_refused(sqmap_query_points(model_, nullptr, nullptr, &out), SQMAP_E_ARGUMENT, "points");
+    expect_refused(sqmap_query_points(model_, &in, nullptr, nullptr), SQMAP_E_ARGUMENT, "contacts");
+    sqmap_points none = in;
+    none.xyz = nullptr;
+    expect_refused(sqmap_query_points(model_, &none, nullptr, &out), SQMAP_E_ARGUMENT, "points.xyz");
+    const sqmap_pose scaled{{2, 0, 0, 0, 2, 0, 0, 0, 2}, {0, 0, 0}}, lost{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, k_nan, 0}};
+    sqmap_points posed = in;
+    posed.pose = &scaled;
+    expect_refused(sqmap_query_points(model_, &posed, nullptr, &out), SQMAP_E_ARGUMENT, "pose.rotation");
+    posed.pose = &lost;
+    expect_refused(sqmap_query_points(model_, &posed, nullptr, &out), SQMAP_E_ARGUMENT, "pose.translation");
+    expect_refused(sqmap_open(nullptr, &model_), SQMAP_E_ARGUMENT, "path");
+    EXPECT_EQ(model_.id, 0u);
+    expect_refused(sqmap_open("model.sqmap", nullptr), SQMAP_E_ARGUMENT, "model");
+    expect_refused(sqmap_open("there/is/none.sqmap", &model_), SQMAP_E_FILE, "there/is/none.sqmap");
+    expect_refused(sqmap_save({42}, "model.sqmap"), SQMAP_E_HANDLE, "handle");
+}
+
+TEST_F(Capi, BytesThatAreNoModelAreRefused)
+{
+    const std::vector<std::byte>& whole = bytes_;
+    sqmap_model model{};
+    for (const std::size_t size : {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1}) {
+        expect_refused(sqmap_open_bytes(whole.data(), size, &model), SQMAP_E_MODEL, "bytes");
+        EXPECT_EQ(model.id, 0u);
+    }
+    expect_refused(sqmap_open_bytes(nullptr, 8, &model), SQMAP_E_ARGUMENT, "bytes");
+}
+
+TEST_F(Capi, HandlesAreNotGivenTwice)
+{
+    sqmap_model first{}, second{};
+    ASSERT_EQ(sqmap_open_bytes(bytes_.data(), bytes_.size(), &first), SQMAP_OK);
+    ASSERT_EQ(sqmap_close_model(first), SQMAP_OK);
+    ASSERT_EQ(sqmap_open_bytes(bytes_.data(), bytes_.size(), &second), SQMAP_OK);
+    EXPECT_NE(first.id, second.id);
+    expect_refused(sqmap_close_model(first), SQMAP_E_HANDLE, "handle");
+    expect_refused(sqmap_close_probe({second.id}), SQMAP_E_HANDLE, "handle");  // a model is no probe
+    EXPECT_EQ(sqmap_close_model(second), SQMAP_OK);
+    EXPECT_EQ(sqmap_close_model({0}), SQMAP_OK);
+}
+
+TEST_F(Capi, ErrorsBelongToTheirThread)
+{
+    expect_refused(sqmap_close_model({99}), SQMAP_E_HANDLE, "handle");
+    std::thread([] { EXPECT_EQ(sqmap_last_error()->code, SQMAP_OK); }).join();
+    EXPECT_EQ(sqmap_last_error()->code, SQMAP_E_HANDLE);
+}
+
+TEST_F(Capi, ProgressCancelsABake)
+{
+    const mesh::Mesh ball = mesh::sphere(1, 3);
+    std::vector<std::int64_t> triangles;
+    for (const mesh::Triangle& t : ball.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+    const sqmap_mesh in{sizeof in, &ball.vertices[0].x, ball.vertices.size(), triangles.data(), ball.triangles.size()};
+    int left = 3;
+    sqmap_bake_options options{};
+    options.size = sizeof options;
+    options.progress_context = &left;
+    options.progress = [](void* context, const char*, double) { return --*static_cast<int*>(context) == 0 ? 1 : 0; };
+    sqmap_model model{};
+    expect_refused(sqmap_bake(&in, &options, &model), SQMAP_E_CANCELLED, "progress");
+    EXPECT_EQ(left, 0);
+    EXPECT_EQ(model.id, 0u);
+}
+
+TEST_F(Capi, TextsAreCutToTheirSpace)
+{
+    sqmap_text text{sizeof text, nullptr, 0, 0};
+    ASSERT_EQ(sqmap_info(model_, &text), SQMAP_OK);
+    ASSERT_GT(text.needed, 100u);
+    std::string whole(text.needed, '#'), part(10, '#');
+    text.text = whole.data();
+    text.capacity = whole.size();
+    ASSERT_EQ(sqmap_info(model_, &text), SQMAP_OK);
+    EXPECT_EQ(whole.find('\0'), whole.size() - 1);
+    text.text = part.data();
+    text.capacity = 5;
+    ASSERT_EQ(sqmap_info(model_, &text), SQMAP_OK);
+    EXPECT_EQ(part.substr(0, 4), whole.substr(0, 4));
+    EXPECT_EQ(part.substr(4), std::string("\0#####", 6));
+}
+
+TEST_F(Capi, ATickThatFailsLeavesNoForce)
+{
+    sqmap_session session{};
+    ASSERT_EQ(sqmap_make_session(model_, nullptr, &session), SQMAP_OK) << sqmap_last_error()->message;
+    sqmap_force force{};
+    force.size = sizeof force;
+    const auto expect_none = [&] {
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_EQ(force.force[i], 0);
+            EXPECT_EQ(force.torque[i], 0);
+        }
+    };
+    force.force[1] = 7;
+    expect_refused(sqmap_tick_session(session, nullptr, &force), SQMAP_E_ARGUMENT, "tick");
+    expect_none();
+    sqmap_tick tick{};
+    tick.size = sizeof tick;
+    for (const double bad : {k_nan, std::numeric_limits<double>::infinity(), 0.0}) {
+        for (double& r : tick.pose.rotation) r = bad;  // zero is no rotation either
+        ++tick.sequence;
+        tick.time = tick.sample_time += 0.001;
+        force.force[1] = 7;
+        EXPECT_EQ(sqmap_tick_session(session, &tick, &force), SQMAP_OK);
+        expect_none();
+    }
+    EXPECT_EQ(sqmap_close_session(session), SQMAP_OK);
+    force.force[1] = 7;
+    expect_refused(sqmap_tick_session(session, &tick, &force), SQMAP_E_HANDLE, "handle");
+    expect_none();
+}
+
+}  // namespace
+}  // namespace sqmap
