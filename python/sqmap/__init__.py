@@ -1,0 +1,29 @@
+"""sqmap: contact, penetration depth and signed distance of complex shapes, from small baked models.
+
+>>> import numpy as np, sqmap
+>>> model = sqmap.bake("cow.off")
+>>> model.signed_distance(np.zeros((1, 3)))      # positive inside
+>>> model.query(np.zeros((1, 3))).depth
+
+Points are (n, 3) arrays in the mesh's own frame and units; distances are positive inside in signed_distance (as trimesh's) and
+negative inside in distances and Scene (as Open3D's). Batches use all cores and run without the GIL.
+"""
+from __future__ import annotations
+
+from . import _library
+from ._bodies import CONTACT, PAIR_CONTACT, Body, PairContacts, Probe, ProbeContacts, Workspace, query_pair, query_probe
+from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
+                      NoMemoryError, VersionError)
+from ._model import Contacts, Distances, Model, bake
+from ._program import program
+from ._scene import Scene
+from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation
+
+__version__: str = _library.library.sqmap_version().decode()
+#: Of the models that are read and written.
+FORMAT_VERSION: int = _library.library.sqmap_format_version()
+
+__all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "ClosedError", "Contacts", "DISCONNECTED", "Distances", "Error",
+           "FORMAT_VERSION", "FileError", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
+           "NoMemoryError", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
+           "Session", "Simulation", "VersionError", "Workspace", "bake", "program", "query_pair", "query_probe"]

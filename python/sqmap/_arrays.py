@@ -1,0 +1,136 @@
+"""What comes in as NumPy arrays, checked: shapes, types, poses, meshes."""
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _library as c
+from ._errors import ArgumentError
+
+LAYERS = {1: 1, 2: 2, 3: 3, "1": 1, "2": 2, "3": 3, "exact": 4, "auto": 5}
+Layer = Union[int, str]
+
+
+def refuse(element: str, message: str, cure: str) -> ArgumentError:
+    return ArgumentError("E_ARGUMENT", element, message, cure)
+
+
+def numbers(values: Any, element: str) -> np.ndarray:
+    """A C-contiguous array of doubles; the same memory where it is one already."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as e:
+        raise refuse(element, f"is no array: {e}", "give an array of numbers") from None
+    if array.dtype.kind not in "fiu":
+        raise refuse(element, f"has the type {array.dtype}", "give real numbers")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def rows(values: Any, element: str = "points") -> np.ndarray:
+    """n x 3 doubles."""
+    array = numbers(values, element)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise refuse(element, f"has the shape {array.shape}", "give n rows of three numbers: (n, 3)")
+    return array
+
+
+def indices(values: Any, element: str = "triangles") -> np.ndarray:
+    """m x 3 64-bit integers; which are in range is for the gate to say."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "iu":
+        raise refuse(element, f"has the type {array.dtype}", "give integers")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise refuse(element, f"has the shape {array.shape}", "give m rows of three vertex numbers: (m, 3)")
+    if array.dtype == np.uint64 and array.size and array.max() > np.iinfo(np.int64).max:
+        raise refuse(element, "has a number beyond 63 bits", "give numbers of vertices")
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def triangles_of(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(vertices, triangles) of a pair of arrays, or of an object with vertices and faces or triangles (trimesh, Open3D)."""
+    if isinstance(mesh, (tuple, list)):
+        if len(mesh) != 2:
+            raise refuse("mesh", f"has {len(mesh)} members", "give (vertices, triangles), an object with both, or a path")
+        return rows(mesh[0], "vertices"), indices(mesh[1])
+    vertices = getattr(mesh, "vertices", None)
+    faces = getattr(mesh, "faces", None)
+    if faces is None:
+        faces = getattr(mesh, "triangles", None)
+    if vertices is None or faces is None:
+        raise refuse("mesh", f"is a {type(mesh).__name__}", "give (vertices, triangles), an object with both, or a path")
+    return rows(np.asarray(vertices), "vertices"), indices(np.asarray(faces))
+
+
+def pose_of(pose: Optional[Any], element: str = "pose") -> Optional[c.Pose]:
+    """A 4 x 4 or 3 x 4 matrix [rotation | translation]; None stays None."""
+    if pose is None:
+        return None
+    matrix = numbers(pose, element)
+    if matrix.shape not in ((4, 4), (3, 4)):
+        raise refuse(element, f"has the shape {matrix.shape}", "give a matrix [rotation | translation], (4, 4) or (3, 4)")
+    if matrix.shape == (4, 4) and not np.array_equal(matrix[3], (0, 0, 0, 1)):
+        raise refuse(element, "has a last row that is not 0 0 0 1", "give a rigid motion")
+    out = c.Pose()
+    out.rotation[:] = matrix[:3, :3].ravel().tolist()
+    out.translation[:] = matrix[:3, 3].tolist()
+    return out
+
+
+def pointer(pose: Optional[c.Pose]) -> Any:
+    return ctypes.pointer(pose) if pose is not None else None
+
+
+def number(value: Any, element: str) -> float:
+    """A real number; NaN is left for the library to refuse."""
+    if isinstance(value, (bool, str, bytes)):
+        raise refuse(element, f"is {value!r}", "give a number")
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise refuse(element, f"is {value!r}", "give a number") from None
+
+
+def count(value: Any, element: str, most: int = 2**31 - 1) -> int:
+    """An integer from 0 on."""
+    try:
+        whole = int(value)
+    except (TypeError, ValueError, OverflowError):
+        raise refuse(element, f"is {value!r}", "give an integer") from None
+    if whole != value or not 0 <= whole <= most:
+        raise refuse(element, f"is {value!r}", f"give an integer from 0 to {most}")
+    return whole
+
+
+def flag(value: Any, element: str) -> bool:
+    """True or False."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise refuse(element, f"is {value!r}", "give True or False")
+
+
+def cores(threads: Optional[int]) -> int:
+    """Threads of a batch: None is one a core."""
+    return len(os.sched_getaffinity(0)) if threads is None else max(1, count(threads, "threads", 1024))
+
+
+def path_of(path: Any, element: str = "path") -> bytes:
+    """The bytes of a file's name."""
+    try:
+        out = os.fsencode(path)
+    except TypeError:
+        raise refuse(element, f"is a {type(path).__name__}", "give a path") from None
+    if b"\0" in out:
+        raise refuse(element, "has a zero byte", "give a path")
+    return out
+
+
+def query_options(layer: Layer = 3, *, threads: Optional[int] = 1, tolerance: float = 0.0, margin: float = 0.0, band: float = 0.0,
+                  smooth: bool = False, first_only: bool = False) -> c.QueryOptions:
+    if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
+        raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
+    return c.QueryOptions(layer=LAYERS[layer], threads=cores(threads), tolerance=number(tolerance, "tolerance"),
+                          margin=number(margin, "margin"), band=number(band, "band"), is_smooth=flag(smooth, "smooth"),
+                          is_first_only=flag(first_only, "first_only"))

@@ -1,0 +1,370 @@
+"""Models: baking, files, queries of points."""
+from __future__ import annotations
+
+import ctypes
+import json
+import math
+import os
+import threading
+from typing import Any, Callable, NamedTuple, Optional
+
+import numpy as np
+
+from . import _library as c
+from ._arrays import Layer, cores, count, flag, number, path_of, pointer, pose_of, query_options, refuse, rows, triangles_of
+from ._errors import Cancelled, ClosedError
+
+Progress = Callable[[str, float], Any]
+REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
+
+
+class Owned:
+    """A handle of the library: closed by close(), at the end of a with statement, or with the object.
+
+    Any thread may close it: calls that are under way on others finish first.
+    """
+
+    _closes = ""
+
+    def __init__(self, handle: c.Handle) -> None:
+        self._handle = handle
+        self._lock = threading.Lock()
+        self._users = 0
+        self._closed = False
+
+    def use(self) -> "_Use":
+        """The open handle, for the length of a call."""
+        return _Use(self)
+
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
+    def close(self) -> None:
+        """Closes it; a second time does nothing."""
+        with self._lock:
+            was, self._closed = self._closed, True
+            free = not was and self._users == 0
+        if free:
+            c.call(self._closes, self._handle)
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        try:
+            self.close()
+        except Exception:  # made half, or the interpreter is going down
+            pass
+
+
+class _Use:
+    def __init__(self, owned: Owned) -> None:
+        self._owned = owned
+
+    def __enter__(self) -> c.Handle:
+        o = self._owned
+        with o._lock:
+            if o._closed:
+                raise ClosedError("E_HANDLE", type(o).__name__, "is closed", "open it again")
+            o._users += 1
+        return o._handle
+
+    def __exit__(self, *_: Any) -> None:
+        o = self._owned
+        with o._lock:
+            o._users -= 1
+            free = o._closed and o._users == 0
+        if free:
+            c.call(o._closes, o._handle)
+
+
+class Contacts(NamedTuple):
+    """Answers of n points, row by row. Lengths in the mesh's units."""
+
+    contact: np.ndarray  #: (n,) bool: inside
+    depth: np.ndarray    #: (n,) penetration depth, 0 where free
+    normal: np.ndarray   #: (n, 3) unit, outward at the closest point; zero where free
+    closest: np.ndarray  #: (n, 3) the nearest surface point; the point itself where free
+    part: np.ndarray     #: (n,) int32, that owns it; -1 where free
+    certain: np.ndarray  #: (n,) bool: the verdict is proven
+    status: np.ndarray   #: (n,) uint8, bits: 1 not finite, 2 no exact layer, 4 no surface, 16 made up, 128 not given
+
+
+class Distances(NamedTuple):
+    """Signed distances of n points, row by row. Lengths in the mesh's units."""
+
+    distance: np.ndarray  #: (n,) negative inside; NaN of a point that is not finite
+    gradient: np.ndarray  #: (n, 3) unit, away from the solid; zero of a bound
+    closest: np.ndarray   #: (n, 3) the nearest surface point; the point itself of a bound
+    part: np.ndarray      #: (n,) int32, that owns it; -1 of a bound
+    known: np.ndarray     #: (n,) uint8: 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it
+    status: np.ndarray    #: (n,) uint8, bits as in Contacts
+
+
+def address(array: Optional[np.ndarray]) -> Optional[int]:
+    return None if array is None else array.ctypes.data
+
+
+def points_struct(points: np.ndarray, pose: Optional[c.Pose] = None) -> c.Points:
+    return c.Points(xyz=address(points), count=len(points), pose=pointer(pose))
+
+
+class Model(Owned):
+    """A baked model. Any number of threads may query it at once.
+
+    Make one with sqmap.bake, Model.load or Model.from_bytes. Points are arrays of shape (n, 3) in the mesh's own frame and
+    units; with pose, a matrix (4, 4) from the mesh's frame to theirs, in that frame. C-contiguous float64 is not copied.
+    """
+
+    _closes = "sqmap_close_model"
+
+    # Files
+
+    @classmethod
+    def load(cls, path: "os.PathLike[str] | str") -> "Model":
+        """Maps a model file. Raises FileError, ModelError, VersionError."""
+        handle = c.Handle()
+        c.call("sqmap_open", path_of(path), handle)
+        return cls(handle)
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> "Model":
+        """A model from a file's bytes. Raises ModelError, VersionError."""
+        try:
+            view = np.frombuffer(data, dtype=np.uint8)
+        except (TypeError, ValueError, BufferError) as e:
+            raise refuse("data", f"is no buffer of bytes: {e}", "give bytes") from None
+        handle = c.Handle()
+        c.call("sqmap_open_bytes", address(view), view.size, handle)
+        return cls(handle)
+
+    def save(self, path: "os.PathLike[str] | str") -> None:
+        """Writes the model file, whole or not at all. Raises FileError."""
+        with self.use() as handle:
+            c.call("sqmap_save", handle, path_of(path))
+
+    def to_bytes(self) -> bytes:
+        """The bytes that save writes."""
+        with self.use() as handle:
+            first, size = ctypes.c_void_p(), ctypes.c_size_t()
+            c.call("sqmap_bytes", handle, first, size)
+            return ctypes.string_at(first, size.value)
+
+    # Facts
+
+    @property
+    def facts(self) -> c.Facts:
+        """r_max, band, centre, radius (mesh units), bytes, parts, vertices, triangles, is_solid, has_exact, is_normal,
+        is_doubtful."""
+        out = c.Facts()
+        with self.use() as handle:
+            c.call("sqmap_model_facts", handle, out)
+        return out
+
+    @property
+    def r_max(self) -> float:
+        """Largest distance between two vertices, mesh units."""
+        return self.facts.r_max
+
+    @property
+    def band(self) -> float:
+        """Within this distance of the surface the baked signed distances are exact, mesh units."""
+        return self.facts.band
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """All that `sqmap info --json` prints."""
+        with self.use() as handle:
+            return json.loads(c.text_of("sqmap_info", handle))
+
+    @property
+    def notes(self) -> list[str]:
+        """What was repaired and warned of when the mesh was baked; empty of a model that was loaded."""
+        with self.use() as handle:
+            return c.text_of("sqmap_notes", handle).splitlines()
+
+    @property
+    def parts(self) -> list[dict[str, Any]]:
+        """The superquadric, certificate and counts of each part; lengths in model space, `mesh_units` in the mesh's."""
+        return self.info["parts"]
+
+    @property
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """(vertices (v, 3), triangles (t, 3) uint32) as they were baked, in the order to which triangle numbers refer.
+
+        Raises MissingError of a model without the exact layer."""
+        return self._triangles()[:2]
+
+    @property
+    def part_of_triangle(self) -> np.ndarray:
+        """(t,) int32: the part of each triangle of mesh."""
+        return self._triangles()[2]
+
+    def _triangles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        facts = self.facts
+        vertices = np.empty((facts.vertices, 3))
+        triangles = np.empty((facts.triangles, 3), np.uint32)
+        parts = np.empty(facts.triangles, np.int32)
+        with self.use() as handle:
+            c.call("sqmap_triangles", handle, address(vertices), address(triangles), address(parts))
+        return vertices, triangles, parts
+
+    def export(self, path: "os.PathLike[str] | str") -> None:
+        """Writes the triangles, a group for each part, as .obj, or what info has as .json."""
+        name = os.fspath(path)
+        if name.endswith(".json"):
+            text = json.dumps(self.info, indent=2) + "\n"
+        elif name.endswith(".obj"):
+            vertices, triangles, parts = self._triangles()
+            lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+            for part in np.unique(parts).tolist():
+                lines.append(f"g part_{part}")
+                lines += [f"f {i} {j} {k}" for i, j, k in (triangles[parts == part].astype(np.int64) + 1).tolist()]
+            text = "\n".join(lines) + "\n"
+        else:
+            raise refuse("path", f"ends in {os.path.splitext(name)[1]!r}", "take .obj or .json")
+        with open(name, "w", encoding="utf-8") as out:
+            out.write(text)
+
+    # Points
+
+    def query(self, points: Any, layer: Layer = 3, *, pose: Any = None, margin: float = 0.0, tolerance: float = 0.0,
+              smooth: bool = False, threads: Optional[int] = None) -> Contacts:
+        """Which points (n, 3) are inside, how deep, and in which direction out.
+
+        layer: 1, 2, 3, "exact", or "auto": the cheapest whose measured error is within tolerance. margin: the surface is moved
+        out by so much. threads: None is one a core; the answers do not depend on it."""
+        xyz = rows(points)
+        n = len(xyz)
+        contact, certain, status = np.empty(n, np.bool_), np.empty(n, np.bool_), np.empty(n, np.uint8)
+        depth, normal, closest, part = np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty(n, np.int32)
+        options = query_options(layer, threads=threads, tolerance=tolerance, margin=margin, smooth=smooth)
+        out = c.Contacts(contact=address(contact), depth=address(depth), normal=address(normal), closest=address(closest),
+                         part=address(part), certain=address(certain), status=address(status))
+        with self.use() as handle:
+            c.call("sqmap_query_points", handle, points_struct(xyz, pose_of(pose)), options, out)
+        return Contacts(contact, depth, normal, closest, part, certain, status)
+
+    def distances(self, points: Any, *, band: Optional[float] = None, pose: Any = None,
+                  threads: Optional[int] = None) -> Distances:
+        """Signed distances (negative inside) of points (n, 3), with gradient and closest point.
+
+        band: how far on either side they have to be exact, mesh units; beyond it a lower bound may be given. None: everywhere;
+        0: as the model was baked, which is quickest."""
+        xyz = rows(points)
+        n = len(xyz)
+        distance, gradient, closest = np.empty(n), np.empty((n, 3)), np.empty((n, 3))
+        part, known, status = np.empty(n, np.int32), np.empty(n, np.uint8), np.empty(n, np.uint8)
+        self._distances(xyz, band, pose, threads,
+                        c.Distances(distance=address(distance), gradient=address(gradient), closest=address(closest),
+                                    part=address(part), known=address(known), status=address(status)))
+        return Distances(distance, gradient, closest, part, known, status)
+
+    def signed_distance(self, points: Any, *, band: Optional[float] = None, threads: Optional[int] = None) -> np.ndarray:
+        """Signed distances (n,) of points (n, 3): positive inside, as trimesh.proximity.signed_distance. band as in distances."""
+        xyz = rows(points)
+        distance = np.empty(len(xyz))
+        self._distances(xyz, band, None, threads, c.Distances(distance=address(distance)))
+        return np.negative(distance, out=distance)
+
+    def _distances(self, xyz: np.ndarray, band: Optional[float], pose: Any, threads: Optional[int], out: c.Distances) -> None:
+        options = query_options(threads=threads, band=math.inf if band is None else number(band, "band"))
+        with self.use() as handle:
+            c.call("sqmap_signed_distances", handle, points_struct(xyz, pose_of(pose)), options, out)
+
+    def contains(self, points: Any, *, threads: Optional[int] = None) -> np.ndarray:
+        """(n,) bool: which points (n, 3) are inside, by the triangles where the model has them, else by layer 3."""
+        xyz = rows(points)
+        contact = np.empty(len(xyz), np.bool_)
+        with self.use() as handle:
+            c.call("sqmap_query_points", handle, points_struct(xyz), query_options("exact", threads=threads),
+                   c.Contacts(contact=address(contact)))
+        return contact
+
+    def closest_point(self, points: Any, *, threads: Optional[int] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(closest (n, 3), distances (n,), triangle numbers (n,) int64) as trimesh.proximity.closest_point.
+
+        In double precision on the triangles of mesh, to which the numbers refer; of a point that is not finite NaN and -1."""
+        xyz = rows(points)
+        n = len(xyz)
+        closest, distance, triangle = np.empty((n, 3)), np.empty(n), np.empty(n, np.uint32)
+        with self.use() as handle:
+            c.call("sqmap_closest_points", handle, points_struct(xyz), query_options(threads=threads),
+                   c.Closest(closest=address(closest), distance=address(distance), triangle=address(triangle)))
+        return closest, distance, triangle.view(np.int32).astype(np.int64)
+
+    def render(self, what: str = "parts", *, size: tuple[int, int] = (900, 700), azimuth: Optional[float] = None,
+               elevation: Optional[float] = None, up: str = "y") -> np.ndarray:
+        """A picture, (height, width, 3) uint8, as `sqmap render` draws it.
+
+        what: parts, superquadrics, protrusion, curvature, mesh, map or error; several with commas stand side by side.
+        azimuth, elevation: degrees."""
+        from ._render import render
+
+        return render(self, what, size, [("--azimuth", azimuth), ("--elevation", elevation), ("--up", up)])
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return "<sqmap.Model, closed>"
+        f = self.facts
+        return f"<sqmap.Model, {f.parts} parts, {f.triangles} triangles, {f.bytes} bytes>"
+
+
+class _Progress:
+    """The library's callback: stops the bake where the caller's returns true or raises."""
+
+    def __init__(self, callback: Optional[Progress]) -> None:
+        self._callback = callback
+        self.raised: Optional[BaseException] = None
+        self.function = c.PROGRESS(self._step) if callback is not None else c.PROGRESS()
+
+    def _step(self, _context: Any, stage: bytes, done: float) -> int:
+        try:
+            assert self._callback is not None
+            return 1 if self._callback(stage.decode(), done) else 0
+        except BaseException as e:
+            self.raised = e
+            return 1
+
+
+def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: float = 5.0, projection: str = "central",
+         exact: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
+         threads: Optional[int] = None, source: Optional[str] = None, progress: Optional[Progress] = None) -> Model:
+    """Bakes a closed triangle mesh into a Model.
+
+    mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
+    faces or triangles (trimesh, Open3D). target_error: percent of R_max. band: percent of R_max within which signed distances
+    are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. repair: "auto", "none", "safe",
+    "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, mesh units. progress: called with
+    a stage's name and the share that is done; true stops the bake (Cancelled). The bytes do not depend on threads.
+
+    Raises MeshError with the face, edge or vertex that is wrong and a cure; ArgumentError."""
+    if not isinstance(repair, str) or repair not in REPAIRS:
+        raise refuse("repair", f"is {repair!r}", f"take one of {', '.join(REPAIRS)}")
+    if not isinstance(projection, str) or projection not in ("central", "normal"):
+        raise refuse("projection", f"is {projection!r}", "take central or normal")
+    error, width = number(target_error, "target_error"), number(band, "band")
+    if error == 0 or width == 0:  # zero stands for the default in C
+        raise refuse("target_error" if error == 0 else "band", "is 0", "give a number above zero")
+    step = _Progress(progress)
+    options = c.BakeOptions(target_error=error, band=width, thickness=number(thickness, "thickness"),
+                            max_parts=count(max_parts, "max_parts"), projection=int(projection == "normal"), repair=REPAIRS[repair],
+                            accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"), threads=cores(threads), progress=step.function,
+                            source=None if source is None else str(source).encode())
+    handle = c.Handle()
+    try:
+        if isinstance(mesh, (str, bytes, os.PathLike)):
+            c.call("sqmap_bake_file", path_of(mesh), options, handle)
+        else:
+            vertices, triangles = triangles_of(mesh)
+            c.call("sqmap_bake", c.Mesh(vertices=address(vertices), vertex_count=len(vertices), triangles=address(triangles),
+                                        triangle_count=len(triangles)), options, handle)
+    except Cancelled:
+        if step.raised is not None:
+            raise step.raised from None
+        raise
+    return Model(handle)

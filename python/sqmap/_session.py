@@ -1,0 +1,104 @@
+"""Forces: a tool on a model, with the safety filter between the computed force and the device."""
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _library as c
+from ._arrays import LAYERS, Layer, count, flag, number, pointer, pose_of, refuse, rows
+from ._model import Model, Owned, address
+
+STOP, RESUME, RESTART, HELD, DISCONNECTED = 1, 2, 4, 8, 16
+
+
+class Force(NamedTuple):
+    """What a tick gives. N, N m, m; world axes."""
+
+    force: np.ndarray      #: (3,) for the device: finite, within the limits, zero when anything is wrong
+    torque: np.ndarray     #: (3,) about the tool
+    commanded: np.ndarray  #: (3,) before the safety filter
+    depth: float           #: m
+    normal: np.ndarray     #: (3,) unit, outward; zero where free
+    status: int            #: bits of haptic::StepStatus
+    acted: int             #: bits of haptic::SafetyStep
+    faults: int            #: bits of haptic::SafetyFault; any of them means zero until RESUME
+    engaged: bool          #: all that is commanded is sent, within limits
+
+
+class Simulation(NamedTuple):
+    """A simulated device's ticks of one millisecond, row by row."""
+
+    positions: np.ndarray  #: (n, 3) m, of the tool
+    forces: np.ndarray     #: (n, 3) N, sent to it
+    depths: np.ndarray     #: (n,) m
+
+
+class Session(Owned):
+    """A ball or a point that touches a model. Metres, newtons, seconds. One thread at a time.
+
+    metres_per_unit: of the model's mesh. pose: (4, 4) of the model in the world. radius: of the ball, m; 0: a point.
+    stiffness: N/m. damping: N s/m. friction: Coulomb's; 0: none. max_force, max_torque, continuous_force: what the device holds;
+    0: unknown, so careful. force_limit, torque_limit: the user's, 0: 2 N and 0.1 N m or the device's, whichever is less.
+    dead_man: force only in ticks with HELD. Research software, not a safety device."""
+
+    _closes = "sqmap_close_session"
+
+    def __init__(self, model: Model, *, metres_per_unit: float = 1.0, pose: Any = None, radius: float = 0.0,
+                 stiffness: float = 500.0, damping: float = 0.0, friction: float = 0.4, layer: Layer = 3, max_force: float = 0.0,
+                 max_torque: float = 0.0, continuous_force: float = 0.0, force_limit: float = 0.0, torque_limit: float = 0.0,
+                 dead_man: bool = False) -> None:
+        if not isinstance(model, Model):
+            raise refuse("model", f"is a {type(model).__name__}", "give a Model")
+        if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
+            raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
+        sizes = {name: number(value, name) for name, value in
+                 {"metres_per_unit": metres_per_unit, "radius": radius, "stiffness": stiffness, "damping": damping,
+                  "friction": friction, "max_force": max_force, "max_torque": max_torque, "continuous_force": continuous_force,
+                  "force_limit": force_limit, "torque_limit": torque_limit}.items()}
+        for name in ("metres_per_unit", "stiffness"):
+            if sizes[name] == 0:  # zero stands for the default in C
+                raise refuse(name, "is 0", "give a number above zero")
+        if sizes["friction"] == 0:
+            sizes["friction"] = -1.0
+        elif sizes["friction"] < 0:
+            raise refuse("friction", f"is {friction}", "give a number from 0 on")
+        options = c.SessionOptions(pose=pointer(pose_of(pose)), layer=LAYERS[layer], has_dead_man=flag(dead_man, "dead_man"), **sizes)
+        handle = c.Handle()
+        with model.use() as touched:
+            c.call("sqmap_make_session", touched, options, handle)
+        super().__init__(handle)
+        self._sequence = 0
+
+    def tick(self, pose: Any, time: float, *, sample_time: Any = None, sequence: Any = None, acts: int = 0) -> Force:
+        """One tick. pose: (4, 4) of the tool in the world, m, or its position (3,). time: s, monotonic. sample_time: when the
+        device was read, default now; sequence: of the reading, default a fresh one; acts: STOP | RESUME | RESTART | HELD |
+        DISCONNECTED. What is not finite gives zero force and says so in status and faults."""
+        matrix = np.asarray(pose)
+        if matrix.dtype.kind not in "fiu" or matrix.shape not in ((3,), (3, 4), (4, 4)):
+            raise refuse("pose", f"has the shape {matrix.shape} and the type {matrix.dtype}", "give (4, 4), (3, 4) or (3,) numbers")
+        if sequence is None:
+            self._sequence += 1
+            sequence = self._sequence
+        now = number(time, "time")
+        tick = c.Tick(time=now, sample_time=now if sample_time is None else number(sample_time, "sample_time"),
+                      sequence=count(sequence, "sequence", 2**64 - 1), acts=count(acts, "acts", 31))
+        tick.pose.rotation[:] = (np.eye(3) if matrix.shape == (3,) else matrix[:3, :3]).astype(float).ravel().tolist()
+        tick.pose.translation[:] = (matrix if matrix.shape == (3,) else matrix[:3, 3]).astype(float).tolist()
+        out = c.Force()
+        with self.use() as handle:
+            c.call("sqmap_tick_session", handle, tick, out)
+        return Force(np.array(out.force), np.array(out.torque), np.array(out.commanded), out.depth, np.array(out.normal), out.status,
+                     out.acted, out.faults, bool(out.is_engaged))
+
+    def simulate(self, targets: Any) -> Simulation:
+        """Drives the session with a simulated stylus of 70 g in a hand that holds it as a pen and wants to be at targets (n, 3),
+        m, one a millisecond. No clock: the same targets give the same bits. Goes on from call to call."""
+        wanted = rows(targets, "targets")
+        n = len(wanted)
+        positions, forces, depths = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
+        simulation = c.Simulation(targets=address(wanted), count=n, positions=address(positions), forces=address(forces),
+                                  depths=address(depths))
+        with self.use() as handle:
+            c.call("sqmap_simulate", handle, simulation)
+        return Simulation(positions, forces, depths)

@@ -1,0 +1,248 @@
+"""Answers through Python: against closed forms, brute force and the program itself."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+import sqmap
+from support import ball, ball_model, moved, torus, torus_model
+
+
+def brute_closest(vertices, triangles, points):
+    """Nearest point of triangles to each point, triangle by triangle (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    best, closest, number = np.full(len(points), np.inf), np.zeros((len(points), 3)), np.zeros(len(points), int)
+    for k, (i, j, m) in enumerate(triangles):
+        a, b, c = vertices[i], vertices[j], vertices[m]
+        candidates = [segment(points, p, q) for p, q in ((a, b), (b, c), (c, a))]
+        n = np.cross(b - a, c - a)
+        foot = points - ((points - a) @ n / (n @ n))[:, None] * n
+        inside = np.ones(len(points), bool)
+        for p, q in ((a, b), (b, c), (c, a)):
+            inside &= np.cross(q - p, foot - p) @ n >= 0
+        candidates.append(np.where(inside[:, None], foot, np.inf))
+        for candidate in candidates:
+            with np.errstate(invalid="ignore"):
+                d = np.linalg.norm(candidate - points, axis=1)
+            nearer = d < best
+            best[nearer], closest[nearer], number[nearer] = d[nearer], candidate[nearer], k
+    return closest, best, number
+
+
+def segment(points, a, b):
+    t = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+    return a + t[:, None] * (b - a)
+
+
+class Points(unittest.TestCase):
+    def test_a_ball_has_the_distance_of_a_ball(self):
+        points = np.random.default_rng(1).uniform(-3, 3, (5000, 3))
+        truth = 1 - np.linalg.norm(points, axis=1)
+        distance = ball_model().signed_distance(points)
+        self.assertLess(np.abs(distance - truth).max(), 0.02)  # the faces of the divided icosahedron lie inside the sphere
+        self.assertTrue((np.sign(distance) == np.sign(truth))[np.abs(truth) > 0.02].all())
+
+    def test_distances_are_those_of_brute_force(self):
+        vertices, triangles = torus()
+        points = np.random.default_rng(2).uniform(-2, 2, (300, 3))
+        closest, distance, number = brute_closest(vertices, triangles, points)
+        model = torus_model()
+        ours = model.distances(points)
+        np.testing.assert_allclose(np.abs(ours.distance), distance, atol=1e-5)
+        self.assertTrue((ours.known == 0).all())
+        found, length, triangle = model.closest_point(points)
+        np.testing.assert_allclose(length, distance, atol=1e-6)
+        np.testing.assert_allclose(found, closest, atol=1e-5)
+        baked_vertices, baked_triangles = model.mesh
+        a, b, c = (baked_vertices[baked_triangles[triangle, k]] for k in range(3))
+        n = np.cross(b - a, c - a)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        self.assertLess(np.abs(((found - a) * n).sum(1)).max(), 1e-6)  # on the plane of the triangle that is named
+
+    def test_signs_agree_between_all_doors(self):
+        points = np.random.default_rng(3).uniform(-1.6, 1.6, (3000, 3))
+        model = torus_model()
+        inside = model.contains(points)
+        ring = np.hypot(np.hypot(points[:, 0], points[:, 1]) - 1, points[:, 2])
+        clear = np.abs(ring - 0.4) > 0.03
+        self.assertTrue((inside == (ring < 0.4))[clear].all())
+        np.testing.assert_array_equal(inside, model.signed_distance(points) > 0)
+        np.testing.assert_array_equal(inside, model.distances(points).distance < 0)
+        scene = sqmap.Scene(model)
+        np.testing.assert_array_equal(inside, scene.compute_occupancy(points) == 1)
+        np.testing.assert_array_equal(inside, scene.compute_signed_distance(points) < 0)
+        np.testing.assert_array_equal(inside, model.query(points, "exact").contact)
+
+    def test_depth_and_normal_lead_to_the_surface(self):
+        points = np.random.default_rng(4).uniform(-1.6, 1.6, (2000, 3))
+        answer = torus_model().query(points)
+        hit = answer.contact
+        self.assertGreater(hit.sum(), 100)
+        np.testing.assert_allclose(points[hit] + answer.depth[hit, None] * answer.normal[hit], answer.closest[hit], atol=0.02)
+        self.assertTrue((answer.depth[~hit] == 0).all() and (answer.part[~hit] == -1).all())
+
+    def test_threads_and_slices_do_not_change_bits(self):
+        points = np.random.default_rng(5).uniform(-2, 2, (20000, 3))
+        model = torus_model()
+        for batch in (model.query, model.distances):
+            whole, alone = batch(points, threads=4), batch(points, threads=1)
+            parts = [batch(points[i:i + 777], threads=1) for i in range(0, len(points), 777)]
+            for k, array in enumerate(whole):
+                np.testing.assert_array_equal(array, alone[k])
+                np.testing.assert_array_equal(array, np.concatenate([p[k] for p in parts]))
+
+    def test_a_pose_moves_the_question_and_the_answer(self):
+        points = np.random.default_rng(6).uniform(-1.5, 1.5, (500, 3))
+        model, pose = torus_model(), moved(10, 20, 30)
+        here, there = model.distances(points), model.distances(points + (10, 20, 30), pose=pose)
+        np.testing.assert_allclose(here.distance, there.distance, atol=1e-6)
+        np.testing.assert_allclose(here.closest + (10, 20, 30), there.closest, atol=1e-6)
+
+    def test_arrays_are_taken_without_copies(self):
+        points = np.zeros((4, 3))
+        self.assertIs(sqmap._arrays.rows(points), points)
+
+    def test_a_point_that_is_not_finite_is_nowhere(self):
+        points = np.array([[np.nan, 0, 0], [0, np.inf, 0], [1, 0, 0]])
+        model = ball_model()
+        self.assertEqual(np.isnan(model.signed_distance(points)).tolist(), [True, True, False])
+        self.assertEqual(model.contains(points).tolist()[:2], [False, False])
+        closest, distance, triangle = model.closest_point(points)
+        self.assertTrue(np.isnan(closest[:2]).all() and np.isnan(distance[:2]).all())
+        self.assertEqual(triangle[:2].tolist(), [-1, -1])
+
+
+class Files(unittest.TestCase):
+    def test_what_is_saved_is_loaded(self):
+        model = torus_model()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "torus.sqmap")
+            model.save(path)
+            again = sqmap.Model.load(path)
+            self.assertEqual(path.read_bytes(), model.to_bytes())
+            self.assertEqual(again.to_bytes(), model.to_bytes())
+            self.assertEqual(sqmap.Model.from_bytes(model.to_bytes()).to_bytes(), model.to_bytes())
+            shown = subprocess.run([sys.executable, "-m", "sqmap", "info", "--json", str(path)], capture_output=True, text=True,
+                                   check=True)
+            self.assertEqual(json.loads(shown.stdout), again.info)
+
+    def test_the_program_bakes_the_same_arrays(self):
+        vertices, triangles = torus()
+        with tempfile.TemporaryDirectory() as folder:
+            mesh, baked = pathlib.Path(folder, "torus.obj"), pathlib.Path(folder, "torus.sqmap")
+            mesh.write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) +
+                            "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles.tolist()))
+            subprocess.run([sys.executable, "-m", "sqmap", "bake", str(mesh), "-o", str(baked)], check=True, capture_output=True)
+            of_program, of_file, of_arrays = sqmap.Model.load(baked).info, sqmap.bake(mesh).info, torus_model().info
+        for key in set(of_program) - {"made_by", "source", "content_hash", "bytes"}:
+            self.assertEqual(of_program[key], of_file[key], key)
+            self.assertEqual(of_program[key], of_arrays[key], key)
+
+    def test_exports_hold_what_the_model_holds(self):
+        model = torus_model()
+        with tempfile.TemporaryDirectory() as folder:
+            obj, text = pathlib.Path(folder, "torus.obj"), pathlib.Path(folder, "torus.json")
+            model.export(obj)
+            model.export(text)
+            self.assertEqual(json.loads(text.read_text()), model.info)
+            again = sqmap.bake(obj)
+            self.assertEqual(again.info["mesh_hash"], sqmap.bake(model.mesh).info["mesh_hash"])
+            self.assertEqual(obj.read_text().count("\ng part_") + obj.read_text().startswith("g part_"), model.facts.parts)
+
+    def test_pictures_show_the_shape(self):
+        picture = torus_model().render("mesh", size=(160, 120), up="z", elevation=90)
+        self.assertEqual((picture.shape, picture.dtype), ((120, 160, 3), np.uint8))
+        self.assertTrue((picture[60, 80] > 250).all())  # through the hole of the ring
+        self.assertTrue((picture[0, 0] > 250).all())
+        self.assertGreater((picture < 240).any(-1).mean(), 0.15)
+
+
+class Bodies(unittest.TestCase):
+    def test_a_probe_has_the_answers_of_its_points(self):
+        vertices = np.random.default_rng(7).uniform(-1.5, 1.5, (2000, 3))
+        model, probe, pose = torus_model(), sqmap.Probe(vertices), moved(0.1, 0, 0)
+        found = sqmap.query_probe(model, probe, pose)
+        inside = np.flatnonzero(model.query(vertices + (0.1, 0, 0)).contact)
+        self.assertEqual(sorted(found.contacts["index"].tolist()), inside.tolist())
+        depth = model.query(vertices[found.contacts["index"]] + (0.1, 0, 0)).depth
+        np.testing.assert_allclose(found.contacts["depth"], depth, atol=1e-6)
+        self.assertEqual(found.points.shape, (len(inside), 3))
+
+    def test_a_pair_has_the_contacts_of_both(self):
+        vertices, _ = ball()
+        model, probe = ball_model(), sqmap.Probe(vertices)
+        pair = sqmap.query_pair(sqmap.Body(model, probe), sqmap.Body(model, probe, moved(1.9, 0, 0)))
+        deepest = pair.contacts[pair.contacts["depth"].argmax()]
+        self.assertAlmostEqual(float(deepest["depth"]), 0.1, delta=0.02)
+        self.assertGreater(deepest["normal"][0], 0.9)
+        np.testing.assert_allclose(deepest["on_a"] - deepest["depth"] * deepest["normal"], deepest["on_b"], atol=1e-5)
+        apart = sqmap.query_pair(sqmap.Body(model, probe), sqmap.Body(model, probe, moved(2.5, 0, 0)))
+        self.assertEqual((len(apart.contacts), apart.found), (0, 0))
+
+    def test_a_model_that_is_closed_serves_what_was_made_of_it(self):
+        model = sqmap.Model.from_bytes(ball_model().to_bytes())
+        session = sqmap.Session(model, metres_per_unit=0.05)
+        model.close()
+        self.assertEqual(session.tick((0, 0, 0.1), 0.001).depth, 0)
+
+
+class Forces(unittest.TestCase):
+    def press(self, **options):
+        session = sqmap.Session(ball_model(), metres_per_unit=0.05, max_force=3.0, continuous_force=1.0, **options)
+        z = np.concatenate([np.full(1000, 0.06), np.linspace(0.06, 0.047, 2000), np.full(1000, 0.047)])
+        return session.simulate(np.stack([0 * z, 0 * z, z], 1))
+
+    def test_a_simulated_device_is_pushed_out(self):
+        run = self.press(force_limit=1.0)
+        self.assertEqual(np.abs(run.forces[:1000]).max(), 0)
+        self.assertGreater(run.forces[-1, 2], 0.2)
+        self.assertLessEqual(np.linalg.norm(run.forces, axis=1).max(), 1.0 + 1e-12)
+        self.assertGreater(run.depths[-1], 0)
+        self.assertGreater(run.positions[-1, 2], 0.047)  # the force holds the hand above where it wants to be
+
+    def test_the_same_targets_give_the_same_bits(self):
+        a, b = self.press(), self.press()
+        for one, other in zip(a, b):
+            np.testing.assert_array_equal(one, other)
+
+    def test_what_is_wrong_has_no_force(self):
+        session = sqmap.Session(ball_model(), metres_per_unit=0.05)
+        for i in range(1, 1000):
+            session.tick((0, 0, 0.06 if i < 700 else 0.048), 0.001 * i)
+        self.assertGreater(session.tick((0, 0, 0.048), 1.0).force[2], 0)
+        for pose in ((np.nan, 0, 0), (0, np.inf, 0), np.full((4, 4), np.nan)):
+            force = session.tick(pose, 1.001)
+            self.assertEqual((force.force.tolist(), force.torque.tolist()), ([0, 0, 0], [0, 0, 0]))
+        self.assertEqual(session.tick((0, 0, 0.048), np.nan).force.tolist(), [0, 0, 0])
+
+
+class Threads(unittest.TestCase):
+    def test_closing_waits_for_calls_on_other_threads(self):
+        points = np.random.default_rng(8).uniform(-2, 2, (20000, 3))
+        truth = torus_model().signed_distance(points)
+        for _ in range(5):
+            model, right = sqmap.Model.from_bytes(torus_model().to_bytes()), []
+
+            def work():
+                try:
+                    while True:
+                        right.append(bool((model.signed_distance(points, threads=1) == truth).all()))
+                except sqmap.ClosedError:
+                    pass
+
+            threads = [threading.Thread(target=work) for _ in range(3)]
+            for t in threads:
+                t.start()
+            while not right:
+                pass
+            model.close()
+            for t in threads:
+                t.join()
+            self.assertTrue(all(right))
+
+
+if __name__ == "__main__":
+    unittest.main()
