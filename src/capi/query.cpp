@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace sqmap::capi {
@@ -81,7 +82,8 @@ void answer(const query::Body& body, const Batch& batch, const sqmap_query_optio
     const double band =
         o.band == 0 ? query::k_baked_band : checked(o.band, 0, std::numeric_limits<double>::infinity(), "options.band");
     for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
-        std::array<query::SignedDistance, k_batch> answers;
+        alignas(query::SignedDistance) std::byte memory[k_batch * sizeof(query::SignedDistance)];  // not set to defaults first
+        const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), k_batch};
         query::distances(body, batch.points.subspan(slice.first, slice.count), answers, band);
         const auto at = [&](std::size_t i) -> const query::SignedDistance& { return answers[i]; };
         fill(out.distance, slice, [&](std::size_t i) {

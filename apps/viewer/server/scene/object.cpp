@@ -1,6 +1,5 @@
 #include "viewer/server/scene/object.h"
 
-#include "common/reports.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
