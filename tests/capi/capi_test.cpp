@@ -1,6 +1,7 @@
 // The C interface: its answers are the C++ library's, bit for bit; bad input has a code, an element and a cure.
 #include "sqmap.h"
 
+#include "capi/allocations.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/pair.h"
@@ -294,6 +295,57 @@ TEST_F(Capi, TextsAreCutToTheirSpace)
     ASSERT_EQ(sqmap_info(model_, &text), SQMAP_OK);
     EXPECT_EQ(part.substr(0, 4), whole.substr(0, 4));
     EXPECT_EQ(part.substr(4), std::string("\0#####", 6));
+}
+
+TEST_F(Capi, TicksAllocateNothing)
+{
+    points_[17].y = 0;
+    const std::size_t n = points_.size();
+    const sqmap_points in = points();
+    std::vector<double> distance(n);
+    std::vector<sqmap_contact> space(n);
+    sqmap_probe probe{};
+    sqmap_workspace workspace{};
+    sqmap_session session{};
+    ASSERT_EQ(sqmap_make_probe(&in, &probe), SQMAP_OK);
+    ASSERT_EQ(sqmap_make_workspace(n, &workspace), SQMAP_OK);
+    ASSERT_EQ(sqmap_make_session(model_, nullptr, &session), SQMAP_OK);
+    const sqmap_bodies bodies{sizeof bodies, {model_, probe, nullptr}, {model_, probe, nullptr}};
+    sqmap_distances distances{sizeof distances, distance.data(), nullptr, nullptr, nullptr, nullptr, nullptr};
+    sqmap_contacts contacts{};
+    contacts.size = sizeof contacts;
+    contacts.depth = distance.data();
+    sqmap_contact_list list{};
+    list.size = sizeof list;
+    list.contacts = space.data();
+    list.capacity = n;
+    sqmap_pair_list pairs{};
+    pairs.size = sizeof pairs;
+    sqmap_tick tick{};
+    tick.size = sizeof tick;
+    tick.pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {1, 0, 0.2}};
+    sqmap_force force{};
+    force.size = sizeof force;
+    const std::size_t before = test::allocations();
+    bool ok = sqmap_query_points(model_, &in, nullptr, &contacts) == SQMAP_OK;
+    ok = ok && sqmap_signed_distances(model_, &in, nullptr, &distances) == SQMAP_OK;
+    ok = ok && sqmap_query_probe(&bodies, nullptr, &list) == SQMAP_OK;
+    ok = ok && sqmap_query_pair(&bodies, nullptr, workspace, &pairs) == SQMAP_OK;
+    for (tick.sequence = 1; tick.sequence < 20; ++tick.sequence) {
+        tick.time = tick.sample_time += 0.001;
+        ok = ok && sqmap_tick_session(session, &tick, &force) == SQMAP_OK;
+    }
+    EXPECT_EQ(test::allocations(), before);
+    EXPECT_TRUE(ok);
+    EXPECT_GT(list.found, 0u);
+    EXPECT_GT(force.depth, 0);
+    sqmap_close_session(session);
+    sqmap_close_workspace(workspace);
+    sqmap_close_probe(probe);
+    const std::size_t again = test::allocations();
+    ASSERT_EQ(sqmap_make_probe(&in, &probe), SQMAP_OK);
+    EXPECT_GT(test::allocations(), again);  // the count sees the library
+    sqmap_close_probe(probe);
 }
 
 TEST_F(Capi, ATickThatFailsLeavesNoForce)
