@@ -20,11 +20,11 @@ Sample search_exact(const TouchedBody& body, Vec3d at)
 Vec3d nearer_surface(const TouchedBody& body, Vec3d from, Vec3d offset)
 {
     if (!model::has_exact(*body.model)) return offset;
-    query::PointResult there;
+    query::SurfacePoint there;
     there.point = from + offset;
     there.normal = normalized(-offset);
-    const query::PointResult nearest = query::nearest_surface({body.model, nullptr, body.pose}, from, there);
-    return nearest.contact ? nearest.point - from : offset;
+    const auto nearest = query::nearest_surface({body.model, nullptr, body.pose}, from, there);
+    return nearest ? nearest->point - from : offset;
 }
 
 /// How far samples may have moved over the body since the last tick.

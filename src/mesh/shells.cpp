@@ -10,7 +10,7 @@
 
 namespace sqmap::mesh {
 
-Orientation orient(Surface& surface)
+Orientation orient(Surface& surface, OneSided one_sided)
 {
     const auto count = static_cast<std::uint32_t>(surface.faces.size());
     Orientation out;
@@ -52,7 +52,7 @@ Orientation orient(Surface& surface)
         if (2 * turned > members.size())
             for (const std::uint32_t f : members) turn[f] = !turn[f];
     }
-    if (out.conflict) return out;
+    if (out.conflict && one_sided == OneSided::Refused) return out;
     for (std::uint32_t f = 0; f < count; ++f)
         if (turn[f]) {
             std::swap(surface.faces[f].v[1], surface.faces[f].v[2]);

@@ -8,13 +8,16 @@
 
 namespace sqmap::mesh {
 
+/// Of a region that has one side only, a Moebius strip: nothing is turned, or it is turned as though it were torn somewhere.
+enum class OneSided { Refused, Torn };
+
 /// Turns faces so that neighbours over two-faced edges agree; in each region the smaller number of faces is turned.
 struct Orientation {
     std::vector<std::uint32_t> region;  ///< per face: connected over two-faced edges; the least face of it
     std::uint32_t turned_count = 0;
     std::optional<std::uint32_t> conflict;  ///< a face that cannot agree with its neighbours
 };
-Orientation orient(Surface& surface);
+Orientation orient(Surface& surface, OneSided one_sided = OneSided::Refused);
 
 /// Partner of every side 3 * face + k: the side of another face it is joined to, k_none at a boundary.
 struct Pairing {

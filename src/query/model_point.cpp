@@ -8,6 +8,7 @@
 #include "query/normal/normal_query.h"
 #include "query/point/central_query.h"
 #include "query/point/layer.h"
+#include "query/point/layer_one.h"
 #include "query/point/probe_job.h"
 #include "query/point/probe_kernels.h"
 
@@ -20,51 +21,6 @@ namespace sqmap::query {
 namespace {
 
 using model::ModelView;
-using model::Part;
-
-/// Of a part's superquadric, by differences.
-Vec3f normal_on(const Part& part, Vec3f surface)
-{
-    const shape::Superquadricf sq = model::superquadric_of(part);
-    const float h = 1e-3f * part.sphere[3];
-    Vec3f gradient{};
-    for (int k = 0; k < 3; ++k) {
-        Vec3f lo = surface, hi = surface;
-        lo[k] -= h;
-        hi[k] += h;
-        gradient[k] = shape::implicit(sq, hi) - shape::implicit(sq, lo);
-    }
-    return normalized(gradient);
-}
-
-/// Layer 1: distance to the superquadric's surface along the ray from its centre, and its normal by differences.
-ModelContact layer_one(const ModelView& model, Vec3f p)
-{
-    ModelContact contact;
-    for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        const Part& part = model.parts[i];
-        if (norm_sq(p - model::vec3(part.sphere)) > part.sphere[3] * part.sphere[3]) continue;
-        const shape::Superquadricf sq = model::superquadric_of(part);
-        float f = shape::implicit(sq, p);
-        if (!(f <= 1.f)) continue;
-        Vec3f d = p - sq.translation;
-        if (f < 1e-12f) {
-            // The centre has no direction: out along the shortest axis.
-            const int k = sq.a.x <= sq.a.y && sq.a.x <= sq.a.z ? 0 : (sq.a.y <= sq.a.z ? 1 : 2);
-            d = (1e-3f * sq.a[k]) * sq.rotation.row[k];
-            f = shape::implicit(sq, sq.translation + d);
-        }
-        const float scale = 1.f / std::sqrt(std::max(f, 1e-12f));
-        const Vec3f surface = sq.translation + scale * d;
-        const float depth = norm(surface - p);
-        if (contact.contact && depth <= contact.depth) continue;
-        // The deepest part speaks: the union's surface is outside every part that holds the point.
-        contact = {surface, {}, depth, static_cast<std::int32_t>(i), true, false, k_ok};
-    }
-    if (contact.contact) contact.normal = normal_on(model.parts[static_cast<std::size_t>(contact.part)], contact.point);
-    contact.certain = !contact.contact;
-    return contact;
-}
 
 /// So far from the model that float arithmetic on the distance may overflow.
 bool is_far_off(const ModelView& model, Vec3f point)
@@ -100,6 +56,7 @@ void query_located(const ModelView& model, std::span<const Vec3f> points, const 
 /// Without a locator. options.layer: chosen
 ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOptions& options)
 {
+    if (options.layer == Layer::One && !model::is_normal(model)) return query_layer_one(model, point);
     const Vec3f offset = point - model::vec3(model.header.sphere);
     // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
     const float margin = margin_in_model(model, options);
@@ -107,10 +64,6 @@ ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOpt
     if (norm_sq(offset) > radius * radius) return free_at(point, true);
     if (options.layer == Layer::Exact) return query_exact(model, point);
     if (model::is_normal(model)) return query_normal(model, point, options);
-    if (options.layer == Layer::One) {
-        const ModelContact c = layer_one(model, point);
-        return c.contact ? c : free_at(point, true);
-    }
     return query_central(model, point, options.layer, options.gate);
 }
 

@@ -70,7 +70,7 @@ std::size_t query_points(const Body& touched, std::span<const Vec3d> points, con
     return count;
 }
 
-PointResult nearest_surface(const Body& touched, Vec3d point, const PointResult& from) noexcept
+std::optional<SurfacePoint> nearest_surface(const Body& touched, Vec3d point, const SurfacePoint& from) noexcept
 {
     SQMAP_ASSERT(touched.model != nullptr && model::has_exact(*touched.model));
     const model::Header& header = touched.model->header;
@@ -78,7 +78,10 @@ PointResult nearest_surface(const Body& touched, Vec3d point, const PointResult&
     ModelContact start;
     start.point = in_model(from.point);
     start.normal = cast<float>(transpose_mul(touched.pose.rotation, from.normal));
-    return in_caller_frame({header, touched.pose}, point, nearest_in_model(*touched.model, in_model(point), start));
+    const ModelContact nearest = nearest_in_model(*touched.model, in_model(point), start);
+    if (!nearest.contact) return std::nullopt;
+    const PointResult found = in_caller_frame({header, touched.pose}, point, nearest);
+    return SurfacePoint{found.point, found.normal, found.depth, found.part};
 }
 
 std::optional<double> distance_along_projection(const ModelView& model, std::uint32_t part, Vec3d point, Layer layer) noexcept

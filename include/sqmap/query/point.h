@@ -41,13 +41,20 @@ struct PointResult {
 std::size_t query_points(const Body& touched, std::span<const Vec3d> points, const QueryOptions& options,
                          std::span<PointResult> results) noexcept;
 
-/// The nearest point of the mesh's own triangles to a point on either side of them, sought downhill from a surface point that
-/// a query found (from: its point and normal are read): what is near in space but not from there is not seen. depth is the
-/// distance and normal the triangle's own, both zero and part -1 where nothing was found; contact says only that something was,
-/// not on which side the point is. Total, noexcept, no allocation; thread-safe.
+/// A point of the mesh's own triangles.
+struct SurfacePoint {
+    Vec3d point{};           ///< in the frame and units of the body's pose
+    Vec3d normal{};          ///< unit, outward: the triangle's own
+    double distance = 0;     ///< to the queried point
+    std::int32_t part = -1;  ///< that owns it
+};
+
+/// The nearest surface point to a point on either side of it, sought downhill from another surface point (from: its point and
+/// normal are read): what is near in space but not from there is not seen. Nothing where none was found, as for a point that is
+/// not finite. Total, noexcept, no allocation; thread-safe.
 /// @pre model::has_exact(*touched.model)
 /// Cost: two or three lists of 10 to 50 triangles.
-[[nodiscard]] PointResult nearest_surface(const Body& touched, Vec3d point, const PointResult& from) noexcept;
+[[nodiscard]] std::optional<SurfacePoint> nearest_surface(const Body& touched, Vec3d point, const SurfacePoint& from) noexcept;
 
 /// Distance to the surface along the projection of one part at a point (eq. 35): signed, positive outwards, to the nearest
 /// crossing on its ray; the mesh's frame and units. Nothing where the part's map has none on that ray.

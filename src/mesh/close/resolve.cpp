@@ -18,41 +18,9 @@ constexpr double k_unseen = 0.01;  // share of rays: what fewer leave is within 
 /// Regions over two-faced edges, faces turned to agree; where a region has one side only it is torn.
 std::vector<std::uint32_t> agreed(Surface& surface, std::uint64_t& turned_count)
 {
-    const auto count = static_cast<std::uint32_t>(surface.faces.size());
-    std::vector<std::uint32_t> neighbour(3 * std::size_t{count}, k_none), region(count, k_none);
-    std::vector<bool> disagrees(3 * std::size_t{count}, false), turn(count, false);
-    for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
-        if (edge.size() != 2) return;
-        for (int i = 0; i < 2; ++i) {
-            neighbour[edge[i].half] = edge[1 - i].half / 3;
-            disagrees[edge[i].half] = edge[0].forward == edge[1].forward;
-        }
-    });
-    std::vector<std::uint32_t> members;
-    for (std::uint32_t seed = 0; seed < count; ++seed) {
-        if (region[seed] != k_none) continue;
-        members.assign(1, seed);
-        region[seed] = seed;
-        std::size_t turned = 0;
-        for (std::size_t i = 0; i < members.size(); ++i) {
-            const std::uint32_t f = members[i];
-            turned += turn[f];
-            for (std::uint32_t half = 3 * f; half < 3 * f + 3; ++half) {
-                const std::uint32_t g = neighbour[half];
-                if (g == k_none || region[g] != k_none) continue;
-                region[g] = seed;
-                turn[g] = turn[f] != disagrees[half];
-                members.push_back(g);
-            }
-        }
-        const bool all_but = 2 * turned > members.size();
-        for (const std::uint32_t f : members) {
-            if (turn[f] == all_but) continue;
-            std::swap(surface.faces[f].v[1], surface.faces[f].v[2]);
-            ++turned_count;
-        }
-    }
-    return region;
+    Orientation orientation = orient(surface, OneSided::Torn);
+    turned_count += orientation.turned_count;
+    return std::move(orientation.region);
 }
 
 bool has_crowded_edge(const Surface& surface)

@@ -8,7 +8,7 @@
 #endif
 
 #include "query/normal/foot_record.h"
-#include "query/normal/surface-inl.h"
+#include "query/superquadric/surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

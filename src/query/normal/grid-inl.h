@@ -6,7 +6,7 @@
 #define SQMAP_QUERY_NORMAL_GRID_INL_H
 #endif
 
-#include "query/normal/surface-inl.h"
+#include "query/superquadric/surface-inl.h"
 #include "sqmap/model/normal_map.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -7,7 +7,7 @@
 #endif
 
 #include "model/normal_codes.h"
-#include "query/normal/power-inl.h"
+#include "query/superquadric/power-inl.h"
 #include "sqmap/query/normal_projection.h"
 
 #include <algorithm>

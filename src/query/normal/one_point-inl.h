@@ -24,7 +24,8 @@ struct OnePoint {
     {
         if (!is_finite(point)) return;
         held.q = part.shape().to_local(p);
-        is_held = any(part.in_box(held.q, held.unit)) && any(part.holds(held));
+        held.unit = part.shape().to_unit(held.q);
+        is_held = any(in_box(held.unit)) && any(holds(part.shape(), held));
     }
 };
 

@@ -10,18 +10,11 @@
 #include "query/normal/map-inl.h"
 #include "query/normal/pyramid-inl.h"
 #include "query/point/layer.h"
+#include "query/superquadric/held-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
-
-/// Points that a superquadric holds.
-struct HeldLanes {
-    V3 q;               // its own frame
-    V3 unit;            // undeformed, in units of the semi-axes
-    PositionLanes own;  // where the point's own ray leaves the surface
-    F gauge;            // F^(1/2)
-};
 
 /// See PartAnswer; model frame.
 struct PartAnswerLanes {
@@ -57,34 +50,19 @@ public:
 
     const SuperquadricLanes& shape() const { return sq_; }
 
-    /// Undeformed and in units of the semi-axes; most points are outside the box before any power is raised.
-    HWY_INLINE M in_box(const V3& q, V3& unit) const
-    {
-        unit = sq_.to_unit(q);
-        const F max = larger(larger(hn::Abs(unit.x), hn::Abs(unit.y)), hn::Abs(unit.z));
-        return hn::Le(max, set(1.f + k_gauge_error));
-    }
-    /// Eq. 1. Of what rounding and powers leave open: held.
-    HWY_INLINE M holds(HeldLanes& point) const
-    {
-        point.own = sq_.through(point.unit, point.gauge);
-        return hn::Le(point.gauge, set(1.f + k_gauge_error));
-    }
-
     /// Layer 1: where the point's own ray leaves the superquadric.
     HWY_INLINE PartAnswerLanes layer_one(const V3& p, const HeldLanes& point) const
     {
-        const SurfaceLanes s = sq_.surface(point.own);
+        const LeavingLanes found = leaving(sq_, p, point.own);
         PartAnswerLanes a;
         a.contact = hn::Not(none());
         a.flags = hn::Zero(di);
         a.angles = angles_at(point.own);
-        a.foot = a.surface = sq_.to_model(s.point);
-        a.foot_normal = a.normal = sq_.direction_to_model(s.normal);
-        const V3 line = minus(a.foot, p);
-        a.foot_distance = a.depth_along = length(line);
+        a.foot = a.surface = found.point;
+        a.foot_normal = a.normal = found.normal;
+        a.foot_distance = a.depth_along = found.distance;
         a.map_distance = hn::Zero(df);
-        a.depth = dot(line, a.normal);
+        a.depth = dot(minus(a.foot, p), a.normal);
         return a;
     }
 

@@ -250,8 +250,7 @@ private:
                            hn::And(in_sphere(sphere, p), in_sphere(model_.header.sphere, p)));
             if (!any(open)) continue;
             const V3 q = part.shape().to_local(p);
-            V3 unit;
-            const M inside = hn::And(open, part.in_box(q, unit));
+            const M inside = hn::And(open, in_box(part.shape().to_unit(q)));
             if (any(inside)) in_box_.add(q, hn::Iota(di, static_cast<std::int32_t>(at)), inside);
         }
     }
@@ -268,7 +267,7 @@ private:
         HeldLanes point;
         point.q = in_box_.position(first);
         point.unit = part.shape().to_unit(point.q);
-        const M held = hn::And(in_box_.present(first), part.holds(point));
+        const M held = hn::And(in_box_.present(first), holds(part.shape(), point));
         if (!any(held)) return;
         const I slots = in_box_.slots(first);
         each_lane(held, [&](std::size_t i) { states_.state[in_box_.slot[first + i]] |= PointStates::k_held; });
@@ -286,7 +285,7 @@ private:
         HeldLanes point;
         point.q = held_.position(first);
         point.unit = part.shape().to_unit(point.q);
-        (void)part.holds(point);
+        (void)holds(part.shape(), point);
         const M present = held_.present(first);
         const V3 p = position_of(held_.slots(first));
         PartAnswerLanes a = part.answer(p, point, hn::Not(none()));

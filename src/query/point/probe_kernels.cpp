@@ -12,10 +12,10 @@
 
 #include "contacts-inl.h"
 #include "flat-inl.h"
+#include "layer_one-inl.h"
 #include "plane_kernel-inl.h"
 #include "probe_walk-inl.h"
 #include "seed_queue-inl.h"
-#include "superquadric-inl.h"
 
 #include <limits>
 
@@ -23,7 +23,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-/// Layers One, Three and Gate of a probe: its points are collected, their cells read, flat cells answered by planes, the others
+/// Layers Three and Gate of a probe: its points are collected, their cells read, flat cells answered by planes, the others
 /// by the charts. Between two queries others use the caches, and what a query mostly does is wait for cells: so nothing is read
 /// right after its address is known.
 class ProbeKernel : ProbeWalk {
@@ -110,18 +110,13 @@ private:
             divide(cell, index, offset, occupied);
             if (any(divided)) fetch_next(cell, hn::And(divided, occupied));
             if (job_.reached != nullptr) mark_reached(first, occupied);
-            if (job_.layer == Layer::One) {
-                try_superquadrics(first, occupied);
-                continue;
-            }
             if (job_.layer == Layer::Gate) occupied = hn::AndNot(answer_coarsely(first, offset, cell, occupied), occupied);
             const M flat = is_flat(cell, occupied), seeded = hn::AndNot(flat, occupied);
             if (any(seeded)) answer_by_seeds(first, offset, cell, seeded);
             located_.set(first, offset, hn::IfThenElseZero(hn::RebindMask(di, flat), cell));
         }
-        if (job_.layer != Layer::One)
-            lowest_planes_.find(located_,
-                                [&](std::size_t first, M flat, const FlatPlanes& lowest) { write_flat(first, flat, lowest); });
+        lowest_planes_.find(located_,
+                            [&](std::size_t first, M flat, const FlatPlanes& lowest) { write_flat(first, flat, lowest); });
         located_.count = 0;
     }
 
@@ -167,27 +162,6 @@ private:
                 contact, contacts_);
     }
 
-    /// Layer 1: of the points that are not in free cells those that a superquadric holds.
-    HWY_NOINLINE void try_superquadrics(std::size_t first, M occupied)
-    {
-        if (job_.first_only && contacts_.count() > 0) return;
-        const V3 p = LocatedPoints::load(located_.p, first);
-        M held = none();
-        for (const model::Part& part : model_.parts) {
-            const float radius = 1.0001f * part.sphere[3];
-            const V3 d{hn::Sub(p.x, set(part.sphere[0])), hn::Sub(p.y, set(part.sphere[1])), hn::Sub(p.z, set(part.sphere[2]))};
-            const M near = hn::And(hn::AndNot(held, occupied), hn::Le(dot(d, d), set(radius * radius)));
-            if (any(near)) held = hn::Or(held, may_hold(model::superquadric_of(part), p, near));
-        }
-        each_lane(held, [&](std::size_t i) {
-            const std::size_t k = first + i;
-            if (job_.first_only && contacts_.count() > 0) return;
-            const ModelContact c =
-                query_in_model(model_, {located_.p[0][k], located_.p[1][k], located_.p[2][k]}, {.layer = job_.layer});
-            if (c.contact) contacts_.write(contact_of(c, static_cast<std::uint32_t>(located_.point[k])));
-        });
-    }
-
     ContactWriter contacts_;
     LocatedPoints addressed_;  // whose cells have to be read: their indices
     LocatedPoints located_;    // in cells that are not free
@@ -197,7 +171,11 @@ private:
 
 }  // namespace
 
-ProbeResult run(const ProbeJob& job) { return job.layer == Layer::Two ? PlaneKernel(job).run() : ProbeKernel(job).run(); }
+ProbeResult run(const ProbeJob& job)
+{
+    if (job.layer == Layer::One) return LayerOneKernel(job).run();
+    return job.layer == Layer::Two ? PlaneKernel(job).run() : ProbeKernel(job).run();
+}
 
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -5,7 +5,7 @@
 
 #include <hwy/highway.h>
 
-#include "query/normal/surface-inl.h"
+#include "query/superquadric/surface-inl.h"
 
 #include <gtest/gtest.h>
 

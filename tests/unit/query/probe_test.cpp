@@ -275,7 +275,7 @@ TEST(Frame, EveryInstructionSetGivesTheSameBits)
     for (const Target& target : targets()) {
         const test::Parsed m(target.mesh);
         for (const Pose& pose : touching_poses(hand_points(), target.mesh.vertices, 4, 11))
-            for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
+            for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact}) {
                 const Answer best = answer_of(m, probe, pose, {.layer = layer});
                 int others = 0;
                 for (std::int64_t left = supported; left != 0; left &= left - 1) {

@@ -304,16 +304,14 @@ TEST(Query, TheNearestSurfaceFromOutsideIsFoundFromAPlaceNearIt)
         const mesh::ClosestPoint from = m.solid().closest_boundary(nearest.point + 0.05 * m.r_max() * random.direction());
         const mesh::Triangle& t = mesh.triangles[from.triangle];
         const Vec3d a = mesh.vertices[t[0]], across = cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a);
-        PointResult start;
-        start.point = from.point;
-        start.normal = normalized(across);
-        const PointResult c = nearest_surface({.model = &m.in_model_space()}, p, start);
-        ASSERT_TRUE(c.contact);
-        worst = std::max(worst, std::abs(c.depth - nearest.distance));
+        const SurfacePoint start{from.point, normalized(across), 0, -1};
+        const auto found = nearest_surface({.model = &m.in_model_space()}, p, start);
+        ASSERT_TRUE(found);
+        worst = std::max(worst, std::abs(found->distance - nearest.distance));
     }
     EXPECT_GT(outside, 500);
     EXPECT_LT(worst, 1e-6 * m.r_max());
-    EXPECT_FALSE(nearest_surface({.model = &m.view()}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}).contact);
+    EXPECT_FALSE(nearest_surface({.model = &m.view()}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}));
 }
 
 TEST(Query, ExactVerdictsHoldAtTheCreasesOfShellsThatCross)

@@ -1,12 +1,12 @@
 // The superellipse of eqs. 13 and 14, many at a time: as shape/superellipse.h has it.
-#if defined(SQMAP_QUERY_NORMAL_ELLIPSE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_ELLIPSE_INL_H
-#undef SQMAP_QUERY_NORMAL_ELLIPSE_INL_H
+#if defined(SQMAP_QUERY_SUPERQUADRIC_ELLIPSE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_SUPERQUADRIC_ELLIPSE_INL_H
+#undef SQMAP_QUERY_SUPERQUADRIC_ELLIPSE_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_ELLIPSE_INL_H
+#define SQMAP_QUERY_SUPERQUADRIC_ELLIPSE_INL_H
 #endif
 
-#include "query/normal/power-inl.h"
+#include "query/superquadric/power-inl.h"
 #include "sqmap/shape/superellipse.h"
 
 HWY_BEFORE_NAMESPACE();

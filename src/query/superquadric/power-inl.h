@@ -1,14 +1,14 @@
 // Powers, angles and their inverses by polynomials, many at a time: no library's, so that every instruction set and every machine
 // has the same bits. How far each is from its function in double is a constant here and a test.
-#if defined(SQMAP_QUERY_NORMAL_POWER_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_POWER_INL_H
-#undef SQMAP_QUERY_NORMAL_POWER_INL_H
+#if defined(SQMAP_QUERY_SUPERQUADRIC_POWER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_SUPERQUADRIC_POWER_INL_H
+#undef SQMAP_QUERY_SUPERQUADRIC_POWER_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_POWER_INL_H
+#define SQMAP_QUERY_SUPERQUADRIC_POWER_INL_H
 #endif
 
 #include "math/lanes-inl.h"
-#include "query/normal/power_error.h"
+#include "query/superquadric/power_error.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

@@ -1,12 +1,12 @@
 // A part's superquadric, many points at a time: as shape/superquadric.h and shape/surface.h have it (eqs. 1, 2, 8, 24).
-#if defined(SQMAP_QUERY_NORMAL_SURFACE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_SURFACE_INL_H
-#undef SQMAP_QUERY_NORMAL_SURFACE_INL_H
+#if defined(SQMAP_QUERY_SUPERQUADRIC_SURFACE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_SUPERQUADRIC_SURFACE_INL_H
+#undef SQMAP_QUERY_SUPERQUADRIC_SURFACE_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_SURFACE_INL_H
+#define SQMAP_QUERY_SUPERQUADRIC_SURFACE_INL_H
 #endif
 
-#include "query/normal/ellipse-inl.h"
+#include "query/superquadric/ellipse-inl.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <algorithm>

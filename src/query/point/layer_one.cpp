@@ -1,0 +1,33 @@
+// The kernel of layer One with one lane: the reference, and quicker for one point.
+#define HWY_COMPILE_ONLY_SCALAR
+#include "layer_one.h"
+
+#include <hwy/highway.h>
+
+#include "layer_one-inl.h"
+
+namespace sqmap::query {
+
+using namespace HWY_NAMESPACE;
+
+ModelContact query_layer_one(const model::ModelView& model, Vec3f point) noexcept
+{
+    PointsOfLayerOne points(model);
+    points.add({set(point.x), set(point.y), set(point.z)}, hn::Zero(di), hn::Not(none()));
+    points.answer(false);
+    ModelContact contact;
+    contact.point = point;
+    contact.certain = true;
+    points.each_contact([&](const ContactLanes& c, M) {
+        contact = {{hn::GetLane(c.point.x), hn::GetLane(c.point.y), hn::GetLane(c.point.z)},
+                   {hn::GetLane(c.normal.x), hn::GetLane(c.normal.y), hn::GetLane(c.normal.z)},
+                   hn::GetLane(c.depth),
+                   hn::GetLane(c.part),
+                   true,
+                   false,
+                   k_ok};
+    });
+    return contact;
+}
+
+}  // namespace sqmap::query
