@@ -101,6 +101,7 @@ void measure_layers(const model::ModelData& data, const mesh::Solid& solid, mode
     m.depth_p95 = errors.depth[2].p95;
     m.depth_p99 = errors.depth[2].p99;
     m.depth_max = errors.depth[2].max;
+    m.normal_median = errors.normal.median;
 }
 
 void check_partition(const decompose::Partition& partition, const mesh::Mesh& mesh)

@@ -50,6 +50,7 @@ struct Evaluation {
 struct LayerErrors {
     std::uint32_t points = 0, missed = 0, false_contacts = 0;  ///< of layer 3, as in Evaluation
     Distribution depth[3];                                     ///< of layers 1 to 3, as Evaluation::depth
+    Distribution normal;                                       ///< of layer 3, as Evaluation::normal
 };
 /// model, solid and points as for evaluate. Cost: one probe query per layer and the exact distances. Thread-safe.
 [[nodiscard]] LayerErrors layer_errors(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);

@@ -172,28 +172,43 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     return result;
 }
 
+namespace {
+
+/// normal: of unit length.
+double degrees_between(Vec3d direction, Vec3d normal)
+{
+    return std::acos(std::clamp(dot(normalized(direction), normal), -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+}  // namespace
+
 LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const model::ModelView model = model::normalized(baked);
     constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three};
     const double r_max = model.header.r_max;
     LayerErrors errors;
-    std::vector<double> depth[3];
+    std::vector<double> depth[3], normal;
     for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
         const Vec3f p = cast<float>(exact_point);
         const bool inside = solid.inside(cast<double>(p));
-        const double distance = solid.closest_boundary(cast<double>(p)).distance;
+        const mesh::ClosestPoint nearest = solid.closest_boundary(cast<double>(p));
+        const double distance = nearest.distance;
         ++errors.points;
         for (std::size_t k = 0; k < 3; ++k) {
             const query::PointResult c = query::query_point(model, cast<double>(p), {.layer = k_layers[k]});
-            if (inside && c.contact && (c.status & query::k_no_surface) == 0)
+            if (inside && c.contact && (c.status & query::k_no_surface) == 0) {
                 depth[k].push_back(100 * std::abs(c.depth - distance) / r_max);
+                if (k_layers[k] == query::Layer::Three && distance > 1e-4 * r_max)
+                    normal.push_back(degrees_between(nearest.point - cast<double>(p), c.normal));
+            }
             if (k_layers[k] != query::Layer::Three || distance <= options.verdict_band * r_max) continue;
             errors.missed += inside && !c.contact ? 1u : 0u;
             errors.false_contacts += !inside && c.contact ? 1u : 0u;
         }
     }
     for (std::size_t k = 0; k < 3; ++k) errors.depth[k] = summarize(std::move(depth[k]));
+    errors.normal = summarize(std::move(normal));
     return errors;
 }
 
@@ -240,11 +255,7 @@ Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, con
             const double error = 100 * std::abs(c.depth - nearest.distance) / r_max;
             depth.push_back(error);
             worst.emplace_back(error, q);
-            const Vec3d to_surface = nearest.point - q;
-            if (norm(to_surface) > 1e-4 * r_max) {
-                const double cosine = dot(normalized(to_surface), c.normal);
-                normal.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
-            }
+            if (nearest.distance > 1e-4 * r_max) normal.push_back(degrees_between(nearest.point - q, c.normal));
         }
         for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
             if (!in_superquadric(model.parts[i], p) || !(is_normal || in_chart(model.parts[i], p))) continue;

@@ -50,7 +50,8 @@ float clearance_of(const model::ModelView& model, Vec3f centre, float radius)
     const Vec3f d = centre - model::vec3(h.root);
     if (std::abs(d.x) < h.half && std::abs(d.y) < h.half && std::abs(d.z) < h.half) {
         NearestSurface found;
-        nearest_surfaces(model, -INFINITY, {&centre, 1}, {&found, 1});
+        std::uint16_t near = 0;
+        (void)bound_surfaces(model, -INFINITY, {&centre, 1}, {&found, 1}, {&near, 1});
         // Inside, or about the surface.
         return found.sides == k_seen_inside ? -1.f : found.distance - radius * 1.00001f;
     }

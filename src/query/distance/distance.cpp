@@ -19,7 +19,6 @@ namespace {
 
 using model::ModelView;
 
-constexpr std::size_t k_chunk = 4096;
 constexpr double k_widest = 1e15;  // model units: squares of floats do not overflow
 
 Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
@@ -35,32 +34,62 @@ double away_from_sphere(const ModelView& model, Vec3d point)
     return std::clamp(away, 0.0, std::numeric_limits<double>::max());
 }
 
-bool in_root(const ModelView& model, Vec3d in_model)
-{
-    const model::DistanceHeader& h = model.distance.header;
-    const double half = static_cast<double>(h.half) * (1 - 1e-6);
-    for (int k = 0; k < 3; ++k)
-        if (!(std::abs(in_model[k] - static_cast<double>(h.root[k])) < half)) return false;
-    return true;
-}
+/// The cube of the tree of bounds, less what rounding takes.
+struct Root {
+    Vec3d centre;
+    double half;
 
-/// Memory of a chunk that nobody clears: a few points pay for no more.
-template <class T>
+    explicit Root(const model::DistanceHeader& h)
+        : centre(cast<double>(model::vec3(h.root))), half(static_cast<double>(h.half) * (1 - 1e-6))
+    {
+    }
+    bool holds(Vec3d in_model) const
+    {
+        const Vec3d d = in_model - centre;
+        return std::abs(d.x) < half && std::abs(d.y) < half && std::abs(d.z) < half;
+    }
+};
+
+/// Memory that nobody clears: a few points pay for no more.
+template <class T, std::size_t size>
 class Scratch {
 public:
     T* data() { return reinterpret_cast<T*>(bytes_); }
 
 private:
     static_assert(std::is_trivially_copyable_v<T>);
-    alignas(T) std::byte bytes_[k_chunk * sizeof(T)];
+    alignas(T) std::byte bytes_[size * sizeof(T)];
 };
 
-/// Chunks of points on their way to their answers.
+/// Points in model space on their way to their answers.
+template <std::size_t size>
+struct WaitingPoints {
+    std::size_t count = 0;
+    Scratch<Vec3f, size> memory;
+    std::size_t index[size];  ///< of the answer
+
+    void add(Vec3f point, std::size_t answer)
+    {
+        memory.data()[count] = point;
+        index[count++] = answer;
+    }
+    std::span<const Vec3f> points() { return {memory.data(), count}; }
+};
+
+/// Answers what the tree of bounds knows a few hundred points at a time, and searches for the rest by thousands.
 class Batch {
 public:
     /// pose: of the model, in the frame of points and answers.
     Batch(const ModelView& model, const Pose& pose, double band, std::span<SignedDistance> answers)
-        : model_(model), pose_(pose), to_mesh_(inverse(pose)), answers_(answers)
+        : model_(model),
+          pose_(pose),
+          to_mesh_(inverse(pose)),
+          finite_(is_finite(pose)),
+          has_tree_(model::has_distance(model)),
+          root_(model.distance.header),
+          origin_(origin_of(model)),
+          per_unit_(1 / model.header.unit),
+          answers_(answers)
     {
         const auto baked = static_cast<double>(model.distance.header.band);
         within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, k_widest) : baked);
@@ -69,39 +98,72 @@ public:
     void add(Vec3d point, std::size_t index)
     {
         SignedDistance& answer = answers_[index];
-        answer = {};
         answer.point = point;
-        if (!is_finite(point) || !is_finite(pose_)) {
+        if (!is_finite(point) || !finite_) {
+            answer = {};
+            answer.point = point;
             answer.status = k_not_finite;
             return;
         }
-        const Vec3d in_mesh = apply(to_mesh_, point), in_model = (in_mesh - origin_of(model_)) / model_.header.unit;
-        if (!model::has_distance(model_) || !in_root(model_, in_model)) {
-            answer.distance = away_from_sphere(model_, in_mesh);
-            // Outside the root its outermost leaves still bound from below, so that a wide band is searched there too.
-            const bool sought = model::has_distance(model_) && model::has_exact(model_) &&
-                                answer.distance <= static_cast<double>(within_) * model_.header.unit;
-            if (model::is_normal(model_) && !model::has_distance(model_)) answer.status = k_not_given;
-            if (!sought) return;
-        }
-        points_.data()[count_] = cast<float>(in_model);
-        index_[count_++] = index;
-        if (count_ == k_chunk) flush();
+        const Vec3d in_mesh = apply(to_mesh_, point), in_model = per_unit_ * (in_mesh - origin_);
+        if ((!has_tree_ || !root_.holds(in_model)) && !is_sought(in_mesh, answer)) return;
+        new_.add(cast<float>(in_model), index);
+        if (new_.count == k_bounded_at_once) bound();
     }
 
     void flush()
     {
-        const std::span points(points_.data(), count_);
-        const std::span found(found_.data(), count_);
-        nearest_surfaces(model_, within_, points, found);
-        for (std::size_t i = 0; i < count_; ++i) finish(points[i], found[i], answers_[index_[i]]);
-        count_ = 0;
+        bound();
+        search();
+    }
+
+    /// A point outside the root, answer.point: whether the hierarchy is searched for it all the same, as the band is so wide. Its
+    /// outermost leaves still bound from below.
+    bool is_sought(Vec3d in_mesh, SignedDistance& answer) const
+    {
+        const Vec3d point = answer.point;
+        answer = {};
+        answer.point = point;
+        answer.distance = away_from_sphere(model_, in_mesh);
+        if (model::is_normal(model_) && !has_tree_) answer.status = k_not_given;
+        return has_tree_ && model::has_exact(model_) && answer.distance <= static_cast<double>(within_) * model_.header.unit;
     }
 
     /// Of a point in model space.
     Vec3d position_in_frame(Vec3f p) const { return apply(pose_, origin_of(model_) + model_.header.unit * cast<double>(p)); }
 
 private:
+    void bound()
+    {
+        const std::span<const Vec3f> points = new_.points();
+        const std::span found(found_.data(), points.size());
+        std::uint16_t near[k_bounded_at_once];
+        const std::size_t count = bound_surfaces(model_, within_, points, found, near);
+        std::size_t k = 0;
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (k < count && near[k] == i)
+                ++k;
+            else
+                finish_bound(found[i], answers_[new_.index[i]]);
+        if (near_.count + count > k_searched_at_once) search();
+        for (std::size_t i = 0; i < count; ++i) near_.add(points[near[i]], new_.index[near[i]]);
+        new_.count = 0;
+    }
+    void search()
+    {
+        const std::span<const Vec3f> points = near_.points();
+        const std::span found(found_.data(), points.size());
+        search_surfaces(model_, points, found);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            SignedDistance& answer = answers_[near_.index[i]];
+            if (model::has_exact(model_))
+                finish_exact(points[i], found[i], answer);
+            else
+                finish_approximate(points[i], answer);
+        }
+        near_.count = 0;
+    }
+
     bool is_inside(Vec3f p, std::uint32_t sides) const
     {
         if (model_.header.solid == 0 || sides == k_seen_outside) return false;
@@ -109,17 +171,14 @@ private:
     }
 
     /// answer.point is the queried point.
-    void finish(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
+    void finish_bound(const NearestSurface& found, SignedDistance& answer) const
     {
-        const Vec3d point = answer.point;
-        if (found.bound) {
-            const auto away = static_cast<double>(found.distance) * model_.header.unit;
-            answer = {found.sides == k_seen_inside ? -away : away, {}, point, -1, DistanceKind::LowerBound, k_ok};
-        } else if (model::has_exact(model_)) {
-            finish_exact(p, found, answer);
-        } else {
-            finish_approximate(p, answer);
-        }
+        const auto away = static_cast<double>(found.distance) * model_.header.unit;
+        answer.distance = found.sides == k_seen_inside ? -away : away;
+        answer.gradient = {};
+        answer.part = -1;
+        answer.known = DistanceKind::LowerBound;
+        answer.status = k_ok;
     }
 
     void finish_exact(Vec3f p, const NearestSurface& found, SignedDistance& answer) const
@@ -255,12 +314,15 @@ private:
 
     const ModelView& model_;
     const Pose pose_, to_mesh_;
+    const bool finite_, has_tree_;
+    const Root root_;
+    const Vec3d origin_;
+    const double per_unit_;
     std::span<SignedDistance> answers_;
     float within_;
-    std::size_t count_ = 0;
-    Scratch<Vec3f> points_;
-    std::size_t index_[k_chunk];
-    Scratch<NearestSurface> found_;
+    WaitingPoints<k_bounded_at_once> new_;
+    WaitingPoints<k_searched_at_once> near_;
+    Scratch<NearestSurface, k_searched_at_once> found_;
 };
 
 }  // namespace

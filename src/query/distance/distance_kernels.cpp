@@ -16,100 +16,102 @@ namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
 /// Points are sought together where leaves have several of them, else one by one.
-bool are_dense(const ModelView& model, std::span<const Vec3f> points, std::span<const std::uint16_t> near)
+bool are_dense(const ModelView& model, std::span<const Vec3f> points)
 {
     constexpr std::size_t k_few = 8;
     constexpr float k_leaves_a_point = 5;
-    if (near.size() <= k_few) return false;
-    Vec3f lo = points[near.front()], hi = lo;
-    for (const std::uint16_t i : near)
+    if (points.size() <= k_few) return false;
+    Vec3f lo = points.front(), hi = lo;
+    for (const Vec3f& p : points)
         for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], points[i][k]);
-            hi[k] = std::max(hi[k], points[i][k]);
+            lo[k] = std::min(lo[k], p[k]);
+            hi[k] = std::max(hi[k], p[k]);
         }
     // Of the object's leaves those about the points, as though the surface were spread over its sphere.
     const Vec3f extent = hi - lo;
     const float share = std::max({extent.x, extent.y, extent.z}) / (2 * model.header.sphere[3]);
     const auto leaves = static_cast<float>(model::leaf_count(model.distance.header.entries));
-    return k_leaves_a_point * static_cast<float>(near.size()) >= leaves * std::min(share * share, 1.f);
-}
-
-/// Bounds for all; near: those that are not beyond, returns how many.
-HWY_NOINLINE std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points,
-                                     std::span<NearestSurface> found, std::uint16_t* near)
-{
-    const model::DistanceArrays<model::ArrayView>& arrays = model.distance;
-    std::size_t count = 0;
-    HWY_ALIGN float at[3][k_lanes];
-    for (std::size_t first = 0; first < points.size(); first += hn::Lanes(df)) {
-        const std::size_t n = std::min(points.size() - first, hn::Lanes(df));
-        for (std::size_t i = 0; i < hn::Lanes(df); ++i)
-            for (int k = 0; k < 3; ++k) at[k][i] = points[first + std::min(i, n - 1)][k];
-        const BoundLeaf leaf = find_leaf(arrays, {hn::Load(df, at[0]), hn::Load(df, at[1]), hn::Load(df, at[2])});
-        HWY_ALIGN float bound[k_lanes];
-        HWY_ALIGN std::int32_t word[k_lanes];
-        hn::Store(leaf.bound, df, bound);
-        hn::Store(leaf.word, di, word);
-        for (std::size_t i = 0; i < n; ++i) {
-            NearestSurface& out = found[first + i];
-            out = {};
-            const bool inside = (static_cast<std::uint32_t>(word[i]) & model::k_bound_inside) != 0;
-            out.sides = inside ? k_seen_inside : k_seen_outside;
-            out.bound = bound[i] > within && (static_cast<std::uint32_t>(word[i]) & model::k_bound_code) >= model::k_least_bound;
-            out.distance = bound[i];
-            if (out.bound) continue;
-            near[count++] = static_cast<std::uint16_t>(first + i);
-        }
-    }
-    return count;
-}
-
-HWY_NOINLINE void find_near(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found,
-                            std::span<const std::uint16_t> near)
-{
-    PointPacket packet;
-    packet.count = near.size();
-    for (std::size_t k = 0; k < near.size(); ++k) packet.put(k, points[near[k]]);
-    // A whole vector of numbers.
-    for (std::size_t k = near.size(); k % hn::Lanes(df) != 0; ++k) packet.put(k, points[near.back()]);
-    const Hierarchy hierarchy(model);
-    if (are_dense(model, points, near))
-        PacketSearch(model, packet).run();
-    else
-        for (std::size_t k = 0; k < near.size(); ++k) hierarchy.search(packet, k);
-    NearestSurface some[k_lanes];
-    for (std::size_t first = 0; first < near.size(); first += hn::Lanes(df)) {
-        hierarchy.finish(packet, first, some);
-        for (std::size_t k = first; k < std::min(near.size(), first + hn::Lanes(df)); ++k) found[near[k]] = some[k - first];
-    }
+    return k_leaves_a_point * static_cast<float>(points.size()) >= leaves * std::min(share * share, 1.f);
 }
 
 }  // namespace
 
-void find_nearest(const ModelView& model, float within, std::span<const Vec3f> points, std::span<NearestSurface> found)
+std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points, std::span<NearestSurface> found,
+                        std::uint16_t* near)
 {
-    std::uint16_t near[PointPacket::k_size];
-    for (std::size_t first = 0; first < points.size(); first += PointPacket::k_size) {
-        const auto some = points.subspan(first, std::min(points.size() - first, PointPacket::k_size));
-        const auto out = found.subspan(first, some.size());
-        const std::size_t count = find_bounds(model, within, some, out, near);
-        if (model.distance.groups.empty() || count == 0) continue;
-        find_near(model, some, out, {near, count});
+    const model::DistanceArrays<model::ArrayView>& arrays = model.distance;
+    std::size_t count = 0;
+    HWY_ALIGN float last[3 * k_lanes] = {};
+    for (std::size_t first = 0; first < points.size(); first += hn::Lanes(df)) {
+        const std::size_t n = std::min(points.size() - first, hn::Lanes(df));
+        const float* from = &points[first].x;
+        if (n < hn::Lanes(df)) {
+            for (std::size_t i = 0; i < 3 * n; ++i) last[i] = from[i];
+            from = last;
+        }
+        V3 p;
+        hn::LoadInterleaved3(df, from, p.x, p.y, p.z);
+        const BoundLeaf leaf = find_leaf(arrays, p);
+        const I code = hn::And(leaf.word, set_int(static_cast<std::int32_t>(model::k_bound_code)));
+        const M beyond = hn::And(hn::Gt(leaf.bound, set(within)),
+                                 hn::RebindMask(df, hn::Gt(code, set_int(static_cast<std::int32_t>(model::k_least_bound) - 1))));
+        const M inside =
+            hn::Not(equal(hn::And(leaf.word, set_int(static_cast<std::int32_t>(model::k_bound_inside))), hn::Zero(di)));
+        HWY_ALIGN float bound[k_lanes];
+        HWY_ALIGN std::int32_t sides[k_lanes];
+        hn::Store(leaf.bound, df, bound);
+        hn::Store(blend(inside, set_int(k_seen_inside), set_int(k_seen_outside)), di, sides);
+        for (std::size_t i = 0; i < n; ++i) {
+            NearestSurface& out = found[first + i];
+            out.distance = bound[i];
+            out.sides = static_cast<std::uint32_t>(sides[i]);
+        }
+        each_lane(hn::AndNot(beyond, hn::FirstN(df, n)),
+                  [&](std::size_t i) { near[count++] = static_cast<std::uint16_t>(first + i); });
     }
+    return count;
+}
+
+void find_nearest(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found)
+{
+    PointPacket packet;
+    packet.count = points.size();
+    for (std::size_t k = 0; k < points.size(); ++k) packet.put(k, points[k]);
+    // A whole vector of numbers.
+    for (std::size_t k = points.size(); k % hn::Lanes(df) != 0; ++k) packet.put(k, points.back());
+    const Hierarchy hierarchy(model);
+    if (are_dense(model, points))
+        PacketSearch(model, packet).run();
+    else
+        for (std::size_t k = 0; k < points.size(); ++k) hierarchy.search(packet, k);
+    for (std::size_t first = 0; first < points.size(); first += hn::Lanes(df)) hierarchy.finish(packet, first, &found[first]);
 }
 
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+
+#include <algorithm>
+
 namespace sqmap::query {
 
+HWY_EXPORT(find_bounds);
 HWY_EXPORT(find_nearest);
 
-void nearest_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
-                      std::span<NearestSurface> found) noexcept
+std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
+                           std::span<NearestSurface> found, std::span<std::uint16_t> near) noexcept
 {
-    HWY_DYNAMIC_DISPATCH(find_nearest)(model, within, points, found);
+    return HWY_DYNAMIC_DISPATCH(find_bounds)(model, within, points, found, near.data());
+}
+
+void search_surfaces(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found) noexcept
+{
+    if (points.empty()) return;
+    if (model.distance.groups.empty())
+        std::fill_n(found.begin(), points.size(), NearestSurface{});
+    else
+        HWY_DYNAMIC_DISPATCH(find_nearest)(model, points, found);
 }
 
 }  // namespace sqmap::query

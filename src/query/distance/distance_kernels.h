@@ -11,18 +11,24 @@ namespace sqmap::query {
 /// What the triangles as near as the nearest say of the side that a point is on.
 enum SeenSide : std::uint32_t { k_seen_outside = 1, k_seen_inside = 2, k_seen_unclear = 4 };
 
-/// The nearest surface of a point, or a bound.
+/// The nearest surface of a point, or a bound, which has a distance and a side.
 struct NearestSurface {
     Vec3f offset{};           ///< from the point to the surface
-    float distance = 0;       ///< not negative
+    float distance = 0;       ///< of bounds: at least; they may be negative
     std::int32_t entry = -1;  ///< triangle, or #triangles + piece; -1: no triangle was found
     std::uint32_t sides = 0;  ///< bits of SeenSide
-    bool bound = false;       ///< distance is a lower bound
 };
 
-/// within: up to where exact answers are sought; -INFINITY: bounds for all, which may be negative. Outside the root of the tree
-/// of bounds they may be less than half of the distance. @pre found.size() >= points.size()
-void nearest_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
-                      std::span<NearestSurface> found) noexcept;
+inline constexpr std::size_t k_bounded_at_once = 256, k_searched_at_once = 4096;
+
+/// Bounds for up to k_bounded_at_once points; near: the indices of those that are not known to be farther
+/// than within, whose bounds do not count. Returns how many. Outside the root of the tree of bounds they may be less than half of
+/// the distance. @pre found.size() and near.size() >= points.size(); there is a tree
+[[nodiscard]] std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
+                                         std::span<NearestSurface> found, std::span<std::uint16_t> near) noexcept;
+
+/// The nearest triangles of up to k_searched_at_once points, together: the more, the less time each takes.
+/// @pre found.size() >= points.size()
+void search_surfaces(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found) noexcept;
 
 }  // namespace sqmap::query

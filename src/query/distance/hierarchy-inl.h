@@ -28,7 +28,7 @@ constexpr float k_tie = 1.001f;    // squared distances up to which a triangle i
 /// Points side by side, each with the nearest triangle so far. Answers depend on neither the order of the search nor its vectors:
 /// of triangles as near the one that comes first counts, and sides are least distances of those that see the point so.
 struct PointPacket {
-    static constexpr std::size_t k_size = 4096, k_capacity = k_size + k_max_lanes;
+    static constexpr std::size_t k_capacity = k_searched_at_once + k_max_lanes;
     std::size_t count = 0;
     float x[k_capacity], y[k_capacity], z[k_capacity];
     float distance_sq[k_capacity];   ///< before a search: what is farther is not looked for
@@ -128,8 +128,7 @@ public:
             found[i] = {{values[0][i], values[1][i], values[2][i]},
                         values[3][i],
                         points.slot[first + i] == PointPacket::k_no_slot ? -1 : static_cast<std::int32_t>(entries[i]),
-                        static_cast<std::uint32_t>(seen[i]),
-                        false};
+                        static_cast<std::uint32_t>(seen[i])};
     }
 
     /// Squared distances up to which a triangle is as near, for all that float tells.

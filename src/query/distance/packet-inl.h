@@ -32,6 +32,11 @@ private:
         std::int32_t index[PointPacket::k_capacity];
     };
 
+    /// Points that go to a leaf.
+    struct LeafList : List {
+        float p[3][PointPacket::k_capacity];
+    };
+
     HWY_INLINE V3 load(const List& list, std::size_t i, I& index) const
     {
         index = hn::LoadU(di, list.index + i);
@@ -219,9 +224,32 @@ private:
             if ((chosen >> c & 3u) == 0) continue;
             for (std::uint32_t k = 0; k < 2; ++k) {
                 leaf_list_[k].count = 0;
-                if ((chosen >> (c + k) & 1u) != 0) take(level, c + k, leaf_list_[k]);
+                if ((chosen >> (c + k) & 1u) != 0) take_near(level, boxes, c + k, leaf_list_[k]);
             }
-            measure_leaves(group * k_hierarchy_width + c);
+            if (leaf_list_[0].count + leaf_list_[1].count > 0) measure_leaves(group * k_hierarchy_width + c);
+        }
+    }
+
+    /// Those of the level's list that go to a leaf and are still within reach of it: leaves before it may have brought their
+    /// surfaces nearer.
+    HWY_INLINE void take_near(std::uint32_t level, const LeafBoxes& boxes, std::uint32_t c, LeafList& to) const
+    {
+        const List& list = lists_[level];
+        const I bit = child_bit(c);
+        for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
+            M taken = hn::And(within(list, i), hn::Not(equal(hn::And(hn::LoadU(di, children_[level] + i), bit), hn::Zero(di))));
+            if (!any(taken)) continue;
+            const I index = blend(taken, hn::LoadU(di, list.index + i), hn::Zero(di));
+            const V3 p{hn::LoadU(df, near_points_[0] + i), hn::LoadU(df, near_points_[1] + i),
+                       hn::LoadU(df, near_points_[2] + i)};
+            const F d_sq = to_box(boxes, p, [c](const float* row) HWY_ATTR { return set(row[c]); });
+            taken = hn::And(taken, hn::Le(d_sq, tie_above_lanes(hn::GatherIndex(df, points_.distance_sq, index))));
+            if (!any(taken)) continue;
+            pack(index, taken, to.index + to.count);
+            pack(p.x, taken, to.p[0] + to.count);
+            pack(p.y, taken, to.p[1] + to.count);
+            pack(p.z, taken, to.p[2] + to.count);
+            to.count += hn::CountTrue(df, taken);
         }
     }
 
@@ -247,12 +275,12 @@ private:
     HWY_INLINE F tie_above_lanes(F distance_sq) const { return mul_add(distance_sq, set(k_tie), set(tie_)); }
 
     /// A leaf's triangles, from `first` in the block and from `slot` among the entries.
-    HWY_INLINE void measure(const List& list, std::size_t first, std::uint32_t slot)
+    HWY_INLINE void measure(const LeafList& list, std::size_t first, std::uint32_t slot)
     {
         const F far = set(PointPacket::k_far_sq);
         for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
-            I index;
-            const V3 p = load(list, i, index);
+            const I index = blend(within(list, i), hn::LoadU(di, list.index + i), set_int(list.index[i]));
+            const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
             F least = far, outside_sq = far, inside_sq = far, unclear_sq = far;
             I nearest = hn::Zero(di);
             for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
@@ -292,7 +320,8 @@ private:
     static constexpr std::size_t k_levels = model::k_max_hierarchy_levels + 1;
 
     PointPacket& points_;
-    List lists_[k_levels], leaf_list_[2];
+    List lists_[k_levels];
+    LeafList leaf_list_[2];
     std::int32_t children_[k_levels][PointPacket::k_capacity];  // a bit for each child that a point of the level's list goes to
     float near_points_[4][PointPacket::k_capacity];
     TriangleFrames frames_;
