@@ -169,6 +169,45 @@ nlohmann::json timed(const bench::FrameClock& clock, const Case& c, Run&& run)
             {"found", found / static_cast<double>(c.frames.size())}};
 }
 
+/// A layer's answers beside those of the exact layer: verdicts in percent of its contacts, depths in millimetres.
+struct LayerErrors {
+    double missed_percent = 0, false_percent = 0, depth_mm = 0;
+};
+
+LayerErrors errors_of(const Case& c, const std::vector<Part>& parts, query::Layer layer)
+{
+    query::Probe probe(c.frames.front().nodes);
+    const std::size_t nodes = c.frames.front().nodes.size();
+    std::vector<query::Contact> found(nodes);
+    std::vector<float> exact(nodes), own(nodes);
+    const auto depths = [&](const Frame& f, std::size_t part, query::Layer of, std::vector<float>& out) {
+        std::fill(out.begin(), out.end(), -1.f);
+        const query::ProbeResult r = query::query_probe(
+            {.model = &parts[part].model}, {.probe = &probe, .pose = sqmap::inverse(f.poses[part])}, {.layer = of}, found);
+        for (const query::Contact& contact : r.written(found)) out[contact.index] = contact.depth;
+    };
+    std::size_t contacts = 0, missed = 0, wrong = 0, both = 0;
+    double sum = 0;
+    for (const Frame& f : c.frames) {
+        probe.move(f.nodes);
+        for (std::size_t p = 0; p < parts.size(); ++p) {
+            depths(f, p, query::Layer::Exact, exact);
+            depths(f, p, layer, own);
+            for (std::size_t i = 0; i < nodes; ++i) {
+                contacts += exact[i] >= 0 ? 1u : 0u;
+                missed += exact[i] >= 0 && own[i] < 0 ? 1u : 0u;
+                wrong += exact[i] < 0 && own[i] >= 0 ? 1u : 0u;
+                if (exact[i] < 0 || own[i] < 0) continue;
+                ++both;
+                sum += 1000 * static_cast<double>(std::abs(own[i] - exact[i]));
+            }
+        }
+    }
+    const auto all = static_cast<double>(std::max<std::size_t>(contacts, 1));
+    return {100 * static_cast<double>(missed) / all, 100 * static_cast<double>(wrong) / all,
+            sum / static_cast<double>(std::max<std::size_t>(both, 1))};
+}
+
 nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vector<Part>& parts)
 {
     nlohmann::json rows = nlohmann::json::object();
@@ -196,6 +235,10 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             }
             return contacts;
         });
+        const LayerErrors errors = errors_of(c, parts, layer);
+        rows[name]["missed_percent"] = errors.missed_percent;
+        rows[name]["false_percent"] = errors.false_percent;
+        rows[name]["depth_error_mm"] = errors.depth_mm;
     }
     rows["dense field"] = timed(clock, c, [&](const Frame& f) {
         std::size_t contacts = 0;
@@ -310,9 +353,14 @@ int main(int argc, char** argv)
             "the height; %.3f m/s at the end; %016llx\n",
             c.name.c_str(), c.frames.front().nodes.size(), median(us), median(c.move_us), 100 * c.deep.nodes / c.height,
             100 * c.deep.interiors / c.height, c.fastest, static_cast<unsigned long long>(c.hash));
-        for (const auto& [method, m] : row["methods"].items())
-            std::printf("  %-34s %9.1f us  (p99 %.1f)  finds %.0f\n", method.c_str(), m["us_median"].get<double>(),
+        for (const auto& [method, m] : row["methods"].items()) {
+            std::printf("  %-34s %9.1f us  (p99 %.1f)  finds %.0f", method.c_str(), m["us_median"].get<double>(),
                         m["us_p99"].get<double>(), m["found"].get<double>());
+            if (m.contains("depth_error_mm"))
+                std::printf("  misses %.3f %%, false %.3f %%, depths %.4f mm off", m["missed_percent"].get<double>(),
+                            m["false_percent"].get<double>(), m["depth_error_mm"].get<double>());
+            std::printf("\n");
+        }
         std::fflush(stdout);
         out["cases"].push_back(std::move(row));
     };

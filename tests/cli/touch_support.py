@@ -2,6 +2,7 @@
 import base64
 import csv
 import json
+import math
 import os
 import socket
 import struct
@@ -116,3 +117,6 @@ class TouchTest(unittest.TestCase):
         result = run("touch", "--object", model, "--device", device, "--seconds", seconds, "--record", name, *options)
         self.assertEqual(result.returncode, 0, result.stderr)
         return result
+
+    def forces(self, name):
+        return [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of(name)]

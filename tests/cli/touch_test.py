@@ -155,9 +155,6 @@ class Touch(TouchTest):
         self.assertGreater(sum(force > 0.01 for force in felt), 1, felt)
         self.assertIn("bit-identical", run("replay", "glove.csv").stdout)
 
-    def forces(self, name):
-        return [math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of(name)]
-
     def test_a_texture_is_carved_and_another_seed_is_another_relief(self):
         plain, textured, other, image = "plain.csv", "textured.csv", "other.csv", "image.csv"
         write_png("black.png", 8, 8, lambda x, y: 0)
