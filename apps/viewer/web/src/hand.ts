@@ -120,6 +120,8 @@ export class Hand {
 
   /// The program needs to hear of it again after a lost connection.
   again(): void { if (this.held) this.begin(); }
+  /// Held, and the program has not taken it up yet.
+  get waits(): boolean { return this.held && this.downAt > 0; }
 
   letGo(): void {
     if (!this.held) return;

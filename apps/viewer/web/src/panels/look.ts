@@ -16,7 +16,7 @@ const partCard = card('Part', partBox);
 partCard.hidden = true;
 export const lookPanel = h('div', {},
   card('Show',
-    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up by the cure'], ['difference', 'Difference of projections']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
+    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
     choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
     h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
       check('Superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),

@@ -8,10 +8,19 @@ import { select } from './parts';
 export const factsBox = h('div', { class: 'facts', id: 'facts' });
 export const count = (n: number): string => (n === 1 ? '1 part' : `${n} parts`);
 
-/// What was done to the file's surface, and how far that moved it; share of R_max.
+/// Of R_max, in words; what rounding leaves is nothing.
+function share(f: ObjectFacts, length: number): string {
+  const percent = (100 * length * f.metresPerUnit) / f.rMax;
+  return `${percent < 1e-4 ? '0' : digits(percent, 2)} %`;
+}
+/// What was done to the file's surface, and how far that moved it: the greater of both ways.
 function cureWords(f: ObjectFacts): string {
-  const c = f.cure!, share = (x: number) => `${digits((100 * x * f.metresPerUnit) / f.rMax, 2)} %`;
-  return `${c.rung}: ${digits(100 * c.made_up_share, 2)} % of the surface is made up; moved: 99 % within ${share(c.result_to_input.p99)}, all within ${share(c.result_to_input.max)} of R_max from the file, and ${share(c.input_to_result.p99)}, ${share(c.input_to_result.max)} to it`;
+  const c = f.cure!, greater = (k: string) => share(f, Math.max(c.result_to_input[k], c.input_to_result[k]));
+  return `${c.rung}: ${digits(100 * c.made_up_share, 2)} % of the surface is made up; the rest moved by at most ${greater('max')} of R_max, 99 % of it by ${greater('p99')}`;
+}
+function cureDetails(f: ObjectFacts): string {
+  const c = f.cure!, way = (d: Record<string, number>) => `mean ${share(f, d.mean)}, p99 ${share(f, d.p99)}, max ${share(f, d.max)} of R_max`;
+  return `From the file to the mesh: ${way(c.input_to_result)}. From the mesh to the file: ${way(c.result_to_input)}.`;
 }
 
 /// Of the selected object, or of the only one, else of all.
@@ -37,7 +46,7 @@ function showFacts(): void {
     return h('li', {}, title,
       h('span', {}, `${count(f.parts.length)}, ${f.edited ? '' : `${bytes(f.bytes.total)}, `}${f.triangles.toLocaleString('en')} faces`),
       h('span', {}, `${f.central ? 'central maps' : 'the paper’s maps (normal)'}${f.exact ? ' and triangles' : ''}`),
-      f.cure && h('span', { class: 'cure' }, cureWords(f)),
+      f.cure && h('span', { class: 'cure', title: cureDetails(f) }, cureWords(f)),
       h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
         f.edited ? 'Bytes, certificates and errors are told once the parts are baked.' : `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}; 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });

@@ -140,4 +140,10 @@ on(['scene'], showTools);
 on(['scene'], showRows);
 
 /// After a lost connection the program knows of no tool and no grasp.
-export function again(): void { wasHeld = false; toolShown = -1; hand.again(); }
+export function again(): void {
+  wasHeld = false;
+  toolShown = -1;
+  hand.again();
+  // The program may not know yet that the old connection is gone, which then still holds the tool.
+  const retry = setInterval(() => { if (hand.waits) hand.again(); else clearInterval(retry); }, 1500);
+}
