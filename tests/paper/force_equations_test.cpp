@@ -1,53 +1,49 @@
-// Equations 21 and 32 to 34 of the paper.
-#include "sqmap/bake/normal_map.h"
+// Equations 21, 26 and 32 to 34 of the paper.
 #include "sqmap/haptic/force.h"
+#include "sqmap/haptic/step.h"
 #include "sqmap/haptic/texture.h"
-#include "sqmap/mesh/shapes.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/query/point.h"
+#include "support/parsed.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 namespace sqmap {
 namespace {
 
-// A ball of 0.8 in a superquadric that is a ball of 1: everything has a closed form.
-class BallInBall : public testing::Test {
+// The servo's force on a ball of 0.8: everything has a closed form.
+class PaperForceOnABall : public testing::Test {
 protected:
-    BallInBall()
+    [[nodiscard]] Vec3d force_at(Vec3d p) const
     {
-        const mesh::Mesh m = mesh::sphere(0.8, 5);
-        std::vector<std::uint32_t> all(m.triangles.size());
-        std::iota(all.begin(), all.end(), 0u);
-        const bake::MapRays rays(m);
-        map = bake::bake_normal_map(rays, all, shape::Superquadricd{}, {.min_level = 6, .max_level = 6});
+        const query::Probe probe(std::vector<Vec3d>(1));
+        haptic::Zone zone{.probe = &probe, .options = haptic::with_paper_force({.stiffness = 300, .blend_time = 0})};
+        haptic::State state(std::span(&zone, 1));
+        haptic::TouchedBody ball{.model = &model.view()};
+        ball.material.friction = Friction::None;
+        const Pose pose{{}, p};
+        haptic::Wrench wrench;
+        (void)haptic::step(state, {.touched = std::span(&ball, 1), .poses = std::span(&pose, 1)}, std::span(&wrench, 1));
+        return wrench.force;
     }
-    [[nodiscard]] query::PartAnswer answer(Vec3d p) const { return query::project(map.view(), cast<float>(p)); }
-
-    bake::NormalMap map;
+    const test::Parsed model{mesh::sphere(0.8, 5), true, {.projection = model::Projection::Normal, .exact = false}};
     const std::vector<Vec3d> points{{0.6, 0.3, 0.2}, {-0.1, 0.7, -0.3}, {0.2, -0.4, 0.6}, {-0.5, -0.5, -0.3}};
 };
 
-TEST_F(BallInBall, Eq21SizeOfTheSpringForceFromTheMap)
+TEST_F(PaperForceOnABall, Eq21SizeFollowsTheMapsDepth)
 {
-    for (const Vec3d& p : points) {
-        const query::PartAnswer a = answer(p);
-        ASSERT_EQ(a.verdict, query::Verdict::Contact);
-        const double force = haptic::spring_force(300, {a.foot_distance, a.map_distance});
-        EXPECT_NEAR(force, 300 * (0.8 - norm(p)), 300 * 0.002);
-    }
-    EXPECT_DOUBLE_EQ(haptic::spring_force(300, {0.1, 0.3}), 60);  // an absolute value, as printed
+    for (const Vec3d& p : points) EXPECT_NEAR(norm(force_at(p)), 300 * (0.8 - norm(p)), 300 * 0.002);
+    EXPECT_EQ(force_at({0.7, 0.7, 0}), Vec3d{});
 }
 
-TEST_F(BallInBall, Eq32ReactionAlongTheSurfaceNormalOfEq26)
+TEST_F(PaperForceOnABall, Eq32DirectionIsTheNormalOfEq26)
 {
     for (const Vec3d& p : points) {
-        const query::PartAnswer a = answer(p);
-        const Vec3d f = haptic::reaction_force(300, a.foot_distance - a.map_distance, cast<double>(a.normal));
-        const Vec3d expected = 300 * (0.8 - norm(p)) * normalized(p);
-        EXPECT_LT(norm(f - expected), 0.03 * norm(expected) + 0.6);
+        const Vec3d f = force_at(p);
+        EXPECT_GT(dot(normalized(f), normalized(p)), std::cos(0.02));
+        const query::PointResult map = query::query_point(model.view(), p, {.smoothing = true});
+        EXPECT_LT(norm(f - (300 * map.depth) * map.normal), 1e-4);
     }
 }
 
@@ -72,7 +68,7 @@ TEST(Paper, Eq34NoiseChangesTheSizeByItsHeightAndIsFixedInPlace)
         const haptic::Relief r = haptic::relief_at(texture, p, n);
         const haptic::Carved c = haptic::carved(r, 0.005, n);
         // |S - (D + n_g)| with n_g = -height, a distance further in.
-        EXPECT_NEAR(haptic::spring_force(500, {0.105, 0.100 - r.height}), 500 * c.depth, 1e-9);
+        EXPECT_NEAR(std::abs(0.105 - (0.100 - r.height)), c.depth, 1e-12);
         const haptic::Relief again = haptic::relief_at(texture, p, n);
         EXPECT_EQ(r.height, again.height);
     }
