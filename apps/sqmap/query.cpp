@@ -88,7 +88,8 @@ struct Options {
     std::string model, points, output, layer = "3", projector = "newton";
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_layer3_gate;
-    bool certain = false, offset = false, smoothing = false;
+    int nearest_steps = 2;
+    bool certain = false, offset = false, smoothing = false, no_gaps = false, no_pruning = false;
     bool distance = false;
     double band = query::k_baked_band;  ///< mesh units
 };
@@ -108,7 +109,13 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                                       .gate = o.gate,
                                       .offset = o.offset,
                                       .smoothing = o.smoothing,
-                                      .projector = projector_named(o.projector)};
+                                      .projector = projector_named(o.projector),
+                                      .nearest_steps = o.nearest_steps,
+                                      .gaps = !o.no_gaps,
+                                      .pruning = !o.no_pruning};
+    if ((o.no_gaps || o.no_pruning || o.nearest_steps != query::QueryOptions{}.nearest_steps) && !model::is_normal(m))
+        throw BadPoints(o.model +
+                        " has the central projection: --no-gaps, --no-pruning and --nearest-steps are of the normal one");
     if (options.projector != query::Projector::Newton && !model::is_normal(m))
         throw BadPoints(o.model + " has the central projection, which searches no foot: --projector is of the normal one");
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
@@ -227,9 +234,20 @@ void add_query(CommandLine& line)
                                    "printed (to the letter)")
                            .one_of({"newton", "pyramid", "printed"})
                            .shows_default();
+    Option steps =
+        command
+            .option("--nearest-steps", options->nearest_steps,
+                    "Steps to the nearest surface after the foot of a normal model's layer 3 (newton); 0: depth to the "
+                    "tangent plane on the foot's line")
+            .in_range(0, 16)
+            .shows_default();
+    Option gaps = command.flag("--no-gaps", options->no_gaps, "A normal model's first surfaces alone, as the paper has them");
+    Option pruning =
+        command.flag("--no-pruning", options->no_pruning, "Of a normal model: contact where any part claims it (section 2)");
     Option distance =
         command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
-    for (Option other : {layer, gate, tolerance, certain, offset, smoothing, projector}) distance.excludes(other);
+    for (Option other : {layer, gate, tolerance, certain, offset, smoothing, projector, steps, gaps, pruning})
+        distance.excludes(other);
     command.option("--band", options->band, "How far distances are to be exact, mesh units; not given: as baked")
         .not_below_zero()
         .needs(distance);

@@ -5,6 +5,8 @@
 #include "model/flags.h"
 #include "sqmap/math/assert.h"
 
+#include <algorithm>
+
 namespace sqmap::model {
 
 shape::Superquadricf superquadric_of(const Part& part) noexcept
@@ -56,7 +58,10 @@ NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
     if (!a.smoothed.empty()) map.smoothed = a.smoothed.subspan(p.first_offset, p.offset_count);
     map.seed_count = p.seeds_along;
     map.seeds_mirrored = p.seeds_mirrored != 0;
-    map.seeds = a.seeds.subspan(p.first_seed, p.seed_count);
+    const std::size_t along = std::min<std::uint32_t>(p.seeds_along, 256), starts = along * along * along;
+    const std::span<const FootSeed> seeds = a.seeds.subspan(p.first_seed, p.seed_count);
+    map.seeds = seeds.first(std::min(starts, seeds.size()));
+    map.surface_seeds = seeds.subspan(map.seeds.size());
     return map;
 }
 

@@ -66,6 +66,8 @@ bool is_consistent(const NormalMapView& map) noexcept
            (map.offset.empty() || map.offset.size() == base_rows * base_columns) &&
            (map.smoothed.empty() || map.smoothed.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
            map.seeds.size() == n * n * n &&
+           (map.surface_seeds.empty() ||
+            map.surface_seeds.size() == std::size_t{k_surface_seeds} * k_surface_seeds * k_surface_seeds) &&
            is_sparse_table(map.correction_rows, map.corrections, map.eta_count, map.omega_count) &&
            is_sparse_table(map.gap_rows, map.gaps, std::size_t{map.eta_count} + 1, map.omega_count);
 }

@@ -86,7 +86,7 @@ struct NormalMap {
     std::vector<std::uint32_t> correction_rows, gap_rows;
     std::vector<model::MapGap> gaps;
     std::vector<model::VertexCorrection> corrections;
-    std::vector<model::FootSeed> seeds;
+    std::vector<model::FootSeed> seeds, surface_seeds;
     std::vector<model::SmoothedSample> smoothed;
     NormalMapReport report;
 

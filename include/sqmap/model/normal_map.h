@@ -51,6 +51,8 @@ struct FootSeed {
     std::uint8_t eta, omega;
     friend constexpr bool operator==(const FootSeed&, const FootSeed&) = default;
 };
+/// Of NormalMapView::surface_seeds along each axis.
+inline constexpr std::uint32_t k_surface_seeds = 12;
 
 /// One part's normal map. Grids are row-major, #eta_count by #omega_count, omega fastest; eta_i = pi (i / (eta_count - 1)
 /// - 1/2), omega_j = 2 pi j / omega_count - pi are equal-spaced angles (eqs. 9 and 10). The grid is the finest level;
@@ -76,6 +78,9 @@ struct NormalMapView {
     std::uint32_t seed_count = 0;              ///< seeds along each axis
     bool seeds_mirrored = false;               ///< seeds cover the octant x, y, z >= 0 only
     std::span<const FootSeed> seeds;           ///< #seed_count^3, z fastest, over the undeformed bounding box
+    /// Over the same box, #k_surface_seeds^3 or none: the sample that shows the surface nearest to the middle of a cell. Below
+    /// caps the search for a surface starts from it.
+    std::span<const FootSeed> surface_seeds;
 };
 
 /// True where no query can read outside the view's arrays and every number is finite and in its range: to be asked once

@@ -46,6 +46,12 @@ struct QueryOptions {
     /// Points, and probes of normal models, all layers but One and Exact: depth and normal of the smoothed map.
     bool smoothing = false;
     Projector projector = Projector::Newton;  ///< normal models, layers 2 and 3
+    /// Normal models, layer 3, Projector::Newton: how often a contact's surface is looked up again at the point's projection on
+    /// its tangent plane. 0: depth to the tangent plane where the foot's line meets the surface.
+    int nearest_steps = 2;
+    bool gaps = true;  ///< normal models, layer 3: openings behind the first surface; false: the paper's map, with its Q2 limit
+    /// Normal models: a part that proves a point free outweighs those that claim it (section 2). False: any claim is a contact.
+    bool pruning = true;
 };
 
 /// The layer that options stand for: Auto is resolved by the errors that bake measured (ModelView::measured), Exact of a model

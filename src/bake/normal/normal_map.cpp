@@ -312,6 +312,20 @@ double q2_share(const Caster& caster, const NormalMapView& view, std::span<const
     return total > 0 ? hidden / total : 0;
 }
 
+FootSeed seed_of(double eta_share, double omega_share)
+{
+    const auto code = [](double share) { return static_cast<std::uint8_t>(std::clamp(share * 256, 0.0, 255.0)); };
+    return {code(eta_share), code(omega_share)};
+}
+
+std::size_t nearest_of(const std::vector<Vec3d>& points, Vec3d q)
+{
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < points.size(); ++k)
+        if (norm_sq(points[k] - q) < norm_sq(points[best] - q)) best = k;
+    return best;
+}
+
 // The sample nearest to the middle of every seed cell, on a grid of 33 by 64.
 void make_seeds(const Superquadricd& sq, NormalMap& map)
 {
@@ -330,14 +344,37 @@ void make_seeds(const Superquadricd& sq, NormalMap& map)
         for (int y = 0; y < n; ++y)
             for (int z = 0; z < n; ++z) {
                 const Vec3d q = shape::deform(local, Vec3d{sq.a.x * middle(x), sq.a.y * middle(y), sq.a.z * middle(z)});
-                std::size_t best = 0;
-                for (std::size_t k = 1; k < points.size(); ++k)
-                    if (norm_sq(points[k] - q) < norm_sq(points[best] - q)) best = k;
+                const std::size_t best = nearest_of(points, q);
                 const int i = static_cast<int>(best) / grid.columns, j = static_cast<int>(best) % grid.columns;
-                const auto code = [](double share) { return static_cast<std::uint8_t>(std::clamp(share * 256, 0.0, 255.0)); };
-                map.seeds.push_back(
-                    {code(static_cast<double>(i) / (grid.rows - 1)), code(static_cast<double>(j) / grid.columns)});
+                map.seeds.push_back(seed_of(static_cast<double>(i) / (grid.rows - 1), static_cast<double>(j) / grid.columns));
             }
+}
+
+// The sample whose surface is nearest to the middle of every cell, of at most 65 by 128.
+void make_surface_seeds(const Superquadricd& sq, const Grid& grid, NormalMap& map)
+{
+    Superquadricd local = sq;
+    local.rotation = {};
+    local.translation = {};
+    const int every = std::max(1, (grid.rows - 1) / 64);
+    std::vector<Vec3d> points;
+    std::vector<FootSeed> codes;
+    for (int i = 0; i < grid.rows; i += every)
+        for (int j = 0; j < grid.columns; j += every) {
+            if (grid.at(i, j).kind != Kind::Hit) continue;
+            const shape::SurfacePoint<double> s = shape::surface_point(local, grid.angles(i, j));
+            points.push_back(s.point - grid.at(i, j).distance * s.normal);
+            // Read in 1/255 and 1/256 of their ranges.
+            codes.push_back(seed_of((255. * i / (grid.rows - 1) + 0.5) / 256, static_cast<double>(j) / grid.columns + 0.5 / 256));
+        }
+    if (points.empty()) return;
+    constexpr int k_along = static_cast<int>(model::k_surface_seeds);
+    const auto middle = [](int i) { return 2 * (i + 0.5) / k_along - 1; };
+    for (int x = 0; x < k_along; ++x)
+        for (int y = 0; y < k_along; ++y)
+            for (int z = 0; z < k_along; ++z)
+                map.surface_seeds.push_back(codes[nearest_of(
+                    points, shape::deform(local, Vec3d{sq.a.x * middle(x), sq.a.y * middle(y), sq.a.z * middle(z)}))]);
 }
 
 }  // namespace
@@ -377,6 +414,7 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     const int max = base.is_chosen() ? options.subdivisions : level - 2;
     map.subdivisions = static_cast<std::uint32_t>(std::clamp(options.subdivisions, 0, max));
     make_seeds(sq, map);
+    make_surface_seeds(sq, grid, map);
 
     double largest = 0;
     for (const Surface& s : grid.samples)

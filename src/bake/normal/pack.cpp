@@ -34,6 +34,7 @@ model::NormalMapView NormalMap::view() const
     v.seed_count = seed_count;
     v.seeds_mirrored = seeds_mirrored;
     v.seeds = seeds;
+    v.surface_seeds = surface_seeds;
     return v;
 }
 
@@ -42,7 +43,7 @@ std::size_t NormalMap::stored_bytes() const
     return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() +
            offset.size() + 4 * correction_rows.size() + sizeof(model::VertexCorrection) * corrections.size() +
            4 * gap_rows.size() + sizeof(model::MapGap) * gaps.size() + sizeof(model::SmoothedSample) * smoothed.size() +
-           sizeof(model::FootSeed) * seeds.size();
+           sizeof(model::FootSeed) * (seeds.size() + surface_seeds.size());
 }
 
 void append_normal_map(const NormalMap& m, model::ModelData& data)
@@ -64,7 +65,7 @@ void append_normal_map(const NormalMap& m, model::ModelData& data)
     p.offset_count = static_cast<std::uint32_t>(m.offset.size());
     p.seeds_along = m.seed_count;
     p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
-    p.seed_count = static_cast<std::uint32_t>(m.seeds.size());
+    p.seed_count = static_cast<std::uint32_t>(m.seeds.size() + m.surface_seeds.size());
     p.first_sample = append(m.distance, all.distance);
     append(m.normal, all.normal);
     p.first_cut = append(m.cuts, all.cuts);
@@ -75,6 +76,7 @@ void append_normal_map(const NormalMap& m, model::ModelData& data)
     p.first_offset = append(m.offset, all.offset);
     append(m.smoothed, all.smoothed);
     p.first_seed = append(m.seeds, all.seeds);
+    append(m.surface_seeds, all.seeds);
     all.parts.push_back(p);
 }
 

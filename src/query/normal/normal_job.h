@@ -12,7 +12,7 @@ struct NormalJob {
 
     const ProbeJob& probe;  ///< of a normal model
     ProjectionOptions options;
-    bool smoothing;
+    bool smoothing, pruning;
 };
 
 /// Step 4 of section 4.2: Layer 3 is worth its time while the base grid has fewer samples than k_L times the vertices.

@@ -18,14 +18,15 @@ ProjectionOptions projection_options(const ProbeJob& job, const QueryOptions& o)
     options.layer3_gate = job.gate;
     options.projector = o.projector;
     options.use_offset = o.offset;
-    if (o.projector != Projector::Newton) options.nearest_steps = 0;
+    options.nearest_steps = o.projector == Projector::Newton ? o.nearest_steps : 0;
+    options.use_gaps = o.gaps;
     return options;
 }
 
 }  // namespace
 
 NormalJob::NormalJob(const ProbeJob& job, const QueryOptions& o) noexcept
-    : probe(job), options(projection_options(job, o)), smoothing(o.smoothing && job.layer != Layer::One)
+    : probe(job), options(projection_options(job, o)), smoothing(o.smoothing && job.layer != Layer::One), pruning(o.pruning)
 {
     SQMAP_ASSERT(model::is_normal(job.model));
 }

@@ -23,6 +23,7 @@ struct PartAnswerLanes {
     F foot_distance, map_distance, depth_along, depth;
     AngleLanes angles;
     V3 foot, foot_normal, surface, normal;
+    FootLanes shown;  // of the surface, layers 2 and 3
 };
 HWY_INLINE M is_witness(const PartAnswerLanes& a)
 {
@@ -97,49 +98,45 @@ public:
         a.depth = blend(surface, dot(minus(a.surface, p), a.normal), a.depth_along);
         if (options_.projector == Projector::Printed) a.depth = a.depth_along;
         if (!coarse_ && options_.nearest_steps > 0) seek_nearest(p, found, hn::And(hn::And(active, a.contact), turned), a);
+        a.shown = found;
         return a;
     }
 
-    /// What this part's map shows of the surface about contacts that other parts have claimed, whether its superquadric holds
-    /// them or not: those of the lanes where that is nearer than a distance. Every surface point bounds the depth, so the nearest
-    /// is right.
+    /// What this part's map shows of the surface about contacts, from the sample whose surface is about the nearest on, whether
+    /// its superquadric holds them or not: those of the lanes where that is nearer than a distance. Every surface point bounds
+    /// the depth, so the nearest is right.
     HWY_NOINLINE M nearer_surface(const V3& p, F within, PartAnswerLanes& a) const
     {
-        const V3 q = sq_.to_local(p);
-        F gauge;
-        const M all = hn::Not(none());
-        FootLanes found = foot_from(sq_.through(sq_.to_unit(q), gauge), q, all);
-        const M proven = hn::Le(found.miss, proven_);
-        if (coarse_) found = at_base_sample(found.position, q);
-        a.angles = angles_at(found.position);
-        const SampleLanes sample = sample_at(a.angles);
+        if (view_.surface_seeds.empty()) return none();
+        const SeedTable table{view_.surface_seeds.data(), model::k_surface_seeds, false};
+        FootLanes found = foot_at(sq_, table_start(sq_.to_unit(sq_.to_local(p)), table));
+        const SampleLanes sample = sample_at(angles_at(found.position));
         a.flags = sample.flags;
-        a.contact = all;
-        a.foot = sq_.to_model(found.at.point);
-        a.foot_normal = sq_.direction_to_model(found.at.normal);
+        a.contact = hn::Not(none());
         // Beside a jump what lies between samples may be no surface.
         const M mapped = hn::And(equal(sample.flags, hn::Zero(di)), hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
-        a.surface = minus(a.foot, scaled(hn::IfThenElseZero(mapped, sample.distance), a.foot_normal));
+        a.surface = surface_below(found, hn::IfThenElseZero(mapped, sample.distance));
         a.normal = sample.normal;
         const V3 line = minus(a.surface, p);
         a.depth = dot(line, a.normal);
         const M nearer = hn::And(hn::Lt(length(line), within), hn::Gt(a.depth, hn::Zero(df)));
-        const M good = hn::And(hn::And(mapped, proven), nearer);
-        if (!coarse_ && any(good)) seek_nearest(p, found, good, a);
+        const M good = hn::And(mapped, nearer);
+        if (any(good)) seek_nearest(p, found, good, a);
+        a.shown = found;
         return good;
     }
 
-    /// Depth and normal of the smoothed map at the point's own foot, as the tangent plane there has them, for contacts with a
-    /// surface.
+    /// Depth and normal of the smoothed map at the foot of the surface found, as the tangent plane there has them.
     HWY_NOINLINE void smooth(const V3& p, PartAnswerLanes& a) const
     {
-        const SampleLanes plain = map_.interpolated(a.angles, options_.use_corrections), sample = map_.smoothed(a.angles, plain);
+        const AngleLanes angles = angles_at(a.shown.position);
+        const SampleLanes sample = map_.smoothed(angles, map_.interpolated(angles, options_.use_corrections));
         constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
         const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                 equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
         const M good = hn::And(known, hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
         if (!any(good)) return;
-        const V3 surface = minus(a.foot, scaled(hn::IfThenElseZero(known, sample.distance), a.foot_normal));
+        const V3 surface = surface_below(a.shown, hn::IfThenElseZero(known, sample.distance));
         a.surface = blend(good, surface, a.surface);
         a.normal = blend(good, sample.normal, a.normal);
         a.depth = blend(good, dot(minus(surface, p), sample.normal), a.depth);
@@ -186,6 +183,18 @@ public:
     F proven() const { return proven_; }
 
 private:
+    /// Eq. 22, model frame.
+    HWY_INLINE V3 surface_below(const FootLanes& foot, F distance) const
+    {
+        return minus(sq_.to_model(foot.at.point), scaled(distance, sq_.direction_to_model(foot.at.normal)));
+    }
+
+    /// Starts over the undeformed bounding box, or over its octant.
+    struct SeedTable {
+        const model::FootSeed* seeds;
+        std::uint32_t along;
+        bool mirrored;
+    };
     static constexpr PyramidOptions k_printed{
         .both_directions = false, .compare_distance = false, .wide_fallback = false, .seeded = false};
 
@@ -195,23 +204,23 @@ private:
         return arcs_;
     }
 
-    /// The table's start for undeformed points, taken from the grid.
-    HWY_INLINE PositionLanes table_start(const V3& unit) const
+    /// A table's start for undeformed points, taken from the grid.
+    HWY_INLINE PositionLanes table_start(const V3& unit, const SeedTable& table) const
     {
-        const auto n = static_cast<float>(view_.seed_count);
+        const auto n = static_cast<float>(table.along);
         I index = hn::Zero(di);
         for (const F& coordinate : {unit.x, unit.y, unit.z}) {
-            const F share = view_.seeds_mirrored ? hn::Abs(coordinate) : hn::Mul(set(0.5f), hn::Add(coordinate, set(1.f)));
+            const F share = table.mirrored ? hn::Abs(coordinate) : hn::Mul(set(0.5f), hn::Add(coordinate, set(1.f)));
             const F x = smaller(larger(hn::Mul(share, set(n)), hn::Zero(df)), set(n - 1));
-            index = hn::Add(hn::Mul(index, set_int(static_cast<std::int32_t>(view_.seed_count))), truncate(x));
+            index = hn::Add(hn::Mul(index, set_int(static_cast<std::int32_t>(table.along))), truncate(x));
         }
-        const I seed = MapLanes::half_word(reinterpret_cast<const std::uint16_t*>(view_.seeds.data()), index);
+        const I seed = MapLanes::half_word(reinterpret_cast<const std::uint16_t*>(table.seeds), index);
         const F eta = mul_add(to_float(hn::And(seed, set_int(255))), set(k_pi / 255), set(-0.5f * k_pi)),
                 omega = mul_add(to_float(shift_right<8>(seed)), set(2 * k_pi / 256), set(-k_pi));
         const SineCosine up = sine_cosine(eta), round = sine_cosine(omega);
         PositionLanes at{sq_.latitude().through(larger(up.cosine, hn::Zero(df)), up.sine).arc,
                          sq_.longitude().through(round.cosine, round.sine).arc};
-        if (view_.seeds_mirrored) {
+        if (table.mirrored) {
             const auto flip = [](F like, F& c, F& nc) {
                 c = hn::CopySign(c, like);
                 nc = hn::CopySign(nc, like);
@@ -228,7 +237,8 @@ private:
     HWY_INLINE FootLanes nearer_start(const HeldLanes& point) const
     {
         FootLanes own = foot_at(sq_, point.own);
-        const FootLanes seed = foot_at(sq_, table_start(point.unit));
+        const FootLanes seed =
+            foot_at(sq_, table_start(point.unit, {view_.seeds.data(), view_.seed_count, view_.seeds_mirrored}));
         const V3 to_own = minus(own.at.point, point.q), to_seed = minus(seed.at.point, point.q);
         const M nearer = hn::Lt(dot(to_seed, to_seed), dot(to_own, to_own));
         return {blend(nearer, seed.position, own.position),
@@ -289,8 +299,9 @@ private:
 
     /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
     /// point found. A step is kept while it leads to a nearer surface point.
-    HWY_NOINLINE void seek_nearest(const V3& p, FootLanes foot, M active, PartAnswerLanes& a) const
+    HWY_NOINLINE void seek_nearest(const V3& p, FootLanes& kept, M active, PartAnswerLanes& a) const
     {
+        FootLanes foot = kept;
         F nearest = length(minus(a.surface, p));
         for (int step = 0; step < options_.nearest_steps && any(active); ++step) {
             const V3 target = plus(p, scaled(dot(minus(a.surface, p), a.normal), a.normal));
@@ -301,12 +312,13 @@ private:
             active = hn::And(hn::And(active, hn::Le(foot.miss, proven_)),
                              hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                      hn::Gt(dot(sample.normal, sample.normal), set(0.5f))));
-            const V3 surface = minus(sq_.to_model(foot.at.point),
-                                     scaled(hn::IfThenElseZero(active, sample.distance), sq_.direction_to_model(foot.at.normal)));
+            const V3 surface = surface_below(foot, hn::IfThenElseZero(active, sample.distance));
             const V3 line = minus(surface, p);
             const F distance = length(line);
             active = hn::And(active, hn::Lt(distance, nearest));
             nearest = blend(active, distance, nearest);
+            kept.position = blend(active, foot.position, kept.position);
+            kept.at = {blend(active, foot.at.point, kept.at.point), blend(active, foot.at.normal, kept.at.normal)};
             a.surface = blend(active, surface, a.surface);
             a.normal = blend(active, sample.normal, a.normal);
             a.depth = blend(active, dot(line, sample.normal), a.depth);

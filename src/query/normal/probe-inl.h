@@ -141,7 +141,7 @@ private:
         if (is_done()) states_.count = clusters_ = 0;
         if (clusters_ == 0) return;
         for (std::size_t i = 0; i < model_.parts.size(); ++i) hear(i);
-        if (normal_.options.layer != Layer::One && normal_.options.projector == Projector::Newton) seek_elsewhere();
+        if (normal_.options.layer != Layer::One && normal_.options.nearest_steps > 0) seek_nearest();
         for (std::size_t c = 0; c < clusters_; ++c)
             for (std::size_t k = 0; k < cluster_size_[c]; ++k) write(cluster_first_[c] + k);
         states_.count = clusters_ = 0;
@@ -162,8 +162,9 @@ private:
         contacts_.write(c);
     }
 
-    /// Contacts whose nearest surface other parts show than those that hold the point.
-    HWY_NOINLINE void seek_elsewhere()
+    /// The nearest surface of contacts that any part's map shows: not always the one on the foot's line, nor one of the parts
+    /// that hold the point, and below caps there is none yet.
+    HWY_NOINLINE void seek_nearest()
     {
         open_ = 0;
         for (std::size_t c = 0; c < clusters_; ++c)
@@ -181,7 +182,6 @@ private:
         held_.count = 0;
         for (std::size_t k = 0; k < open_; ++k) {
             const auto s = static_cast<std::size_t>(open_slots_[k]);
-            if (states_.part[s] == static_cast<std::int16_t>(index)) continue;
             // Below no surface: of the parts that are about the point.
             const float reach = sphere[3] + std::min(states_.key[s], 0.5f * sphere[3]);
             const Vec3f d = Vec3f{states_.x[s], states_.y[s], states_.z[s]} - model::vec3(sphere);
@@ -192,10 +192,10 @@ private:
         const NormalMapView view = model::normal_map_of(model_, index);
         const PartLanes part(view, normal_.options, job_.clusters == 0 ? nullptr : &arcs_);
         for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) {
-            const I slots = held_.slots(first);
-            const V3 p = position_of(slots);
+            const I at = held_.slots(first);
+            const V3 p = position_of(at);
             PartAnswerLanes a;
-            const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, slots), a));
+            const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, at), a));
             if (!any(nearer)) continue;
             const F key = hn::Abs(a.depth);
             if (normal_.smoothing) part.smooth(p, a);
@@ -291,7 +291,8 @@ private:
         PartAnswerLanes a = part.answer(p, point, hn::Not(none()));
         const F key = hn::Abs(a.depth);
         if (normal_.smoothing) part.smooth(p, a);
-        note(a, key, a.depth, {hn::And(present, a.contact), hn::And(present, is_witness(a))}, {held_.slot + first, index});
+        note(a, key, a.depth, {hn::And(present, a.contact), normal_.pruning ? hn::And(present, is_witness(a)) : none()},
+             {held_.slot + first, index});
     }
 
     struct Verdicts {

@@ -131,6 +131,30 @@ TEST(NormalKernel, PointsAndPartsAnswerAsTheProbe)
     EXPECT_GT(contacts, 2 * open);
 }
 
+// Some map shows the surface above a point that lies below caps alone.
+TEST(NormalKernel, ContactsBelowCapsFindTheNearestSurface)
+{
+    const Hand& hand = Hand::get();
+    const model::ModelView& view = hand.model.in_model_space();
+    double error = 0, depth = 0;
+    std::size_t open = 0, left = 0;
+    for (const Vec3d& point : hand.points) {
+        const Vec3f p = model::to_model_space(hand.model.view().header, point);
+        const PointResult alone = query_point(view, cast<double>(p), {.nearest_steps = 0}),
+                          found = query_point(view, cast<double>(p));
+        if (alone.status != k_no_surface) continue;
+        ASSERT_TRUE(found.contact);
+        const double truth = hand.model.solid().closest_boundary(cast<double>(p)).distance;
+        error += std::abs(found.depth - truth);
+        depth += truth;
+        ++open;
+        left += found.status == k_no_surface ? 1u : 0u;
+    }
+    EXPECT_GT(open, 20u);
+    EXPECT_LE(10 * left, open);
+    EXPECT_LT(error, 0.1 * depth);
+}
+
 // Parts that do not hold a point may show its nearest surface; verdicts are not theirs.
 TEST(NormalKernel, OtherPartsBringDepthNearerAndChangeNoVerdict)
 {

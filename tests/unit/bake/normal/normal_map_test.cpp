@@ -292,6 +292,8 @@ TEST(NormalMap, BakedViewsAreConsistentAndBrokenOnesAreNot)
     EXPECT_TRUE(broken([](auto& v) { v.distance = v.distance.first(v.distance.size() - 1); }));
     EXPECT_TRUE(broken([](auto& v) { v.cuts = {}; }));
     EXPECT_TRUE(broken([](auto& v) { v.seed_count = 5; }));
+    EXPECT_TRUE(broken([](auto& v) { v.surface_seeds = v.surface_seeds.first(5); }));
+    EXPECT_FALSE(broken([](auto& v) { v.surface_seeds = {}; }));
     EXPECT_TRUE(broken([](auto& v) { v.correction_rows = v.correction_rows.first(3); }));
     EXPECT_TRUE(broken([](auto& v) { v.distance_scale = std::nanf(""); }));
     EXPECT_TRUE(broken([](auto& v) { v.superquadric.eps1 = 0; }));
