@@ -9,6 +9,7 @@
 #include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
 
+#include <hwy/targets.h>
 #include <CLI/CLI.hpp>
 
 #include <cmath>
@@ -26,8 +27,21 @@ struct FramesOptions {
     std::vector<std::string> methods;
     RaceOptions race;
     double target_error = bake::BakeOptions{}.target_error;
+    std::string instructions;
     bool quiet = false;
 };
+
+const std::map<std::string, std::int64_t> k_instructions{
+    {"ssse3", HWY_SSSE3}, {"sse4", HWY_SSE4}, {"avx2", HWY_AVX2}, {"avx512", HWY_AVX3}};
+
+/// Of sqmap's kernels no wider set than that; empty: as the machine has them. Returns what they run on.
+std::string limit_instructions(const std::string& name)
+{
+    // Wider ones have the lower bits.
+    if (!name.empty()) hwy::DisableTargets(k_instructions.at(name) - 1);
+    const std::int64_t left = hwy::SupportedTargets();
+    return hwy::TargetName(left & -left);
+}
 
 const MethodEntry& entry_of(const std::string& name)
 {
@@ -61,6 +75,7 @@ void run_frames(const FramesOptions& options)
     for (const auto& [option, file] : {std::pair{"--json", options.json}, std::pair{"--series", options.series}})
         if (!file.empty() && !std::filesystem::is_directory(file.has_parent_path() ? file.parent_path() : "."))
             throw BenchError(std::string(option) + ' ' + file.string() + ": no such folder\n  cure: make it, or name another");
+    const std::string instructions = limit_instructions(options.instructions);
     const std::vector<Pose> path = read_path(options.path);
     const std::unique_ptr<Setting> setting = load_setting(options.files);
     setting->cache = options.cache;
@@ -77,6 +92,7 @@ void run_frames(const FramesOptions& options)
     const std::string text = json_text(records, {.object = options.files.object.filename().string(),
                                                  .probe = options.files.probe.filename().string(),
                                                  .path = options.path.filename().string(),
+                                                 .instructions = instructions,
                                                  .passes = options.race.passes,
                                                  .object_triangles = setting->object.triangles.size(),
                                                  .probe_vertices = setting->probe.vertices.size()});
@@ -125,6 +141,8 @@ void add_frames(CLI::App& app)
         ->capture_default_str();
     command->add_option("--cache", options->cache, "Folder that keeps distance fields between runs; empty: none")
         ->capture_default_str();
+    command->add_option("--instructions", options->instructions, "Widest set of sqmap's kernels; default: the machine's")
+        ->check(CLI::IsMember(k_instructions));
     command->add_option("--json", options->json, "File to write")->required();
     command->add_option("--series", options->series, "CSV to write: every frame's median time and contacts");
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");

@@ -50,6 +50,7 @@ std::span<const MethodEntry> method_entries()
         MethodEntry{.name = "sqmap_normal_layer3", .extra = true, .make = make_sqmap_normal, .argument = 3},
         MethodEntry{.name = "sqmap_normal_pyramid2", .extra = true, .make = make_sqmap_normal, .argument = 4},
         MethodEntry{.name = "sqmap_normal_pyramid3", .extra = true, .make = make_sqmap_normal, .argument = 5},
+        MethodEntry{.name = "sqmap_normal_one_lane", .extra = true, .make = make_sqmap_normal, .argument = 6},
         MethodEntry{.name = "sqmap_normal_printed", .extra = true, .make = make_sqmap_normal, .argument = 0},
         MethodEntry{.name = "dense64_simd_normal", .extra = true, .make = make_dense_simd_normal, .argument = 64},
         MethodEntry{.name = "dense128_simd_normal", .extra = true, .make = make_dense_simd_normal, .argument = 128},

@@ -1,6 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 and 4.2.
 #include "normal_maps.h"
 
+#include "query/normal/normal_job.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/query/probe.h"
 
@@ -32,8 +33,12 @@ double surface_area(const shape::Superquadricd& sq)
 
 class NormalQuery final : public Method {
 public:
-    NormalQuery(const Setting& setting, std::shared_ptr<const NormalMaps> maps, query::Layer layer, query::Projector projector)
-        : maps_(std::move(maps)), layer_(layer), projector_(projector), probe_(setting.probe.vertices), contacts_(probe_.size())
+    NormalQuery(const Setting& setting, std::shared_ptr<const NormalMaps> maps, const NormalMethod& method)
+        : maps_(std::move(maps)),
+          options_{.layer = method.layer, .projector = method.projector},
+          one_lane_(method.one_lane),
+          probe_(setting.probe.vertices),
+          contacts_(probe_.size())
     {
         bytes = maps_->bytes;
         build_s = maps_->build_s;
@@ -42,8 +47,10 @@ public:
 
     void run(const Pose& pose) override
     {
-        result_ = query::query_probe({.model = &maps_->model()}, {.probe = &probe_, .pose = {pose.rotation, pose.translation}},
-                                     {.layer = layer_, .projector = projector_}, contacts_);
+        const query::Body touched{.model = &maps_->model()},
+            collider{.probe = &probe_, .pose = {pose.rotation, pose.translation}};
+        result_ = one_lane_ ? query::run_normal_one_lane({query::ProbeJob(touched, collider, options_, contacts_), options_})
+                            : query::query_probe(touched, collider, options_, contacts_);
     }
 
     void read(FrameAnswer& out) const override
@@ -55,8 +62,8 @@ public:
 
 private:
     std::shared_ptr<const NormalMaps> maps_;
-    query::Layer layer_;
-    query::Projector projector_;
+    query::QueryOptions options_;
+    bool one_lane_;
     query::Probe probe_;
     std::vector<query::Contact> contacts_;
     query::ProbeResult result_;
@@ -114,10 +121,10 @@ query::ProjectionOptions paper_projection(query::Layer layer)
     return options;
 }
 
-std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps, query::Layer layer,
-                                          query::Projector projector)
+std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps,
+                                          const NormalMethod& method)
 {
-    return std::make_unique<NormalQuery>(setting, std::move(maps), layer, projector);
+    return std::make_unique<NormalQuery>(setting, std::move(maps), method);
 }
 
 ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> points, query::Layer layer)

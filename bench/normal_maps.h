@@ -58,9 +58,14 @@ private:
 /// As the paper asks: the pyramid search, and nothing behind the first surface.
 [[nodiscard]] query::ProjectionOptions paper_projection(query::Layer layer);
 
+struct NormalMethod {
+    query::Layer layer;
+    query::Projector projector;
+    bool one_lane = false;  ///< the kernel's reference
+};
 /// A probe query of the maps.
 [[nodiscard]] std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps,
-                                                        query::Layer layer, query::Projector projector);
+                                                        const NormalMethod& method);
 
 /// Eq. 35 as a mean: |D^ - D| along the superquadric's normal, over the points that lie inside a superquadric and whose line
 /// meets both the mesh and the map's surface; percent of R_max.

@@ -90,6 +90,7 @@ std::string json_text(std::span<const Record> records, const RunFacts& facts)
                        {"object", facts.object},
                        {"probe", facts.probe},
                        {"path", facts.path},
+                       {"instructions", facts.instructions},
                        {"object_triangles", facts.object_triangles},
                        {"probe_vertices", facts.probe_vertices}});
     }

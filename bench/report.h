@@ -13,6 +13,7 @@ namespace sqmap::bench {
 /// What a run was about, repeated in every record.
 struct RunFacts {
     std::string object, probe, path;  ///< file names
+    std::string instructions{};       ///< set that sqmap's kernels ran on
     std::uint32_t passes = 0;
     std::size_t object_triangles = 0, probe_vertices = 0;
 };

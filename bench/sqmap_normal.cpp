@@ -15,16 +15,14 @@ std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int which)
         maps = std::make_shared<const NormalMaps>(std::make_shared<const NormalParts>(setting), Density{});
         made[&setting] = maps;
     }
-    struct Query {
-        query::Layer layer;
-        query::Projector projector;
-    };
-    constexpr std::array k_queries{
-        Query{query::Layer::Two, query::Projector::Printed}, Query{query::Layer::One, query::Projector::Newton},
-        Query{query::Layer::Two, query::Projector::Newton},  Query{query::Layer::Three, query::Projector::Newton},
-        Query{query::Layer::Two, query::Projector::Pyramid}, Query{query::Layer::Three, query::Projector::Pyramid}};
-    const auto [layer, projector] = k_queries[static_cast<std::size_t>(which)];
-    return make_normal_query(setting, std::move(maps), layer, projector);
+    constexpr std::array k_queries{NormalMethod{query::Layer::Two, query::Projector::Printed},
+                                   NormalMethod{query::Layer::One, query::Projector::Newton},
+                                   NormalMethod{query::Layer::Two, query::Projector::Newton},
+                                   NormalMethod{query::Layer::Three, query::Projector::Newton},
+                                   NormalMethod{query::Layer::Two, query::Projector::Pyramid},
+                                   NormalMethod{query::Layer::Three, query::Projector::Pyramid},
+                                   NormalMethod{query::Layer::Three, query::Projector::Newton, true}};
+    return make_normal_query(setting, std::move(maps), k_queries[static_cast<std::size_t>(which)]);
 }
 
 }  // namespace sqmap::bench

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Measures haptic rendering on a folder of meshes and hand paths; writes the figures into docs/notes/haptics.md.
 
-usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only slide,ball,tick,density,points,points_tick,energy,paper,picture]
-FOLDERs default to ../shared/meshes and ../shared/paths beside the repository.
+usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only NAME,...] [--quick]
+NAMEs: slide, ball, paper_slide, tick, paper_tick, density, points, points_tick, energy, paper, picture.
+FOLDERs default to ../shared/meshes and ../shared/paths beside the repository. --quick: shapes that the program makes itself, few
+places, no hand; tables and picture go to build/haptics/quick.
 """
 import argparse
 import csv
@@ -12,13 +14,18 @@ import re
 import subprocess
 import tempfile
 
+import measure
 import plot
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs/notes/haptics.md"
 PICTURE_MESH = "horse_5946.obj"
 ANIMALS = {"bull_7154", "camel_4512", "cat_8108", "elephant_10272", "horse_5946"}
-METHODS = (("mesh", "mesh: nearest triangle", plot.GREY), ("shaded", "force shading", plot.BLUE), ("ours", "sqmap", plot.ORANGE))
+QUICK = ROOT / "build/haptics/quick"
+QUICK_SHAPES = ("torus", "bent")
+METHODS = (("mesh", "mesh: nearest triangle", plot.GREY), ("shaded", "force shading", plot.BLUE),
+           ("unsmoothed", "the paper's map", plot.VIOLET), ("smoothed", "the paper's smoothed map", plot.RED),
+           ("ours", "central model, stencil", plot.ORANGE))
 
 
 def vector(row, name):
@@ -34,7 +41,7 @@ def window(rows, reach=80):
     best, at = 0, 0
     for i in range(reach, len(rows) - reach):
         near = rows[i - reach:i + reach]
-        if near[0]["way"] != near[-1]["way"] or any(r["sharp"] == "1" for r in near):
+        if near[0]["way"] != near[-1]["way"] or any(r["sharp"] == "1" for r in near) or not any(map(float, vector(rows[i], "smoothed"))):
             continue
         step = distance(vector(rows[i], "mesh"), vector(rows[i - 1], "mesh"))
         if step > best:
@@ -74,20 +81,48 @@ def replace(name, text):
     PAGE.write_text(pattern.sub(lambda m: f"{m[1]}```\n{text.rstrip()}\n```\n{m[2]}", page), encoding="utf-8")
 
 
+def draw(program, mesh, out):
+    with tempfile.TemporaryDirectory() as folder:
+        trace = pathlib.Path(folder) / "trace.csv"
+        subprocess.run([program, "slide", "--paper", mesh, "--csv", trace], check=True, stdout=subprocess.DEVNULL)
+        picture(trace, out)
+
+
+def quick(program):
+    """Every force on shapes of the program's own: that all of it runs."""
+    QUICK.mkdir(parents=True, exist_ok=True)
+    meshes = [QUICK / f"{shape}.obj" for shape in QUICK_SHAPES]
+    for shape, mesh in zip(QUICK_SHAPES, meshes):
+        measure.run("shapes", shape, "-o", mesh)
+    for name, arguments in {"slide": ["slide", "--planes", "1", "--places", "20"],
+                            "paper_slide": ["slide", "--paper", "--planes", "1"], "energy": ["energy", "--places", "5"],
+                            "paper": ["energy", "--paper", "--places", "5"]}.items():
+        print(name, flush=True)
+        found = subprocess.run([program, *arguments, *map(str, meshes)], check=True, capture_output=True, text=True)
+        (QUICK / f"{name}.txt").write_text(found.stdout, encoding="utf-8")
+    draw(program, meshes[0], QUICK / "edges.svg")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--meshes", type=pathlib.Path, default=ROOT.parent / "shared/meshes")
     parser.add_argument("--paths", type=pathlib.Path, default=ROOT.parent / "shared/paths")
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sqmap_haptic")
-    parser.add_argument("--only", default="slide,ball,tick,density,points,points_tick,energy,paper,picture")
+    parser.add_argument("--only", default="slide,ball,paper_slide,tick,paper_tick,density,points,points_tick,energy,paper,picture")
+    parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
+    if options.quick:
+        quick(options.program)
+        return
     meshes, paths = sorted(options.meshes.glob("*.obj")), sorted(options.paths.glob("*.csv"))
     hand = ["--meshes", options.meshes]
     runs = {
         "slide": ["slide", "--places", "300", *meshes],
         "ball": ["slide", "--sphere", "--tolerance", "0.0003", "--planes", "2", "--places", "100", *meshes],
+        "paper_slide": ["slide", "--paper", *meshes],
         # The paper's scene: five animals and the hand.
         "tick": ["tick", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
+        "paper_tick": ["tick", "--paper", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
         "density": ["density", *hand, *paths],
         "points": ["density", "--touching", "1200", *hand, *paths],
         "points_tick": ["tick", "--touching", "1200", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
@@ -101,11 +136,7 @@ def main():
             found = subprocess.run([options.program, *map(str, arguments)], check=True, capture_output=True, text=True)
             replace(name, found.stdout)
     if "picture" in wanted:
-        with tempfile.TemporaryDirectory() as folder:
-            trace = pathlib.Path(folder) / "trace.csv"
-            subprocess.run([options.program, "slide", "--places", "1", options.meshes / PICTURE_MESH, "--csv", trace], check=True,
-                           stdout=subprocess.DEVNULL)
-            picture(trace, ROOT / "docs/images/haptic_edges.svg")
+        draw(options.program, options.meshes / PICTURE_MESH, ROOT / "docs/images/haptic_edges.svg")
 
 
 if __name__ == "__main__":

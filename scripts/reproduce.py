@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Repeats the paper's evaluation (its section 7): what ./dev reproduce runs once the programs are built.
 
-usage: reproduce.py [FOLDER] [--quick] [--redraw]
+usage: reproduce.py [FOLDER] [--quick] [--redraw] [--frames N] [--only memory,models,races,ticks,density]
 
 FOLDER holds meshes/ and paths/ (default: SQMAP_SHARED_DIR, or ../shared) with stand-ins for the paper's five animals and its
 hand; without them the demo's meshes stand in. Numbers go to build/reproduce as JSON and CSV, plots to
 docs/images/reproduction, tables into docs/reproduction.md. --quick: shapes that the program makes itself, coarse and short,
-all in build/reproduce/quick. --redraw: pictures, plots and tables again from the numbers of the last run.
+all in build/reproduce/quick. --redraw: pictures, plots and tables again from the numbers of the last run. --only: some of the
+measurements, the others' numbers are those of the last run. --frames: so many of each path.
 """
 import argparse
 import csv
@@ -50,8 +51,11 @@ ROLES = {
 QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "torus", "Horse": "dumbbell", "Elephant": "bent"}
 
 # What the races run. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
-METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_layer2", "sqmap_normal_layer3", "sqmap_layer3",
-           "sqmap_exact", "fcl_obb_all", "dense128", "adf")
+METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_pyramid3", "sqmap_normal_layer2", "sqmap_normal_layer3",
+           "sqmap_layer3", "sqmap_exact", "fcl_obb_all", "dense128", "adf")
+# The same maps on the machine's widest vectors, and by the kernel's reference: the same bits.
+WIDE_METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_pyramid3", "sqmap_normal_layer2", "sqmap_normal_layer3",
+                "sqmap_normal_one_lane", "fcl_obb_all")
 
 
 @dataclasses.dataclass
@@ -62,6 +66,7 @@ class Scale:
     levels: str = "3,4,5,6,7"
     density_levels: str = "4,5,6"
     density_frames: int = 25
+    grid: str = "65x128"
 
 
 def say(text):
@@ -111,19 +116,28 @@ def path_of(folder, subject, hand, kind, frames, out):
 
 # --- What is measured --------------------------------------------------------------------------------------------------
 
-def measure_memory(models, scale, out):
-    """Table 1 and Fig. 12: bytes of the fields and of the paper's maps, and of the default model."""
+def measure_memory(models, folder, scale, out):
+    """Table 1 and Fig. 12: bytes of the fields and of the paper's maps at several densities."""
     for subject in models:
         say(f"memory of {subject.role}: {subject.mesh.stem}")
         bench("memory", "--object", subject.mesh, "--cells", scale.cells, "--levels", scale.levels, "--json",
               out / f"memory.{subject.role}.json")
-        report, model = out / f"{subject.role}.bake.json", out / f"{subject.role}.sqmap"
-        measure.run("bake", subject.mesh, "-o", model, "--report", report)
-        baked, info = json.loads(report.read_text()), json.loads(measure.run("info", model, "--json"))
-        (out / f"model.{subject.role}.json").write_text(json.dumps({
-            "bytes": info["bytes"]["total"], "bytes_without_exact": info["bytes"]["without_exact"],
-            "parts": len(info["parts"]), "eq35_mean_pct": info["measured"]["eq35_percent"]["mean"],
-            "seconds": sum(baked["cpu_seconds"].values())}))
+
+
+def measure_models(models, folder, scale, out):
+    """Table 1: bytes of whole models."""
+    for subject in models:
+        say(f"models of {subject.role}: {subject.mesh.stem}")
+        found = {}
+        paper = ("--projection", "normal", "--grid", scale.grid, "--subdivisions")
+        for kind, options in (("default", ()), ("paper0", (*paper, "0")), ("paper1", (*paper, "1"))):
+            report, model = out / f"{subject.role}.{kind}.json", out / f"{subject.role}.{kind}.sqmap"
+            measure.run("bake", subject.mesh, "-o", model, "--report", report, *options)
+            baked, info = json.loads(report.read_text()), json.loads(measure.run("info", model, "--json"))
+            found[kind] = {"bytes": info["bytes"]["total"], "bytes_without_exact": info["bytes"]["without_exact"],
+                           "parts": len(info["parts"]), "eq35_mean_pct": info["measured"]["eq35_percent"]["mean"],
+                           "seconds": sum(baked["cpu_seconds"].values())}
+        (out / f"model.{subject.role}.json").write_text(json.dumps(found))
 
 
 def measure_races(models, folder, scale, out):
@@ -132,9 +146,11 @@ def measure_races(models, folder, scale, out):
     for subject in animals:
         for kind in figures.kinds_of(subject.role):
             say(f"the hand slides over {subject.role}, {kind}")
-            bench("frames", "--object", subject.mesh, "--probe", hand.mesh, "--path",
-                  path_of(folder, subject, hand, kind, scale.frames, out), "--methods", ",".join(METHODS), "--json",
-                  out / f"race.{subject.role}.{kind}.json", "--series", out / f"race.{subject.role}.{kind}.csv", "--quiet")
+            path = path_of(folder, subject, hand, kind, scale.frames, out)
+            for name, methods, limit in (("race", METHODS, ("--instructions", "avx2")), ("wide", WIDE_METHODS, ())):
+                bench("frames", "--object", subject.mesh, "--probe", hand.mesh, "--path", path, "--methods", ",".join(methods),
+                      "--json", out / f"{name}.{subject.role}.{kind}.json", "--series",
+                      out / f"{name}.{subject.role}.{kind}.csv", "--quiet", *limit)
 
 
 def measure_ticks(models, folder, scale, out):
@@ -142,8 +158,9 @@ def measure_ticks(models, folder, scale, out):
     hand, subject = models[0], next(m for m in models if m.role == "Elephant")
     for kind in figures.kinds_of(subject.role):
         say(f"the hand feels {subject.role}, {kind}")
-        bench("tick", path_of(folder, subject, hand, kind, scale.frames, out), "--meshes", subject.mesh.parent, "--series",
-              out / f"tick.{kind}.csv", program=HAPTIC)
+        for force, options in (("paper", ("--paper",)), ("full", ())):
+            bench("tick", path_of(folder, subject, hand, kind, scale.frames, out), "--meshes", subject.mesh.parent, "--series",
+                  out / f"tick.{force}.{kind}.csv", *options, program=HAPTIC)
 
 
 def measure_density(models, folder, scale, out):
@@ -189,7 +206,7 @@ def draw_pictures(models, out, images):
     for role in ("Elephant", "Tiger", "Horse"):
         subject = next(m for m in models if m.role == role)
         rows.append(out / f"fig10.{role}.png")
-        measure.run("render", out / f"{role}.sqmap", subject.mesh, "--what", "parts,superquadrics", "--up", subject.up, "--size",
+        measure.run("render", out / f"{role}.paper1.sqmap", subject.mesh, "--what", "parts,superquadrics", "--up", subject.up, "--size",
                     "430x340", *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", rows[-1])
     figures.stack([out / "fig04.png"], images / "fig04.png")
     figures.stack(rows, images / "fig10.png")
@@ -205,13 +222,16 @@ def load(models, out):
         data.model[role] = json.loads((out / f"model.{role}.json").read_text())
     for role in data.roles[1:]:
         for kind in figures.kinds_of(role):
-            with open(out / f"race.{role}.{kind}.csv", newline="") as rows:
-                data.series[role, kind] = [{k: float(v) for k, v in row.items() if v} for row in csv.DictReader(rows)]
-            data.records[role, kind] = json.loads((out / f"race.{role}.{kind}.json").read_text())
+            for name, series, records in (("race", data.series, data.records), ("wide", data.wide, data.wide_records)):
+                with open(out / f"{name}.{role}.{kind}.csv", newline="") as rows:
+                    series[role, kind] = [{k: float(v) for k, v in row.items() if v} for row in csv.DictReader(rows)]
+                records[role, kind] = json.loads((out / f"{name}.{role}.{kind}.json").read_text())
     for kind in figures.kinds_of("Elephant"):
-        with open(out / f"tick.{kind}.csv", newline="") as rows:
-            data.ticks[kind] = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
-    data.density = json.loads((out / "density.json").read_text())
+        for force in ("paper", "full"):
+            with open(out / f"tick.{force}.{kind}.csv", newline="") as rows:
+                data.ticks[force, kind] = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
+    if (out / "density.json").exists():  # not measured, Fig. 14c stays as it is
+        data.density = json.loads((out / "density.json").read_text())
     with open(out / "fig03.csv", newline="") as rows:
         data.sampling = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
     return data
@@ -223,20 +243,22 @@ def main():
                         default=pathlib.Path(os.environ.get("SQMAP_SHARED_DIR", ROOT.parent / "shared")))
     parser.add_argument("--quick", action="store_true", help="the project's own shapes, coarse and short; docs stay as they are")
     parser.add_argument("--redraw", action="store_true", help="from the numbers of the last run")
+    parser.add_argument("--only", default="memory,models,races,ticks,density", help="measurements, by comma")
+    parser.add_argument("--frames", type=int, default=Scale.frames, help="of each path")
     arguments = parser.parse_args()
     out = ROOT / "build" / "reproduce" / ("quick" if arguments.quick else "")
     images = out / "images" if arguments.quick else ROOT / "docs" / "images" / "reproduction"
     for folder in (out, images):
         folder.mkdir(parents=True, exist_ok=True)
-    scale = Scale(20, "32,64", "3,4", "3,4", 5) if arguments.quick else Scale()
+    scale = Scale(20, "32,64", "3,4", "3,4", 5, "17x32") if arguments.quick else Scale(frames=arguments.frames)
     models = subjects(arguments.folder, arguments.quick, out)
     if not arguments.redraw:
         commit = measure.commit()  # of the programs that run, whatever happens to the sources meanwhile
-        measure_memory(models, scale, out)
-        measure_races(models, arguments.folder, scale, out)
-        measure_ticks(models, arguments.folder, scale, out)
-        measure_density(models, arguments.folder, scale, out)
-        (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": commit,
+        for name, measurement in {"memory": measure_memory, "models": measure_models, "races": measure_races,
+                                  "ticks": measure_ticks, "density": measure_density}.items():
+            if name in arguments.only.split(","):
+                measurement(models, arguments.folder, scale, out)
+        (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": commit, "frames": scale.frames,
                                                   "stand_ins": {m.role: m.mesh.stem for m in models}}))
     draw_pictures(models, out, images)
     say("tables and plots")

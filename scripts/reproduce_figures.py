@@ -25,10 +25,12 @@ SCENE = "Scene"
 class Data:
     roles: list
     memory: dict = dataclasses.field(default_factory=dict)   # role: what sqmap_bench memory wrote
-    model: dict = dataclasses.field(default_factory=dict)    # role: the default model
-    series: dict = dataclasses.field(default_factory=dict)   # role, kind: a row a frame
+    model: dict = dataclasses.field(default_factory=dict)    # role: the default model, the paper's with A_S of 0 and 1
+    series: dict = dataclasses.field(default_factory=dict)   # role, kind: a row a frame; AVX2
     records: dict = dataclasses.field(default_factory=dict)  # role, kind: a record a method
-    ticks: dict = dataclasses.field(default_factory=dict)    # kind: a row a haptic tick on the elephant
+    wide: dict = dataclasses.field(default_factory=dict)     # the same with the machine's widest vectors
+    wide_records: dict = dataclasses.field(default_factory=dict)
+    ticks: dict = dataclasses.field(default_factory=dict)    # force, kind: a row a haptic tick on the elephant
     density: list = dataclasses.field(default_factory=list)
     sampling: list = dataclasses.field(default_factory=list)
     run: dict = dataclasses.field(default_factory=dict)
@@ -77,25 +79,26 @@ def kinds_of(role):
     return ("light", "deep", "near") if role == "Elephant" else ("light", "deep")
 
 
-def frames_of(data, role, kind):
+def frames_of(data, series, role, kind):
     """All frames of a role; of the scene, the frames of every animal in turn."""
     roles = data.roles[1:] if role == SCENE else [role]
-    return [row for r in roles for row in data.series[r, kind]]
+    return [row for r in roles for row in series[r, kind]]
 
 
-def share_of_obb(data, role, kind, method):
+def share_of_obb(data, role, kind, method, series=None):
     """Median time in percent of the OBB tree's median."""
-    frames = frames_of(data, role, kind)
+    frames = frames_of(data, series or data.series, role, kind)
     return 100 * statistics.median(f[method + "_us"] for f in frames) / statistics.median(f["fcl_obb_all_us"] for f in frames)
 
 
 LAYERS = [  # method, words, colour, shape, hollow
     ("sqmap_normal_layer1", "paper's maps, layer 1", BLUE, "circle", False),
     ("sqmap_normal_printed", "paper's maps, layer 2, search as printed", GREY, "circle", True),
+    ("sqmap_normal_pyramid3", "paper's maps, layer 3, corrected pyramid", GREY, "circle", False),
     ("sqmap_normal_layer2", "paper's maps, layer 2", ORANGE, "circle", False),
     ("sqmap_normal_layer3", "paper's maps, layer 3", RED, "circle", False),
-    ("sqmap_layer3", "sqmap today, layer 3", RED, "square", True),
-    ("sqmap_exact", "sqmap today, exact layer", VIOLET, "square", True),
+    ("sqmap_layer3", "central model, layer 3", RED, "square", True),
+    ("sqmap_exact", "central model, exact layer", VIOLET, "square", True),
     ("dense128", "dense field, 128 a side", GREEN, "diamond", True),
     ("adf", "ADF, split to an error of 0.1 %", GREEN, "diamond", False),
 ]
@@ -117,9 +120,10 @@ def figure_11a(data, images):
 TIMED = [
     ("fcl_obb_all", "FCL OBB tree, all contacts", GREY),
     ("sqmap_normal_layer3", "paper's maps, layer 3", RED),
-    ("sqmap_exact", "sqmap today, exact layer", VIOLET),
-    ("sqmap_layer3", "sqmap today, layer 3", BLUE),
+    ("sqmap_exact", "central model, exact layer", VIOLET),
+    ("sqmap_layer3", "central model, layer 3", BLUE),
 ]
+FORCES = [("paper", "the paper's force on its maps"), ("full", "the central model's force")]
 
 
 def figure_14a(data, images):
@@ -128,25 +132,29 @@ def figure_14a(data, images):
     chart = plot.Chart("Fig. 14a: collision detection while sliding over the elephant", "frame", "µs a frame", y_log=True, width=900)
     for method, name, colour in TIMED:
         chart.line(name, [(f["frame"], f[method + "_us"]) for f in frames], colour, width=1.4)
-    force = plot.Chart("Fig. 14a: a haptic tick of sqmap today, layer 3", "frame", "µs a tick", y_from_zero=True, width=900)
-    ticks = data.ticks["deep"]
-    force.line("collision detection", [(t["tick"], t["query_us"]) for t in ticks], BLUE, width=1.4)
-    force.line("force, torque, friction, safety", [(t["tick"], t["tick_us"] - t["query_us"]) for t in ticks], ORANGE, width=1.4)
-    force.line("whole tick", [(t["tick"], t["tick_us"]) for t in ticks], RED, width=1.4)
-    plot.save(images / "fig14a.svg", chart, force)
+    charts = [chart]
+    for force, name in FORCES:
+        chart = plot.Chart(f"Fig. 14a: a haptic tick, {name}, layer 3", "frame", "µs a tick", y_from_zero=True, width=900)
+        ticks = data.ticks[force, "deep"]
+        chart.line("collision detection", [(t["tick"], t["query_us"]) for t in ticks], BLUE, width=1.4)
+        chart.line("force, torque, friction, safety", [(t["tick"], t["tick_us"] - t["query_us"]) for t in ticks], ORANGE, width=1.4)
+        chart.line("whole tick", [(t["tick"], t["tick_us"]) for t in ticks], RED, width=1.4)
+        charts.append(chart)
+    plot.save(images / "fig14a.svg", *charts)
 
 
 def figure_14b(data, images):
     frames = [f for kind in kinds_of("Elephant") for f in data.series["Elephant", kind]]
     charts = []
-    for methods, title in ((TIMED[:2], "as in 2007"), (TIMED[2:], "today")):
+    for methods, force, title in ((TIMED[:2], "paper", "the paper's maps"), (TIMED[2:], "full", "the central model")):
         chart = plot.Chart(f"Fig. 14b: time against contacts, {title}", "vertices of the hand inside the elephant", "µs a frame",
                            y_from_zero=True)
         for method, name, colour in methods:
             chart.dots(name, [(f["sqmap_exact_contacts"], f[method + "_us"]) for f in frames], colour, size=2.4, opacity=0.6)
+        chart.dots("whole haptic tick, layer 3",
+                   [(t["contacts"], t["tick_us"]) for kind in kinds_of("Elephant") for t in data.ticks[force, kind]], ORANGE, size=2.4,
+                   opacity=0.6)
         charts.append(chart)
-    charts[-1].dots("whole haptic tick, layer 3", [(t["contacts"], t["tick_us"]) for ticks in data.ticks.values() for t in ticks], RED,
-                    size=2.4, opacity=0.6)
     plot.save(images / "fig14b.svg", *charts)
 
 
@@ -213,16 +221,18 @@ def figure_12_error(data, images):
     for key, name, colour, dashed in (FIELDS[0], FIELDS[1], FIELDS[3]):
         chart.line(name, [(f["error_pct"], f[key] / MB) for f in fields], colour, dashed=dashed, shape="circle")
     chart.line("SQ-Map, the paper's maps", [(m["error_pct"], m["bytes"] / MB) for m in maps], BLUE, shape="circle", width=2.4)
-    chart.dots("sqmap today, default, without the exact layer", [(model["eq35_mean_pct"], model["bytes_without_exact"] / MB)], RED,
-               shape="square", size=5)
+    for kind, name, colour in (("default", "central model, default, without the exact layer", RED), ("paper1", "the paper's whole model, A_S = 1", BLUE)):
+        chart.dots(name, [(model[kind]["eq35_mean_pct"], model[kind]["bytes_without_exact"] / MB)], colour, shape="square", size=5)
     plot.save(images / "memory-error.svg", chart)
 
 
 # --- Files -------------------------------------------------------------------------------------------------------------
 
 def draw(data, images):
-    for figure in (figure_3, figure_11a, figure_12, figure_12_error, figure_14a, figure_14b, figure_14c):
+    for figure in (figure_3, figure_11a, figure_12, figure_12_error, figure_14a, figure_14b):
         figure(data, images)
+    if data.density:
+        figure_14c(data, images)
 
 
 def write_csv(data, out):
@@ -238,11 +248,12 @@ def write_csv(data, out):
     rows_to(out / "fig14b.csv", ("path", "contacts", *(m for m, *_ in TIMED)),
             [(kind, f["sqmap_exact_contacts"], *(f[m + "_us"] for m, *_ in TIMED)) for kind in kinds_of("Elephant")
              for f in data.series["Elephant", kind]])
-    rows_to(out / "fig14_ticks.csv", ("path", "tick", "contacts", "query_us", "tick_us"),
-            [(kind, *t.values()) for kind, ticks in data.ticks.items() for t in ticks])
-    rows_to(out / "fig14c.csv", data.density[0], [d.values() for d in data.density])
+    rows_to(out / "fig14_ticks.csv", ("force", "path", "tick", "contacts", "query_us", "tick_us"),
+            [(*which, *t.values()) for which, ticks in data.ticks.items() for t in ticks])
+    if data.density:
+        rows_to(out / "fig14c.csv", data.density[0], [d.values() for d in data.density])
     rows_to(out / "table1.csv", ("model", "stand_in", "polygons", "segments_paper", "segments", "DF_paper_MB", "DF_MB", "ADF_paper_MB",
-                                 "ADF_full_MB", "ADF_error_MB", "tree512_MB", "SQ_paper_MB", "SQ_MB", "default_model_MB"), table_1(data))
+                                 "ADF_full_MB", "ADF_error_MB", "tree512_MB", "SQ_paper_MB", "SQ_MB_A_S_0", "SQ_MB_A_S_1", "default_model_MB"), table_1(data))
 
 
 def table_1(data):
@@ -252,8 +263,9 @@ def table_1(data):
         polygons, df, adf, sq, segments = PAPER[role]
         rows.append((role, data.run["stand_ins"][role], m["triangles"], segments, m["parts"], df, field["dense_bytes"] / MB, adf,
                      field["full_octree_bytes"] / MB, field["adf_bytes"] / MB, field["tree512_bytes"] / MB, sq,
-                     m["usual_map"]["bytes"] / MB, data.model[role]["bytes_without_exact"] / MB))
-    rows.append((SCENE, "sum", *(sum(r[k] for r in rows) for k in range(2, 14))))
+                     *(data.model[role][kind]["bytes"] / MB for kind in ("paper0", "paper1")),
+                     data.model[role]["default"]["bytes_without_exact"] / MB))
+    rows.append((SCENE, "sum", *(sum(r[k] for r in rows) for k in range(2, 15))))
     return rows
 
 
@@ -267,22 +279,40 @@ def short(value):
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
+def instructions(data, header, shares):
+    """The paper's maps on the widest vectors, and whether every set and the reference have answered alike."""
+    ours = [(m, name) for m, name, *_ in LAYERS if m.startswith("sqmap_normal")]
+    hashes = lambda records: {(path, r["method"]): r["hash"] for path, rs in records.items() for r in rs}
+    narrow, wide = hashes(data.records), hashes(data.wide_records)
+    pairs = [(narrow[path, m], wide[path, m]) for path in data.records for m, _ in ours]
+    pairs += [(wide[path, "sqmap_normal_one_lane"], wide[path, "sqmap_normal_layer3"]) for path in data.records]
+    alike = sum(a == b for a, b in pairs)
+    first = next(iter(data.records)), next(iter(data.wide_records))
+    names = data.records[first[0]][0]["instructions"], data.wide_records[first[1]][0]["instructions"]
+    return (f"The table above is with {names[0]}. With {names[1]}:\n\n"
+            + markdown(header, [(name, *shares(m, data.wide)) for m, name in ours] + [("layer 3 with one lane, the reference", *shares("sqmap_normal_one_lane", data.wide))])
+            + f"\n\nHashes of all answers, {names[0]} against {names[1]} and one lane against vectors: {alike} of {len(pairs)} alike.")
+
+
 def tables(data):
     """Title of a block of the page: its text."""
     cells = data.memory[data.roles[0]]["fields"][-1]["cells"]
     polygons = lambda row: f"{row[2]}"
-    page = {"run": f"Last run: {data.run['date']}, commit {data.run['commit']}."}
+    page = {"run": f"Last run: {data.run['date']}, commit {data.run['commit']}, {data.run['frames']} frames of each path."}
     page["table 1"] = markdown(
         ("model", "stand-in", "polygons", "segments: paper", "here", "DF: paper, MB", f"here, {cells}", "ADF: paper",
-         "here, full", "here, to 0.1 %", "512-tree", "SQ: paper", "here", "default model"),
-        [(r[0], r[1], polygons(r), r[3], r[4], *(short(v) for v in r[5:13]), f"{r[13]:.2f}") for r in table_1(data)])
+         "here, full", "here, to 0.1 %", "512-tree", "SQ: paper", "here, A_S 0", "A_S 1", "central model"),
+        [(r[0], r[1], polygons(r), r[3], r[4], *(short(v) for v in r[5:]))
+         for r in table_1(data)])
+    medians = [statistics.median(data.model[r][kind]["bytes"] / MB for r in data.roles) for kind in ("paper0", "paper1")]
+    page["table 1"] += "\n\nMedian of the paper's six: {:.2f} MB with A_S = 0, {:.2f} MB with A_S = 1.".format(*medians)
     page["fig 3"] = "Longest edge of the grid in units of the mean edge: {:.1f} before eqs. 9 and 10, {:.1f} after.".format(
         *(longest_gap(g) for g in grids(data)))
     roles = [*data.roles[1:], SCENE]
-    page["fig 11a"] = markdown(
-        ("percent of FCL's OBB tree (medians), light / deep", *roles),
-        [(name, *(f"{short(share_of_obb(data, r, 'light', m))} / {short(share_of_obb(data, r, 'deep', m))}" for r in roles))
-         for m, name, *_ in LAYERS])
+    shares = lambda m, series: (f"{short(share_of_obb(data, r, 'light', m, series))} / {short(share_of_obb(data, r, 'deep', m, series))}" for r in roles)
+    header = ("percent of FCL's OBB tree (medians), light / deep", *roles)
+    page["fig 11a"] = markdown(header, [(name, *shares(m, data.series)) for m, name, *_ in LAYERS])
+    page["instructions"] = instructions(data, header, shares)
     def median_of(kind, method, field):
         return statistics.median(next(rec for rec in data.records[r, kind] if rec["method"] == method)[field] for r in data.roles[1:])
     page["accuracy"] = markdown(
@@ -292,20 +322,22 @@ def tables(data):
     elephant = {kind: data.series["Elephant", kind] for kind in kinds_of("Elephant")}
     usual = lambda kind, column: statistics.median(f[column] for f in elephant[kind])
     kinds = ("near", "light", "deep")
-    tick = lambda kind: statistics.median(t["tick_us"] for t in data.ticks[kind])
+    tick = lambda force, kind: statistics.median(t["tick_us"] for t in data.ticks[force, kind])
     page["fig 14b"] = markdown(
         ("median µs a frame on the elephant", *(f"{k} ({usual(k, 'sqmap_exact_contacts'):.0f} contacts)" for k in kinds), "deep / light"),
         [(name, *(short(usual(k, m + "_us")) for k in kinds), short(usual("deep", m + "_us") / usual("light", m + "_us")))
          for m, name, *_ in [TIMED[0], *LAYERS]]
-        + [("whole haptic tick on sqmap's layer 3", *(short(tick(k)) for k in kinds), short(tick("deep") / tick("light")))])
-    page["fig 14c"] = markdown(
-        ("base grid", "A_S", "layer", "µs a frame", "eq. 35 mean, %", "p99, %", "MB"),
-        [(f"{d['rows']} x {d['columns']}", d["subdivisions"], d["layer"], short(d["p50_us"]), short(d["eq35_mean_pct"]),
-          short(d["eq35_p99_pct"]), short(d["bytes"] / MB)) for d in data.density])
+        + [(f"whole haptic tick, {name}, layer 3", *(short(tick(force, k)) for k in kinds), short(tick(force, "deep") / tick(force, "light")))
+           for force, name in FORCES])
+    if data.density:
+        page["fig 14c"] = markdown(
+            ("base grid", "A_S", "layer", "µs a frame", "eq. 35 mean, %", "p99, %", "MB"),
+            [(f"{d['rows']} x {d['columns']}", d["subdivisions"], d["layer"], short(d["p50_us"]), short(d["eq35_mean_pct"]),
+              short(d["eq35_p99_pct"]), short(d["bytes"] / MB)) for d in data.density])
     page["precomputation"] = markdown(
         ("CPU seconds", *data.roles),
-        [("decomposition, fit, the paper's maps", *(f"{data.memory[r]['usual_map']['build_s']:.1f}" for r in data.roles)),
-         ("default model, exact layer and its own measurement included", *(f"{data.model[r]['seconds']:.1f}" for r in data.roles))])
+        [("the paper's model, A_S = 1, its own measurement included", *(f"{data.model[r]['paper1']['seconds']:.1f}" for r in data.roles)),
+         ("central model, exact layer and its own measurement included", *(f"{data.model[r]['default']['seconds']:.1f}" for r in data.roles))])
     return page
 
 

@@ -46,7 +46,8 @@ mesh::Mesh divided(mesh::Mesh mesh, int times)
 
 /// What stands by: a baked object, 40 cm from the one that the hand moves over and from its neighbours.
 struct Bystander {
-    Bystander(const Files& files, int number) : bytes(io::serialize(bake::bake(load_setting(files)->object, true, {}).model))
+    Bystander(const Files& files, int number, model::Projection projection)
+        : bytes(io::serialize(bake::bake(load_setting(files)->object, true, {.projection = projection}).model))
     {
         model::ModelView parsed;
         (void)model::parse(bytes, parsed);
@@ -69,6 +70,7 @@ struct Scene {
         view = haptic::in_metres(parsed, k_scale);
         for (const Pose& p : read_path(hand.path)) poses.push_back({p.rotation, k_scale * p.translation});
         solid.model = &view;
+        if (hand.projection == model::Projection::Normal) solid.material.friction = Friction::Paper;
     }
     std::unique_ptr<Setting> setting;
     std::vector<std::byte> bytes;
@@ -86,10 +88,15 @@ struct Hand {
         if (weighted) areas = std::move(patch.weights);
         probe.emplace(patch.points);
         if (path.touching > 0) sets = haptic::DenserSets(mesh.vertices, mesh.triangles);
+        if (path.projection == model::Projection::Normal) {
+            options = haptic::with_paper_force(options);
+            options.blend_time = 0;
+        }
         zone = {.probe = &*probe,
                 .weights = areas,
                 .denser = sets.points(),
-                .max_touching = static_cast<std::uint32_t>(path.touching)};
+                .max_touching = static_cast<std::uint32_t>(path.touching),
+                .options = options};
         state.emplace(std::span(&zone, 1), haptic::StateOptions{.max_contacts = 131072, .max_touched = max_touched});
     }
     haptic::Wrench touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
@@ -116,6 +123,7 @@ struct Hand {
     std::uint64_t ticks = 0;
     std::vector<float> areas;
     haptic::DenserSets sets;
+    haptic::ZoneOptions options;
     std::optional<query::Probe> probe;
     haptic::Zone zone;
     std::optional<haptic::State> state;
@@ -132,7 +140,7 @@ TickCost tick_cost(const HandPath& path, int passes)
     std::vector<std::unique_ptr<Bystander>> by;
     std::vector<haptic::TouchedBody> solids{scene.solid};
     for (const std::filesystem::path& file : path.by) {
-        by.push_back(std::make_unique<Bystander>(Files{file, path.files.probe}, static_cast<int>(by.size())));
+        by.push_back(std::make_unique<Bystander>(Files{file, path.files.probe}, static_cast<int>(by.size()), path.projection));
         solids.push_back({.model = &by.back()->view, .pose = by.back()->pose});
     }
     haptic::StepResult result;
@@ -148,7 +156,7 @@ TickCost tick_cost(const HandPath& path, int passes)
         for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)query::query_probe({.model = &scene.view}, {.probe = &*hand.probe, .pose = pose},
-                                     {.layer = hand.zone.options.layer}, found);
+                                     {.layer = hand.zone.options.layer, .smoothing = hand.zone.options.smoothed_map}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }

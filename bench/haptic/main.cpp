@@ -21,7 +21,16 @@ struct SlideCommand {
     std::filesystem::path csv;
     SlideOptions options;
     int positions = 500;
+    bake::NormalMapOptions maps;
+    bool paper = false;
 };
+
+void write_ticks(const Slide& slide, const std::filesystem::path& file)
+{
+    if (file.empty()) return;
+    const std::string text = slide_csv(slide);
+    io::replace_file(file, std::as_bytes(std::span(text)));
+}
 
 void run_slide(const SlideCommand& c)
 {
@@ -52,11 +61,56 @@ void run_slide(const SlideCommand& c)
         std::printf(" | %7.4f %7.4f %7.4f | %7.4f %7.4f %7.4f | %6.3f %6.3f\n", at(0.5), at(0.99), at(1), 1e3 * o.median,
                     1e3 * o.p99, 1e3 * o.max, n.median, n.p95);
         std::fflush(stdout);
-        if (!c.csv.empty()) {
-            const std::string text = slide_csv(s);
-            io::replace_file(c.csv, std::as_bytes(std::span(text)));
-        }
+        write_ticks(s, c.csv);
     }
+}
+
+/// Fig. 13b of the paper's own maps: greatest and 99th percentile of the steps.
+void run_paper_slide(const SlideCommand& c)
+{
+    struct Column {
+        const char* name;
+        std::size_t of;  // Steps
+    };
+    constexpr Column k_columns[] = {{"mesh", 0}, {"shaded", 1}, {"map", 3}, {"smoothed", 4}, {"averaged", 5}};
+    std::printf("%-18s %-6s | %-44s | %-44s | %s\n", "", "", "edges < 45 deg: max step, N", "elsewhere: max step, N",
+                "all: 99th percentile, N");
+    std::printf("%-18s %-6s", "mesh", "ticks");
+    for (int block = 0; block < 3; ++block) {
+        std::printf(" |");
+        for (const Column& column : k_columns) std::printf(" %8s", column.name);
+    }
+    std::printf("\n");
+    int below[2] = {}, below_mean = 0;
+    for (const std::filesystem::path& file : c.meshes) {
+        const TouchObject object(file, TouchObject::Models::Both, c.maps);
+        const Slide s = slide(object, c.options);
+        const Steps parts[] = {steps_of(s, false), steps_of(s, true), steps_of(s)};
+        std::printf("%-18s %6zu", file.stem().string().c_str(), s.ticks.size());
+        for (const Steps& k : parts) {
+            std::printf(" |");
+            for (const Column& column : k_columns) std::printf(" %8.4f", &k == &parts[2] ? k.p99[column.of] : k.max[column.of]);
+        }
+        std::printf("\n");
+        std::fflush(stdout);
+        for (int i = 0; i < 2; ++i) below[i] += parts[i].max[4] < parts[i].max[1] ? 1 : 0;
+        below_mean += parts[2].p99[4] < parts[2].p99[1] ? 1 : 0;
+        write_ticks(s, c.csv);
+    }
+    std::printf("smoothed map below force shading: %d, %d and %d of %zu\n", below[0], below[1], below_mean, c.meshes.size());
+}
+
+void add_maps(CLI::App& command, SlideCommand& c)
+{
+    command.add_flag("--paper", c.paper, "The paper's force on normal models instead");
+    command.add_option("--map-smoothing", c.maps.smoothing_radius, "Radius of the smoothed map's kernel, base samples")
+        ->check(CLI::Range(0, 8))
+        ->capture_default_str();
+    command.add_option("--map-kernel", c.maps.smoothing_kernel, "binomial, box or gaussian")
+        ->transform(
+            CLI::CheckedTransformer(std::map<std::string, bake::SmoothingKernel>{{"binomial", bake::SmoothingKernel::Binomial},
+                                                                                 {"box", bake::SmoothingKernel::Box},
+                                                                                 {"gaussian", bake::SmoothingKernel::Gaussian}}));
 }
 
 void add_slide(CLI::App& app)
@@ -90,8 +144,9 @@ void add_slide(CLI::App& app)
         ->transform(CLI::CheckedTransformer(app::layers_by_name({query::Layer::Three, query::Layer::Exact})));
     command->add_flag_callback(
         "--consistent", [c] { c->options.zone.shading = haptic::Shading::Consistent; }, "The gradient of one potential");
+    add_maps(*command, *c);
     command->add_option("--csv", c->csv, "Every tick of the last mesh");
-    command->callback([c] { run_slide(*c); });
+    command->callback([c] { c->paper ? run_paper_slide(*c) : run_slide(*c); });
 }
 
 void add_energy(CLI::App& app)
@@ -105,28 +160,27 @@ void add_energy(CLI::App& app)
     c->options.zone.layer = query::Layer::Exact;
     command->add_option("--layer", c->options.zone.layer, "3 or exact")
         ->transform(CLI::CheckedTransformer(app::layers_by_name({query::Layer::Three, query::Layer::Exact})));
-    command->add_flag("--paper", c->options.paper,
-                      "A single point at layer 3 instead, nothing smoothed; also with the friction of eq. 33");
+    add_maps(*command, *c);
     command->callback([c] {
         c->options.zone.blend_time = 0;
-        const bool paper = c->options.paper;
-        if (paper) c->options.zone.layer = query::Layer::Three;
-        std::printf("%-18s | %-52s", "", paper ? "paper" : "consistent");
-        std::printf(" | %-*s", paper ? 22 : 52, paper ? "with eq. 33" : "levelled");
-        std::printf("\n%-18s", "mesh");
-        for (int i = 0; i < (paper ? 1 : 2); ++i)
+        const bool paper = c->paper;
+        const int rubbed = paper ? 25 : 0;
+        std::printf("%-18s | %-*s | %s\n%-18s", "", 52 + rubbed, paper ? "eq. 26, a point on the smoothed map" : "consistent",
+                    paper ? "the same averaged over an impact sphere" : "levelled", "mesh");
+        for (int i = 0; i < 2; ++i) {
             std::printf(" | %9s %9s %9s %11s %10s", "median", "least", "most", "asked, mJ", "sent, mJ");
-        if (paper) std::printf(" | %11s %10s", "asked, mJ", "sent, mJ");
+            if (paper) std::printf(" %13s %10s", "eq. 33: asked", "sent, mJ");
+        }
         std::printf("\n");
         for (const std::filesystem::path& file : c->meshes) {
-            const TouchObject object(file, paper ? model::Projection::Normal : model::Projection::Central);
+            const TouchObject object(file, paper ? TouchObject::Models::Normal : TouchObject::Models::Central, c->maps);
             std::printf("%-18s", file.stem().string().c_str());
-            for (const haptic::Shading shading : {haptic::Shading::Consistent, haptic::Shading::Levelled}) {
-                if (paper && shading == haptic::Shading::Consistent) continue;  // the mean of one point is the point
-                c->options.zone.shading = shading;
-                const Energy e = energy(object, c->options, c->positions);
+            for (int i = 0; i < 2; ++i) {
+                c->options.zone.shading = i == 0 ? haptic::Shading::Consistent : haptic::Shading::Levelled;
+                const Force force = !paper ? Force::Full : i == 0 ? Force::Smoothed : Force::Averaged;
+                const Energy e = energy(object, c->options, force, c->positions);
                 std::printf(" | %9.6f %9.6f %9.6f %11.4f %10.4f", e.median, e.least, e.worst, 1e3 * e.commanded, 1e3 * e.sent);
-                if (paper) std::printf(" | %11.4f %10.4f", 1e3 * e.rubbed_commanded, 1e3 * e.rubbed_sent);
+                if (paper) std::printf(" %13.4f %10.4f", 1e3 * e.rubbed_commanded, 1e3 * e.rubbed_sent);
             }
             std::printf("\n");
             std::fflush(stdout);
@@ -140,7 +194,7 @@ struct HandCommand {
     std::vector<std::string> by;
     int passes = 10, divide = 0, touching = 0;
     double spacing = 0;
-    bool normal = false;
+    bool paper = false;
 };
 
 /// OBJECT.PROBE.KIND.csv
@@ -155,7 +209,7 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
                  c.touching,
                  c.divide,
                  {},
-                 c.normal ? model::Projection::Normal : model::Projection::Central};
+                 c.paper ? model::Projection::Normal : model::Projection::Central};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
     return out;
@@ -181,7 +235,7 @@ void add_hand(CLI::App& app)
             ->capture_default_str();
     }
     tick->add_option("--by", c->by, "Names of objects that stand by, 40 cm away; the path's own is left out");
-    tick->add_flag("--normal", c->normal, "The object has the paper's maps instead");
+    tick->add_flag("--paper", c->paper, "The paper's force on normal models instead");
     tick->add_option("--passes", c->passes, "Times that every path is run")->check(CLI::Range(1, 10000))->capture_default_str();
     tick->add_option("--series", c->series, "CSV of every tick of the last path: medians over the passes");
     tick->callback([c] {

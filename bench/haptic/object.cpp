@@ -80,7 +80,7 @@ std::vector<Corner> longest_outline(const mesh::Mesh& mesh, Vec3d n, double offs
 
 }  // namespace
 
-TouchObject::TouchObject(const std::filesystem::path& file, model::Projection projection)
+TouchObject::TouchObject(const std::filesystem::path& file, Models models, const bake::NormalMapOptions& maps)
 {
     const io::ReadResult read = io::read_mesh_file(file);
     if (read.error) throw BenchError(file.string() + ": " + read.error->message + "\n  cure: " + read.error->cure);
@@ -91,8 +91,12 @@ TouchObject::TouchObject(const std::filesystem::path& file, model::Projection pr
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);
     for (Vec3d& v : mesh.vertices) v = scale * v;
     solid = std::make_unique<mesh::Solid>(mesh, gate.crossed);
-    bytes_ = io::serialize(bake::bake(mesh, true, {.projection = projection}).model);
-    if (model::parse(bytes_, view) != model::ParseStatus::Ok) throw BenchError(file.string() + ": the model does not parse");
+    const auto bake = [&](model::Projection projection, std::vector<std::byte>& bytes, model::ModelView& view) {
+        bytes = io::serialize(bake::bake(mesh, true, {.projection = projection, .normal = maps}).model);
+        if (model::parse(bytes, view) != model::ParseStatus::Ok) throw BenchError(file.string() + ": the model does not parse");
+    };
+    if (models != Models::Normal) bake(model::Projection::Central, central_bytes_, central);
+    if (models != Models::Central) bake(model::Projection::Normal, normal_bytes_, normal);
 
     vertex_normals.resize(mesh.vertices.size());
     std::unordered_map<std::uint64_t, std::uint32_t> first;

@@ -1,6 +1,7 @@
 // A mesh as something to touch: 0.3 m large, with its model, its exact solid and both reference forces.
 #pragma once
 
+#include "sqmap/bake/normal_map_options.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model.h"
@@ -16,8 +17,11 @@ inline constexpr double k_object_size = 0.3;  ///< R_max, m
 
 class TouchObject {
 public:
+    /// Which models of it are baked.
+    enum class Models { Central, Normal, Both };
     /// Reads, scales and bakes. @throw BenchError where the mesh is refused
-    explicit TouchObject(const std::filesystem::path& file, model::Projection projection = model::Projection::Central);
+    explicit TouchObject(const std::filesystem::path& file, Models models = Models::Central,
+                         const bake::NormalMapOptions& maps = {});
     TouchObject(const TouchObject&) = delete;
     TouchObject& operator=(const TouchObject&) = delete;
 
@@ -35,12 +39,12 @@ public:
     mesh::Mesh mesh;  ///< m
     std::vector<Vec3d> face_normals, vertex_normals;
     std::unique_ptr<mesh::Solid> solid;
-    model::ModelView view;  ///< m
+    model::ModelView central, normal;  ///< m; of those that are baked
 
 private:
     mesh::Mesh sharp_;  ///< slivers along the edges that turn by 45 degrees or more
     std::unique_ptr<mesh::Bvh> sharp_bvh_;
-    std::vector<std::byte> bytes_;
+    std::vector<std::byte> central_bytes_, normal_bytes_;
 };
 
 /// Positions of a point that slides along the outline of a plane section, 0.1 mm a step, `depth` below the surface along a

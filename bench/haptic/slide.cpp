@@ -17,13 +17,12 @@ constexpr double k_sphere = 0.005;  ///< m
 /// A tool of one zone, frictionless, and how it is queried.
 class Tool {
 public:
-    Tool(const TouchObject& object, const SlideOptions& options)
-        : probe_(options.paper ? std::vector<Vec3d>{{}}
-                               : haptic::stencil_points(options.sphere ? haptic::ball_of(k_sphere) : options.zone.smoothing)),
-          zone_{.probe = &probe_, .options = zone_options(options)},
+    Tool(const TouchObject& object, const SlideOptions& options, Force force = Force::Full)
+        : probe_(tool_points(options, force)),
+          zone_{.probe = &probe_, .options = zone_options(options, force)},
           state_(std::span(&zone_, 1), {.max_contacts = 2048, .max_touched = 1})
     {
-        solid_.model = &object.view;
+        solid_.model = force == Force::Full ? &object.central : &object.normal;
         solid_.material.friction = Friction::None;
         per_depth_ = options.stiffness;
     }
@@ -42,16 +41,25 @@ public:
     [[nodiscard]] double stiffness() const { return per_depth_; }
 
 private:
-    static haptic::ZoneOptions zone_options(const SlideOptions& options)
+    static std::vector<Vec3d> tool_points(const SlideOptions& options, Force force)
+    {
+        if (force == Force::Unsmoothed || force == Force::Smoothed) return std::vector<Vec3d>(1);
+        if (force == Force::Full && options.sphere) return haptic::stencil_points(haptic::ball_of(k_sphere));
+        return haptic::stencil_points(options.zone.smoothing);
+    }
+    static haptic::ZoneOptions zone_options(const SlideOptions& options, Force force)
     {
         haptic::ZoneOptions o = options.zone;
-        o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
-        if (options.sphere) o.smoothing.radius = k_sphere;
-        if (options.paper) {
-            o.averaging = haptic::Averaging::Patch;
-            o.entry_depth = 0;
-        }
         o.stiffness = options.stiffness;
+        if (force == Force::Full) {
+            o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
+            if (options.sphere) o.smoothing.radius = k_sphere;
+            return o;
+        }
+        o.blend_time = 0;
+        o.layer = query::Layer::Three;
+        o = haptic::with_paper_force(o);
+        o.smoothed_map = force != Force::Unsmoothed;
         return o;
     }
 
@@ -94,6 +102,13 @@ Slide slide(const TouchObject& object, const SlideOptions& options)
 {
     Slide out;
     Tool tool(object, options);
+    const bool has_maps = !object.normal.parts.empty();
+    std::optional<Tool> unsmoothed, smoothed, averaged;
+    if (has_maps) {
+        unsmoothed.emplace(object, options, Force::Unsmoothed);
+        smoothed.emplace(object, options, Force::Smoothed);
+        averaged.emplace(object, options, Force::Averaged);
+    }
     // A sphere's centre is outside, `depth` nearer than its radius.
     const double below = options.sphere ? options.depth - k_sphere : options.depth;
     const double reach = options.sphere ? k_sphere : options.depth + options.zone.smoothing.radius;
@@ -118,6 +133,11 @@ Slide slide(const TouchObject& object, const SlideOptions& options)
                 t.shaded = (options.stiffness * t.true_depth) * e.shaded_normal;
                 t.ours = tool.force(at);
                 t.effective_depth = tool.depth_of(t.ours);
+                if (has_maps) {
+                    t.unsmoothed = unsmoothed->force(at);
+                    t.smoothed = smoothed->force(at);
+                    t.averaged = averaged->force(at);
+                }
                 t.sharp = object.near_sharp_edge(e.point, reach);
                 out.ticks.push_back(t);
             }
@@ -135,23 +155,24 @@ Slide slide(const TouchObject& object, const SlideOptions& options)
     return out;
 }
 
-Steps steps_of(const Slide& slide, bool sharp)
+Steps steps_of(const Slide& slide, std::optional<bool> sharp)
 {
-    std::vector<double> steps[3];
+    std::vector<double> steps[6];
     for (std::size_t w = 0; w < slide.first.size(); ++w) {
         const std::size_t end = w + 1 < slide.first.size() ? slide.first[w + 1] : slide.ticks.size();
         for (std::size_t i = slide.first[w] + 1; i < end; ++i) {
             const SlideTick &a = slide.ticks[i - 1], &b = slide.ticks[i];
-            if ((a.sharp || b.sharp) != sharp) continue;
-            steps[0].push_back(norm(b.mesh - a.mesh));
-            steps[1].push_back(norm(b.shaded - a.shaded));
-            steps[2].push_back(norm(b.ours - a.ours));
+            if (sharp && (a.sharp || b.sharp) != *sharp) continue;
+            const Vec3d steps_of_tick[] = {b.mesh - a.mesh,         b.shaded - a.shaded,
+                                           b.ours - a.ours,         b.unsmoothed - a.unsmoothed,
+                                           b.smoothed - a.smoothed, b.averaged - a.averaged};
+            for (std::size_t k = 0; k < 6; ++k) steps[k].push_back(norm(steps_of_tick[k]));
         }
     }
     Steps out;
     out.count = steps[0].size();
     if (out.count == 0) return out;
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 6; ++k) {
         out.max[k] = *std::max_element(steps[k].begin(), steps[k].end());
         out.p99[k] = percentile(steps[k], 0.99);
     }
@@ -311,10 +332,10 @@ Given given(Tool& tool, const Round& round, int rounds)
 
 }  // namespace
 
-Energy energy(const TouchObject& object, const SlideOptions& options, int positions)
+Energy energy(const TouchObject& object, const SlideOptions& options, Force force, int positions)
 {
     constexpr std::size_t k_repeated = 10;
-    Tool tool(object, options);
+    Tool tool(object, options, force);
     SplitMix64 random(11);
     std::vector<std::pair<double, Round>> found;
     for (const TouchPoint& p : random_points(object, positions)) {
@@ -334,7 +355,7 @@ Energy energy(const TouchObject& object, const SlideOptions& options, int positi
         const Given g = given(tool, found[i].second, 100);
         e.commanded = std::max(e.commanded, g.commanded);
         e.sent = std::max(e.sent, g.sent);
-        if (!options.paper) continue;
+        if (force == Force::Full) continue;
         tool.rub(Friction::Paper);
         const Given r = given(tool, found[i].second, 100);
         e.rubbed_commanded = std::max(e.rubbed_commanded, r.commanded);
@@ -349,16 +370,22 @@ Energy energy(const TouchObject& object, const SlideOptions& options, int positi
 std::string slide_csv(const Slide& slide)
 {
     std::string text =
-        "way,x,y,z,mesh_x,mesh_y,mesh_z,shaded_x,shaded_y,shaded_z,ours_x,ours_y,ours_z,true_depth,felt_depth,sharp\n";
+        "way,x,y,z,mesh_x,mesh_y,mesh_z,shaded_x,shaded_y,shaded_z,ours_x,ours_y,ours_z,unsmoothed_x,unsmoothed_y,unsmoothed_z,"
+        "smoothed_x,smoothed_y,smoothed_z,averaged_x,averaged_y,averaged_z,true_depth,felt_depth,sharp\n";
     std::size_t path = 0;
     for (std::size_t i = 0; i < slide.ticks.size(); ++i) {
         const SlideTick& t = slide.ticks[i];
         while (path < slide.first.size() && slide.first[path] <= i) ++path;
-        char row[500];
-        std::snprintf(row, sizeof row, "%zu,%.7g,%.7g,%.7g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%d\n", path,
-                      t.at.x, t.at.y, t.at.z, t.mesh.x, t.mesh.y, t.mesh.z, t.shaded.x, t.shaded.y, t.shaded.z, t.ours.x,
-                      t.ours.y, t.ours.z, t.true_depth, t.effective_depth, t.sharp ? 1 : 0);
-        text += row;
+        char cells[100];
+        text += std::to_string(path);
+        std::snprintf(cells, sizeof cells, ",%.7g,%.7g,%.7g", t.at.x, t.at.y, t.at.z);
+        text += cells;
+        for (const Vec3d& force : {t.mesh, t.shaded, t.ours, t.unsmoothed, t.smoothed, t.averaged}) {
+            std::snprintf(cells, sizeof cells, ",%.6g,%.6g,%.6g", force.x, force.y, force.z);
+            text += cells;
+        }
+        std::snprintf(cells, sizeof cells, ",%.6g,%.6g,%d\n", t.true_depth, t.effective_depth, t.sharp ? 1 : 0);
+        text += cells;
     }
     return text;
 }

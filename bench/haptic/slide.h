@@ -3,6 +3,7 @@
 
 #include "object.h"
 
+#include <optional>
 #include <string>
 
 namespace sqmap::bench {
@@ -13,14 +14,21 @@ struct SlideOptions {
     double stiffness = 500;    ///< N/m
     haptic::ZoneOptions zone;  ///< layer, smoothing, shading, blending
     int planes = 3;            ///< sections along each axis
-    /// A single point, nothing smoothed or averaged; rubbed with eq. 33 too.
-    bool paper = false;
+};
+
+/// Whose force a tool feels.
+enum class Force {
+    Full,        ///< of the central model, with the options' zone
+    Unsmoothed,  ///< the paper's, of a single point, on the map as it is
+    Smoothed,    ///< the same on the smoothed map
+    Averaged,    ///< and averaged over an impact sphere about the point, of the options' smoothing radius
 };
 
 /// One tick of a slide.
 struct SlideTick {
     Vec3d at{};
-    Vec3d mesh{}, shaded{}, ours{};  ///< N
+    Vec3d mesh{}, shaded{}, ours{};              ///< N
+    Vec3d unsmoothed{}, smoothed{}, averaged{};  ///< N, of the paper's maps, where the object has them
     double true_depth = 0, effective_depth = 0;
     bool sharp = false;  ///< an edge that turns by 45 degrees or more is in reach, or the nearest face flips
 };
@@ -34,10 +42,11 @@ struct Slide {
 
 /// Greatest and 99th percentile of |F_i - F_(i-1)|, N, a method.
 struct Steps {
-    double max[3] = {}, p99[3] = {};  ///< mesh, shading, ours
+    double max[6] = {}, p99[6] = {};  ///< mesh, shading, ours, unsmoothed, smoothed, averaged
     std::size_t count = 0;
 };
-[[nodiscard]] Steps steps_of(const Slide& slide, bool sharp);
+/// sharp: of ticks at sharp edges, or of the others; not given: of all.
+[[nodiscard]] Steps steps_of(const Slide& slide, std::optional<bool> sharp = {});
 
 /// Where force begins, coming from outside along the normal at random places of the surface: m outside it (negative: inside).
 struct Onset {
@@ -63,7 +72,8 @@ struct Energy {
     double rubbed_commanded = 0, rubbed_sent = 0;  ///< the same with the friction of eq. 33
     std::size_t paths = 0;
 };
-[[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, int positions);
+/// Of the paper's forces also with the friction of eq. 33.
+[[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, Force force, int positions);
 
 [[nodiscard]] std::string slide_csv(const Slide& slide);
 
