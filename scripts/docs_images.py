@@ -75,7 +75,7 @@ def stacked(paths, path):
 
 def main():
     animals = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else demo.MESHES
-    IMAGES.mkdir(parents=True, exist_ok=True)
+    (IMAGES / "paper").mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         models = {}
@@ -95,6 +95,14 @@ def main():
 
         stacked([row(n, "parts,superquadrics,error", "330x250") for n in HERO], IMAGES / "hero.png")
         stacked([row("hand", "parts,protrusion,curvature", "400x360")], IMAGES / "decomposition.png")
+        # Of docs/guide/paper.md: the paper's own maps.
+        models["paper"] = folder / "paper.sqmap"
+        measure.run("bake", folder / "hand.obj", "-o", models["paper"], "--projection", "normal")
+        for picture, kinds, size, *mesh in (("superquadrics", "parts,superquadrics", "450x420", folder / "hand.obj"),
+                                            ("map", "map", "900x700")):
+            measure.run("render", models["paper"], *mesh, "--what", kinds, "--size", size, "-o", IMAGES / "paper" / f"{picture}.png")
+        measure.run("render", folder / "hand.obj", "--what", "protrusion,curvature", "--size", "450x420", "-o",
+                    IMAGES / "paper" / "fields.png")
         stacked([row("triceratops", "superquadrics", "700x400")], IMAGES / "superquadrics.png")
         stacked([row("hand", "map", "1100x700")], IMAGES / "map.png")
         stacked([row("torus", "error", "600x400", "--up", "z", "--elevation", 35)], IMAGES / "error.png")
