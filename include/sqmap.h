@@ -7,8 +7,8 @@
 // compiled against another 0.x of this header goes on working: what it does not know stays at its default.
 // Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
 // exception leaves the library. A closed handle is an error (SQMAP_E_HANDLE), never a crash; pointers have to be right.
-// Threads: any number may query one model or probe at once, each into arrays of its own. Closing a handle, a workspace and a
-// session belong to one thread at a time. A handle may be closed while others that were made of it live on.
+// Threads: any number may query one model or probe at once, each into arrays of its own. A workspace and a session belong to one
+// thread at a time. Close a handle when no call is using it; what was made of it lives on.
 #pragma once
 
 #include <stddef.h>

@@ -23,9 +23,9 @@ assert (model.render("mesh", size=(64, 64)) < 240).any()
 
 
 def main():
-    for module in ("pip", "venv"):
+    for module in ("venv", "ensurepip"):
         if importlib.util.find_spec(module) is None:
-            print(f"skipped: there is no {module} (Debian: python3-venv, python3-pip)")
+            print(f"skipped: there is no {module} (Debian: python3-venv)")
             return 77
     shutil.rmtree(WORK, ignore_errors=True)
     environment = {k: v for k, v in os.environ.items()
