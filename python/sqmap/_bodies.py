@@ -120,7 +120,7 @@ def query_probe(model: Model, probe: Probe, pose: Any = None, *, model_pose: Any
 
 
 class Workspace(Owned):
-    """What pairs are computed in, one for each thread. contacts: the largest number found in one direction."""
+    """What pairs are computed in, best one for each thread. contacts: the largest number found in one direction."""
 
     _closes = "sqmap_close_workspace"
 
@@ -132,7 +132,7 @@ class Workspace(Owned):
 
 def query_pair(a: Body, b: Body, workspace: Optional[Workspace] = None, *, layer: Layer = 3, margin: float = 0.0,
                tolerance: float = 0.0, first_only: bool = False) -> PairContacts:
-    """Contacts of two bodies: each one's probe in the other's model, each contact once. A workspace belongs to one thread."""
+    """Contacts of two bodies: each one's probe in the other's model, each contact once. Calls with one workspace take turns."""
     options = query_options(layer, margin=margin, tolerance=tolerance, first_only=first_only)
     if workspace is None:
         with Workspace(max([1, *(len(x.probe) for x in (a, b) if isinstance(x, Body) and x.probe is not None)])) as own:
@@ -140,7 +140,7 @@ def query_pair(a: Body, b: Body, workspace: Optional[Workspace] = None, *, layer
     if not isinstance(workspace, Workspace):
         raise refuse("workspace", f"is a {type(workspace).__name__}", "give a Workspace")
     out = c.PairList()
-    with _Bodies(a, b) as bodies, workspace.use() as handle:
+    with _Bodies(a, b) as bodies, workspace.turn, workspace.use() as handle:
         c.call("sqmap_query_pair", bodies, options, handle, out)
         data = ctypes.string_at(out.contacts, out.count * ctypes.sizeof(c.PairContact)) if out.count else b""
     return PairContacts(np.frombuffer(data, PAIR_CONTACT), out.found, out.status)

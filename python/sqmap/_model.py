@@ -29,6 +29,7 @@ class Owned:
     def __init__(self, handle: c.Handle) -> None:
         self._handle = handle
         self._lock = threading.Lock()
+        self.turn = threading.Lock()  # of what one thread at a time may use
         self._users = 0
         self._closed = False
 

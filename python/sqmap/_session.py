@@ -35,7 +35,7 @@ class Simulation(NamedTuple):
 
 
 class Session(Owned):
-    """A ball or a point that touches a model. Metres, newtons, seconds. One thread at a time.
+    """A ball or a point that touches a model. Metres, newtons, seconds. Calls of several threads take turns.
 
     metres_per_unit: of the model's mesh. pose: (4, 4) of the model in the world. radius: of the ball, m; 0: a point.
     stiffness: N/m. damping: N s/m. friction: Coulomb's; 0: none. max_force, max_torque, continuous_force: what the device holds;
@@ -86,7 +86,7 @@ class Session(Owned):
         tick.pose.rotation[:] = (np.eye(3) if matrix.shape == (3,) else matrix[:3, :3]).astype(float).ravel().tolist()
         tick.pose.translation[:] = (matrix if matrix.shape == (3,) else matrix[:3, 3]).astype(float).tolist()
         out = c.Force()
-        with self.use() as handle:
+        with self.turn, self.use() as handle:
             c.call("sqmap_tick_session", handle, tick, out)
         return Force(np.array(out.force), np.array(out.torque), np.array(out.commanded), out.depth, np.array(out.normal), out.status,
                      out.acted, out.faults, bool(out.is_engaged))
@@ -99,6 +99,6 @@ class Session(Owned):
         positions, forces, depths = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
         simulation = c.Simulation(targets=address(wanted), count=n, positions=address(positions), forces=address(forces),
                                   depths=address(depths))
-        with self.use() as handle:
+        with self.turn, self.use() as handle:
             c.call("sqmap_simulate", handle, simulation)
         return Simulation(positions, forces, depths)
