@@ -88,9 +88,11 @@ std::vector<std::string> notes_of(const LoadedMesh& loaded)
         out.push_back(std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")");
     if (loaded.deviation) {
         const mesh::Deviation& d = *loaded.deviation;
-        const auto text = [](const mesh::Distances& one) {
-            char line[96];
-            std::snprintf(line, sizeof line, "mean %.3g, p99 %.3g, max %.3g", one.mean, one.p99, one.max);
+        const double r_max = mesh::largest_vertex_distance(loaded.mesh);
+        const auto text = [&](const mesh::Distances& one) {
+            char line[128];
+            std::snprintf(line, sizeof line, "mean %.3g, p99 %.3g (%.2g %% of R_max), max %.3g", one.mean, one.p99,
+                          100 * one.p99 / r_max, one.max);
             return std::string(line);
         };
         out.push_back("moved: from the file " + text(d.input_to_result) + "; to the file " + text(d.result_to_input));

@@ -42,9 +42,13 @@ ordered_json evaluation_json(const bake::Evaluation& e)
 
 void print_doubt(const model::Measured& m)
 {
-    if (model::is_doubtful(m))
+    if (model::has_wrong_verdicts(m))
         std::printf("W_LAYER3: %u of %u points on the wrong side on layer 3: use the exact layer, as auto and the page do\n",
                     m.missed + m.false_contacts, m.points);
+    else if (model::is_doubtful(m))
+        std::printf(
+            "W_LAYER3: depths of layer 3 have a 99th percentile of %.3f %%: use the exact layer, as auto and the page do\n",
+            m.depth_p99);
 }
 
 const char* rung_suffix(const model::Cure& c)

@@ -29,7 +29,7 @@ void show_progress(const char* stage, double done)
     std::fflush(stderr);
 }
 
-ordered_json report_json(const bake::BakeResult& baked)
+ordered_json report_json(const bake::BakeResult& baked, const LoadedMesh& loaded)
 {
     ordered_json out;
     out["parts"] = ordered_json::array();
@@ -45,6 +45,9 @@ ordered_json report_json(const bake::BakeResult& baked)
                                 {"map_bytes", p.map_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
+    out["verdict"] = verdict_name(loaded.verdict);
+    out["notes"] = notes_of(loaded);
+    out["cure"] = ordered_json::parse(io::cure_json(baked.model.cure));
     out["measured"] = ordered_json::parse(io::measured_json(baked.model.measured));
     return out;
 }
@@ -73,13 +76,13 @@ bake::BakeOptions bake_options(const Options& o)
 }
 
 /// @throw io::ModelFileError
-void write(bake::BakeResult& baked, const Options& o)
+void write(bake::BakeResult& baked, const LoadedMesh& loaded, const Options& o)
 {
     baked.model.made_by = "sqmap " SQMAP_VERSION;
     baked.model.source = std::filesystem::path(o.mesh).filename().string();
     // The report first: where it cannot be written, no model is left behind either.
     if (!o.report.empty()) {
-        const std::string text = report_json(baked).dump(2) + '\n';
+        const std::string text = report_json(baked, loaded).dump(2) + '\n';
         io::replace_file(o.report, std::as_bytes(std::span(text)));
     }
     io::write_model(baked.model, o.model);
@@ -111,7 +114,7 @@ int run(const Options& o)
         bake::BakeOptions options = bake_options(o);
         options.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
         bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, options);
-        write(baked, o);
+        write(baked, loaded, o);
         print(baked, o);
         return 0;
     } catch (const mesh::RefusedMesh& e) {

@@ -87,7 +87,7 @@ public:
     {
         std::string now;
         for (const auto& [text, named] : names)
-            if (named == value) now = text;
+            if (named == value && now.empty()) now = text;  // "auto" before what it means
         const auto take = [&value, names, order, name](const std::string& text) {
             const auto found = names.find(lower(text));
             if (found == names.end()) throw WrongUsage(name, "'" + text + "' is none of " + order);

@@ -4,6 +4,7 @@
 #include "common/layer_name.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/model/doubt.h"
 #include "sqmap/parallel/for_each.h"
 #include "sqmap/query/distance.h"
 
@@ -89,7 +90,7 @@ struct Options {
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_layer3_gate;
     int nearest_steps = 2;
-    bool certain = false, offset = false, smoothing = false, no_gaps = false, no_pruning = false;
+    bool certain = false, status = false, offset = false, smoothing = false, no_gaps = false, no_pruning = false;
     bool distance = false;
     double band = query::k_baked_band;  ///< mesh units
 };
@@ -104,7 +105,9 @@ query::Projector projector_named(const std::string& name)
 std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
 {
     const bool by_gate = o.layer == "auto" && o.tolerance < 0;
-    const query::QueryOptions options{.layer = by_gate ? query::Layer::Gate : layer_named(o.layer).value(),
+    const query::Layer without_tolerance =
+        model::is_doubtful(m.measured) && model::has_exact(m) ? query::Layer::Exact : query::Layer::Gate;
+    const query::QueryOptions options{.layer = by_gate ? without_tolerance : layer_named(o.layer).value(),
                                       .tolerance = o.tolerance,
                                       .gate = o.gate,
                                       .offset = o.offset,
@@ -131,7 +134,8 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
     const auto print = [&](const char* format, auto... values) {
         text.append(row, static_cast<std::size_t>(std::snprintf(row, sizeof row, format, values...)));
     };
-    print("contact,part,depth,nx,ny,nz,px,py,pz%s\n", o.certain ? ",certain" : "");
+    print("contact,part,depth,nx,ny,nz,px,py,pz%s\n",
+          (std::string(o.certain ? ",certain" : "") + (o.status ? ",status" : "")).c_str());
     for (const Vec3d& p : points) {
         const query::PointResult c = query::query_point(m, p, options);
         if (c.contact)
@@ -141,6 +145,7 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
         else
             text += "0,-1,,,,,,,";
         if (o.certain) print(",%d", c.certain ? 1 : 0);
+        if (o.status) print(",%u", static_cast<unsigned>(c.status));
         text += '\n';
     }
     return text;
@@ -215,7 +220,7 @@ void add_query(CommandLine& line)
         command
             .option("--layer", options->layer,
                     "1 superquadrics, 2 planes, 3 planes and refined map, exact; gate: 2 or 3 by k_L; auto: the cheapest within "
-                    "--tolerance, or without one as gate")
+                    "--tolerance, or without one as gate; exact where layer 3 is in doubt")
             .one_of({"1", "2", "3", "exact", "auto", "gate"})
             .shows_default();
     Option gate = command
@@ -225,6 +230,9 @@ void add_query(CommandLine& line)
     Option tolerance =
         command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units").not_below_zero();
     Option certain = command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
+    Option status =
+        command.flag("--status", options->status,
+                     "Add a column: bits of Status (sqmap/query/contact.h), such as 16: the surface there was made up by a cure");
     Option offset = command.flag("--offset", options->offset,
                                  "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
@@ -246,7 +254,7 @@ void add_query(CommandLine& line)
         command.flag("--no-pruning", options->no_pruning, "Of a normal model: contact where any part claims it (section 2)");
     Option distance =
         command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
-    for (Option other : {layer, gate, tolerance, certain, offset, smoothing, projector, steps, gaps, pruning})
+    for (Option other : {layer, gate, tolerance, certain, status, offset, smoothing, projector, steps, gaps, pruning})
         distance.excludes(other);
     command.option("--band", options->band, "How far distances are to be exact, mesh units; not given: as baked")
         .not_below_zero()

@@ -294,7 +294,7 @@ void bake_measured_locator(const PartedSolid& surface, LocatorOptions locator, D
     for (;; locator.more *= 2) {
         bake_locator(surface, locator, draft.model);
         measure_layers(draft.model, surface.solid, draft.measured);
-        if (!model::is_doubtful(draft.measured) || 2 * locator.more > k_max_locator) return;
+        if (!model::has_wrong_verdicts(draft.measured) || 2 * locator.more > k_max_locator) return;
     }
 }
 
@@ -385,7 +385,7 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
     draft.model.measured = draft.measured;
     draft.model.cure = stored(options.cured);
     draft.model.mesh_hash = mesh::content_hash(input);
-    result.report.target_met = draft.measured.depth_p99 <= options.target_error && !model::is_doubtful(draft.measured);
+    result.report.target_met = draft.measured.depth_p99 <= options.target_error && !model::has_wrong_verdicts(draft.measured);
     progress("measure", 1);
     for (std::size_t i = 0; i < parts.parts.size(); ++i) {
         const auto& [part, quality] = parts.parts[i];

@@ -2,6 +2,7 @@
 // then shells: edges with too many faces, orientation, flatness, holes.
 #include "sqmap/mesh/gate.h"
 
+#include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/wrap.h"
 
@@ -17,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -26,8 +28,12 @@ namespace {
 
 constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
 
-/// What of the input bounds the solid: without polygons of which a cure kept nothing. cured: faces that are made up have none.
-Surface what_counts(const Surface& soup, const Surface& cured)
+/// Of a sheet that closing drops: how far it stands out before a warning says so, share of the box's diagonal.
+constexpr double k_stands_out = 1e-3;
+
+/// What of the input bounds the solid: without polygons of which a cure kept nothing; or those. cured: faces that are made up
+/// have none.
+Surface what_counts(const Surface& soup, const Surface& cured, bool counts = true)
 {
     std::vector<bool> kept;
     for (const Face& f : cured.faces) {
@@ -37,7 +43,7 @@ Surface what_counts(const Surface& soup, const Surface& cured)
     }
     Surface out{soup.points, soup.source, {}};
     for (const Face& f : soup.faces)
-        if (f.polygon < kept.size() && kept[f.polygon]) out.faces.push_back(f);
+        if ((f.polygon < kept.size() && kept[f.polygon]) == counts) out.faces.push_back(f);
     return out;
 }
 
@@ -127,7 +133,50 @@ private:
             throw Refused{first_};
         }
         const Surface& input = out_.verdict == Admission::Closed ? what_counts(soup, surface_) : soup;
-        out_.deviation = deviation(scaled(input, options_.unit.value_or(1.0)), out_.mesh, out_.made_up);
+        const double unit = options_.unit.value_or(1.0);
+        out_.deviation = deviation(scaled(input, unit), out_.mesh, out_.made_up);
+        if (out_.verdict == Admission::Closed)
+            warn_of_dropped(scaled(what_counts(soup, surface_, false), unit));
+        else
+            warn_of_tolerance();
+    }
+
+    /// dropped: the polygons of which closing kept nothing.
+    void warn_of_dropped(const Mesh& dropped)
+    {
+        const Bvh bvh(out_.mesh);
+        double area = 0, farthest = 0;
+        std::uint64_t count = 0;
+        for (const Triangle& t : dropped.triangles) {
+            const Vec3d a = dropped.vertices[t[0]], b = dropped.vertices[t[1]], c = dropped.vertices[t[2]];
+            double out = 0;
+            for (const Vec3d& p : {a, b, c, (a + b + c) / 3.0})
+                if (bvh.winding_number(p) <= 0) out = std::max(out, bvh.closest_point(p).distance);
+            if (!(out > k_stands_out * options_.unit.value_or(1.0) * diagonal_)) continue;
+            area += 0.5 * norm(cross(b - a, c - a));
+            farthest = std::max(farthest, out);
+            ++count;
+        }
+        if (count == 0) return;
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "%llu dropped triangles, %.3g %% of the area, stand out of the solid by up to %.3g: they bound nothing",
+                      static_cast<unsigned long long>(count), 100 * area / std::max(out_.facts.area, 1e-300), farthest);
+        warn(WarningKind::DroppedSurface, count, text);
+    }
+
+    void warn_of_tolerance()
+    {
+        const double r_max = largest_vertex_distance(out_.mesh), p99 = out_.deviation->result_to_input.p99;
+        const bool far = p99 > options_.wrap.tolerance * r_max, many = out_.mesh.triangles.size() > options_.wrap.max_triangles;
+        if (!far && !many) return;
+        char text[200];
+        std::snprintf(
+            text, sizeof text,
+            "%zu triangles, 99 %% of them within %.3g %% of R_max of the file: %.3g %% and at most %u were asked; see %s",
+            out_.mesh.triangles.size(), 100 * p99 / r_max, 100 * options_.wrap.tolerance, options_.wrap.max_triangles,
+            "--wrap-tolerance, --max-wrapped-faces, --max-cells");
+        warn(WarningKind::Tolerance, 1, text);
     }
 
     /// Whether a cure gives a solid; else the reason goes to the first refusal's.
@@ -170,6 +219,14 @@ private:
         for (std::size_t t = 0; t < wrapped.mesh.triangles.size(); ++t)
             surface_.faces.push_back({wrapped.mesh.triangles[t], wrapped.made_up[t] != 0 ? k_none : 0});
         note(RepairKind::Wrapped, surface_.faces.size());
+    }
+
+    /// For the cure of what a rung above the one allowed may take.
+    [[nodiscard]] std::string next_rung() const
+    {
+        if (options_.repair >= Repair::Wrap || options_.accept_surface || options_.thickness > 0) return "";
+        return options_.repair == Repair::Close ? ", or raise --max-filled, or use --repair wrap"
+                                                : ", or use --repair close or wrap";
     }
 
     /// Whether a higher rung may take what the code refuses.
@@ -257,11 +314,11 @@ private:
             refuse(Refusal::NonManifold, edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
                    number(facts.nonmanifold_edge_count) +
                        " edges have more than two faces and no split of vertices leaves closed shells",
-                   "remove fins and inner walls, so that every edge has two faces");
+                   "remove fins and inner walls, so that every edge has two faces" + next_rung());
         if (orientation.conflict)
             refuse(Refusal::Orient, element("face", surface_.faces[*orientation.conflict].polygon),
                    "the faces cannot be oriented alike: the surface has one side",
-                   "cut the surface where it is twisted, or remove the twisted part");
+                   "cut the surface where it is twisted, or remove the twisted part" + next_rung());
         if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
         component_ = components(surface_.faces.size(), pairing.mate);
@@ -269,7 +326,7 @@ private:
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
             refuse(Refusal::Open, edge_name(*first_boundary_),
                    number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                   "close the mesh, or use --repair close, --surface for a surface without inside, --thickness for a sheet");
+                   "close the mesh, or use --surface for a surface without inside, --thickness for a sheet" + next_rung());
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note(RepairKind::SplitVertices, made);
     }
 

@@ -78,6 +78,10 @@ const char* name_of(WarningKind kind) noexcept
             return "W_SELFX";
         case WarningKind::Cavities:
             return "W_CAVITY";
+        case WarningKind::DroppedSurface:
+            return "W_DROPPED";
+        case WarningKind::Tolerance:
+            return "W_TOLERANCE";
         case WarningKind::Flipped:
             return "W_FLIPPED";
         case WarningKind::Unit:

@@ -148,6 +148,13 @@ class Program(unittest.TestCase):
         self.assertEqual([row[9] for row in answers[1:]], ["1", "1", "1"])
         self.assertEqual([row[0] for row in answers[1:]], ["1", "1", "0"])
 
+    def test_status_is_a_last_column(self):
+        self.assertEqual(self.query([(0.0, 0.0, 0.0), ("nan", 0.0, 0.0)], "--layer", "exact", "--certain", "--status").returncode, 0)
+        answers = self.answers()
+        self.assertEqual(answers[0], HEADER + ["certain", "status"])
+        self.assertEqual(answers[1][10], "0")
+        self.assertNotEqual(answers[2][10], "0")
+
     def test_no_rows_give_the_header_alone(self):
         self.assertEqual(self.query([]).returncode, 0)
         self.assertEqual(self.answers(), [HEADER])

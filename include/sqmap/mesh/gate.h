@@ -85,6 +85,8 @@ enum class WarningKind : std::uint8_t {
     Degenerate,         ///< faces without area are left
     Surface,            ///< open, and taken as a surface without inside
     Thickness,          ///< a thickness was given and not used
+    DroppedSurface,     ///< closing dropped polygons that stand out of the solid
+    Tolerance,          ///< a wrapped mesh is farther from the input than asked, or has more triangles
 };
 
 /// As printed: "W_SELFX". Never null.

@@ -215,6 +215,25 @@ TEST(Close, DropsDoubledSheetsAndKeepsLargeOnes)
     expect_same_solid(ball, result.mesh, 0.03, "doubled sheet");
 }
 
+TEST(Close, WarnsOfASheetThatItDropsAndThatStandsOut)
+{
+    Mesh winged = sphere(1, 4);
+    const auto first = static_cast<std::uint32_t>(winged.vertices.size());
+    const auto has = [](const GateResult& result, WarningKind kind) {
+        return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const Warning& w) { return w.kind == kind; });
+    };
+    // One corner in the ball, two outside.
+    winged.vertices.insert(winged.vertices.end(), {{0, 0, 0}, {2, 0, 0.1}, {2, 0.1, 0}});
+    winged.triangles.push_back({first, first + 1, first + 2});
+    const GateResult result = judge(winged);
+    expect_closed(result, "a wing");
+    EXPECT_EQ(repaired(result, RepairKind::DroppedSheets), 1u);
+    EXPECT_TRUE(has(result, WarningKind::DroppedSurface));
+    winged.vertices[first + 1] = winged.vertices[first + 2] = {0.5, 0, 0.1};
+    winged.vertices[first + 2].y = 0.2;
+    EXPECT_FALSE(has(judge(winged), WarningKind::DroppedSurface));
+}
+
 TEST(Close, StopsAtTheShareThatMayBeFilled)
 {
     const Mesh half = without(sphere(1, 4), [](Vec3d p) { return p.z > 0; });

@@ -74,15 +74,20 @@ Mesh panels(double beyond)
 
 WrapResult wrapped(const Mesh& soup, const WrapOptions& options = {}) { return wrap(soup.vertices, soup.triangles, options); }
 
-void expect_gate_takes(const WrapResult& result)
+GateResult admitted(const Mesh& mesh, const GateOptions& options = {})
 {
     std::vector<std::uint32_t> offsets{0};
     std::vector<std::int64_t> indices;
-    for (const Triangle& t : result.mesh.triangles) {
+    for (const Triangle& t : mesh.triangles) {
         indices.insert(indices.end(), t.begin(), t.end());
         offsets.push_back(static_cast<std::uint32_t>(indices.size()));
     }
-    const GateResult gate = admit({result.mesh.vertices, offsets, indices});
+    return admit({mesh.vertices, offsets, indices}, options);
+}
+
+void expect_gate_takes(const WrapResult& result)
+{
+    const GateResult gate = admitted(result.mesh);
     EXPECT_NE(gate.verdict, Admission::Refused) << gate.diagnosis.message;
     EXPECT_TRUE(gate.solid);
     EXPECT_EQ(gate.facts.boundary_edge_count, 0u);
@@ -266,6 +271,18 @@ TEST(Wrap, TheBudgetOfTrianglesWinsOverTheTolerance)
     EXPECT_GT(few.bound, all.bound);
     expect_gate_takes(few);
     EXPECT_LE(deviation(few, soup), few.bound / largest_vertex_distance(soup));
+}
+
+TEST(Wrap, TheGateWarnsWhereTheToleranceIsMissed)
+{
+    const auto warns = [](const GateOptions& options) {
+        const GateResult result = admitted(half_sphere(), options);
+        EXPECT_EQ(result.verdict, Admission::Wrapped);
+        return std::any_of(result.warnings.begin(), result.warnings.end(),
+                           [](const Warning& w) { return w.kind == WarningKind::Tolerance; });
+    };
+    EXPECT_FALSE(warns({}));
+    EXPECT_TRUE(warns({.wrap = {.max_triangles = 100}}));
 }
 
 TEST(Wrap, IsTheSameOnEveryRunAndCanonical)
