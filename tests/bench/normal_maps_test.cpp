@@ -25,7 +25,7 @@ protected:
     static Record run(query::Layer layer, Density density, query::Projector projector = query::Projector::Pyramid)
     {
         const auto maps = std::make_shared<const NormalMaps>(parts_, density);
-        const auto method = make_normal_query(*setting_, maps, layer, projector);
+        const auto method = make_normal_query(*setting_, maps, {layer, projector});
         const MethodEntry entry{.name = "normal"};
         const Contestant contestant{&entry, method.get()};
         return race(*setting_, path_, truth_, {&contestant, 1}, {.passes = 1}).front();
