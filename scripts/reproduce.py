@@ -48,7 +48,7 @@ ROLES = {
     "Camel": ("camel_4512", "y", "camel"),
     "Rhino": ("bull_7154", "y", "bull"),
 }
-QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "torus", "Horse": "dumbbell", "Elephant": "bent"}
+QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "rounded_box", "Horse": "dumbbell", "Elephant": "bent"}
 
 # What the races run. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
 METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_pyramid3", "sqmap_normal_layer2", "sqmap_normal_layer3",
