@@ -2,13 +2,13 @@
 // then shells: edges with too many faces, orientation, flatness, holes.
 #include "sqmap/mesh/gate.h"
 
-#include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/wrap.h"
 
 #include "clean.h"
 #include "close/close.h"
 #include "close/resolve.h"
+#include "cure_warnings.h"
 #include "flatness.h"
 #include "plate.h"
 #include "refuse.h"
@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -28,8 +27,28 @@ namespace {
 
 constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
 
-/// Of a sheet that closing drops: how far it stands out before a warning says so, share of the box's diagonal.
-constexpr double k_stands_out = 1e-3;
+/// For the cure of what a rung above the one allowed may take.
+std::string next_rung(const GateOptions& options)
+{
+    if (options.repair >= Repair::Wrap || options.accept_surface || options.thickness > 0) return "";
+    return options.repair == Repair::Close ? ", or raise --max-filled, or use --repair wrap" : ", or use --repair close or wrap";
+}
+
+/// Whether a higher rung may take what the code refuses.
+bool is_curable(Refusal code, const GateOptions& options)
+{
+    if (options.repair < Repair::Close || options.accept_surface || options.thickness > 0) return false;
+    return code == Refusal::NonManifold || code == Refusal::Orient || code == Refusal::Open || code == Refusal::Limit;
+}
+
+void check_cost(const Surface& surface, const GateOptions& options)
+{
+    if (surface.faces.size() > options.max_cured_faces)
+        refuse(Refusal::Limit, "mesh",
+               "it needs a cure, and has " + number(surface.faces.size()) + " triangles; the limit of cures is " +
+                   number(options.max_cured_faces),
+               "raise the limit with --max-cured-faces, or close the mesh");
+}
 
 /// What of the input bounds the solid: without polygons of which a cure kept nothing; or those. cured: faces that are made up
 /// have none.
@@ -121,10 +140,10 @@ private:
             out_.verdict = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
             return;
         } catch (Refused& refused) {
-            if (!is_curable(refused.diagnosis.code)) throw;
+            if (!is_curable(refused.diagnosis.code, options_)) throw;
             first_ = std::move(refused.diagnosis);
         }
-        check_cost(cleaned);
+        check_cost(cleaned, options_);
         if (cured(repairs, [&] { fill(cleaned); })) {
             out_.verdict = Admission::Closed;
         } else if (options_.repair >= Repair::Wrap && cured(repairs, [&] { wrap_up(cleaned); })) {
@@ -136,47 +155,9 @@ private:
         const double unit = options_.unit.value_or(1.0);
         out_.deviation = deviation(scaled(input, unit), out_.mesh, out_.made_up);
         if (out_.verdict == Admission::Closed)
-            warn_of_dropped(scaled(what_counts(soup, surface_, false), unit));
+            warn(dropped_warning(scaled(what_counts(soup, surface_, false), unit), out_.mesh, unit * diagonal_));
         else
-            warn_of_tolerance();
-    }
-
-    /// dropped: the polygons of which closing kept nothing.
-    void warn_of_dropped(const Mesh& dropped)
-    {
-        const Bvh bvh(out_.mesh);
-        double area = 0, farthest = 0;
-        std::uint64_t count = 0;
-        for (const Triangle& t : dropped.triangles) {
-            const Vec3d a = dropped.vertices[t[0]], b = dropped.vertices[t[1]], c = dropped.vertices[t[2]];
-            double out = 0;
-            for (const Vec3d& p : {a, b, c, (a + b + c) / 3.0})
-                if (bvh.winding_number(p) <= 0) out = std::max(out, bvh.closest_point(p).distance);
-            if (!(out > k_stands_out * options_.unit.value_or(1.0) * diagonal_)) continue;
-            area += 0.5 * norm(cross(b - a, c - a));
-            farthest = std::max(farthest, out);
-            ++count;
-        }
-        if (count == 0) return;
-        char text[160];
-        std::snprintf(text, sizeof text,
-                      "%llu dropped triangles, %.3g %% of the area, stand out of the solid by up to %.3g: they bound nothing",
-                      static_cast<unsigned long long>(count), 100 * area / std::max(out_.facts.area, 1e-300), farthest);
-        warn(WarningKind::DroppedSurface, count, text);
-    }
-
-    void warn_of_tolerance()
-    {
-        const double r_max = largest_vertex_distance(out_.mesh), p99 = out_.deviation->result_to_input.p99;
-        const bool far = p99 > options_.wrap.tolerance * r_max, many = out_.mesh.triangles.size() > options_.wrap.max_triangles;
-        if (!far && !many) return;
-        char text[200];
-        std::snprintf(
-            text, sizeof text,
-            "%zu triangles, 99 %% of them within %.3g %% of R_max of the file: %.3g %% and at most %u were asked; see %s",
-            out_.mesh.triangles.size(), 100 * p99 / r_max, 100 * options_.wrap.tolerance, options_.wrap.max_triangles,
-            "--wrap-tolerance, --max-wrapped-faces, --max-cells");
-        warn(WarningKind::Tolerance, 1, text);
+            warn(tolerance_warning(out_.mesh, *out_.deviation, options_.wrap));
     }
 
     /// Whether a cure gives a solid; else the reason goes to the first refusal's.
@@ -219,30 +200,6 @@ private:
         for (std::size_t t = 0; t < wrapped.mesh.triangles.size(); ++t)
             surface_.faces.push_back({wrapped.mesh.triangles[t], wrapped.made_up[t] != 0 ? k_none : 0});
         note(RepairKind::Wrapped, surface_.faces.size());
-    }
-
-    /// For the cure of what a rung above the one allowed may take.
-    [[nodiscard]] std::string next_rung() const
-    {
-        if (options_.repair >= Repair::Wrap || options_.accept_surface || options_.thickness > 0) return "";
-        return options_.repair == Repair::Close ? ", or raise --max-filled, or use --repair wrap"
-                                                : ", or use --repair close or wrap";
-    }
-
-    /// Whether a higher rung may take what the code refuses.
-    [[nodiscard]] bool is_curable(Refusal code) const
-    {
-        if (options_.repair < Repair::Close || options_.accept_surface || options_.thickness > 0) return false;
-        return code == Refusal::NonManifold || code == Refusal::Orient || code == Refusal::Open || code == Refusal::Limit;
-    }
-
-    void check_cost(const Surface& surface) const
-    {
-        if (surface.faces.size() > options_.max_cured_faces)
-            refuse(Refusal::Limit, "mesh",
-                   "it needs a cure, and has " + number(surface.faces.size()) + " triangles; the limit of cures is " +
-                       number(options_.max_cured_faces),
-                   "raise the limit with --max-cured-faces, or close the mesh");
     }
 
     /// Nothing but what was looked at, and these.
@@ -314,19 +271,20 @@ private:
             refuse(Refusal::NonManifold, edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
                    number(facts.nonmanifold_edge_count) +
                        " edges have more than two faces and no split of vertices leaves closed shells",
-                   "remove fins and inner walls, so that every edge has two faces" + next_rung());
+                   "remove fins and inner walls, so that every edge has two faces" + next_rung(options_));
         if (orientation.conflict)
             refuse(Refusal::Orient, element("face", surface_.faces[*orientation.conflict].polygon),
                    "the faces cannot be oriented alike: the surface has one side",
-                   "cut the surface where it is twisted, or remove the twisted part" + next_rung());
+                   "cut the surface where it is twisted, or remove the twisted part" + next_rung(options_));
         if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
         component_ = components(surface_.faces.size(), pairing.mate);
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
-            refuse(Refusal::Open, edge_name(*first_boundary_),
-                   number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                   "close the mesh, or use --surface for a surface without inside, --thickness for a sheet" + next_rung());
+            refuse(
+                Refusal::Open, edge_name(*first_boundary_),
+                number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
+                "close the mesh, or use --surface for a surface without inside, --thickness for a sheet" + next_rung(options_));
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note(RepairKind::SplitVertices, made);
     }
 
@@ -503,6 +461,10 @@ private:
                 return;
             }
         out_.repairs.push_back({kind, count});
+    }
+    void warn(std::optional<Warning> warning)
+    {
+        if (warning) out_.warnings.push_back(std::move(*warning));
     }
     void warn(WarningKind kind, std::uint64_t count, std::string message)
     {

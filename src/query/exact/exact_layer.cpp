@@ -84,7 +84,9 @@ Nearest nearest_of(const Candidates& candidates, Vec3d p)
             if (height * height > best.distance_sq * norm_sq(across)) return;
             const Vec3d q = closest_point_on_triangle(p, piece.a, piece.b, piece.c);
             const double distance_sq = norm_sq(q - p);
-            if (distance_sq < best.distance_sq) best = {distance_sq, q, across, t};
+            // Of equally near ones the last in the mesh, whatever their order in the list.
+            if (distance_sq < best.distance_sq || (distance_sq == best.distance_sq && t > best.triangle))
+                best = {distance_sq, q, across, t};
         });
     });
     return best;

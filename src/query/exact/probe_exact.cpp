@@ -236,10 +236,14 @@ private:
             best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, flat));
             best.outside = hn::Or(hn::AndNot(fresh, best.outside), hn::And(level, outside));
             best.inside = hn::Or(hn::AndNot(fresh, best.inside), hn::AndNot(outside, level));
-            const M nearer = hn::And(near_this, hn::Lt(distance_sq, best.distance_sq));
+            // Of equally near ones the last in the mesh, whatever their order in the list.
+            const I triangle = set_int(triangles[k]);
+            const M after = hn::RebindMask(df, hn::Gt(triangle, best.triangle));
+            const M nearer = hn::And(
+                near_this, hn::Or(hn::Lt(distance_sq, best.distance_sq), hn::And(hn::Eq(distance_sq, best.distance_sq), after)));
             best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
             best.offset = blend(nearer, offset, best.offset);
-            best.triangle = blend(nearer, set_int(triangles[k]), best.triangle);
+            best.triangle = blend(nearer, triangle, best.triangle);
         }
         nearest = best;
     }

@@ -1,0 +1,51 @@
+#include "cure_warnings.h"
+
+#include "sqmap/mesh/bvh.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace sqmap::mesh {
+
+namespace {
+
+constexpr double k_stands_out = 1e-3;  ///< share of the diagonal, below which nobody is told
+
+}  // namespace
+
+std::optional<Warning> dropped_warning(const Mesh& dropped, const Mesh& solid, double diagonal)
+{
+    const Bvh bvh(solid);
+    double area = 0, farthest = 0;
+    std::uint64_t count = 0;
+    for (const Triangle& t : dropped.triangles) {
+        const Vec3d a = dropped.vertices[t[0]], b = dropped.vertices[t[1]], c = dropped.vertices[t[2]];
+        double out = 0;
+        for (const Vec3d& p : {a, b, c, (a + b + c) / 3.0})
+            if (bvh.winding_number(p) <= 0) out = std::max(out, bvh.closest_point(p).distance);
+        if (!(out > k_stands_out * diagonal)) continue;
+        area += 0.5 * norm(cross(b - a, c - a));
+        farthest = std::max(farthest, out);
+        ++count;
+    }
+    if (count == 0) return std::nullopt;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%llu dropped triangles with an area of %.3g stand out of the solid by up to %.3g: they bound nothing",
+                  static_cast<unsigned long long>(count), area, farthest);
+    return Warning{WarningKind::DroppedSurface, count, text};
+}
+
+std::optional<Warning> tolerance_warning(const Mesh& wrapped, const Deviation& moved, const WrapOptions& options)
+{
+    const double r_max = largest_vertex_distance(wrapped), share = moved.result_to_input.p99 / r_max;
+    if (share <= options.tolerance && wrapped.triangles.size() <= options.max_triangles) return std::nullopt;
+    char text[240];
+    std::snprintf(text, sizeof text,
+                  "%zu triangles, 99 %% of their area within %.3g %% of R_max of the file; asked were %u and %.3g %%: see "
+                  "--max-wrapped-faces, --wrap-tolerance, --max-cells",
+                  wrapped.triangles.size(), 100 * share, options.max_triangles, 100 * options.tolerance);
+    return Warning{WarningKind::Tolerance, 1, text};
+}
+
+}  // namespace sqmap::mesh
