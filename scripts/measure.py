@@ -169,7 +169,7 @@ def renew_readme(rows, made_from):
     columns.sort(key=lambda c: README_COLUMNS.index(c[0]))
     unmet = [line for line in falls_short(rows) if "**not met**" in line]
     text = ["", f"Measured by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}, at default options: 20,000 points per mesh, "
-            "three quarters of them within 4 % of the surface. Eq. 35 and depth in percent of R_max, the largest distance between two vertices; "
+            "three quarters of them within 4 % of the surface. A point and a probe answer alike, so the columns hold for both. Eq. 35 and depth in percent of R_max, the largest distance between two vertices; "
             "wrong verdicts of layer 3 are those farther than 0.5 % from the surface, of the exact layer 0.001 %; bake is CPU seconds on one "
             "core, the model's measurement of itself included.", "", *shape_of(columns, rows), "",
             *(["Missed targets:", "", *unmet, ""] if unmet else [])]
