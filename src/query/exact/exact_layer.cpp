@@ -68,6 +68,14 @@ void each_visible(const ModelView& model, std::uint32_t triangle, Visit&& visit)
         visit(piece_at(model.pieces.data() + 9 * (it - model.piece_triangle.begin())), across);
 }
 
+/// Lower than that. Where a cut triangle's pieces are, rounding of their corners may lift a sliver before its neighbours.
+bool is_sliver(const Piece& t, double height)
+{
+    const Vec3d e[3] = {t.b - t.a, t.c - t.b, t.a - t.c};
+    const double longest_sq = std::max({norm_sq(e[0]), norm_sq(e[1]), norm_sq(e[2])});
+    return norm_sq(cross(e[0], e[1])) < height * height * longest_sq;
+}
+
 struct Nearest {
     double distance_sq = INFINITY;
     Vec3d point{}, across{};
@@ -117,7 +125,7 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
         return dot(nearest.across, to_nearest) > 0;
 
     Vec3d aim = nearest.point, across = nearest.across, sum{};
-    double largest = -1;
+    double largest = -3;
     std::uint32_t triangles = 0, last = 0;  // as near, and the last of them
     const double reach_sq = (distance + hair) * (distance + hair);
     candidates.each([&](std::uint32_t t) {
@@ -132,7 +140,7 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
                 last = t;
                 sum += unit;
             }
-            const double facing = std::abs(dot(unit, q - p)) / norm(q - p);
+            const double facing = std::abs(dot(unit, q - p)) / norm(q - p) - (is_sliver(piece, hair) ? 2 : 0);
             if (!(facing > largest)) return;
             largest = facing;
             const Vec3d inwards = (piece.a + piece.b + piece.c) / 3.0 - q;

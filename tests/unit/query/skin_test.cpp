@@ -183,12 +183,21 @@ TEST(Skin, BonesThatMoveAlikeMoveTheModel)
     ASSERT_GT(r.contacts, 1000u);
     rigid.resize(r.contacts);
     std::sort(rigid.begin(), rigid.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+    int ties = 0;
     for (std::size_t i = 0; i < rigid.size(); ++i) {
         EXPECT_EQ(rigid[i].index, answer.contacts[i].index);
         EXPECT_NEAR(rigid[i].depth, answer.contacts[i].depth, 1e-5);
+        const Vec3d point = points[rigid[i].index], one = r.position(rigid[i]), other = answer.contacts[i].point;
+        if (norm(one - other) > 1e-5) {
+            // Two places of the surface are equally near within rounding: each answer is at one of them.
+            ++ties;
+            EXPECT_NEAR(norm(one - point), rigid[i].depth, 1e-5);
+            EXPECT_NEAR(norm(other - point), rigid[i].depth, 1e-5);
+            continue;
+        }
         EXPECT_GT(dot(cast<double>(rigid[i].normal), answer.contacts[i].normal), 1 - 1e-6);
-        EXPECT_NEAR(norm(r.position(rigid[i]) - answer.contacts[i].point), 0, 1e-5);
     }
+    EXPECT_LE(ties, 2);
 }
 
 TEST(Skin, DepthAndNormalFollowTheBend)
