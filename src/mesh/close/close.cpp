@@ -74,7 +74,7 @@ Closing close(const Surface& input, const CloseOptions& options)
     const Resolved resolved = resolve_edges(surface);
     note(RepairKind::Reoriented, resolved.turned_faces);
     note(RepairKind::DroppedWalls, resolved.wall_faces);
-    note(RepairKind::DroppedFaces, resolved.stuck_faces);
+    note(RepairKind::DroppedFaces, resolved.fin_faces + resolved.stuck_faces);
     note(RepairKind::CutEdges, resolved.cut_edges);
     const std::size_t budget = std::max(2 * surface.faces.size(), k_least_made);
     const std::uint32_t filled = fill_holes(surface, options.refine ? budget : 0);

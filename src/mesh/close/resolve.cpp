@@ -14,6 +14,8 @@ namespace {
 
 constexpr int k_passes = 4;        // each drops faces that the one before could not take apart
 constexpr double k_unseen = 0.01;  // share of rays: what fewer leave is within the solid
+// Share of the area that fins may have: where what stays is closed without them, and else.
+constexpr double k_max_fins_of_solid = 0.25, k_max_fins = 0.05;
 
 /// Regions over two-faced edges, faces turned to agree; where a region has one side only it is torn.
 std::vector<std::uint32_t> agreed(Surface& surface, std::uint64_t& turned_count)
@@ -30,34 +32,95 @@ bool has_crowded_edge(const Surface& surface)
     return any;
 }
 
+/// The edges with more than two faces, and which regions lie at them. Regions go one by one while two faces stay at each.
+class CrowdedEdges {
+public:
+    CrowdedEdges(const Surface& surface, const std::vector<std::uint32_t>& region)
+        : at_(region.size()), gone_(region.size(), false)
+    {
+        for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
+            if (edge.size() < 3) return;
+            for (const EdgeUse& u : edge) {
+                auto& list = at_[region[u.half / 3]];
+                if (list.empty() || list.back().first != left_.size()) list.emplace_back(left_.size(), 0);
+                ++list.back().second;
+            }
+            left_.push_back(edge.size());
+        });
+    }
+    /// False where it lies at none, or less than two faces would stay at one.
+    bool drop(std::size_t region)
+    {
+        if (at_[region].empty()) return false;
+        if (!std::all_of(at_[region].begin(), at_[region].end(), [&](const auto& e) { return left_[e.first] >= e.second + 2; }))
+            return false;
+        for (const auto& [edge, count] : at_[region]) left_[edge] -= count;
+        gone_[region] = true;
+        return true;
+    }
+    /// Takes them away; how many faces.
+    std::uint64_t remove(Surface& surface, const std::vector<std::uint32_t>& region) const
+    {
+        std::vector<Face> kept;
+        for (std::size_t f = 0; f < surface.faces.size(); ++f)
+            if (!gone_[region[f]]) kept.push_back(surface.faces[f]);
+        const std::uint64_t count = surface.faces.size() - kept.size();
+        surface.faces = std::move(kept);
+        return count;
+    }
+
+private:
+    std::vector<std::size_t> left_;                                     // of each edge, its faces
+    std::vector<std::vector<std::pair<std::size_t, std::size_t>>> at_;  // of each region: edges, and its faces there
+    std::vector<bool> gone_;
+};
+
+/// Drops regions at crowded edges that end at free edges elsewhere: they hang on a surface that goes on without them. The
+/// smallest first, up to a share of the area.
+std::uint64_t drop_fins(Surface& surface, const std::vector<std::uint32_t>& region, double max_share)
+{
+    std::vector<bool> is_open(region.size(), false);
+    for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
+        if (edge.size() == 1) is_open[region[edge[0].half / 3]] = true;
+    });
+    std::vector<double> area(region.size(), 0);
+    double all = 0;
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const auto& v = surface.faces[f].v;
+        const double one = norm(cross(surface.points[v[1]] - surface.points[v[0]], surface.points[v[2]] - surface.points[v[0]]));
+        area[region[f]] += one;
+        all += one;
+    }
+    std::vector<std::size_t> order;
+    for (std::size_t r = 0; r < region.size(); ++r)
+        if (is_open[r]) order.push_back(r);
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return std::tuple(area[a], a) < std::tuple(area[b], b); });
+    CrowdedEdges edges(surface, region);
+    double gone = 0;
+    for (const std::size_t r : order)
+        if (gone + area[r] <= max_share * all && edges.drop(r)) gone += area[r];
+    return edges.remove(surface, region);
+}
+
+std::uint64_t drop_fins(Surface& surface, const std::vector<std::uint32_t>& region)
+{
+    Surface without = surface;
+    const std::uint64_t count = drop_fins(without, region, k_max_fins_of_solid);
+    bool closed = true;
+    for_each_edge(edge_uses(without.faces), [&](std::span<const EdgeUse> edge) { closed = closed && edge.size() == 2; });
+    if (!closed) return drop_fins(surface, region, k_max_fins);
+    surface = std::move(without);
+    return count;
+}
+
 /// Drops regions at crowded edges that no ray leaves on either side, where two faces stay at each of their edges.
 std::uint64_t drop_walls(Surface& surface, const std::vector<std::uint32_t>& region, const std::vector<Seen>& seen)
 {
-    // Of each region, the crowded edges it lies at, and how many of its faces do.
-    std::vector<std::size_t> left;
-    std::vector<std::vector<std::pair<std::size_t, std::size_t>>> at(region.size());
-    for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
-        if (edge.size() < 3) return;
-        for (const EdgeUse& u : edge) {
-            auto& list = at[region[u.half / 3]];
-            if (list.empty() || list.back().first != left.size()) list.emplace_back(left.size(), 0);
-            ++list.back().second;
-        }
-        left.push_back(edge.size());
-    });
-    std::vector<bool> dropped(region.size(), false);
-    for (std::size_t r = 0; r < region.size(); ++r) {
-        if (at[r].empty() || seen[r].front > k_unseen || seen[r].back > k_unseen) continue;
-        if (!std::all_of(at[r].begin(), at[r].end(), [&](const auto& e) { return left[e.first] >= e.second + 2; })) continue;
-        for (const auto& [edge, count] : at[r]) left[edge] -= count;
-        dropped[r] = true;
-    }
-    std::vector<Face> kept;
-    for (std::size_t f = 0; f < surface.faces.size(); ++f)
-        if (!dropped[region[f]]) kept.push_back(surface.faces[f]);
-    const std::uint64_t count = surface.faces.size() - kept.size();
-    surface.faces = std::move(kept);
-    return count;
+    CrowdedEdges edges(surface, region);
+    for (std::size_t r = 0; r < region.size(); ++r)
+        if (!(seen[r].front > k_unseen || seen[r].back > k_unseen)) edges.drop(r);
+    return edges.remove(surface, region);
 }
 
 std::uint64_t turn_to_outside(Surface& surface, const std::vector<std::uint32_t>& region, const std::vector<Seen>& seen)
@@ -92,15 +155,21 @@ void pair_rest(const Surface& surface, const std::vector<double>& one_sided, std
     });
 }
 
-/// Turns regions to the outside, drops walls; how different the two sides of each face's region are in what sees them.
+/// Turns regions to the outside, drops walls and fins; how different the two sides of each face's region are in what sees them.
 std::vector<double> look(Surface& surface, std::vector<std::uint32_t>& region, Resolved& out)
 {
     std::vector<Seen> seen = seen_from_outside(surface, region);
-    const std::uint64_t walls = drop_walls(surface, region, seen);
-    if (walls > 0) {
-        out.wall_faces += walls;
+    const auto look_again = [&] {
         region = agreed(surface, out.turned_faces);
         seen = seen_from_outside(surface, region);
+    };
+    if (const std::uint64_t walls = drop_walls(surface, region, seen); walls > 0) {
+        out.wall_faces += walls;
+        look_again();
+    }
+    if (const std::uint64_t fins = drop_fins(surface, region); fins > 0) {
+        out.fin_faces += fins;
+        look_again();
     }
     out.turned_faces += turn_to_outside(surface, region, seen);
     std::vector<double> one_sided(surface.faces.size(), 0);

@@ -10,6 +10,7 @@ struct Resolved {
     std::uint64_t turned_faces = 0;
     std::uint64_t wall_faces = 0;   ///< dropped: walls within the solid, seen from neither side
     std::uint64_t cut_edges = 0;    ///< sides of faces that found no partner: boundary now
+    std::uint64_t fin_faces = 0;    ///< dropped: they hang on a surface that goes on without them
     std::uint64_t stuck_faces = 0;  ///< dropped: without a partner, and not to be cut off
 };
 

@@ -2,6 +2,7 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/gate.h"
 #include "sqmap/mesh/shapes.h"
+#include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>
 
@@ -213,6 +214,24 @@ TEST(Close, DropsDoubledSheetsAndKeepsLargeOnes)
     expect_closed(result, "doubled sheet");
     EXPECT_EQ(repaired(result, RepairKind::DroppedSheets), sheet.triangles.size());
     expect_same_solid(ball, result.mesh, 0.03, "doubled sheet");
+}
+
+TEST(Close, DropsFinsThatLieCloseOverTheSurface)
+{
+    const Mesh ball = sphere(1, 4);
+    Mesh fins = ball;
+    // From an edge to a point just above the ball nearby: of each, one side alone is seen well.
+    for (std::uint32_t i = 0; i < 20; ++i) {
+        const Triangle t = ball.triangles[i * 37];
+        const Vec3d across = ball.vertices[t[2]] - 0.5 * (ball.vertices[t[0]] + ball.vertices[t[1]]);
+        const Vec3d over = normalized(ball.vertices[t[2]] + 4.0 * across);
+        fins.vertices.push_back(1.03 * over);
+        fins.triangles.push_back({t[0], t[1], static_cast<std::uint32_t>(fins.vertices.size() - 1)});
+    }
+    const GateResult result = judge(fins);
+    expect_closed(result, "fins close by");
+    EXPECT_TRUE(result.made_up.empty());
+    expect_same_solid(ball, result.mesh, 1e-9, "fins close by");
 }
 
 TEST(Close, WarnsOfASheetThatItDropsAndThatStandsOut)
