@@ -300,7 +300,7 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
         c.fastest = r.fastest;
         c.cloth_us.push_back(1e6 * (r.seconds.move + r.seconds.query));
         c.move_us.push_back(1e6 * r.seconds.move);
-        // The places that the cloth asks about: where it lies on a body they are in it.
+        // The positions that the cloth queries: where it lies on a body they are in it.
         if (step % every == 0) c.frames.push_back({{cloth.query_points().begin(), cloth.query_points().end()}, poses});
     }
     for (const Vec3d& p : cloth.positions())
@@ -349,7 +349,8 @@ int main(int argc, char** argv)
         row["interiors_percent"] = 100 * c.deep.interiors / c.height;
         row["fastest_m_s"] = c.fastest;
         std::printf(
-            "%s: %zu vertices; cloth's own collision %.0f us a step (places asked %.0f); nodes %.3f %%, interiors %.3f %% of "
+            "%s: %zu vertices; cloth's own collision %.0f us a step (positions queried %.0f); nodes %.3f %%, interiors %.3f %% "
+            "of "
             "the height; %.3f m/s at the end; %016llx\n",
             c.name.c_str(), c.frames.front().nodes.size(), median(us), median(c.move_us), 100 * c.deep.nodes / c.height,
             100 * c.deep.interiors / c.height, c.fastest, static_cast<unsigned long long>(c.hash));

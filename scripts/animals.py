@@ -31,9 +31,9 @@ def tried(*command, cwd=None):
     return done.returncode == 0
 
 
-def fetch():
-    """Puts NAME.off of each animal into MESHES; whether all are there."""
-    names = [n for n in NAMES if not (MESHES / f"{n}.off").exists()]
+def fetch(names=NAMES):
+    """Puts NAME.off of each mesh of the package into MESHES; whether all are there."""
+    names = [n for n in names if not (MESHES / f"{n}.off").exists()]
     if not names:
         return True
     for folder in (CACHE, MESHES):

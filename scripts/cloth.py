@@ -9,7 +9,7 @@ import json
 import pathlib
 import subprocess
 
-import demo
+import animals
 import measure
 import plot
 import rig
@@ -32,7 +32,7 @@ TREE = "OBB tree with refit, all pairs"
 
 def metres(name):
     """The mesh standing on y = 0, as tall as HEIGHT says."""
-    lines = [l for l in (demo.MESHES / f"{name}.off").read_text().split("\n") if l.strip() and not l.startswith("#")]
+    lines = [l for l in (animals.MESHES / f"{name}.off").read_text().split("\n") if l.strip() and not l.startswith("#")]
     counts = list(map(int, lines[1].split()))
     points = [list(map(float, l.split()[:3])) for l in lines[2:2 + counts[0]]]
     low = min(p[1] for p in points)
@@ -58,13 +58,12 @@ def main():
     parser.add_argument("--vertices", type=int, default=10000)
     parser.add_argument("--quick", action="store_true")
     args = parser.parse_args()
-    for folder in (OUT, IMAGES, demo.CACHE, demo.MESHES):
+    for folder in (OUT, IMAGES):
         folder.mkdir(parents=True, exist_ok=True)
     meshes = []
     if not args.quick:
-        demo.SUBJECTS = {name: "y" for name in HEIGHT}
-        demo.fetch_animals()
-        meshes = [metres(name) for name in HEIGHT if (demo.MESHES / f"{name}.off").exists()]
+        animals.fetch(tuple(HEIGHT))
+        meshes = [metres(name) for name in HEIGHT if (animals.MESHES / f"{name}.off").exists()]
     record = OUT / "fig11b.json"
     program = measure.ROOT / "build" / "release" / "bin" / "sqmap_cloth"
     subprocess.run([program, record, str(1500 if args.quick else args.vertices), *meshes], check=True)

@@ -94,9 +94,9 @@ def quick(program):
     meshes = [QUICK / f"{shape}.obj" for shape in QUICK_SHAPES]
     for shape, mesh in zip(QUICK_SHAPES, meshes):
         measure.run("shapes", shape, "-o", mesh)
-    for name, arguments in {"slide": ["slide", "--planes", "1", "--places", "20"],
-                            "paper_slide": ["slide", "--paper", "--planes", "1"], "energy": ["energy", "--places", "5"],
-                            "paper": ["energy", "--paper", "--places", "5"]}.items():
+    for name, arguments in {"slide": ["slide", "--planes", "1", "--positions", "20"],
+                            "paper_slide": ["slide", "--paper", "--planes", "1"], "energy": ["energy", "--positions", "5"],
+                            "paper": ["energy", "--paper", "--positions", "5"]}.items():
         print(name, flush=True)
         found = subprocess.run([program, *arguments, *map(str, meshes)], check=True, capture_output=True, text=True)
         (QUICK / f"{name}.txt").write_text(found.stdout, encoding="utf-8")
@@ -117,8 +117,8 @@ def main():
     meshes, paths = sorted(options.meshes.glob("*.obj")), sorted(options.paths.glob("*.csv"))
     hand = ["--meshes", options.meshes]
     runs = {
-        "slide": ["slide", "--places", "300", *meshes],
-        "ball": ["slide", "--sphere", "--tolerance", "0.0003", "--planes", "2", "--places", "100", *meshes],
+        "slide": ["slide", "--positions", "300", *meshes],
+        "ball": ["slide", "--sphere", "--tolerance", "0.0003", "--planes", "2", "--positions", "100", *meshes],
         "paper_slide": ["slide", "--paper", *meshes],
         # The paper's scene: five animals and the hand.
         "tick": ["tick", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
@@ -126,8 +126,8 @@ def main():
         "density": ["density", *hand, *paths],
         "points": ["density", "--touching", "1200", *hand, *paths],
         "points_tick": ["tick", "--touching", "1200", "--passes", "5", *hand, *paths, "--by", *sorted(ANIMALS)],
-        "energy": ["energy", "--places", "200", *meshes],
-        "paper": ["energy", "--paper", "--places", "200", *meshes],
+        "energy": ["energy", "--positions", "200", *meshes],
+        "paper": ["energy", "--paper", "--positions", "200", *meshes],
     }
     wanted = options.only.split(",")
     for name, arguments in runs.items():

@@ -20,6 +20,7 @@ import subprocess
 import sys
 import time
 
+import animals
 import demo
 import measure
 import reproduce_figures as figures
@@ -88,9 +89,7 @@ def subjects(folder, quick, out):
     if all((folder / "meshes" / f"{stem}.obj").exists() for stem, _, _ in ROLES.values()):
         return [Subject(role, folder / "meshes" / f"{stem}.obj", up) for role, (stem, up, _) in ROLES.items()]
     say(f"no stand-ins in {folder}: the demo's meshes are used")
-    for place in (demo.CACHE, demo.MESHES):
-        place.mkdir(parents=True, exist_ok=True)
-    demo.fetch_animals()
+    animals.fetch()
     demo.fetch_hand()
     found = {role: next(iter(sorted(demo.MESHES.glob(f"{stem}.o*"))), None) for role, (_, _, stem) in ROLES.items()}
     missing = [role for role, mesh in found.items() if mesh is None]
@@ -142,8 +141,8 @@ def measure_models(models, folder, scale, out):
 
 def measure_races(models, folder, scale, out):
     """Figs. 11a, 14a and 14b: every method's time in every frame."""
-    hand, animals = models[0], models[1:]
-    for subject in animals:
+    hand, others = models[0], models[1:]
+    for subject in others:
         for kind in figures.kinds_of(subject.role):
             say(f"the hand slides over {subject.role}, {kind}")
             path = path_of(folder, subject, hand, kind, scale.frames, out)

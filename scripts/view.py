@@ -5,18 +5,17 @@ import os
 import pathlib
 import sys
 
+import animals
 import demo
 import measure
 
-NAMES = pathlib.Path(__file__).resolve().parent / "demo_names.json"  # what their parts are called: places of the meshes
+NAMES = pathlib.Path(__file__).resolve().parent / "demo_names.json"  # what their parts are called: points of the meshes
 SCENE = ("elephant", "bull", "triceratops", "camel", "cow", "hand")  # three in front, three behind
 
 
 def scene():
     """Models of the demo scene, baked once; none where nothing could be fetched."""
-    for folder in (demo.CACHE, demo.MESHES):
-        folder.mkdir(parents=True, exist_ok=True)
-    demo.fetch_animals()
+    animals.fetch()
     demo.fetch_hand()
     known = json.loads(NAMES.read_text())
     models = []
@@ -29,7 +28,7 @@ def scene():
             demo.say(f"{name}: bake")
             measure.run("bake", mesh, "-o", model)
         names = model.with_suffix(".names.json")
-        # What people have named since stays; a stand-in has other places.
+        # What people have named since stays; a stand-in has other points.
         if not names.exists() and json.loads(measure.run("info", model, "--json"))["triangles"] == known[name]["triangles"]:
             names.write_text(json.dumps(known[name], indent=1) + "\n")
         models.append(str(model))

@@ -38,7 +38,7 @@ await picture(models, 'view_map.png', [1240, 1500], async (page) => {
   // The lower palm of the first hand.
   const at = await page.evaluate(() => {
     const s = window.sqmap, f = s.facts()[0], b = document.querySelector('#stage').getBoundingClientRect();
-    const q = s.world.project(s.world.controls.target.clone().set(...f.place));
+    const q = s.world.project(s.world.controls.target.clone().set(...f.position));
     return [b.left + ((q.x + 1) / 2) * b.width, b.top + ((1.12 - q.y) / 2) * b.height];
   });
   await page.mouse.click(...at);

@@ -97,7 +97,7 @@ void add_render(CommandLine& line)
     const auto arguments = std::make_shared<Arguments>();
     Command command = line.add("render", "Draw a mesh or a model as a PNG picture");
     command.option("input", arguments->input, "Model (.sqmap) or mesh").required().existing_file();
-    command.option("mesh", arguments->mesh, "Mesh to draw in place of the model's own triangles").existing_file();
+    command.option("mesh", arguments->mesh, "Mesh to draw instead of the model's own triangles").existing_file();
     command
         .option(
             "--what", arguments->what,

@@ -1,4 +1,4 @@
-// Places and directions as options have them: 0.1,0,0 or 0/0/1.
+// Positions and directions as options have them: 0.1,0,0 or 0/0/1.
 #pragma once
 
 #include "sqmap/math/vec.h"

@@ -136,7 +136,9 @@ void add_slide(CLI::App& app)
     command->add_option("--planes", c->options.planes, "Sections along each axis")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    command->add_option("--places", c->positions, "For onset and normal")->check(CLI::Range(1, 1000000))->capture_default_str();
+    command->add_option("--positions", c->positions, "For onset and normal")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
     command->add_option("--kernel", zone.smoothing.kernel, "shell or ball")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, haptic::Kernel>{{"shell", haptic::Kernel::Shell}, {"ball", haptic::Kernel::Ball}}));
@@ -156,7 +158,7 @@ void add_energy(CLI::App& app)
         app.add_subcommand("energy", "Work of the force around closed paths of 3 mm, as a share of the work it moves");
     command->add_option("meshes", c->meshes, "Closed meshes; scaled to R_max = 0.3 m")->required()->check(CLI::ExistingFile);
     command->add_flag("--sphere", c->options.sphere, "A sphere of 5 mm instead of a point");
-    command->add_option("--places", c->positions, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
+    command->add_option("--positions", c->positions, "Paths per mesh")->check(CLI::Range(1, 1000000))->capture_default_str();
     c->options.zone.layer = query::Layer::Exact;
     command->add_option("--layer", c->options.zone.layer, "3 or exact")
         ->transform(CLI::CheckedTransformer(app::layers_by_name({query::Layer::Three, query::Layer::Exact})));

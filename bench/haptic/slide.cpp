@@ -74,7 +74,7 @@ private:
 struct TouchPoint {
     Vec3d point, normal;
 };
-/// Random places of the surface, by area, on the boundary of the solid.
+/// Random points of the surface, by area, on the boundary of the solid.
 std::vector<TouchPoint> random_points(const TouchObject& object, int count)
 {
     std::vector<double> sum;
@@ -194,7 +194,7 @@ Onset onset(const TouchObject& object, const SlideOptions& options, int position
             const double middle = 0.5 * (out + in);
             (norm(tool.force(p.point + middle * p.normal, true)) > 0 ? in : out) = middle;
         }
-        // From the nearest surface: in a fold that may be another than the place's.
+        // From the nearest surface: in a fold that may be another than the point's.
         found.push_back(std::abs(object.exact(p.point + 0.5 * (out + in) * p.normal).distance - radius));
     }
     if (found.empty()) return {};

@@ -48,13 +48,13 @@ struct Steps {
 /// sharp: of ticks at sharp edges, or of the others; not given: of all.
 [[nodiscard]] Steps steps_of(const Slide& slide, std::optional<bool> sharp = {});
 
-/// Where force begins, coming from outside along the normal at random places of the surface: m outside it (negative: inside).
+/// Where force begins, coming from outside along the normal at random points of the surface: m outside it (negative: inside).
 struct Onset {
     double median = 0, p99 = 0, max = 0;  ///< of the absolute value, m
 };
 [[nodiscard]] Onset onset(const TouchObject& object, const SlideOptions& options, int positions);
 
-/// Angle between the force of a point 1 mm deep and the true normal, degrees, at places where the surface is smooth: no edge
+/// Angle between the force of a point 1 mm deep and the true normal, degrees, at points where the surface is smooth: no edge
 /// within 2 mm turns by more than 10 degrees.
 struct NormalError {
     double median = 0, p95 = 0, max = 0;
@@ -63,9 +63,9 @@ struct NormalError {
 [[nodiscard]] NormalError normal_error(const TouchObject& object, const SlideOptions& options, int positions);
 
 /// Energy that the force gives around closed ways of 3 mm about places of the surface, share of what it moves: positive is
-/// gained. Of the field: at every place without memory of the last, and along pieces so short that their number does not count.
-/// And J given, at most, by a device that goes the ten ways with most gain around 100 times at 0.1 m/s and 1 kHz, each force held
-/// for a tick: as commanded, and behind the safety filter.
+/// gained. Of the field: at every position without memory of the last, and along pieces so short that their number does not
+/// count. And J given, at most, by a device that goes the ten ways with most gain around 100 times at 0.1 m/s and 1 kHz, each
+/// force held for a tick: as commanded, and behind the safety filter.
 struct Energy {
     double worst = 0, median = 0, least = 0;       ///< greatest, of the absolute value, and least
     double commanded = 0, sent = 0;                ///< J

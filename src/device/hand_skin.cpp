@@ -148,7 +148,7 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
     }
     const auto expected = glove_zones(hand_joints(posture, length_));
 
-    // Bound places to the world, a joint each.
+    // Bound positions to the world, a joint each.
     std::array<Pose, k_hand_joints> maps;
     maps.fill(posture.wrist);
     for (std::size_t f = 0; f < k_bones.size(); ++f) {

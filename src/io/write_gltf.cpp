@@ -35,10 +35,10 @@ void check(const MovingMesh& m)
     need(m.shapes.empty() || m.shapes.size() == m.times.size(), m, "not one shape a time");
     need(std::is_sorted(m.times.begin(), m.times.end(), [](double a, double b) { return a <= b; }), m, "times do not ascend");
     for (const double t : m.times) need(std::isfinite(t) && t >= 0, m, "a time is negative or not finite");
-    for (const Vec3d& p : m.positions) need(is_finite(p), m, "a place is not finite");
+    for (const Vec3d& p : m.positions) need(is_finite(p), m, "a position is not finite");
     for (const auto& shape : m.shapes) {
-        need(shape.size() == m.positions.size(), m, "a shape has another number of places");
-        for (const Vec3d& p : shape) need(is_finite(p), m, "a place is not finite");
+        need(shape.size() == m.positions.size(), m, "a shape has another number of positions");
+        for (const Vec3d& p : shape) need(is_finite(p), m, "a position is not finite");
     }
 }
 

@@ -49,7 +49,7 @@ const settled = async (page) => {
 /// A place of the screen where an object's surface faces the eye, well within a part.
 const onSurface = (page, object) => page.evaluate((i) => {
   const s = window.sqmap, f = s.facts()[i], b = document.querySelector('#stage').getBoundingClientRect();
-  const q = s.world.project(s.world.controls.target.clone().set(...f.place));
+  const q = s.world.project(s.world.controls.target.clone().set(...f.position));
   for (let r = 0; r < 0.6; r += 0.02)
     for (let a = 0; a < 6.28; a += 0.5) {
       const x = q.x + r * Math.cos(a), y = q.y + r * Math.sin(a), hit = s.world.cast(x, y);

@@ -31,7 +31,7 @@ double height_of(const Avatar& avatar)
     return hi - lo;
 }
 
-/// The rigid motion nearest to a joint's map, about its bound place: rows made orthonormal in turn.
+/// The rigid motion nearest to a joint's map, about its bound position: rows made orthonormal in turn.
 sqmap::Pose rigid(const Affine& map, Vec3d joint)
 {
     Mat3d r = map.linear;
@@ -41,7 +41,7 @@ sqmap::Pose rigid(const Affine& map, Vec3d joint)
     return {r, apply(map, joint) - r * joint};
 }
 
-/// Closed, with one vertex a place: files double them along seams of textures.
+/// Closed, with one vertex for each position: files double them along seams of textures.
 void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
 {
     const io::SkinnedSoup& skin = body.file;

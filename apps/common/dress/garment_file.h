@@ -22,7 +22,7 @@ struct SeamEvent {
     bool sew = false;
 };
 
-/// The vertex nearest to a place and what is within radius of it ride a bone, from a time until another.
+/// The vertex nearest to a position and what is within radius of it ride a bone, from a time until another.
 struct PinEvent {
     double at = 0, until = 0;  ///< s
     Vec3d near{};
@@ -30,7 +30,7 @@ struct PinEvent {
     std::string bone;      ///< or "world"
 };
 
-/// A tool that takes the vertex nearest to a place and moves it.
+/// A tool that takes the vertex nearest to a position and moves it.
 struct Pull {
     double at = 0, until = 0;  ///< s
     Vec3d near{}, by{};        ///< m; by: in all, at a steady rate

@@ -1,4 +1,4 @@
-// What is done to a garment while it is worn: seams cut and sewn, places pinned, cloth pulled by a tool.
+// What is done to a garment while it is worn: seams cut and sewn, points pinned, cloth pulled by a tool.
 #pragma once
 
 #include "common/dress/garment_file.h"
@@ -15,7 +15,7 @@ namespace sqmap::app {
 /// The number of the solid or joint of that name; sim::Cloth::k_world for "world". @throw GarmentFileError for any other
 using FindBone = std::function<std::uint32_t(const std::string&)>;
 
-/// The vertex nearest to a place.
+/// The vertex nearest to a position.
 [[nodiscard]] std::uint32_t nearest_vertex(const sim::Cloth& cloth, Vec3d position);
 
 /// A garment's events as its file lists them, step by step. A pull is a tool's tip that goes its way at 1 kHz, of the cloth's

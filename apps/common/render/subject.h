@@ -34,7 +34,7 @@ public:
 /// mesh: validated, mesh units.
 [[nodiscard]] Subject subject_of_mesh(const mesh::Mesh& mesh);
 
-/// A model's parts. mesh (mesh units; may be null) is drawn in place of the model's own triangles, and is needed where the
+/// A model's parts. mesh (mesh units; may be null) is drawn instead of the model's own triangles, and is needed where the
 /// model was baked without its exact layer: each triangle then goes to the part that owns the surface nearest to it.
 /// @throw SubjectError for a model without triangles and no mesh
 [[nodiscard]] Subject subject_of_model(io::MappedModel model, const mesh::Mesh* mesh);

@@ -14,7 +14,7 @@ namespace {
 /// A face of the cube as the cross shows it, seen from outside: direction = out + u right + v up, u and v in [-1, 1].
 struct Face {
     Vec3f out, right, up;
-    int column, row;  // place in the cross
+    int column, row;  // position in the cross
 };
 
 // Four faces around z, and the two that z leaves through above and below the second.

@@ -19,7 +19,7 @@ HeldTool::HeldTool(const std::string& spec_text, const std::string& at, std::spa
     : worn_(&worn)
 {
     const std::optional<Vec3d> position = at.empty() ? Vec3d{} : three_numbers(at);
-    if (!position) throw device::DeviceError("--tool-at " + at + ": a place is three numbers, as in 0,1.2,0.3");
+    if (!position) throw device::DeviceError("--tool-at " + at + ": a position is three numbers, as in 0,1.2,0.3");
     const device::DeviceSpec spec = device::parse_spec(spec_text);
     std::size_t pulls = 0;
     for (const Worn& w : worn) pulls += w.file.pulls.size();

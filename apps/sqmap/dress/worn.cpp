@@ -24,7 +24,7 @@ const char* status_text(std::uint32_t bit)
         case sim::k_cloth_coarse_sweep:
             return "thin parts may have been missed";
         case sim::k_cloth_crowded:
-            return "the skin is folded more often at one place than is looked at";
+            return "the skin is folded more often at one point than is looked at";
         case sim::k_cloth_stretched:
             return "a quarter of the threads are stretched by more than 10 %: give a higher --rate or more --iterations";
         case sim::k_cloth_tangled:

@@ -30,7 +30,7 @@ void add_object_options(Command& command, TouchOptions& o)
         .not_below_zero(1e6)
         .group(moving)
         .shows_default();
-    command.option("--object-spring", o.body.spring, "N/m that holds each at its place, critically damped; 0: free")
+    command.option("--object-spring", o.body.spring, "N/m that holds each at its position, critically damped; 0: free")
         .not_below_zero(1e6)
         .group(moving)
         .shows_default();

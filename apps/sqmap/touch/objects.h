@@ -23,7 +23,7 @@ private:
     struct Body {
         Vec3d position{};      ///< of the model's origin in the world at first, m
         Vec3d centre{};        ///< mesh frame, m
-        Vec3d off{}, speed{};  ///< of the centre, from the place
+        Vec3d off{}, speed{};  ///< of the centre, from the position
         Mat3d turn{};
         Vec3d spin{};
         double inertia = 0;  ///< kg m^2

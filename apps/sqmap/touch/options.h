@@ -28,9 +28,9 @@ struct TouchObject {
 
 /// How the objects move: all alike.
 struct BodyOptions {
-    double mass = 0;         ///< kg; 0: what touches does not move them
-    double spring = 200;     ///< N/m that holds each at its place, critically damped, in turning with the same frequency; 0: free
-    Vec3d sway{};            ///< m, to either side of the place
+    double mass = 0;      ///< kg; 0: what touches does not move them
+    double spring = 200;  ///< N/m that holds each at its position, critically damped, in turning with the same frequency; 0: free
+    Vec3d sway{};         ///< m, to either side of the position
     double sway_period = 2;  ///< s
 };
 

@@ -173,7 +173,7 @@ void add_replay(CommandLine& line)
     const auto arguments = std::make_shared<Arguments>();
     Command command = line.add("replay", "Compute the forces of a recording anew and compare them, to the bit");
     command.option("trace", arguments->trace, "What sqmap touch --record wrote").required();
-    command.option("--against", arguments->against, "Another model in place of the first: how do its forces differ?");
+    command.option("--against", arguments->against, "Another model instead of the first: how do its forces differ?");
     command.flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
     command.option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
         .in_range(1, 64)

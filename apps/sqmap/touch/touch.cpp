@@ -46,7 +46,7 @@ TouchObject object_from(const std::string& text)
     if (at == std::string::npos) return object;
     const std::optional<Vec3d> position = three_numbers(std::string_view(text).substr(at + 1));
     if (!position || !(std::max({std::fabs(position->x), std::fabs(position->y), std::fabs(position->z)}) <= 1000))
-        throw BadTouch("--object " + text + ": a place is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
+        throw BadTouch("--object " + text + ": a position is three numbers of at most 1000 m, as in bunny.sqmap@0.1,0,0");
     object.position = *position;
     object.file.resize(at);
     return object;

@@ -1,4 +1,4 @@
-// A baked model whose mesh has moved in places: only what that reaches is baked anew.
+// A baked model whose mesh has moved in some regions: only what that reaches is baked anew.
 #pragma once
 
 #include "sqmap/bake/bake.h"

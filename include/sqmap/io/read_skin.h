@@ -28,7 +28,7 @@ struct SkinJoint {
     Affine inverse_bind{};  ///< bound mesh -> the joint's frame
     Affine above{};         ///< of the nodes between the joint above and this one: local = above * rest
     JointPose rest{};
-    bool has_matrix = false;  ///< in place of rest: such a node is not animated
+    bool has_matrix = false;  ///< instead of rest: such a node is not animated
 };
 
 /// One channel of an animation.

@@ -29,7 +29,7 @@ struct MovingMesh {
     std::vector<double> times{};   ///< s, ascending: of the keys or shapes below
     std::vector<RigidKey> keys{};  ///< empty, or one a time
     std::vector<std::vector<Vec3d>>
-        shapes{};  ///< empty, or one a time, each of positions.size() places: morph targets, blended in between
+        shapes{};  ///< empty, or one a time, each of positions.size() positions: morph targets, blended in between
 };
 
 /// Writes one node a mesh and one animation, "motion", of all of them. The file appears whole or not at all.

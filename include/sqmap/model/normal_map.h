@@ -22,7 +22,7 @@ enum class MapRay {
 /// on the border, times correction. Sorted by row (normal map: correction_rows) and column.
 struct VertexCorrection {
     std::uint16_t column;     ///< of the cell
-    std::uint8_t eta, omega;  ///< place in the cell, in 1/256
+    std::uint8_t eta, omega;  ///< position in the cell, in 1/256
     std::int16_t correction;  ///< times distance_scale
     friend constexpr bool operator==(const VertexCorrection&, const VertexCorrection&) = default;
 };

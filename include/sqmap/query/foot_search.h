@@ -10,7 +10,7 @@
 
 namespace sqmap::query {
 
-/// A place of the superquadric that a search has looked at.
+/// A position of the superquadric that a search has looked at.
 struct FootSearchStep {
     shape::SurfaceAnglesf angles;
     float distance = 0;        ///< to the point, model units

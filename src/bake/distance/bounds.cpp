@@ -1,5 +1,5 @@
-// Distances change no faster than places: a cell that is small beside its distance from the surface is bounded by the distance of
-// its centre.
+// Distance changes no faster than position: a cell that is small beside its distance from the surface is bounded by the distance
+// of its centre.
 #include "bake/distance/bounds.h"
 
 #include "model/bound_tree.h"

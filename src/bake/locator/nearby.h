@@ -1,4 +1,4 @@
-// Closest points of the boundary for many points of one place.
+// Closest points of the boundary for many points of one region.
 #pragma once
 
 #include "math/triangle_offsets.h"
@@ -12,7 +12,7 @@
 
 namespace sqmap::bake {
 
-/// The triangles that can be nearest to some point of a place: its samples ask these, all at once, and not the whole mesh.
+/// The triangles that can be nearest to some point of a region: its samples query these, all at once, and not the whole mesh.
 class Nearby {
 public:
     /// reach: from the centre, what is farther matters to none.
@@ -29,7 +29,7 @@ public:
         put_corners();
     }
 
-    /// near: all that are nearest to some point of the place.
+    /// near: all that are nearest to some point of the region.
     Nearby(const mesh::Solid& solid, Vec3d centre, std::span<const std::uint32_t> near)
         : solid_(solid), centre_(centre), triangles_(near.begin(), near.end())
     {

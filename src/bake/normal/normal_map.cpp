@@ -267,7 +267,7 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
         if (!whole_cell(grid, cuts, i, j) || grid.at(i, j).kind != Kind::Hit) continue;
         const auto eighth = [](double f) { return static_cast<std::uint8_t>(std::clamp(f * 256, 0.0, 255.0)); };
         const VertexCorrection data{static_cast<std::uint16_t>(j), eighth(y - i), eighth(x - j), 0};
-        // Linear interpolation as the run time will do it, at the place that is stored.
+        // Linear interpolation as the run time will do it, at the position that is stored.
         const double fy = (data.eta + 0.5) / 256, fx = (data.omega + 0.5) / 256;
         const auto value = [&](int r, int c) { return scale * map.distance[grid.index(r, c)]; };
         const double low = value(i, j) + fx * (value(i, j + 1) - value(i, j));

@@ -6,7 +6,7 @@
 
 namespace sqmap::bake {
 
-/// The mesh in its principal frame: vertices turned and sorted there, every triangle at its old place but starting at its least
+/// The mesh in its principal frame: vertices turned and sorted there, every triangle in its old order but starting at its least
 /// vertex. What is computed from it depends on the mesh's frame through rounding only.
 struct CanonicalMesh {
     mesh::Mesh mesh;

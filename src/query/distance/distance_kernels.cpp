@@ -1,6 +1,6 @@
 // J. A. Baerentzen, H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11(3), 2005, is the
 // problem; here the side is what the nearest triangles agree on. Beyond the band a tree of bounds answers: distances change no
-// faster than places (S. F. Frisken et al., "Adaptively sampled distance fields", SIGGRAPH 2000).
+// faster than positions (S. F. Frisken et al., "Adaptively sampled distance fields", SIGGRAPH 2000).
 #include "query/distance/distance_kernels.h"
 
 #undef HWY_TARGET_INCLUDE

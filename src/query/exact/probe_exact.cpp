@@ -1,5 +1,5 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, beyond its layers: the mesh's own
-// triangles, for many points at once. A place of the locator lists every triangle that can be nearest to a point of it, so the
+// triangles, for many points at once. A cell of the locator lists every triangle that can be nearest to a point of it, so the
 // nearest of its list is the nearest of all, and the side of it is the verdict.
 #include "probe_exact.h"
 
@@ -47,7 +47,7 @@ public:
 
 private:
     static constexpr std::size_t k_queue = 1024, k_capacity = k_queue + 2 * Probe::k_cluster;
-    static constexpr std::size_t k_slots = 2048;  // of the table of places: a power of two, more than the queue's room
+    static constexpr std::size_t k_slots = 2048;  // of the table of cells: a power of two, more than the queue's room
     static constexpr std::uint32_t k_inside = 1u << 31;
     static constexpr std::size_t k_read = 1024;  // triangles of a list that are read at once
 
@@ -57,7 +57,7 @@ private:
         const M inside = is_inside(e.at.cell, e.occupied);
         divide(e.at.cell, e.at.index, e.at.offset, e.occupied);
         if (!any(e.occupied)) return;
-        // Above the planes of a flat place by more than the solid reaches there: outside.
+        // Above the planes of a flat cell by more than the solid reaches there: outside.
         const M flat = is_flat(e.at.cell, hn::AndNot(inside, e.occupied));
         if (any(flat)) {
             const F gap = lowest_planes(e.at.cell, e.at.offset, flat).gap;
@@ -78,7 +78,7 @@ private:
         queued_ += hn::CountTrue(df, e.occupied);
     }
 
-    /// Place after place, so that the points of a vector share their triangles.
+    /// Cell after cell, so that the points of a vector share their triangles.
     HWY_NOINLINE void flush()
     {
         if (queued_ == 0) return;
@@ -125,7 +125,7 @@ private:
         M outside, inside, unclear;
     };
 
-    /// The points order_[first, end) of one place.
+    /// The points order_[first, end) of one cell.
     HWY_NOINLINE void answer(std::uint32_t key, std::size_t first, std::size_t end)
     {
         const model::CandidateList list = model::candidate_list(model_, (key & ~k_inside) >> 6, key & 63u);
@@ -313,7 +313,7 @@ private:
     float touching_;  // depth up to which a contact's normal is its triangle's
     std::size_t queued_ = 0;
     float x_[k_capacity], y_[k_capacity], z_[k_capacity];
-    std::uint32_t key_[k_capacity], point_[k_capacity];  // 64 times the brick and the place in it, k_inside; the probe's point
+    std::uint32_t key_[k_capacity], point_[k_capacity];  // 64 times the brick and the cell in it, k_inside; the probe's point
     std::uint16_t group_[k_capacity], order_[k_capacity], slots_[k_slots];
     std::uint32_t group_key_[k_capacity];
     std::uint16_t group_end_[k_capacity];

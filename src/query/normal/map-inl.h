@@ -74,7 +74,7 @@ public:
         const SampleLanes coded = value_of(code, hn::Zero(di));
         sample.distance = blend(hit, sample.distance, coded.distance);
         sample.normal = blend(hit, sample.normal, {hn::Zero(df), hn::Zero(df), hn::Zero(df)});
-        // Where a surface enters the superquadric inside the cell, which side of it a place lies on is a guess.
+        // Where a surface enters the superquadric inside the cell, which side of it a position lies on is a guess.
         const M cap = equal(code, set_int(model::k_map_cap));
         M beside_cap = none();
         for (const I& corner : distance) beside_cap = hn::Or(beside_cap, equal(corner, set_int(model::k_map_cap)));

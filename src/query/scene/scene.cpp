@@ -22,7 +22,7 @@ bool can_touch(const Body& a, const Body& b)
     return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr);
 }
 
-/// A little more than the body's, since places are rounded.
+/// A little more than the body's, since positions are rounded.
 Sphere safe_sphere(const Body& body)
 {
     Sphere s = sphere_of(body);

@@ -12,7 +12,7 @@ namespace sqmap::query {
 inline constexpr std::uint32_t k_no_contact = 0xffffffffu;
 inline constexpr double k_head_on = 0.25;  ///< cosine between the way and the surface's inward normal
 
-/// In place of the point's own contact at the end, or behind the others, of which there are `count`.
+/// Instead of the point's own contact at the end, or behind the others, of which there are `count`.
 template <class Crossing>
 void keep_crossing(const Crossing& crossing, std::uint32_t own, std::span<Crossing> contacts, std::size_t& count,
                    SweptResult& result) noexcept

@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double k_height = 1.75, k_rate = 240;  // m, steps a second
 constexpr int k_steps_a_frame = 8;               // 30 frames a second
 constexpr double k_max_behind = 0.1;             // s: what is later is left out, and the cloth moves slowly
-constexpr double k_grip = 0.02, k_pin = 0.02;    // m about a place that is taken or pinned
+constexpr double k_grip = 0.02, k_pin = 0.02;    // m about a point that is taken or pinned
 constexpr double k_near_body = 0.06;             // m: a pin goes into the body up to there, else into the air
 constexpr int k_niceness = 10;                   // the servo and the page come first
 constexpr std::uint32_t k_vertices = 3000;
@@ -125,7 +125,7 @@ void Fitting::Work::drag()
     cloth->drag(forces.tip);
 }
 
-/// anew: in the pattern's own place on a figure with stretched arms; else in the folds of now, or of `start`.
+/// anew: in the pattern's own position on a figure with stretched arms; else in the folds of now, or of `start`.
 void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
 {
     sim::Garment garment = worn.garment;
@@ -248,7 +248,7 @@ void Fitting::Work::take(const Message& m)
     if (cloth == nullptr) return;
     switch (m.handling) {
         case Handling::Grasp: {
-            // It is taken where it is: the place that was pointed at may have moved since.
+            // It is taken where it is: the point that was pointed at may have moved since.
             const std::uint32_t node = nearest(m.target);
             if (norm(cloth->positions()[node] - m.target) > 0.1) return;
             pointed.translation = forces.tip = cloth->positions()[node];

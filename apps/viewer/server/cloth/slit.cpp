@@ -184,7 +184,7 @@ std::vector<std::vector<std::uint32_t>> fans_at(const Net& net, std::uint32_t v,
     return fans;
 }
 
-/// Gives a fan a vertex of its own in place of v; its number.
+/// Gives a fan a vertex of its own instead of v; its number.
 std::uint32_t part_from(Slit& out, std::uint32_t v, const std::vector<std::uint32_t>& fan)
 {
     const auto copy = static_cast<std::uint32_t>(out.positions.size());

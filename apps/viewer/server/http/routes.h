@@ -12,7 +12,7 @@
 
 namespace sqmap::viewer {
 
-/// A request with what its address has in place of the pattern's stars. It lives as long as the handler runs.
+/// A request with what its address has for the pattern's stars. It lives as long as the handler runs.
 struct Call {
     HttpRequest& request;
     std::vector<std::string_view> stars;

@@ -49,7 +49,7 @@ bool flag(const json& in, const char* key, bool& out)
     return true;
 }
 
-/// One of a list of words; its place in the list.
+/// One of a list of words; its number in the list.
 template <std::size_t N>
 bool one_of(const json& in, const char* key, const std::array<const char*, N>& words, std::size_t& out)
 {
@@ -141,7 +141,7 @@ bool read_cloth(const json& in, Message& m)
     }
 }
 
-/// "ball", "hand", or an object of the scene by its place there.
+/// "ball", "hand", or an object of the scene by its number there.
 bool read_tool(const json& in, Settings& s)
 {
     const auto tool = in.find("tool");

@@ -32,8 +32,8 @@ struct Settings {
     double texture = 0;                                                 ///< m, standard deviation of the relief, 0 to 0.001
     double smoothing = 0;        ///< m, radius of the smoothing sphere of a point as tool, 0: the tool is a ball; 0 to 0.01
     double tool_radius = 0.006;  ///< m, of the ball, 0.001 to 0.05
-    double zone = 0;             ///< m, of the impact zone of a hand or a mesh about the tool's place; 0: the whole tool; to 0.1
-    double force_limit = 2;      ///< N, 0.1 to 3.3
+    double zone = 0;         ///< m, of the impact zone of a hand or a mesh about the tool's position; 0: the whole tool; to 0.1
+    double force_limit = 2;  ///< N, 0.1 to 3.3
     ToolKind tool = ToolKind::Ball;
     std::uint32_t tool_object = 0;  ///< of the scene, where the tool is a mesh
     double tool_size = 0.06;        ///< m, largest extent of a hand or a mesh, 0.01 to 0.3
@@ -50,7 +50,7 @@ enum class Say : std::uint8_t {
     Stop,
     Resume,
     Settings,
-    Device,   ///< by its place in the list that the server sent
+    Device,   ///< by its number in the list that the server sent
     Split,    ///< part of an object, in two
     Merge,    ///< part and other
     MoveCut,  ///< between part and other, into other by `distance`
@@ -61,7 +61,7 @@ enum class Say : std::uint8_t {
     Bake,     ///< the edited parts become the object's model
     Rebake,   ///< the same parts with the other projection, as another object
     Remove,   ///< the object
-    Record,   ///< every tick from here on, in place of what was recorded before; or no more
+    Record,   ///< every tick from here on, instead of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
     Cloth,    ///< what is done to it
     Undress,  ///< the figure and its cloth are no longer wanted
@@ -72,7 +72,7 @@ enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew,
 
 inline constexpr std::size_t k_max_line = 64;
 
-/// A place on the cloth, wherever it goes: corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0) of a triangle.
+/// A point on the cloth, wherever it goes: corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0) of a triangle.
 struct ClothPoint {
     std::uint32_t triangle = 0;
     double u = 0, v = 0;  ///< 0 to 1

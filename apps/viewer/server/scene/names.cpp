@@ -180,7 +180,7 @@ std::optional<Words> read_names(const std::string& text)
 nlohmann::ordered_json names_json(const Words& words)
 {
     nlohmann::ordered_json out;
-    out["about"] = "places of the mesh, in its own units, and what they are called: sqmap view reads them beside MODEL.sqmap";
+    out["about"] = "points of the mesh, in its own units, and what they are called: sqmap view reads them beside MODEL.sqmap";
     out["forward"] = {words.forward.x, words.forward.y, words.forward.z};
     out["up"] = {words.up.x, words.up.y, words.up.z};
     out["whole"] = words.whole;

@@ -1,4 +1,4 @@
-// Names of parts that mean something: places of an object that have a name, kept beside its model.
+// Names of parts that mean something: surface points of an object that have a name, kept beside its model.
 #pragma once
 
 #include "sqmap/decompose/decompose.h"
@@ -17,13 +17,13 @@ namespace sqmap::viewer {
 
 inline constexpr std::size_t k_max_landmarks = 256;
 
-/// A place on the surface and what people call it.
+/// A point on the surface and what people call it.
 struct Landmark {
     std::string name;
     Vec3d at{};  ///< mesh units
 };
 
-/// What is known of an object in words. Places, not parts: names outlive another decomposition.
+/// What is known of an object in words. Points, not parts: names outlive another decomposition.
 struct Words {
     std::vector<Landmark> landmarks;
     bool whole = false;  ///< the landmarks speak of all of it: a part between them is named after the nearest along the surface
@@ -34,14 +34,14 @@ struct Words {
 [[nodiscard]] std::optional<Words> read_names(const std::string& json);
 [[nodiscard]] nlohmann::ordered_json names_json(const Words& words);
 
-/// Where model space lies: place = origin + unit * model space, mesh units.
+/// Where model space lies: position = origin + unit * model space, mesh units.
 struct Frame {
     Vec3d origin{};
     double unit = 1;
 };
 
 /// A name for every part, no two alike. A part that holds landmarks is named after them, the others after the nearest landmark
-/// where the words are whole, or else by shape and place: "long part, upper left front", as seen with x to the right, y up, z
+/// where the words are whole, or else by shape and position: "long part, upper left front", as seen with x to the right, y up, z
 /// towards the eye. mesh, superquadrics: model space.
 [[nodiscard]] std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
                                                   const decompose::Partition& partition,

@@ -282,7 +282,7 @@ nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool
     out["metresPerUnit"] = object.metres_per_unit;
     out["central"] = h.projection == static_cast<std::uint32_t>(model::Projection::Central);
     out["exact"] = model::has_exact(m);
-    out["place"] = vector_json(object.position);
+    out["position"] = vector_json(object.position);
     out["half"] = vector_json(object.half);
     const model::Measured& e = m.measured;
     out["measured"] = {{"points", e.points},        {"missed", e.missed},

@@ -1,4 +1,4 @@
-// One object of the scene: a model with its triangles, its place in the world, and what the page shows of it.
+// One object of the scene: a model with its triangles, its position in the world, and what the page shows of it.
 #pragma once
 
 #include "common/load_mesh.h"
@@ -28,7 +28,7 @@ struct Parts {
     std::vector<shape::Superquadricd> superquadrics;  ///< #parts, model space
     std::vector<double> largest_f;                    ///< #parts, proven; above 1: not certified
     std::vector<sqmap::Sphere3<double>> spheres;      ///< #parts, about the superquadrics, model space
-    std::vector<std::string> names;                   ///< #parts: shape and place, for people who do not see colours
+    std::vector<std::string> names;                   ///< #parts: shape and position, for people who do not see colours
 };
 
 /// Immutable, so that threads share it. Model space: as the model has it. World: metres, y up.
@@ -124,7 +124,7 @@ enum class Field : std::uint8_t { Error, Protrusion, Curvature, MadeUp };
 [[nodiscard]] std::string sample_bytes(const Object& object);
 /// "SQF1", #vertices; a float a vertex: how far the stored offset (eq. 12) moves the surface out, m.
 [[nodiscard]] std::string offset_bytes(const Object& object);
-/// "SQU1", width, height; then a pixel: distance of the surface below the superquadric, m, and the surface point, world. In place
+/// "SQU1", width, height; then a pixel: distance of the surface below the superquadric, m, and the surface point, world. Instead
 /// of a distance -1: none on this ray, -2: the ray starts inside the solid, -3: no pixel of the map. Of a central model the six
 /// faces of the chart's cube as a cross, each `side` pixels wide; of a normal one the grid, at most 8 side wide.
 /// @pre part < #parts of the model

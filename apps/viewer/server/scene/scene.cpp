@@ -82,7 +82,7 @@ void Scene::edit(const Message& m)
             if (after == nullptr)
                 return audience_.send_trouble(say == Say::MoveCut
                                                   ? "These parts do not touch, or too little of the other one would be left."
-                                                  : "This part has no place for a cut.");
+                                                  : "This part has nowhere to be cut.");
             change(*at, after);
         });
     });
@@ -207,8 +207,8 @@ void Scene::name_part(Entry& entry, std::uint32_t part, const std::string& name)
     set_words(entry, renamed(entry.words, entry.object->mesh, entry.parts()->partition, part, name, entry.object->frame()));
 }
 
-/// Names are of places, not of parts: undo does not take them back. The step that is shown gets them now, another when it is
-/// shown.
+/// Names are of surface points, not of parts: undo does not take them back. The step that is shown gets them now, another when it
+/// is shown.
 void Scene::refresh_names(Entry& entry)
 {
     auto named = std::make_shared<Parts>(*entry.parts());

@@ -29,7 +29,7 @@ using Recording = std::vector<std::shared_ptr<const Take>>;
 
 inline constexpr std::size_t k_max_recorded = 120'000;  ///< ticks: two minutes
 
-/// Objects and settings in place of those of then.
+/// Objects and settings that replace those of then.
 struct Other {
     std::vector<ObjectPtr> objects;
     Settings settings;

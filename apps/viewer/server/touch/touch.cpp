@@ -48,7 +48,7 @@ struct Hand {
             const double dt = std::min(time - hand.time, 0.02);
             hand.time = time;
             (void)hand.target.take();
-            // A critically damped approach, so that neither place nor speed jumps.
+            // A critically damped approach, so that neither position nor speed jumps.
             constexpr double k_quickness = 60;  // 1/s
             Vec3d wish = k_quickness * (hand.target.value() - hand.position);
             if (const double speed = norm(wish); speed > Touch::k_hand_speed) wish = Touch::k_hand_speed / speed * wish;

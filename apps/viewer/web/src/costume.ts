@@ -9,7 +9,7 @@ const FABRICS: [string, string, number][] = [['cotton', 'Cotton', 0x3b6ea5], ['s
 
 const MOST_LINE = 64, LINE_STEP = 0.012;  // points that the program takes, m between them
 
-/// A place on the cloth, wherever it goes: shares of a triangle's corners 1 and 2.
+/// A point on the cloth, wherever it goes: shares of a triangle's corners 1 and 2.
 interface OnCloth { triangle: number; u: number; v: number; }
 
 export class Costume {
@@ -64,7 +64,7 @@ export class Costume {
     world.extra.add(this.drawn, this.pinMarks);
     world.extra.visible = false;
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
-    canvas.addEventListener('pointermove', (e) => { if (!this.active) return; if (this.held) { this.place(e); this.drag(); } else if (this.line && this.draws) { this.place(e); this.extend(); } });
+    canvas.addEventListener('pointermove', (e) => { if (!this.active) return; if (this.held) { this.cursor.copy(this.world.onCanvas(e)); this.drag(); } else if (this.line && this.draws) { this.cursor.copy(this.world.onCanvas(e)); this.extend(); } });
     for (const type of ['pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => { if (this.line && this.draws) this.endCut(type === 'pointerup'); this.release(); });
     canvas.addEventListener('keydown', (e) => this.key(e));
     setInterval(() => { if (this.dragged) this.say({ say: 'cloth', do: 'drag', p: this.dragged.toArray().map((x) => Number(x.toFixed(5))) }); this.dragged = null; }, 16);
@@ -156,7 +156,7 @@ export class Costume {
       const head = new Uint32Array(data, 0, 5), [, number, bones, vertices, triangles] = head;
       let at = 20;
       const fresh = !this.cloth;
-      this.endCut(false);  // its places were of the triangles before
+      this.endCut(false);  // its points were of the triangles before
       for (const m of [...this.bones, ...(this.cloth ? [this.cloth] : [])]) { this.world.extra.remove(m); m.geometry.dispose(); }
       this.bones = [];
       for (let b = 0; b < bones; ++b) {
@@ -183,10 +183,6 @@ export class Costume {
     } catch { /* the next frame asks again */ } finally { this.loading = false; }
   }
 
-  private place(e: PointerEvent): void {
-    const b = this.canvas.getBoundingClientRect();
-    this.cursor.set((2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height);
-  }
   /// The cloth under the cursor, where the body does not hide it.
   private under(): THREE.Vector3 | null {
     if (!this.cloth) return null;
@@ -201,7 +197,7 @@ export class Costume {
   }
   private down(e: PointerEvent): void {
     if (!this.active || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
-    this.place(e);
+    this.cursor.copy(this.world.onCanvas(e));
     const p = this.under();
     if (!p && !this.cuts.checked) return;  // beside the cloth the drag turns the view
     e.stopImmediatePropagation();
@@ -213,7 +209,7 @@ export class Costume {
   }
   private pin(p: THREE.Vector3): void { if (this.touched) this.pinned.push(this.touched); this.pinnedAt = performance.now(); this.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
   private grasp(p: THREE.Vector3): void { this.at.copy(p); this.held = true; this.say({ say: 'cloth', do: 'grasp', p: p.toArray() }); }
-  /// A line of places on the cloth, which goes where the cloth goes; draws: by the pointer, else by keys.
+  /// A line of points on the cloth, which goes where the cloth goes; draws: by the pointer, else by keys.
   private beginCut(): void { this.line = this.touched ? [this.touched] : null; this.drawLine(); }
   private extend(): void {
     const p = this.under();

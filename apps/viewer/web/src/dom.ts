@@ -16,7 +16,7 @@ export function h<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props = 
   return e;
 }
 
-/// In place of what the element held; what is not there is left out.
+/// Replaces what the element held; what is not there is left out.
 export function fill(e: Element, ...children: Child[]): void { e.replaceChildren(...children.filter((c): c is Node | string => !!c)); }
 
 export function save(name: string, data: BlobPart, type: string): void {

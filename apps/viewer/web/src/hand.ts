@@ -21,7 +21,7 @@ export class Hand {
 
   constructor(private world: World, private canvas: HTMLCanvasElement) {
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
-    canvas.addEventListener('pointermove', (e) => { if (this.held && this.drags) { this.place(e); this.aim(); } });
+    canvas.addEventListener('pointermove', (e) => { if (this.held && this.drags) { this.at.copy(this.world.onCanvas(e)); this.aim(); } });
     const up = (e: PointerEvent) => { if (this.drags && e.type !== 'pointerleave') this.letGo(); };
     canvas.addEventListener('pointerup', up);
     canvas.addEventListener('pointercancel', up);
@@ -43,14 +43,9 @@ export class Hand {
   private drags = false;
   get holding(): boolean { return this.held; }
 
-  private place(e: PointerEvent): void {
-    const box = this.canvas.getBoundingClientRect();
-    this.at.set((2 * (e.clientX - box.left)) / box.width - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
-  }
-
   private down(e: PointerEvent): void {
     if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
-    this.place(e);
+    this.at.copy(this.world.onCanvas(e));
     // Beside the objects the same drag turns the view, as it does when looking.
     if (!this.world.cast(this.at.x, this.at.y, this.only) && !this.world.objects.hidden) return;
     e.stopImmediatePropagation();
@@ -76,7 +71,7 @@ export class Hand {
     setTimeout(() => { if (this.held && this.downAt > 0) { this.downAt = 0; this.aim(); } }, 1000);
   }
 
-  /// The tool's first place to touch stands that high above a point.
+  /// The tool's first point to touch stands that high above a point.
   private over(point: THREE.Vector3, normal: THREE.Vector3, height: number): THREE.Vector3 {
     return this.target.copy(point).sub(this.world.tool.tip(normal)).addScaledVector(normal, height);
   }

@@ -5,7 +5,7 @@ import { greyColour, sequentialColour, type Rgb } from './colours';
 import { announce, digits, h } from './dom';
 import { fetchBytes } from './net';
 
-/// A place of the picture: shares of its width and height, from the upper left.
+/// A position on the picture: shares of its width and height, from the upper left.
 export interface MapPlace { x: number; y: number; }
 export interface MapFoot extends MapPlace { depth: number; }
 /// stride: samples between neighbours of its level; best: where the level ended.
@@ -26,7 +26,7 @@ function readMap(data: ArrayBuffer): MapData {
 
 export class MapView {
   readonly element: HTMLElement;
-  private canvas = h('canvas', { class: 'map-canvas', tabIndex: 0, role: 'application', 'aria-label': 'Map of the part: bright where the surface lies deep below the superquadric. Arrow keys move the mark, with Shift farther; Enter picks the place.' });
+  private canvas = h('canvas', { class: 'map-canvas', tabIndex: 0, role: 'application', 'aria-label': 'Map of the part: bright where the surface lies deep below the superquadric. Arrow keys move the mark, with Shift farther; Enter picks the point.' });
   private words = h('p', { class: 'map-words' }, 'Select a part: click the object.');
   private map: MapData | null = null;
   private picture = document.createElement('canvas');
@@ -195,7 +195,7 @@ export class MapView {
     if (e.key === 'Enter') this.onPick(p);
   }
 
-  /// Marks the place of a surface point; false where the map does not show it.
+  /// Marks the position of a surface point; false where the map does not show it.
   show(p: THREE.Vector3): boolean {
     const map = this.map;
     if (!map) return false;

@@ -8,7 +8,7 @@ export interface Part {
 export interface ObjectFacts {
   name: string; hash: string; sphere: number[]; namesKept: boolean; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
-  place: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[]; cure: Cure | null;
+  position: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[]; cure: Cure | null;
   twin: number | null;  ///< the object of the same mesh and the other projection
   id: number; revision: number; canUndo: boolean; canRedo: boolean;
 }

@@ -71,14 +71,14 @@ export class Objects {
     const box = new THREE.Box3();
     this.facts.forEach((f, i) => {
       if (object >= 0 && i !== object) return;
-      const c = new THREE.Vector3(...(f.place as [number, number, number])), half = new THREE.Vector3(...(f.half as [number, number, number]));
+      const c = new THREE.Vector3(...(f.position as [number, number, number])), half = new THREE.Vector3(...(f.half as [number, number, number]));
       box.expandByPoint(c.clone().sub(half)).expandByPoint(c.clone().add(half));
     });
     return box;
   }
 
   /// m, the lowest point of any, at most 0.
-  get low(): number { return Math.min(0, ...this.facts.map((f) => f.place[1] - f.half[1])); }
+  get low(): number { return Math.min(0, ...this.facts.map((f) => f.position[1] - f.half[1])); }
 
   /// Fetches what is new, removes what is gone.
   async set(facts: ObjectFacts[]): Promise<void> {

@@ -18,9 +18,6 @@ onTheme(() => world.theme());
 
 export function showHint(text: string): void { hint.textContent = text; hint.hidden = false; }
 
-/// Where a pointer is on the canvas, -1 to 1 each way, y up.
-export const ndc = (e: PointerEvent): [number, number] => { const b = canvas.getBoundingClientRect(); return [(2 * (e.clientX - b.left)) / b.width - 1, 1 - (2 * (e.clientY - b.top)) / b.height]; };
-
 const NOTES: Record<string, string> = { error: 'Blue: missed. Grey: too thin to say.', difference: '1 % of R_max below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
 world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {

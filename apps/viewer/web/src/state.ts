@@ -11,7 +11,7 @@ export interface State {
   facts: ObjectFacts[];
   status: Status | null;
   selected: { object: number; part: number } | null;
-  pick: Hit | null;    ///< the place that was clicked
+  pick: Hit | null;    ///< the point that was clicked
   settings: Settings;  ///< nothing is meant until the program has said its own
   frame: Frame | null;  ///< the newest
   frames: number;       ///< since the page was opened

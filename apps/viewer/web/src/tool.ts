@@ -1,4 +1,4 @@
-// The tool that is held, the arrow of its force, and the mark of a place, as three.js draws them.
+// The tool that is held, the arrow of its force, and the mark of a point, as three.js draws them.
 import * as THREE from 'three';
 import type { Frame } from './net';
 
@@ -78,7 +78,7 @@ export class Tool {
     return most;
   }
 
-  /// Of the tool about its centre: the place that touches a surface with this normal first.
+  /// Of the tool about its centre: the point that touches a surface with this normal first.
   tip(normal: THREE.Vector3): THREE.Vector3 {
     const p = this.vertices;
     if (!p) return normal.clone().multiplyScalar(-this.radius);
@@ -101,7 +101,7 @@ export class Tool {
     this.showArrow(this.mesh.position, new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]));
   }
 
-  /// An arrow of force from a place; thick: times the usual thickness, for larger scenes. Null: none.
+  /// An arrow of force from a point; thick: times the usual thickness, for larger scenes. Null: none.
   showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {
     const size = force.length(), length = ARROW * size;
     this.arrow.visible = at !== null && size >= 0.02;

@@ -1,4 +1,4 @@
-// The scene: camera, light, the loop that draws, what lies under a place of the canvas. World: metres, y up.
+// The scene: camera, light, the loop that draws, what lies under a point of the canvas. World: metres, y up.
 import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { meter } from './meter';
@@ -155,13 +155,18 @@ export class World {
     this.dirty = true;
   }
 
-  /// What lies under a place of the canvas, -1 to 1 each way, y up. only: one object.
+  /// Where a pointer is on the canvas, -1 to 1 each way, y up.
+  onCanvas(e: PointerEvent): THREE.Vector2 {
+    const box = this.canvas.getBoundingClientRect();
+    return new THREE.Vector2((2 * (e.clientX - box.left)) / box.width - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
+  }
+  /// What lies under a point of the canvas, -1 to 1 each way, y up. only: one object.
   cast(x: number, y: number, only = -1): Hit | null {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     return this.objects.cast(this.raycaster, only);
   }
 
-  /// The place on the ray that lies at the same depth from the camera as p.
+  /// The point on the ray that lies at the same depth from the camera as p.
   beside(x: number, y: number, p: THREE.Vector3): THREE.Vector3 {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(this.camera.getWorldDirection(new THREE.Vector3()), p);

@@ -1,4 +1,4 @@
-// One place looked at closely: what each layer of each projection says of a point below it, how its foot is found, a section.
+// One point looked at closely: what each layer of each projection says of a point below it, how its foot is found, a section.
 import * as THREE from 'three';
 import { digits, fill, h } from '../dom';
 import { fetchBytes, fetchJson, link } from '../net';
@@ -28,17 +28,17 @@ const answers = h('div', { id: 'answers' }), searchWords = h('p', { class: 'note
 const projectorChoice = choice('Found by', [['newton', 'Newton'], ['pyramid', 'Pyramid'], ['printed', 'As printed'], ['off', 'Not shown']], 'newton', (v) => { projector = v; showSearch(); }, 'projector');
 const searchCard = card('Foot of the point', projectorChoice, searchWords);
 const sectionCard = card('Level sets of F', choice('Across axis', [['0', '1 of the part'], ['1', '2 of the part'], ['2', '3 of the part'], ['off', 'Not shown']], '0', (v) => { axis = v === 'off' ? -1 : Number(v); refresh(); }, 'section-axis'), section.canvas, sectionWords);
-const answersCard = card('A point below this place', h('label', { class: 'field slider' }, h('span', {}, 'Below'), belowSlider, belowRead), answers);
+const answersCard = card('Below this point', h('label', { class: 'field slider' }, h('span', {}, 'Below'), belowSlider, belowRead), answers);
 export const inspectBox = h('div', { id: 'inspect', hidden: true }, answersCard, searchCard, sectionCard);
 
-/// The point that is asked about, world; null where no place is picked.
+/// The point that is asked about, world; null where no point is picked.
 function point(): THREE.Vector3 | null { return state.pick && state.pick.point.clone().addScaledVector(state.pick.normal, -below); }
 const where = (p: THREE.Vector3): string => `at=${p.toArray().map((x) => x.toFixed(7)).join('_')}`;
 
 let timer = 0;
 function due(): void { clearTimeout(timer); timer = window.setTimeout(refresh, 60); }
 
-/// The newest place wins.
+/// The newest point wins.
 function refresh(): void {
   const p = point(), pick = state.pick, f = pick ? state.facts[pick.object] : undefined, request = ++asked;
   inspectBox.hidden = !p || !f;
@@ -46,7 +46,7 @@ function refresh(): void {
   showSearch();
   if (!p || !pick || !f) { section.show(null, -1, null); world.traces.setSection(null); return; }
   const still = () => request === asked, fail = (e: unknown) => { if (still()) trouble(String(e)); };
-  const twin = f.twin === null ? undefined : state.facts[f.twin], shift = twin && new THREE.Vector3(...(twin.place as [number, number, number])).sub(new THREE.Vector3(...(f.place as [number, number, number])));
+  const twin = f.twin === null ? undefined : state.facts[f.twin], shift = twin && new THREE.Vector3(...(twin.position as [number, number, number])).sub(new THREE.Vector3(...(f.position as [number, number, number])));
   if (f.edited) fill(answers, h('p', { class: 'note' }, 'Bake the edited parts to query them.'));
   else Promise.all([fetchJson<Answers>(`/api/object/${pick.object}/at/answers?${where(p)}`), twin && shift ? fetchJson<Answers>(`/api/object/${f.twin}/at/answers?${where(p.clone().add(shift))}`) : null])
     .then(([own, other]) => { if (still()) showAnswers(own, other); }).catch(fail);

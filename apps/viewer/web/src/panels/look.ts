@@ -1,10 +1,10 @@
-// What is drawn, and the numbers of the place that is clicked.
+// What is drawn, and the numbers of the point that is clicked.
 import * as THREE from 'three';
 import { announce, digits, h } from '../dom';
 import { panel } from '../layout';
 import { link } from '../net';
 import type { Hit } from '../objects';
-import { canvas, hint, ndc, world } from '../stage';
+import { canvas, hint, world } from '../stage';
 import { changed, on, state } from '../state';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
@@ -26,7 +26,7 @@ export const lookPanel = h('div', {},
       check('Hidden (Q2)', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden'))),
   partCard);
 /// Above the models: what was picked.
-export const pickBox = h('div', {}, card('Place', numbers), inspectBox);
+export const pickBox = h('div', {}, card('Point', numbers), inspectBox);
 on(['mode', 'playing'], () => { pickBox.hidden = state.mode !== 'look' || state.playing; });
 on(['scene', 'selected'], () => { partCard.hidden = !state.selected; });
 
@@ -56,12 +56,12 @@ function click(hit: Hit | null): void {
 let pressed: { x: number; y: number } | null = null;
 canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; if (state.mode === 'look') hint.hidden = true; });
 canvas.addEventListener('pointerup', (e) => {
-  if (state.mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) click(world.cast(...ndc(e)));
+  if (state.mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) click(world.cast(...world.onCanvas(e).toArray()));
   pressed = null;
 });
 canvas.addEventListener('pointermove', (e) => {
   if (state.mode !== 'look' || pressed || !state.selected || state.facts[state.selected.object]?.edited) return;
-  const hit = world.cast(...ndc(e));
+  const hit = world.cast(...world.onCanvas(e).toArray());
   if (hit && hit.object === state.selected.object && hit.part === state.selected.part) { map.show(hit.point); world.tool.mark(hit.point); }
 });
 document.addEventListener('keydown', (e) => {
@@ -97,7 +97,7 @@ map.onPick = (p) => {
   click(f.hasTriangles || !part ? world.objects.nearest(s.object, p) : { ...s, triangle: -1, point: p.clone(), normal: p.clone().sub(new THREE.Vector3(part.sphere[0], part.sphere[1], part.sphere[2])).normalize() });
 };
 setNumbers([]);
-// What is not there is not offered; a place of an object that is gone, or has other parts now, is not picked any longer.
+// What is not there is not offered; a point of an object that is gone, or has other parts now, is not picked any longer.
 let picked = '';
 const nameOf = (object: number): string => { const f = state.facts[object]; return f ? `${f.id}/${f.revision}` : ''; };
 on(['pick'], () => { picked = state.pick ? nameOf(state.pick.object) : ''; });

@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""What a script takes from another script stands there: Python itself says so only when that line runs."""
+import ast
+import pathlib
+import sys
+
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+TREES = {p.stem: ast.parse(p.read_text(), p.name) for p in sorted(FOLDER.glob("*.py"))}
+
+
+def defined(tree):
+    """Names that a module has once it is imported."""
+    names = set()
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names.add(node.name)
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            names.update((a.asname or a.name).partition(".")[0] for a in node.names)
+        else:
+            names.update(n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
+    return names
+
+
+def missing(name, tree, known):
+    """What is wrong in one script, a line each."""
+    imported = {a.asname or a.name: a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names if a.name in known}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in imported:
+            module = imported[node.value.id]
+            if node.attr not in known[module]:
+                yield f"scripts/{name}.py:{node.lineno}: {module} has no {node.attr}"
+        if isinstance(node, ast.ImportFrom) and node.module in known:
+            for a in node.names:
+                if a.name not in known[node.module]:
+                    yield f"scripts/{name}.py:{node.lineno}: {node.module} has no {a.name}"
+
+
+known = {name: defined(tree) for name, tree in TREES.items()}
+wrong = [line for name, tree in TREES.items() for line in missing(name, tree, known)]
+broken = ast.parse("import animals\nimport plot as p\nfrom measure import gone\nanimals.fetch()\nanimals.gone()\np.gone\n")
+found = list(missing("broken", broken, known))
+if len(found) != 3:
+    wrong.append(f"three errors were put in, {len(found)} were found: {found}")
+print("\n".join(wrong))
+sys.exit(bool(wrong))
