@@ -1,5 +1,7 @@
 #include "gltf_file.h"
 
+#include "sqmap/io/buffers_beside.h"
+
 #include <algorithm>
 #include <bit>
 #include <fstream>
@@ -45,8 +47,7 @@ std::vector<std::byte> decoded_base64(std::string_view text, const std::string& 
 }
 
 /// The file beside the glTF file; only plain relative names, so that a file can make us read nothing else.
-std::vector<std::byte> read_beside(const std::filesystem::path& folder, const std::string& uri, const std::string& where,
-                                   const ReadLimits& limits)
+std::filesystem::path path_beside(const std::filesystem::path& folder, const std::string& uri, const std::string& where)
 {
     std::string name;
     for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -67,6 +68,14 @@ std::vector<std::byte> read_beside(const std::filesystem::path& folder, const st
     const std::filesystem::path path = folder / relative;
     if (folder.empty() || !std::filesystem::is_regular_file(path, status))
         fail_truncated(where, "its file '" + TextCursor::printable(name) + "' is not there");
+    return path;
+}
+
+std::vector<std::byte> read_beside(const std::filesystem::path& folder, const std::string& uri, const std::string& where,
+                                   const ReadLimits& limits)
+{
+    const std::filesystem::path path = path_beside(folder, uri, where);
+    std::error_code status;
     const std::uintmax_t size = std::filesystem::file_size(path, status);
     if (status) fail_truncated(where, "its file cannot be read");
     check_byte_limit(where, size, limits);
@@ -286,6 +295,24 @@ Accessor GltfFile::accessor(std::uint64_t index)
     if (count > 0) out.bytes = bytes.subspan(offset);
     out.count = count;
     out.stride = stride;
+    return out;
+}
+
+std::vector<std::filesystem::path> buffers_beside(std::span<const std::byte> gltf, const std::filesystem::path& folder)
+{
+    std::vector<std::filesystem::path> out;
+    try {
+        std::span<const std::byte> binary;
+        const json root = parsed(text_of(gltf, binary));
+        const json* const buffers = array_or_null(root, "buffers", "buffers");
+        for (std::size_t i = 0; buffers != nullptr && i < buffers->size(); ++i) {
+            const json& uri = (*buffers)[i].is_object() ? (*buffers)[i].value("uri", json()) : json();
+            if (uri.is_string() && !uri.get_ref<const std::string&>().starts_with("data:"))
+                out.push_back(path_beside(folder, uri.get<std::string>(), name_of("buffer", i)));
+        }
+    } catch (const ReadFailure&) {
+        // The reader stops at the same point and reports it.
+    }
     return out;
 }
 

@@ -10,7 +10,7 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
+#include <string>
 
 namespace sqmap::io {
 
@@ -145,7 +145,9 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
 
 void write_model(const model::ModelData& data, const std::filesystem::path& path) { replace_file(path, serialize(data)); }
 
-MappedModel::MappedModel(const std::filesystem::path& path)
+MappedModel::MappedModel(const std::filesystem::path& path) : MappedModel(path, 0, 0) {}
+
+MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size)
 {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (fd < 0) throw ModelFileError("cannot open " + path.string() + ": " + std::strerror(errno));
@@ -154,17 +156,24 @@ MappedModel::MappedModel(const std::filesystem::path& path)
         ::close(fd);
         throw ModelFileError(path.string() + " is empty or not a file: bake a model with 'sqmap bake MESH -o MODEL'");
     }
-    size_ = static_cast<std::size_t>(info.st_size);
-    data_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, fd, 0);
+    const auto whole = static_cast<std::uint64_t>(info.st_size);
+    if (offset > whole || size > whole - offset || offset % 8 != 0) {
+        ::close(fd);
+        throw ModelFileError(path.string() + ": no model stands at byte " + std::to_string(offset) +
+                             ": the file was cut or changed");
+    }
+    size_ = size > 0 ? size : whole - offset;
+    skip_ = offset % static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    mapping_ = ::mmap(nullptr, skip_ + size_, PROT_READ, MAP_PRIVATE, fd, static_cast<off_t>(offset - skip_));
     ::close(fd);
-    if (data_ == MAP_FAILED) {
-        data_ = nullptr;
+    if (mapping_ == MAP_FAILED) {
+        mapping_ = nullptr;
         throw ModelFileError("cannot map " + path.string() + ": " + std::strerror(errno));
     }
     const model::ParseStatus status = model::parse(bytes(), view_);
     if (status != model::ParseStatus::Ok) {
-        ::munmap(data_, size_);
-        data_ = nullptr;
+        ::munmap(mapping_, skip_ + size_);
+        mapping_ = nullptr;
         throw ModelFileError(path.string() + ": " + model::to_string(status) +
                              (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
     }
@@ -172,12 +181,13 @@ MappedModel::MappedModel(const std::filesystem::path& path)
 
 MappedModel::~MappedModel()
 {
-    if (data_ != nullptr) ::munmap(data_, size_);
+    if (mapping_ != nullptr) ::munmap(mapping_, skip_ + size_);
 }
 
-MappedModel::MappedModel(MappedModel&& other) noexcept : data_(other.data_), size_(other.size_), view_(other.view_)
+MappedModel::MappedModel(MappedModel&& other) noexcept
+    : mapping_(other.mapping_), skip_(other.skip_), size_(other.size_), view_(other.view_)
 {
-    other.data_ = nullptr;
+    other.mapping_ = nullptr;
 }
 
 }  // namespace sqmap::io

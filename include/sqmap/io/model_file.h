@@ -5,6 +5,7 @@
 #include "sqmap/model/parse.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -44,19 +45,20 @@ class MappedModel {
 public:
     /// @throw ModelFileError where the file cannot be opened or does not verify.
     explicit MappedModel(const std::filesystem::path& path);
+    /// A model that stands within a file, at a multiple of eight bytes, as members of an archive do.
+    MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size);
     ~MappedModel();
     MappedModel(MappedModel&& other) noexcept;
     MappedModel& operator=(MappedModel&&) = delete;
 
     [[nodiscard]] const model::ModelView& view() const { return view_; }  ///< valid as long as this
-    [[nodiscard]] std::size_t size() const { return size_; }              ///< of the file, bytes
-    [[nodiscard]] std::span<const std::byte> bytes() const
-    {
-        return {static_cast<const std::byte*>(data_), size_};
-    }  ///< of the file
+    [[nodiscard]] std::size_t size() const { return size_; }              ///< of the model, bytes
+    /// The model's own, without what stands before it in the file.
+    [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(mapping_) + skip_, size_}; }
 
 private:
-    void* data_ = nullptr;
+    void* mapping_ = nullptr;  ///< whole pages
+    std::size_t skip_ = 0;     ///< bytes before the model in its first page
     std::size_t size_ = 0;
     model::ModelView view_;
 };
