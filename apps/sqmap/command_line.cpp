@@ -166,7 +166,8 @@ void Command::footer(const std::string& text) { command_->footer(text); }
 
 void Command::run(std::function<int()> work)
 {
-    command_->callback([work = std::move(work)] {
+    command_->callback([work = std::move(work), command = command_] {
+        if (!command->get_subcommands().empty()) return;
         int code = 0;
         try {
             code = work();
@@ -175,6 +176,25 @@ void Command::run(std::function<int()> work)
         }
         if (code != 0) throw CLI::RuntimeError(code);
     });
+}
+
+Command Command::add(const std::string& name, const std::string& description)
+{
+    return Command(command_->add_subcommand(name, description));
+}
+
+std::vector<std::string> Command::given_but(const std::vector<std::string>& left_out) const
+{
+    std::vector<std::string> out;
+    for (const CLI::Option* option : command_->get_options()) {
+        const std::string name = option->get_name();
+        if (option->count() == 0 || option->get_positional() ||
+            std::find(left_out.begin(), left_out.end(), name) != left_out.end())
+            continue;
+        const bool is_flag = option->get_expected_min() == 0;
+        for (const std::string& value : option->results()) out.push_back(is_flag ? name : name + "=" + value);
+    }
+    return out;
 }
 
 bool Command::given(const std::string& option) const { return command_->count(option) > 0; }

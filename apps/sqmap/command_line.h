@@ -96,6 +96,11 @@ public:
         return text(name, take, words).type_name(order).shows_default(now);
     }
 
+    /// A subcommand of this one; when it is given, this one's own work is not done.
+    [[nodiscard]] Command add(const std::string& name, const std::string& description);
+    /// The options that the user gave, as "--name=value" each, but for those that are left out; in the order of the help.
+    [[nodiscard]] std::vector<std::string> given_but(const std::vector<std::string>& left_out) const;
+
     /// Below the options in the help.
     void footer(const std::string& text);
     /// What the subcommand does; the result is the program's exit code.

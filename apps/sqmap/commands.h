@@ -7,6 +7,7 @@
 namespace sqmap::app {
 
 void add_bake(CommandLine& line);
+void add_batch(CommandLine& line);  // where sqmap_batch is built
 void add_check(CommandLine& line);
 void add_devices(CommandLine& line);
 void add_dress(CommandLine& line);  // where sqmap::sim is built

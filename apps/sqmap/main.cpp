@@ -16,6 +16,9 @@ int main(int argc, char** argv)
     line.version("sqmap " SQMAP_VERSION);
     sqmap::app::add_check(line);
     sqmap::app::add_bake(line);
+#ifdef SQMAP_WITH_BATCH
+    sqmap::app::add_batch(line);
+#endif
     sqmap::app::add_info(line);
     sqmap::app::add_query(line);
     sqmap::app::add_eval(line);

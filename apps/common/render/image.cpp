@@ -1,14 +1,16 @@
 #include "common/render/image.h"
 
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
+
 #include <png.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
-#include <system_error>
 
 namespace sqmap::app {
 namespace {
@@ -187,28 +189,31 @@ void draw_scale(Image& image, const Scale& scale)
     }
 }
 
-void write_png(const std::filesystem::path& path, const Image& image)
+std::string png_bytes(const Image& image)
 {
-    std::vector<std::uint8_t> bytes;
-    bytes.reserve(3 * image.pixels.size());
-    for (const Rgb& p : image.pixels) bytes.insert(bytes.end(), {to_srgb_byte(p.r), to_srgb_byte(p.g), to_srgb_byte(p.b)});
+    std::vector<std::uint8_t> pixels;
+    pixels.reserve(3 * image.pixels.size());
+    for (const Rgb& p : image.pixels) pixels.insert(pixels.end(), {to_srgb_byte(p.r), to_srgb_byte(p.g), to_srgb_byte(p.b)});
     png_image header{};
     header.version = PNG_IMAGE_VERSION;
     header.width = static_cast<png_uint_32>(image.width);
     header.height = static_cast<png_uint_32>(image.height);
     header.format = PNG_FORMAT_RGB;
-    std::filesystem::path temporary = path;
-    temporary += ".tmp" + std::to_string(::getpid());
-    std::error_code error;
-    if (png_image_write_to_file(&header, temporary.c_str(), 0, bytes.data(), 0, nullptr) == 0) {
-        std::filesystem::remove(temporary, error);
-        throw ImageError(path.string() + " cannot be written: " + header.message);
-    }
-    std::filesystem::rename(temporary, path, error);
-    if (error) {
-        const std::string why = error.message();
-        std::filesystem::remove(temporary, error);
-        throw ImageError(path.string() + " cannot be written: " + why);
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+    std::string out(size, '\0');
+    if (png_image_write_to_memory(&header, out.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
+        throw ImageError(std::string("a picture cannot be written: ") + header.message);
+    out.resize(size);
+    return out;
+}
+
+void write_png(const std::filesystem::path& path, const Image& image)
+{
+    const std::string png = png_bytes(image);
+    try {
+        io::replace_file(path, std::as_bytes(std::span(png)));
+    } catch (const io::ModelFileError& e) {
+        throw ImageError(e.what());
     }
 }
 

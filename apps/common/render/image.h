@@ -90,6 +90,9 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// A PNG file. @throw ImageError for a picture without pixels
+[[nodiscard]] std::string png_bytes(const Image& image);
+
 /// Writes through a temporary file beside path and a rename: path is never partly written.
 /// @throw ImageError when the file cannot be written
 void write_png(const std::filesystem::path& path, const Image& image);

@@ -1,0 +1,207 @@
+// The archive: POSIX ustar with nothing in its headers but names and sizes. io::ModelArchive reads it.
+#include "batch/results.h"
+#include "sqmap/io/model_archive.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <system_error>
+
+namespace sqmap::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t k_block = 512, k_max_member = std::uint64_t{8} << 30;
+constexpr std::size_t k_buffer = std::size_t{1} << 20;
+
+std::uint64_t padded(std::uint64_t size) { return (size + k_block - 1) / k_block * k_block; }
+
+std::array<char, k_block> header(const std::string& name, std::uint64_t size)
+{
+    std::array<char, k_block> out{};
+    const auto put = [&](std::size_t at, std::string_view text) { std::copy(text.begin(), text.end(), out.begin() + at); };
+    char digits[16];
+    std::snprintf(digits, sizeof digits, "%011llo", static_cast<unsigned long long>(size));
+    put(0, name);
+    put(100, "0000644");
+    put(108, "0000000");
+    put(116, "0000000");
+    put(124, digits);
+    put(136, "00000000000");
+    put(148, "        ");
+    put(156, "0");
+    put(257, std::string_view("ustar\0"
+                              "00",
+                              8));
+    unsigned sum = 0;
+    for (const char c : out) sum += static_cast<unsigned char>(c);
+    std::snprintf(digits, sizeof digits, "%06o", sum);
+    put(148, std::string_view(digits, 7));
+    return out;
+}
+
+/// Collects writes.
+class Output {
+public:
+    explicit Output(int fd) : fd_(fd) { buffer_.reserve(k_buffer); }
+
+    void add(std::string_view text)
+    {
+        while (!text.empty()) {
+            const std::string_view part = text.substr(0, k_buffer - buffer_.size());
+            buffer_.append(part);
+            text.remove_prefix(part.size());
+            if (buffer_.size() == k_buffer) flush();
+        }
+    }
+    void add_member(const std::string& name, std::string_view bytes)
+    {
+        begin(name, bytes.size());
+        add(bytes);
+        pad(bytes.size());
+    }
+    void copy_member(const std::string& name, int file, std::uint64_t offset, std::uint64_t size)
+    {
+        begin(name, size);
+        for (std::uint64_t done = 0; done < size;) {
+            if (buffer_.size() == k_buffer) flush();
+            const std::size_t had = buffer_.size(), wanted = std::min<std::uint64_t>(size - done, k_buffer - had);
+            buffer_.resize(had + wanted);
+            const ssize_t n = ::pread(file, buffer_.data() + had, wanted, static_cast<off_t>(offset + done));
+            buffer_.resize(had + static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+            if (n == 0) throw std::system_error(EIO, std::generic_category());
+            if (n < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category());
+            done += static_cast<std::uint64_t>(std::max<ssize_t>(n, 0));
+        }
+        pad(size);
+    }
+    void finish()
+    {
+        add(std::string(2 * k_block, '\0'));
+        flush();
+        if (::fsync(fd_) != 0) throw std::system_error(errno, std::generic_category());
+    }
+
+private:
+    void begin(const std::string& name, std::uint64_t size)
+    {
+        if (size >= k_max_member) throw std::system_error(EFBIG, std::generic_category());
+        const auto block = header(name, size);
+        add({block.data(), block.size()});
+    }
+    void pad(std::uint64_t size) { add(std::string(padded(size) - size, '\0')); }
+    void flush()
+    {
+        if (!write_all(fd_, buffer_)) throw std::system_error(errno, std::generic_category());
+        buffer_.clear();
+    }
+
+    int fd_;
+    std::string buffer_;
+};
+
+/// As the index has numbers.
+std::string digits(std::uint64_t number)
+{
+    const std::string text = std::to_string(number);
+    if (text.size() > io::ModelArchive::k_digits) throw std::system_error(EFBIG, std::generic_category());
+    return std::string(io::ModelArchive::k_digits - text.size(), '0') + text;
+}
+
+bool has_model(const Results::value_type* result) { return result->second.model_size > 0; }
+
+std::string index_of(std::span<const Results::value_type* const> results, std::size_t rows_size)
+{
+    const auto models = static_cast<std::uint64_t>(std::count_if(results.begin(), results.end(), has_model));
+    std::uint64_t at = k_block + padded(models * io::ModelArchive::k_line) + k_block + padded(rows_size);
+    std::string out;
+    for (const auto* result : results) {
+        if (!has_model(result)) continue;
+        const Finished& f = result->second;
+        const std::uint64_t picture = f.picture_size > 0 ? at + k_block : 0;
+        if (f.picture_size > 0) at += k_block + padded(f.picture_size);
+        out += result->first + ' ' + digits(at + k_block) + ' ' + digits(f.model_size) + ' ' + f.sha256 + ' ' + digits(picture) +
+               ' ' + digits(f.picture_size) + '\n';
+        at += k_block + padded(f.model_size);
+    }
+    return out;
+}
+
+void write_members(Output& out, std::span<const Results::value_type* const> results, std::string_view rows)
+{
+    out.add_member("index", index_of(results, rows.size()));
+    out.add_member("rows.jsonl", rows);
+    for (const auto* result : results) {
+        if (!has_model(result)) continue;
+        const auto& [key, f] = *result;
+        if (f.picture_size > 0) out.copy_member(key + ".png", f.file, f.picture_offset, f.picture_size);
+        out.copy_member(key + ".sqmap", f.file, f.model_offset, f.model_size);
+    }
+    out.finish();
+}
+
+}  // namespace
+
+void write_archive(const fs::path& path, std::span<const Results::value_type* const> results, std::string_view rows)
+{
+    const fs::path temporary = path.string() + ".tmp";
+    const auto fail = [&](int error) {
+        ::unlink(temporary.c_str());
+        throw io::ModelFileError("cannot write " + path.string() + ": " + std::strerror(error) +
+                                 "; what is finished is kept: run the same command again");
+    };
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+    if (!file) fail(errno);
+    try {
+        Output out(file.get());
+        write_members(out, results, rows);
+    } catch (const std::system_error& e) {
+        fail(e.code().value());
+    }
+    if (::rename(temporary.c_str(), path.c_str()) != 0) fail(errno);
+    sync_folder(path.parent_path());
+}
+
+void read_archive(const fs::path& path, int file, Results& results)
+{
+    const io::ModelArchive archive(path);
+    each_line(archive.rows(), [&](std::string_view line) {
+        Row row = row_of(line);
+        if (!row.key.empty() && row.outcome.verdict() != "killed")
+            results.insert_or_assign(std::move(row.key),
+                                     Finished{.outcome = std::move(row.outcome), .measured = "", .sha256 = ""});
+    });
+    for (std::size_t i = 0; i < archive.size(); ++i) {
+        const io::ArchivedModel model = archive.entry(i);
+        const auto found = results.find(model.key);
+        if (found == results.end()) continue;
+        Finished& f = found->second;
+        f.sha256 = model.sha256;
+        f.file = file;
+        f.model_offset = model.offset;
+        f.model_size = model.size;
+        f.picture_offset = model.picture_offset;
+        f.picture_size = model.picture_size;
+    }
+}
+
+Descriptor open_file(const fs::path& path)
+{
+    Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file) throw io::ModelFileError("cannot open " + path.string() + ": " + std::strerror(errno));
+    return file;
+}
+
+void sync_folder(const fs::path& folder)
+{
+    const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (fd) ::fsync(fd.get());
+}
+
+}  // namespace sqmap::batch

@@ -1,0 +1,183 @@
+#include "batch/item.h"
+
+#include "batch/child.h"
+#include "batch/manifest.h"
+#include "batch/sha256.h"
+#include "common/render/pictures.h"
+#include "sqmap/io/buffers_beside.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/model_json.h"
+#include "sqmap/model/doubt.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace sqmap::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::string_view text_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
+/// Of a regular file; a fault where it cannot be read. Never waits, as opening a pipe would.
+std::optional<Fault> read_file(const fs::path& path, std::uint64_t max_bytes, std::vector<std::byte>& out)
+{
+    const auto fault = [](const char* code, const std::string& why, const char* cure) { return Fault{code, "file", why, cure}; };
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!file) return fault("E_FILE", std::strerror(errno), "mend the path, or leave it out");
+    struct stat info {};
+    if (::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
+        return fault("E_FILE", "it is not a file", "name a mesh, or a folder as the manifest");
+    const auto size = static_cast<std::uint64_t>(info.st_size);
+    if (size > max_bytes)
+        return fault("E_LIMIT", "it has " + std::to_string(size) + " bytes, at most " + std::to_string(max_bytes) + " are read",
+                     "raise --max-bytes");
+    out.resize(size);
+    for (std::size_t at = 0; at < size;) {
+        const ssize_t n = ::pread(file.get(), out.data() + at, size - at, static_cast<off_t>(at));
+        if (n <= 0 && !(n < 0 && errno == EINTR)) return fault("E_FILE", "it cannot be read to its end", "get the whole file");
+        at += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+    }
+    return std::nullopt;
+}
+
+std::string ending_of(const fs::path& name)
+{
+    std::string ending = name.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending;
+}
+
+std::string lower(const char* text)
+{
+    std::string out = text;
+    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return out;
+}
+
+void say(int channel, const std::string& line)
+{
+    if (!write_all(channel, line + "\n")) ::_exit(1);
+}
+
+/// output: holds the model. Empty where there is nothing to draw.
+std::string drawn(const app::LoadedMesh& loaded, int output)
+try {
+    io::MappedModel model("/proc/self/fd/" + std::to_string(output));
+    const bool has_triangles = model::has_exact(model.view());
+    const app::Subject subject = app::subject_of_model(std::move(model), has_triangles ? nullptr : &loaded.mesh);
+    app::View view{.width = 160, .height = 120, .samples = 2};
+    view.azimuth = app::broad_azimuth(subject.mesh, view.up);
+    return app::png_bytes(app::parts_picture(subject, view));
+} catch (const std::invalid_argument&) {
+    return {};
+}
+
+/// What follows the model in the output.
+struct Baked {
+    ordered_json outcome;
+    std::size_t model_size = 0;
+    std::string sha256, picture;
+};
+
+ordered_json outcome_of(const app::LoadedMesh& loaded, const bake::BakeResult& baked, std::size_t bytes)
+{
+    ordered_json out;
+    out["verdict"] = lower(app::verdict_name(loaded.verdict));
+    out["format"] = loaded.format;
+    out["notes"] = app::notes_of(loaded);
+    out["cure"] = ordered_json::parse(io::cure_json(baked.model.cure));
+    out["triangles"] = baked.model.header.triangle_count;
+    out["r_max"] = baked.model.header.r_max * baked.model.header.unit;
+    out["parts"] = baked.report.parts.size();
+    out["bytes"] = bytes;
+    out["target_met"] = baked.report.target_met;
+    out["doubtful"] = model::is_doubtful(baked.model.measured);
+    out["measured"] = ordered_json::parse(io::measured_json(baked.model.measured));
+    return out;
+}
+
+Baked refused(const Fault& fault)
+{
+    return {.outcome = ordered_json::parse(batch::outcome_of("refused", fault).text), .sha256 = sha256(""), .picture = ""};
+}
+
+Baked baked(const Source& source, const Settings& settings, int output)
+{
+    const app::LoadedMesh loaded = source.bytes ? app::load_mesh(*source.bytes, source.file.string(), settings.load)
+                                                : app::load_mesh(source.file, settings.load);
+    const app::Diagnosis& d = loaded.diagnosis;
+    if (loaded.refused()) return refused({d.code, d.element, d.message, d.cure});
+    bake::BakeOptions options = settings.bake;
+    options.threads = 1;
+    options.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
+    bake::BakeResult result = bake::bake(loaded.mesh, loaded.solid, options);
+    result.model.made_by = settings.made_by;
+    const std::vector<std::byte> model = io::serialize(result.model);
+    if (!write_all(output, text_of(model))) end_for_output();
+    return {outcome_of(loaded, result, model.size()), model.size(), sha256(text_of(model)),
+            settings.pictures ? drawn(loaded, output) : ""};
+}
+
+Baked baked_or_refused(const Source& source, const Settings& settings, int output)
+{
+    try {
+        return baked(source, settings, output);
+    } catch (const mesh::RefusedMesh& e) {
+        const mesh::Diagnosis& d = e.diagnosis();
+        return refused({mesh::name_of(d.code), d.element, d.message, d.cure});
+    } catch (const mesh::Error& e) {
+        return refused({"E_BAKE", "mesh", e.what(), "report it, with the file"});
+    }
+}
+
+}  // namespace
+
+std::string key_of(std::span<const std::byte> bytes, const fs::path& name, const Settings& settings)
+{
+    Sha256 hash;
+    hash.add("sqmap batch 1\n" + settings.made_by + "\n" + settings.options + "\n" + ending_of(name) + "\n");
+    hash.add(sha256(text_of(bytes)));
+    if (ending_of(name) == ".gltf") {
+        for (const fs::path& beside : io::buffers_beside(bytes, name.parent_path())) {
+            std::vector<std::byte> buffer;
+            if (!read_file(beside, settings.load.limits.max_bytes, buffer)) hash.add(sha256(text_of(buffer)));
+        }
+    }
+    return hash.digest();
+}
+
+void bake_item(const Source& source, const Settings& settings, int channel, int output)
+{
+    std::vector<std::byte> read;
+    if (!source.bytes) {
+        if (const auto fault = read_file(source.file, settings.load.limits.max_bytes, read)) {
+            say(channel, k_unreadable + batch::outcome_of("unreadable", *fault).text);
+            return;
+        }
+    }
+    say(channel, k_key + key_of(source.bytes ? *source.bytes : read, source.file, settings));
+    read = {};
+    char answer = k_skip;
+    if (::read(channel, &answer, 1) != 1 || answer != k_go) return;
+
+    const Baked made = baked_or_refused(source, settings, output);
+    const std::string outcome = made.outcome.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    if (!write_all(output, made.picture) || !write_all(output, outcome)) end_for_output();
+    say(channel, k_done + std::to_string(made.model_size) + " " + std::to_string(made.picture.size()) + " " +
+                     std::to_string(outcome.size()) + " " + made.sha256);
+}
+
+}  // namespace sqmap::batch

@@ -1,0 +1,232 @@
+#include "batch/manifest.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <system_error>
+#include <utility>
+
+namespace sqmap::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using Fields = std::vector<std::string>;
+
+std::string lower(std::string_view text)
+{
+    std::string out(text);
+    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return out;
+}
+
+template <std::size_t N>
+bool ends_with_one_of(std::string_view name, const std::array<std::string_view, N>& endings)
+{
+    const std::string text = lower(name);
+    return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) { return text.ends_with(ending); });
+}
+
+Entry wrong(std::uint64_t line, const std::string& why, const char* cure)
+{
+    return {{"", "", line}, outcome_of("unreadable", {"E_MANIFEST", "line " + std::to_string(line), why, cure})};
+}
+
+Entry entry_of(std::string path, std::string member, std::uint64_t line)
+{
+    if (path.empty()) return wrong(line, "it names no path", "give a path, or leave the line out");
+    if (path.find('\0') != std::string::npos || member.find('\0') != std::string::npos)
+        return wrong(line, "its path holds a zero byte", "write the manifest as text");
+    return {{std::move(path), std::move(member), line}, {}};
+}
+
+std::string read_all(const fs::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (!in) throw ManifestError(path.string() + ": the manifest cannot be read");
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+    return text;
+}
+
+std::string_view without_return(std::string_view line) { return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line; }
+
+std::vector<Entry> read_lines(const std::string& text)
+{
+    std::vector<Entry> out;
+    std::uint64_t number = 0;
+    each_line(text, [&](std::string_view line) {
+        ++number;
+        if (!without_return(line).empty()) out.push_back(entry_of(std::string(without_return(line)), "", number));
+    });
+    return out;
+}
+
+std::vector<Entry> read_json_lines(const std::string& text)
+{
+    std::vector<Entry> out;
+    std::uint64_t number = 0;
+    const auto text_of = [](const nlohmann::json& object, const char* name) {
+        const auto found = object.find(name);
+        return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+    };
+    each_line(text, [&](std::string_view line) {
+        ++number;
+        if (without_return(line).empty()) return;
+        const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+        if (object.is_discarded() || !object.is_object())
+            out.push_back(wrong(number, "it is not a JSON object in UTF-8", R"(write {"path": "..."})"));
+        else
+            out.push_back(entry_of(text_of(object, "path"), text_of(object, "member"), number));
+    });
+    return out;
+}
+
+/// Records of a table of RFC 4180; a field may hold line ends between quotes.
+class Table {
+public:
+    explicit Table(std::string_view text) : rest_(text) {}
+
+    /// False at the end. line(): where the record began. is_open(): a quote had no end.
+    bool next(Fields& fields)
+    {
+        fields.assign(1, "");
+        if (rest_.empty()) return false;
+        line_ = next_line_;
+        bool quoted = false;
+        for (std::size_t i = 0; i < rest_.size(); ++i) {
+            const char c = rest_[i];
+            if (c == '\n') ++next_line_;
+            if (quoted) {
+                if (c != '"')
+                    fields.back() += c;
+                else if (i + 1 < rest_.size() && rest_[i + 1] == '"')
+                    fields.back() += rest_[++i];
+                else
+                    quoted = false;
+            } else if (c == '"' && fields.back().empty()) {
+                quoted = true;
+            } else if (c == ',') {
+                fields.emplace_back();
+            } else if (c == '\n') {
+                return ended(fields, i + 1);
+            } else {
+                fields.back() += c;
+            }
+        }
+        is_open_ = quoted;
+        return ended(fields, rest_.size());
+    }
+    [[nodiscard]] std::uint64_t line() const { return line_; }
+    [[nodiscard]] bool is_open() const { return is_open_; }
+
+private:
+    bool ended(Fields& fields, std::size_t length)
+    {
+        rest_.remove_prefix(length);
+        if (fields.back().ends_with('\r')) fields.back().pop_back();
+        return true;
+    }
+
+    std::string_view rest_;
+    std::uint64_t line_ = 0, next_line_ = 1;
+    bool is_open_ = false;
+};
+
+std::vector<Entry> read_table(const std::string& text)
+{
+    std::vector<Entry> out;
+    Table table(text);
+    Fields fields;
+    std::size_t path = 0, member = std::string::npos;
+    bool is_first = true;
+    while (table.next(fields)) {
+        const auto heading = std::find(fields.begin(), fields.end(), "path");
+        if (std::exchange(is_first, false) && heading != fields.end()) {
+            path = static_cast<std::size_t>(heading - fields.begin());
+            const auto second = std::find(fields.begin(), fields.end(), "member");
+            if (second != fields.end()) member = static_cast<std::size_t>(second - fields.begin());
+            continue;
+        }
+        if (fields == Fields{""}) continue;
+        if (table.is_open())
+            out.push_back(wrong(table.line(), "a quote has no end", "close it, or double it where it is meant"));
+        else
+            out.push_back(
+                entry_of(path < fields.size() ? fields[path] : "", member < fields.size() ? fields[member] : "", table.line()));
+    }
+    return out;
+}
+
+std::vector<Entry> read_folder(const fs::path& folder, const fs::path& skip)
+{
+    std::vector<Entry> out;
+    std::error_code ignored;
+    for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, ignored), end; it != end;
+         it.increment(ignored)) {
+        if (it->is_directory(ignored)) {
+            if (fs::equivalent(it->path(), skip, ignored)) it.disable_recursion_pending();
+            continue;
+        }
+        const std::string name = it->path().filename().string();
+        if (it->is_regular_file(ignored) && (has_mesh_name(name) || has_archive_name(name)))
+            out.push_back({{it->path().lexically_relative(folder).string(), "", 0}, {}});
+    }
+    std::sort(out.begin(), out.end(), [](const Entry& a, const Entry& b) { return a.item.path < b.item.path; });
+    return out;
+}
+
+}  // namespace
+
+bool has_mesh_name(std::string_view name)
+{
+    static constexpr std::array<std::string_view, 9> k_endings{".off", ".obj", ".stl", ".ply", ".gltf",
+                                                               ".glb", ".dae", ".3mf", ".fbx"};
+    return ends_with_one_of(name, k_endings);
+}
+
+bool has_archive_name(std::string_view name)
+{
+    static constexpr std::array<std::string_view, 10> k_endings{".zip",  ".tar",    ".tgz", ".tar.gz",  ".tar.bz2",
+                                                                ".tbz2", ".tar.xz", ".txz", ".tar.zst", ".tzst"};
+    return ends_with_one_of(name, k_endings);
+}
+
+std::vector<Entry> read_manifest(const fs::path& manifest, const ManifestOptions& options)
+{
+    std::error_code ignored;
+    if (fs::is_directory(manifest, ignored)) return read_folder(manifest, options.skip);
+    if (!fs::is_regular_file(manifest, ignored)) throw ManifestError(manifest.string() + ": there is no such manifest");
+    const std::string name = manifest.filename().string();
+    if (ends_with_one_of(name, std::array<std::string_view, 1>{".csv"})) return read_table(read_all(manifest));
+    if (ends_with_one_of(name, std::array<std::string_view, 1>{".txt"})) return read_lines(read_all(manifest));
+    if (ends_with_one_of(name, std::array<std::string_view, 2>{".jsonl", ".ndjson"})) return read_json_lines(read_all(manifest));
+    throw ManifestError(manifest.string() + ": a manifest is a folder or ends in .csv, .jsonl, .ndjson or .txt");
+}
+
+void mark_duplicates(std::vector<Entry>& entries)
+{
+    std::map<std::pair<std::string_view, std::string_view>, std::uint64_t> lines;
+    for (Entry& entry : entries) {
+        if (entry.outcome) continue;
+        const auto [first, is_new] = lines.try_emplace({entry.item.path, entry.item.member}, entry.item.line);
+        if (!is_new)
+            entry.outcome = outcome_of("duplicate", {"E_DUPLICATE", "line " + std::to_string(entry.item.line),
+                                                     "it repeats line " + std::to_string(first->second), "leave it out"});
+    }
+}
+
+fs::path root_of(const fs::path& manifest, const fs::path& root)
+{
+    if (!root.empty()) return fs::absolute(root);
+    std::error_code ignored;
+    return fs::is_directory(manifest, ignored) ? fs::absolute(manifest) : fs::absolute(manifest).parent_path();
+}
+
+fs::path file_of(const Item& item, const fs::path& root) { return root / item.path; }
+
+}  // namespace sqmap::batch

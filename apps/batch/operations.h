@@ -1,0 +1,38 @@
+// What can be done with a library beside baking it.
+#pragma once
+
+#include "batch/library.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace sqmap::batch {
+
+/// Prints a line an item: its row as JSON with "seconds", or verdict, seconds and path.
+void list(const Library& library, bool json);
+
+/// Joins the finished shards, and what was merged before, into archives of about `size` bytes each, in order of keys: the same
+/// bytes however many shards there were. Takes the place of the merged library at once. @throw io::ModelFileError
+void merge(const Library& library, std::uint64_t size);
+
+struct Verification {
+    std::size_t archives = 0, models = 0, rows = 0, faults = 0;
+};
+/// Checks digests of models, parses each, and compares index and rows; prints each fault as a line on standard error.
+[[nodiscard]] Verification verify(const Library& library);
+
+/// Writes the model of a key. @throw io::ModelFileError where there is none
+void extract(const Library& library, const std::string& key, const std::filesystem::path& output);
+
+struct Freed {
+    std::size_t files = 0;
+    std::uint64_t bytes = 0;
+};
+/// Removes what killed runs left, shards that the merged library holds, and models that no row names. @throw io::ModelFileError
+[[nodiscard]] Freed collect_garbage(const Library& library);
+
+/// Writes report/index.html and what it loads, and report/rows.csv. @throw io::ModelFileError
+void write_report(const Library& library);
+
+}  // namespace sqmap::batch

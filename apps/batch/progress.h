@@ -1,0 +1,38 @@
+// What a run says while it goes on: a line that rewrites itself on a terminal, plain lines in a log, or JSON lines.
+#pragma once
+
+#include "batch/row.h"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace sqmap::batch {
+
+enum class ProgressMode : std::uint8_t { Auto, Json, None };
+
+class Progress {
+public:
+    Progress(ProgressMode mode, std::size_t items);
+
+    /// An item has its result. seconds: of CPU time, 0 for one that was finished before.
+    void add(const Row& row, double seconds, bool is_new);
+    void end();
+
+    [[nodiscard]] const std::map<std::string, std::size_t, std::less<>>& counts() const { return counts_; }
+
+private:
+    void show(bool is_last);
+    [[nodiscard]] std::string state() const;
+
+    using Clock = std::chrono::steady_clock;
+    ProgressMode mode_;
+    bool is_terminal_;
+    std::size_t items_, done_ = 0, baked_ = 0;
+    std::map<std::string, std::size_t, std::less<>> counts_;
+    Clock::time_point start_ = Clock::now(), last_ = start_;
+};
+
+}  // namespace sqmap::batch

@@ -1,0 +1,88 @@
+#include "batch/row.h"
+
+#include "sqmap/io/model_file.h"
+
+#include <nlohmann/json.hpp>
+
+namespace sqmap::batch {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Within a JSON string a quote is escaped, so that these stand only between members.
+constexpr std::string_view k_key = R"(,"key":")", k_verdict = R"(,"verdict":")", k_first_verdict = R"({"verdict":")";
+constexpr std::size_t k_key_length = 64;
+
+std::string dumped(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
+
+bool is_utf8(const std::string& text)
+{
+    try {
+        (void)ordered_json(text).dump();
+        return true;
+    } catch (const ordered_json::type_error&) {
+        return false;
+    }
+}
+
+std::string hexadecimal(const std::string& bytes)
+{
+    std::string out;
+    for (const char c : bytes) {
+        out += "0123456789abcdef"[static_cast<unsigned char>(c) >> 4];
+        out += "0123456789abcdef"[static_cast<unsigned char>(c) & 15];
+    }
+    return out;
+}
+
+}  // namespace
+
+std::string_view Outcome::verdict() const
+{
+    const std::string_view rest = std::string_view(text).substr(k_first_verdict.size());
+    return rest.substr(0, rest.find('"'));
+}
+
+Outcome outcome_of(std::string_view verdict, const Fault& fault)
+{
+    return {dumped({{"verdict", verdict},
+                    {"code", fault.code},
+                    {"element", fault.element},
+                    {"reason", fault.message},
+                    {"cure", fault.cure}})};
+}
+
+std::string Row::line() const
+{
+    std::string out = item;
+    if (!key.empty()) out.append(k_key).append(key).append("\"");
+    return out.append(",").append(outcome.text, 1);
+}
+
+Row row_of(const Item& item, std::string key, Outcome outcome)
+{
+    ordered_json head{{"path", item.path}};
+    if (!is_utf8(item.path)) head["path_hex"] = hexadecimal(item.path);
+    if (!item.member.empty()) head["member"] = item.member;
+    if (!is_utf8(item.member)) head["member_hex"] = hexadecimal(item.member);
+    if (item.line > 0) head["line"] = item.line;
+    std::string text = dumped(head);
+    text.pop_back();
+    return {std::move(text), std::move(key), std::move(outcome)};
+}
+
+Row row_of(std::string_view line)
+{
+    const std::size_t verdict = line.find(k_verdict), key = line.substr(0, verdict).find(k_key);
+    const bool has_key = key != std::string_view::npos;
+    if (!line.starts_with("{\"path\":") || verdict == std::string_view::npos || line.back() != '}' ||
+        (has_key && verdict != key + k_key.size() + k_key_length + 1))
+        throw io::ModelFileError("a line of rows is damaged: " + std::string(line.substr(0, 120)));
+    Row out;
+    out.item = line.substr(0, has_key ? key : verdict);
+    if (has_key) out.key = line.substr(key + k_key.size(), k_key_length);
+    out.outcome.text = "{" + std::string(line.substr(verdict + 1));
+    return out;
+}
+
+}  // namespace sqmap::batch

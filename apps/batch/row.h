@@ -1,0 +1,58 @@
+// What is known of an item of a library, as JSON text: rows are many and mostly passed on as they are.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace sqmap::batch {
+
+/// A mesh of the manifest, by path or inside an archive.
+struct Item {
+    std::string path;    ///< as the manifest has it: any bytes
+    std::string member;  ///< of the archive at path; empty for a file
+    std::uint64_t line = 0;
+};
+
+/// Why there is no model.
+struct Fault {
+    std::string code, element, message, cure;
+};
+
+/// What became of a mesh: a JSON object whose first member is "verdict". The same on every machine.
+struct Outcome {
+    std::string text;
+
+    [[nodiscard]] std::string_view verdict() const;
+};
+
+/// verdict: "refused", "unreadable", "duplicate", "timeout", "memory", "output", "crash" or "killed".
+[[nodiscard]] Outcome outcome_of(std::string_view verdict, const Fault& fault);
+
+/// A line of rows.jsonl: {"path", "member", "line", "key", and the outcome's members}, without those that are empty.
+struct Row {
+    std::string item;  ///< the line's beginning, up to the key
+    std::string key;   ///< empty where the mesh could not be read
+    Outcome outcome;
+
+    [[nodiscard]] std::string line() const;
+};
+
+/// A path that is not UTF-8 is given with replaced characters, and as hexadecimal digits in "path_hex" too.
+[[nodiscard]] Row row_of(const Item& item, std::string key, Outcome outcome);
+
+/// @throw io::ModelFileError for a text that is no row
+[[nodiscard]] Row row_of(std::string_view line);
+
+/// Calls take with every line of a text, without its end.
+template <class Take>
+void each_line(std::string_view text, Take&& take)
+{
+    while (!text.empty()) {
+        const std::size_t end = text.find('\n');
+        take(text.substr(0, end));
+        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    }
+}
+
+}  // namespace sqmap::batch

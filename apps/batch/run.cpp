@@ -1,0 +1,441 @@
+// One thread and poll(): the driver waits for messages and ends of its processes. All that is untrusted happens in them.
+#include "batch/run.h"
+
+#include "batch/member_stream.h"
+#include "sqmap/io/model_archive.h"
+#include "sqmap/io/replace_file.h"
+
+#include <poll.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <deque>
+#include <fstream>
+#include <iterator>
+#include <list>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace sqmap::batch {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::ordered_json;
+
+constexpr unsigned k_max_tries = 3;  // of a process that somebody else has killed
+
+/// A mesh to bake.
+struct Task {
+    std::size_t item = 0;
+    std::optional<std::string> bytes{};  ///< of a member of an archive
+    unsigned tries = 0;
+};
+
+struct Job {
+    Task task;
+    Child child;
+    std::string message;  ///< of the child, not yet a whole line
+    std::string key;
+    std::string answer;  ///< what it made
+    bool is_going = false;
+};
+
+std::string host_name()
+{
+    char name[256] = "";
+    ::gethostname(name, sizeof name - 1);
+    return name;
+}
+
+std::string measured_json(const std::string& key, const Ended& ended)
+{
+    return ordered_json{{"key", key},
+                        {"seconds", ended.cpu_seconds},
+                        {"wall_seconds", ended.wall_seconds},
+                        {"peak_bytes", ended.peak_bytes},
+                        {"host", host_name()}}
+        .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+Outcome outcome_of_end(const Ended& ended)
+{
+    switch (ended.ending) {
+        case Ending::Timeout:
+            return outcome_of("timeout",
+                              {"E_TIME", "process", ended.reason, "sqmap batch retry OUT --verdict timeout --time SECONDS"});
+        case Ending::Memory:
+            return outcome_of("memory",
+                              {"E_MEMORY", "process", ended.reason, "sqmap batch retry OUT --verdict memory --memory SIZE"});
+        case Ending::Output:
+            return outcome_of("output",
+                              {"E_OUTPUT", "process", ended.reason, "sqmap batch retry OUT --verdict output --output-size SIZE"});
+        case Ending::Killed:
+            return outcome_of("killed", {"E_KILLED", "process", ended.reason, "run the same command again"});
+        case Ending::Crash:
+        case Ending::Done:
+            break;
+    }
+    return outcome_of("crash", {"E_CRASH", "process", ended.reason, "report it, with the file"});
+}
+
+/// Results of other runs: of this shard, and of the merged library.
+class Before {
+public:
+    explicit Before(const Plan& plan) : library_(plan.output)
+    {
+        std::error_code ignored;
+        const std::filesystem::path archive = library_.archive(plan.shard);
+        if (std::filesystem::exists(archive, ignored)) read(archive, own_);
+        for (const auto& path : library_.merged()) read(path, merged_);
+    }
+
+    Results& own() { return own_; }
+    [[nodiscard]] const Finished* merged(const std::string& key) const
+    {
+        const auto found = merged_.find(key);
+        return found == merged_.end() ? nullptr : &found->second;
+    }
+
+private:
+    void read(const std::filesystem::path& path, Results& results)
+    {
+        files_.push_back(open_file(path));
+        read_archive(path, files_.back().get(), results);
+        std::ifstream in(Library::measured_of(path), std::ios::binary);
+        for (std::string line; std::getline(in, line);)
+            if (const auto found = results.find(key_of_measured(line)); found != results.end()) found->second.measured = line;
+    }
+
+    Library library_;
+    std::vector<Descriptor> files_;
+    Results own_, merged_;
+};
+
+class Baking {
+public:
+    Baking(const Plan& plan, std::vector<Entry> entries, Journal& journal, Before& before)
+        : plan_(plan),
+          root_(root_of(plan.manifest, plan.root)),
+          entries_(std::move(entries)),
+          keys_(entries_.size()),
+          journal_(journal),
+          before_(before),
+          results_(std::move(before.own())),
+          progress_(plan.progress, entries_.size())
+    {
+        journal_.read_into(results_);
+        for (auto it = results_.begin(); it != results_.end();) {
+            const auto here = it++;
+            if (plan_.retry.contains(here->second.outcome.verdict())) retried_.insert(results_.extract(here));
+        }
+    }
+
+    void run()
+    {
+        sort_out();
+        while (start_jobs() || !jobs_.empty() || stream_) wait();
+        results_.merge(retried_);
+        for (const auto& [key, item] : waiting_) progress_.add(row(item), 0, false);
+        progress_.end();
+    }
+
+    [[nodiscard]] const Results& results() const { return results_; }
+    /// The rows of all items, sorted.
+    [[nodiscard]] std::vector<Row> rows() const
+    {
+        std::vector<Row> out;
+        for (std::size_t i = 0; i < entries_.size(); ++i) out.push_back(row(i));
+        return out;
+    }
+
+private:
+    /// What is baked, and what has its row already.
+    void sort_out()
+    {
+        for (std::size_t i = 0; i < entries_.size(); ++i) {
+            const Item& item = entries_[i].item;
+            if (entries_[i].outcome)
+                progress_.add(row(i), 0, true);
+            else if (item.member.empty())
+                tasks_.push_back({i});
+            else
+                archives_[item.path].emplace(item.member, i);
+        }
+    }
+
+    [[nodiscard]] Row row(std::size_t item) const
+    {
+        const Entry& entry = entries_[item];
+        if (entry.outcome) return row_of(entry.item, keys_[item], *entry.outcome);
+        const auto found = results_.find(keys_[item]);
+        if (found != results_.end()) return row_of(entry.item, keys_[item], found->second.outcome);
+        return row_of(entry.item, keys_[item],
+                      outcome_of_end(Ended{.ending = Ending::Killed, .reason = "the one that bakes its like was killed"}));
+    }
+
+    /// False where there is nothing to start now.
+    bool start_jobs()
+    {
+        bool any = false;
+        for (; jobs_.size() < plan_.jobs; any = true) {
+            if (!stream_ && tasks_.empty() && !archives_.empty()) open_archive();
+            while (stream_ && tasks_.empty() && !stream_->ready().empty()) take_member();
+            if (stream_ && stream_->is_over()) stream_.reset();
+            if (tasks_.empty()) break;
+            start(std::exchange(tasks_.front(), {}));
+            tasks_.pop_front();
+        }
+        return any || !archives_.empty();
+    }
+
+    void open_archive()
+    {
+        auto first = archives_.begin();
+        stream_.emplace(root_ / first->first, std::move(first->second),
+                        MemberStream::Options{plan_.caps, plan_.settings.load.limits.max_bytes});
+        archives_.erase(first);
+    }
+
+    void take_member()
+    {
+        Unpacked member = std::move(stream_->ready().front());
+        stream_->ready().pop_front();
+        stream_->renew_deadline();
+        if (!member.outcome) {
+            tasks_.push_front({member.item, std::move(member.bytes)});
+            return;
+        }
+        entries_[member.item].outcome = std::move(member.outcome);
+        progress_.add(row(member.item), 0, true);
+    }
+
+    void start(Task task)
+    {
+        const Item& item = entries_[task.item].item;
+        Source source{.file = item.member.empty() ? file_of(item, root_) : std::filesystem::path(item.member)};
+        if (task.bytes) source.bytes = std::as_bytes(std::span(*task.bytes));
+        const auto work = [&](int channel, int output) { bake_item(source, plan_.settings, channel, output); };
+        jobs_.push_back(Job{std::move(task), Child(work, plan_.caps), "", "", ""});
+    }
+
+    void wait()
+    {
+        std::vector<pollfd> wanted;
+        auto deadline = Clock::now() + std::chrono::hours(1);
+        for (const Job& job : jobs_) {
+            wanted.push_back({job.child.channel(), POLLIN, 0});
+            wanted.push_back({job.child.handle(), POLLIN, 0});
+            deadline = std::min(deadline, job.child.deadline());
+        }
+        const bool listens = stream_ && stream_->channel() >= 0 && stream_->ready().size() < plan_.jobs;
+        if (listens) {
+            wanted.push_back({stream_->channel(), POLLIN, 0});
+            deadline = std::min(deadline, stream_->deadline());
+        }
+        if (wanted.empty()) return;
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+        const auto patience = static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 3'600'000));
+        if (::poll(wanted.data(), wanted.size(), patience) < 0 && errno != EINTR)
+            throw std::system_error(errno, std::generic_category(), "poll");
+        if (listens) attend_stream(wanted.back().revents != 0);
+        attend_jobs(wanted);
+    }
+
+    void attend_stream(bool is_ready)
+    {
+        if (is_ready)
+            stream_->receive();
+        else if (Clock::now() >= stream_->deadline())
+            stream_->stop();
+    }
+
+    void attend_jobs(const std::vector<pollfd>& events)
+    {
+        std::size_t at = 0;
+        for (auto job = jobs_.begin(); job != jobs_.end(); at += 2) {
+            const auto here = job++;
+            if (events[at].revents != 0) listen(*here);
+            if (events[at + 1].revents == 0) {
+                if (Clock::now() < here->child.deadline()) continue;
+                here->child.stop();
+            }
+            listen(*here);
+            finish(*here);
+            jobs_.erase(here);
+        }
+    }
+
+    /// Takes the whole lines that a child has sent.
+    void listen(Job& job)
+    {
+        char buffer[4096];
+        for (pollfd more{job.child.channel(), POLLIN, 0}; ::poll(&more, 1, 0) > 0 && (more.revents & POLLIN) != 0;) {
+            const ssize_t n = ::read(job.child.channel(), buffer, sizeof buffer);
+            if (n <= 0) break;
+            job.message.append(buffer, static_cast<std::size_t>(n));
+        }
+        for (std::size_t end = job.message.find('\n'); end != std::string::npos; end = job.message.find('\n')) {
+            const std::string line = job.message.substr(0, end);
+            job.message.erase(0, end + 1);
+            hear(job, line);
+        }
+    }
+
+    void hear(Job& job, const std::string& line)
+    {
+        const std::string text = line.substr(1);
+        if (line[0] == k_key) {
+            job.key = text;
+            job.is_going = !is_known(text) && in_work_.insert(text).second;
+            (void)write_all(job.child.channel(), std::string(1, job.is_going ? k_go : k_skip));
+        } else if (line[0] == k_unreadable) {
+            entries_[job.task.item].outcome = Outcome{text};
+        } else if (line[0] == k_done) {
+            job.answer = text;
+        }
+    }
+
+    /// Finished before, here or in the merged library.
+    bool is_known(const std::string& key)
+    {
+        if (results_.contains(key)) return true;
+        const Finished* const merged = before_.merged(key);
+        if (merged == nullptr || plan_.retry.contains(merged->outcome.verdict())) return false;
+        results_.emplace(key, journal_.append(key, *merged));
+        return true;
+    }
+
+    void finish(Job& job)
+    {
+        const Ended ended = job.child.wait();
+        const std::size_t item = job.task.item;
+        if (job.is_going) in_work_.erase(job.key);
+        if (ended.ending == Ending::Killed && !entries_[item].outcome && job.task.tries + 1 < k_max_tries) {
+            ++job.task.tries;
+            tasks_.push_back(std::move(job.task));
+            return;
+        }
+        keys_[item] = job.key;
+        const bool is_skipped = ended.ending == Ending::Done && !job.is_going && !job.key.empty();
+        if (ended.ending == Ending::Done && !job.answer.empty())
+            keep(job, ended);
+        else if (ended.ending == Ending::Killed || (job.key.empty() && !entries_[item].outcome))
+            entries_[item].outcome = outcome_of_end(ended);
+        else if (job.is_going)
+            results_.insert_or_assign(job.key, journal_.append(job.key, {.outcome = outcome_of_end(ended),
+                                                                         .measured = measured_json(job.key, ended),
+                                                                         .sha256 = "-"}));
+        if (is_skipped && !results_.contains(job.key)) {
+            waiting_.emplace(job.key, item);
+            return;
+        }
+        progress_.add(row(item), is_skipped ? 0 : ended.cpu_seconds, !is_skipped);
+        const auto [first, last] = waiting_.equal_range(job.key);
+        for (auto other = first; other != last; ++other) progress_.add(row(other->second), 0, false);
+        waiting_.erase(first, last);
+    }
+
+    /// A child has done its work: what it made goes into the journal.
+    void keep(Job& job, const Ended& ended)
+    {
+        unsigned long long model = 0, picture = 0, outcome = 0;
+        char digest[65] = "";
+        if (std::sscanf(job.answer.c_str(), "%llu %llu %llu %64s", &model, &picture, &outcome, digest) != 4)
+            throw std::runtime_error("a process of this program answered in other words");
+        std::string text(outcome, '\0');
+        if (::pread(job.child.output(), text.data(), outcome, static_cast<off_t>(model + picture)) !=
+            static_cast<ssize_t>(outcome))
+            throw std::runtime_error("a process of this program left less than it said");
+        results_.insert_or_assign(job.key, journal_.append(job.key, {.outcome = {std::move(text)},
+                                                                     .measured = measured_json(job.key, ended),
+                                                                     .sha256 = digest,
+                                                                     .file = job.child.output(),
+                                                                     .model_offset = 0,
+                                                                     .model_size = model,
+                                                                     .picture_offset = model,
+                                                                     .picture_size = picture}));
+    }
+
+    const Plan& plan_;
+    std::filesystem::path root_;
+    std::vector<Entry> entries_;
+    std::vector<std::string> keys_;  // of entries_
+    Journal& journal_;
+    Before& before_;
+    Results results_, retried_;
+    Progress progress_;
+    std::deque<Task> tasks_;
+    std::map<std::string, std::map<std::string, std::size_t>> archives_;  // not yet opened: items by member
+    std::optional<MemberStream> stream_;
+    std::list<Job> jobs_;
+    std::set<std::string> in_work_;                    // keys
+    std::multimap<std::string, std::size_t> waiting_;  // items by a key that is in work
+};
+
+std::vector<Entry> entries_of(const Plan& plan)
+{
+    std::vector<Entry> all = expanded(read_manifest(plan.manifest, {.root = plan.root, .skip = plan.output}),
+                                      root_of(plan.manifest, plan.root), plan.caps);
+    mark_duplicates(all);
+    std::vector<Entry> own;
+    for (std::size_t i = plan.shard.index; i < all.size(); i += plan.shard.count) own.push_back(std::move(all[i]));
+    return own;
+}
+
+/// Rows and results as the shard's archive, unless that holds them already.
+void write_shard(const Library& library, const Plan& plan, const Baking& baking)
+{
+    std::vector<std::string> lines;
+    std::set<std::string_view> named;
+    const std::vector<Row> rows = baking.rows();
+    for (const Row& row : rows) {
+        lines.push_back(row.line());
+        named.insert(row.key);
+    }
+    std::vector<const Results::value_type*> results;
+    std::string measured, text;
+    for (const auto& result : baking.results()) {
+        results.push_back(&result);
+        if (!result.second.measured.empty()) measured += result.second.measured + "\n";
+        // Of an earlier manifest: kept until gc.
+        if (!named.contains(result.first)) lines.push_back(Row{R"({"path":null)", result.first, result.second.outcome}.line());
+    }
+    std::sort(lines.begin(), lines.end());
+    for (const std::string& line : lines) text += line + "\n";
+    const std::filesystem::path archive = library.archive(plan.shard);
+    std::error_code ignored;
+    if (!std::filesystem::exists(archive, ignored) || io::ModelArchive(archive).rows() != text ||
+        std::filesystem::file_size(library.journal(plan.shard), ignored) > 0)
+        write_archive(archive, results, text);
+    io::replace_file(Library::measured_of(archive), std::as_bytes(std::span(measured)));
+}
+
+}  // namespace
+
+void run(const Plan& plan)
+{
+    const Library library(plan.output);
+    const auto absolute = [](const std::filesystem::path& path) {
+        return path.empty() ? "" : std::filesystem::absolute(path).string();
+    };
+    std::vector<Entry> entries = entries_of(plan);
+    library.begin({.made_by = plan.settings.made_by,
+                   .options = plan.settings.options,
+                   .arguments = plan.arguments,
+                   .shards = plan.shard.count,
+                   .manifest = absolute(plan.manifest),
+                   .root = absolute(plan.root)});
+    Journal journal(library.journal(plan.shard));
+    Before before(plan);
+    Baking baking(plan, std::move(entries), journal, before);
+    baking.run();
+    write_shard(library, plan, baking);
+    std::error_code ignored;
+    std::filesystem::remove(library.journal(plan.shard), ignored);
+}
+
+}  // namespace sqmap::batch

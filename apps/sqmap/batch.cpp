@@ -1,0 +1,321 @@
+// sqmap batch: libraries of models.
+#include "bake_options.h"
+#include "batch/manifest.h"
+#include "batch/operations.h"
+#include "batch/run.h"
+#include "commands.h"
+#include "load_options.h"
+#include "sqmap/io/model_file.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sqmap::app {
+namespace {
+
+using batch::Shard;
+
+struct Options {
+    std::string manifest, output, root, shard;
+    std::vector<std::string> retry;
+    std::optional<double> rank, world_size;
+    int jobs = 0;
+    batch::Caps caps;
+    batch::ProgressMode progress = batch::ProgressMode::Auto;
+    bool no_pictures = false;
+    LoadOptions load;
+    BakeSettings bake;
+};
+
+/// What does not change a model: of the driver.
+const std::vector<std::string> k_of_the_driver{"--output", "--shard",       "--rank",     "--world-size", "--jobs", "--time",
+                                               "--memory", "--output-size", "--progress", "--root",       "--help", "--retry"};
+
+std::optional<std::uint32_t> whole(std::string_view text)
+{
+    std::uint32_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+std::optional<std::uint32_t> environment(const char* name)
+{
+    const char* const text = std::getenv(name);
+    return text != nullptr ? whole(text) : std::nullopt;
+}
+
+Shard shard_of_text(const std::string& text)
+{
+    const std::size_t slash = text.find('/');
+    const auto index = whole(text.substr(0, slash));
+    const auto count = slash == std::string::npos ? std::nullopt : whole(text.substr(slash + 1));
+    if (!index || !count || *index >= *count || *count > 99999)
+        throw WrongUsage("--shard", "'" + text + "' is not I/N with I from 0 to N - 1, as in 0/10");
+    return {*index, *count};
+}
+
+/// Of a Slurm job array whose tasks are all there; a part of an array has to say which shard each is.
+std::optional<Shard> shard_of_slurm()
+{
+    const auto id = environment("SLURM_ARRAY_TASK_ID"), first = environment("SLURM_ARRAY_TASK_MIN"),
+               last = environment("SLURM_ARRAY_TASK_MAX"), count = environment("SLURM_ARRAY_TASK_COUNT");
+    if (!id || !first || !last || !count) return std::nullopt;
+    const std::uint32_t step = environment("SLURM_ARRAY_TASK_STEP").value_or(1);
+    if (step == 0 || (*last - *first) / step + 1 != *count)
+        throw WrongUsage("--shard", "this Slurm array has gaps: give --shard \"$SLURM_ARRAY_TASK_ID/N\"");
+    return Shard{(*id - *first) / step, *count};
+}
+
+Shard shard_of(const Options& o)
+{
+    if (!o.shard.empty()) return shard_of_text(o.shard);
+    if (o.rank.has_value() != o.world_size.has_value()) throw WrongUsage("--rank", "--rank and --world-size go together");
+    if (o.rank)
+        return shard_of_text(std::to_string(static_cast<long>(*o.rank)) + "/" + std::to_string(static_cast<long>(*o.world_size)));
+    return shard_of_slurm().value_or(Shard{});
+}
+
+/// Cores that this process may use, or the tasks's own under Slurm.
+unsigned cores()
+{
+    cpu_set_t set;
+    const int count = ::sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+    return std::min<unsigned>(static_cast<unsigned>(std::max(count, 1)), environment("SLURM_CPUS_PER_TASK").value_or(100000));
+}
+
+int guarded(const std::function<int()>& work)
+{
+    try {
+        return work();
+    } catch (const batch::ManifestError& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+    } catch (const io::ModelFileError& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+    }
+    return 2;
+}
+
+batch::Plan plan_of(const Options& o, const Command& command)
+{
+    batch::Plan plan;
+    plan.manifest = o.manifest;
+    plan.root = o.root;
+    plan.output = o.output;
+    plan.shard = shard_of(o);
+    plan.jobs = o.jobs > 0 ? static_cast<unsigned>(o.jobs) : cores();
+    plan.caps = o.caps;
+    plan.retry = {o.retry.begin(), o.retry.end()};
+    plan.progress = o.progress;
+    plan.arguments = command.given_but(k_of_the_driver);
+    plan.settings = {.load = o.load, .bake = bake_options(o.bake), .made_by = "sqmap " SQMAP_VERSION, .options = ""};
+    // Programs that convert a mesh have no more time than its process.
+    plan.settings.load.limits.max_seconds = std::min(plan.settings.load.limits.max_seconds, o.caps.seconds);
+    plan.settings.pictures = !o.no_pictures;
+    for (const std::string& argument : plan.arguments)
+        plan.settings.options += (plan.settings.options.empty() ? "" : " ") + argument;
+    return plan;
+}
+
+void add_driver_options(Command& command, Options& options)
+{
+    const char* const k_work = "Work";
+    command
+        .option("--shard", options.shard, "I/N: every Nth item from the Ith on, 0 to N - 1; default: Slurm's array task, or all")
+        .type_name("I/N")
+        .group(k_work);
+    command.option("--rank", options.rank, "I of --shard").group(k_work);
+    command.option("--world-size", options.world_size, "N of --shard").group(k_work);
+    command.option("--jobs", options.jobs, "Meshes at once; 0: one a core").in_range(0, 4096).shows_default().group(k_work);
+    command
+        .choice<batch::ProgressMode>(
+            "--progress", options.progress,
+            {{"auto", batch::ProgressMode::Auto}, {"json", batch::ProgressMode::Json}, {"none", batch::ProgressMode::None}},
+            "auto: rate and time left on standard error; json: a line an item on standard output", "auto|json|none")
+        .group(k_work);
+    const char* const k_caps = "Limits of each mesh's process (beyond them: a row)";
+    command.option("--time", options.caps.seconds, "Seconds of CPU time; three times that, and 10 s, by the clock")
+        .in_range(1, 1e6)
+        .shows_default()
+        .group(k_caps);
+    command.option("--memory", options.caps.memory, "Memory; also as 500MB or 4GB, of 1024 each")
+        .size_in_bytes()
+        .above_zero()
+        .type_name("SIZE")
+        .shows_default("4GB")
+        .group(k_caps);
+    command.option("--output-size", options.caps.output, "Largest file that it may write")
+        .size_in_bytes()
+        .above_zero()
+        .type_name("SIZE")
+        .shows_default("1GB")
+        .group(k_caps);
+}
+
+/// Adds a subcommand that takes a library's folder, and options by `more`.
+template <class Subcommand>
+void add_over_library(Command& batch, const char* name, const char* words)
+{
+    struct State {
+        std::string folder;
+        Subcommand work;
+    };
+    const auto state = std::make_shared<State>();
+    Command command = batch.add(name, words);
+    command.option("library", state->folder, "Folder of the library").required().existing_path().type_name("OUT");
+    state->work.add(command);
+    command.run([state] { return guarded([&] { return state->work.run(batch::Library(state->folder)); }); });
+}
+
+struct List {
+    bool json = false;
+    void add(Command& command) { command.flag("--json", json, "A JSON line an item"); }
+    [[nodiscard]] int run(const batch::Library& library) const { return batch::list(library, json), 0; }
+};
+
+struct Merge {
+    std::uint64_t size = std::uint64_t{4} << 30;
+    void add(Command& command)
+    {
+        command.option("--size", size, "Bytes of an archive, about; also as 500MB or 4GB, of 1024 each")
+            .size_in_bytes()
+            .above_zero()
+            .type_name("SIZE")
+            .shows_default("4GB");
+    }
+    [[nodiscard]] int run(const batch::Library& library) const { return batch::merge(library, size), 0; }
+};
+
+struct Verify {
+    void add(Command& command)
+    {
+        command.footer("Exit code: 0 all is well, 2 something is not, 64 wrong usage, 70 internal error.");
+    }
+    [[nodiscard]] int run(const batch::Library& library) const
+    {
+        const batch::Verification found = batch::verify(library);
+        std::printf("%zu archives, %zu models, %zu rows: %zu faults\n", found.archives, found.models, found.rows, found.faults);
+        return found.faults == 0 ? 0 : 2;
+    }
+};
+
+struct Extract {
+    std::string key, output;
+    void add(Command& command)
+    {
+        command.option("key", key, "Key of the model").required();
+        command.option("-o,--output", output, "Model to write (.sqmap)").required();
+    }
+    [[nodiscard]] int run(const batch::Library& library) const { return batch::extract(library, key, output), 0; }
+};
+
+struct Garbage {
+    void add(Command& command) { command.footer("Run it when nothing is baked into the library."); }
+    [[nodiscard]] int run(const batch::Library& library) const
+    {
+        const batch::Freed freed = batch::collect_garbage(library);
+        std::printf("%zu files, %.1f MB\n", freed.files, static_cast<double>(freed.bytes) / 1e6);
+        return 0;
+    }
+};
+
+/// Runs a library's shards again, by the command line that began it.
+struct Retry {
+    std::vector<std::string> verdicts;
+    std::string time, memory, output_size, shard, jobs, progress;
+    void add(Command& command)
+    {
+        command.option("--verdict", verdicts, "Verdicts that are not final: timeout, memory, output, crash; several by commas")
+            .required()
+            .delimiter(',')
+            .one_of({"timeout", "memory", "output", "crash"});
+        command.option("--time", time, "As of sqmap batch");
+        command.option("--memory", memory, "As of sqmap batch");
+        command.option("--output-size", output_size, "As of sqmap batch");
+        command.option("--shard", shard, "Of this shard alone; default: of all, one after another").type_name("I/N");
+        command.option("--jobs", jobs, "As of sqmap batch");
+        command.option("--progress", progress, "As of sqmap batch");
+    }
+    [[nodiscard]] int run(const batch::Library& library) const
+    {
+        const batch::Recipe recipe = library.recipe();
+        std::vector<std::string> shards{shard};
+        if (shard.empty()) {
+            shards.clear();
+            for (std::uint32_t i = 0; i < recipe.shards; ++i)
+                shards.push_back(std::to_string(i) + "/" + std::to_string(recipe.shards));
+        }
+        for (const std::string& one : shards)
+            if (const int code = run_shard(library, recipe, one); code != 0) return code;
+        return 0;
+    }
+
+private:
+    [[nodiscard]] int run_shard(const batch::Library& library, const batch::Recipe& recipe, const std::string& one) const
+    {
+        std::vector<std::string> arguments{"sqmap", "batch", recipe.manifest, "-o", library.folder().string(), "--shard", one};
+        const auto pass_on = [&](const char* name, const std::string& value) {
+            if (!value.empty()) arguments.insert(arguments.end(), {name, value});
+        };
+        pass_on("--root", recipe.root);
+        pass_on("--time", time);
+        pass_on("--memory", memory);
+        pass_on("--output-size", output_size);
+        pass_on("--jobs", jobs);
+        pass_on("--progress", progress);
+        for (const std::string& verdict : verdicts) pass_on("--retry", verdict);
+        arguments.insert(arguments.end(), recipe.arguments.begin(), recipe.arguments.end());
+        std::vector<char*> pointers;
+        for (std::string& argument : arguments) pointers.push_back(argument.data());
+        CommandLine line("", "sqmap");
+        add_batch(line);
+        return line.run(static_cast<int>(pointers.size()), pointers.data());
+    }
+};
+
+void add_subcommands(Command& command)
+{
+    add_over_library<List>(command, "list", "Print the items of a library");
+    add_over_library<Merge>(command, "merge", "Join finished shards into archives in order of keys");
+    add_over_library<Verify>(command, "verify", "Check every model and every row");
+    add_over_library<Retry>(command, "retry", "Bake again what ended by one of these verdicts, within other limits");
+    add_over_library<Extract>(command, "extract", "Write one model as a file");
+    add_over_library<Garbage>(command, "gc", "Remove what killed runs left and shards that are merged");
+}
+
+}  // namespace
+
+void add_batch(CommandLine& line)
+{
+    const auto options = std::make_shared<Options>();
+    Command command = line.add("batch", "Bake a library of meshes: resumable, in shards, a row for every item");
+    command.option("manifest", options->manifest, "A folder, or a list: .csv with a column path, .jsonl with \"path\", .txt")
+        .type_name("MANIFEST");
+    command.option("-o,--output", options->output, "Folder of the library; whatever is finished there is not baked again")
+        .type_name("OUT");
+    command.option("--root", options->root, "Folder that relative paths count from; default: the manifest's").type_name("FOLDER");
+    command.flag("--no-pictures", options->no_pictures, "Leave the small picture of each model out");
+    add_driver_options(command, *options);
+    command.option("--retry", options->retry, "Verdicts that are not taken as final, as of sqmap batch retry").delimiter(',');
+    add_subcommands(command);
+    add_load_options(command, options->load);
+    add_bake_options(command, options->bake);
+    command.footer(
+        "Exit code: 0 every item has a row, 2 the manifest cannot be read or the folder not be written (run it again), "
+        "64 wrong usage, 70 internal error.");
+    command.run([options, command] {
+        if (options->manifest.empty() || options->output.empty())
+            throw WrongUsage("batch", "give MANIFEST and -o OUT, or a subcommand: see sqmap batch --help");
+        return guarded([&] { return batch::run(plan_of(*options, command)), 0; });
+    });
+}
+
+}  // namespace sqmap::app

@@ -1,0 +1,212 @@
+#!/usr/bin/env python3
+"""Libraries of models as a user makes them: manifests, shards, keys, archives.
+
+usage: run_test.py PROGRAM
+"""
+import io
+import json
+import os
+import pathlib
+import shutil
+import tarfile
+import unittest
+import zipfile
+
+from support import BAKED, BatchTest, digests, ellipsoid, ellipsoids, rows, run
+
+
+class Manifests(BatchTest):
+    def setUp(self):
+        super().setUp()
+        ellipsoids("meshes", 2)
+
+    def test_every_kind_of_manifest_names_the_same_meshes(self):
+        pathlib.Path("a.csv").write_text('id,path\n1,"meshes/0000.off"\n2,meshes/0001.off\n')
+        pathlib.Path("b.csv").write_text("meshes/0000.off\r\nmeshes/0001.off\r\n")
+        pathlib.Path("c.jsonl").write_text('{"path": "meshes/0000.off"}\n\n{"path": "meshes/0001.off", "id": 7}\n')
+        pathlib.Path("d.txt").write_text("\ufeffmeshes/0000.off\nmeshes/0001.off")
+        keys = set()
+        for manifest in ("a.csv", "b.csv", "c.jsonl", "d.txt", "meshes"):
+            self.bake(manifest, "-o", "out-" + manifest)
+            found = rows("out-" + manifest)
+            self.assertEqual(sorted(os.path.basename(path) for path in found), ["0000.off", "0001.off"])
+            keys.add(tuple(sorted(row["key"] for row in found.values())))
+        self.assertEqual(len(keys), 1)
+
+    def test_a_wrong_line_is_a_row_that_names_it(self):
+        text = b'path,member\nmeshes/0000.off\nmeshes/absent.off\nmeshes/0000.off\n,\nmeshes\nbad\xff.off\n/dev/zero\n"meshes/open'
+        pathlib.Path("m.csv").write_bytes(text)
+        shutil.copy("meshes/0001.off", b"bad\xff.off")
+        self.bake("m.csv", "-o", "out")
+        listed = [json.loads(line) for line in run("batch", "list", "out", "--json").stdout.splitlines()]
+        by_line = {row["line"]: row for row in listed}
+        self.assertEqual(by_line[2]["verdict"], "accept")
+        self.assertEqual((by_line[3]["verdict"], by_line[3]["code"]), ("unreadable", "E_FILE"))
+        self.assertEqual((by_line[4]["verdict"], by_line[4]["reason"]), ("duplicate", "it repeats line 2"))
+        self.assertEqual(by_line[5]["element"], "line 5")
+        self.assertEqual(by_line[6]["reason"], "it is not a file")
+        self.assertEqual((by_line[7]["verdict"], by_line[7]["path_hex"]), ("accept", b"bad\xff.off".hex()))
+        self.assertEqual(by_line[8]["reason"], "it is not a file")
+        self.assertEqual(by_line[9]["reason"], "a quote has no end")
+        pathlib.Path("m.jsonl").write_bytes(b'{"path": "meshes/0000.off"}\n{"path": "\xff"}\n{"path": 3}\n[]\n')
+        self.bake("m.jsonl", "-o", "out2")
+        listed = [json.loads(line) for line in run("batch", "list", "out2", "--json").stdout.splitlines()]
+        self.assertEqual(sorted((row["line"], row["verdict"]) for row in listed),
+                         [(1, "accept"), (2, "unreadable"), (3, "unreadable"), (4, "unreadable")])
+
+    def test_wrong_usage_is_64_and_a_missing_manifest_is_2(self):
+        for arguments in ([], ["meshes"], ["meshes", "-o", "o", "--shard", "2/2"], ["meshes", "-o", "o", "--shard", "x"],
+                          ["meshes", "-o", "o", "--rank", "1"], ["meshes", "-o", "o", "--time", "0"], ["retry", "."]):
+            self.bake(*arguments, code=64)
+        for arguments in (["absent.csv", "-o", "o"], ["list", "meshes"], ["merge", "meshes"], ["verify", "meshes"]):
+            self.bake(*arguments, code=2)
+        self.assertFalse(os.path.exists("o"))
+        self.bake("meshes", "-o", "meshes/0000.off/out", code=2)
+
+
+class Keys(BatchTest):
+    def test_finished_keys_are_skipped_and_shared(self):
+        ellipsoids("meshes", 2)
+        shutil.copy("meshes/0000.off", "meshes/same.off")
+        first = self.bake("meshes", "-o", "out", "--progress", "json")
+        self.assertEqual(sum(json.loads(line)["seconds"] > 0 for line in first.stdout.splitlines()), 2)
+        before = os.stat("out/shards/00000-of-00001.tar")
+        again = self.bake("meshes", "-o", "out", "--progress", "json")
+        self.assertTrue(all(json.loads(line)["seconds"] == 0 for line in again.stdout.splitlines()))
+        self.assertEqual(os.stat("out/shards/00000-of-00001.tar").st_ino, before.st_ino)
+        ellipsoid("meshes/0001.off", (1, 1, 2))
+        third = self.bake("meshes", "-o", "out", "--progress", "json")
+        self.assertEqual([json.loads(line)["path"] for line in third.stdout.splitlines() if json.loads(line)["seconds"] > 0], ["0001.off"])
+        self.assert_whole("out")
+
+    def test_buffers_beside_a_gltf_file_count(self):
+        gltf = {"asset": {"version": "2.0"}, "buffers": [{"uri": "data.bin", "byteLength": 12}]}
+        os.mkdir("meshes")
+        keys = []
+        for content in (b"\0" * 12, b"\1" * 12):
+            pathlib.Path("meshes/a.gltf").write_text(json.dumps(gltf))
+            pathlib.Path("meshes/data.bin").write_bytes(content)
+            self.bake("meshes", "-o", "out")
+            keys.append(rows("out")["a.gltf"]["key"])
+        self.assertNotEqual(*keys)
+
+    def test_other_options_need_another_folder(self):
+        ellipsoids("meshes", 1)
+        self.bake("meshes", "-o", "out", "--max-parts", "3")
+        refused = self.bake("meshes", "-o", "out", code=2)
+        self.assertIn("--max-parts=3", refused.stderr)
+        self.bake("meshes", "-o", "out", "--max-parts", "3", "--jobs", "1", "--time", "20")
+
+    def test_a_model_is_that_of_bake_without_the_name_of_its_file(self):
+        ellipsoids("meshes", 1)
+        self.bake("meshes", "-o", "out")
+        row = rows("out")["0000.off"]
+        self.bake("extract", "out", row["key"], "-o", "a.sqmap")
+        self.assertEqual(run("bake", "meshes/0000.off", "-o", "b.sqmap").returncode, 0)
+        info = [json.loads(run("info", name, "--json").stdout) for name in ("a.sqmap", "b.sqmap")]
+        self.assertEqual((info[0].pop("source"), info[1].pop("source")), ("", "0000.off"))
+        for one in info:
+            del one["content_hash"], one["bytes"]  # the name is among what they count
+        self.assertEqual(*info)
+        self.assertNotIn(b"0000.off", pathlib.Path("a.sqmap").read_bytes())
+        self.bake("extract", "out", "0" * 64, "-o", "c.sqmap", code=2)
+
+
+class Shards(BatchTest):
+    def test_merged_shards_have_the_same_bytes_however_many_there_were(self):
+        ellipsoids("meshes", 7)
+        pathlib.Path("meshes/bad.off").write_text("OFX")
+        shutil.copy("meshes/0003.off", "meshes/zz.off")
+        merged = []
+        for count in (1, 2, 3):
+            for i in range(count):
+                self.bake("meshes", "-o", f"out{count}", "--shard", f"{i}/{count}")
+            self.bake("merge", f"out{count}", "--size", "200kB")
+            merged.append(digests(f"out{count}/library"))
+            self.assert_whole(f"out{count}")
+            self.assertEqual(len(rows(f"out{count}")), 9)
+        self.assertGreater(len(merged[0]), 1)
+        self.assertEqual(merged[0], merged[1])
+        self.assertEqual(merged[0], merged[2])
+        # Merged keys are known to later runs, with other shards too; then nothing is left of the shards.
+        self.bake("gc", "out3")
+        self.assertEqual(list(pathlib.Path("out3/shards").iterdir()), [])
+        again = self.bake("meshes", "-o", "out3", "--progress", "json")
+        self.assertTrue(all(json.loads(line)["seconds"] == 0 for line in again.stdout.splitlines()))
+        self.bake("merge", "out3", "--size", "200kB")
+        self.assertEqual(digests("out3/library"), merged[0])
+
+    def test_shards_come_from_slurm_or_ranks(self):
+        ellipsoids("meshes", 3)
+        slurm = {"SLURM_ARRAY_TASK_ID": "4", "SLURM_ARRAY_TASK_MIN": "3", "SLURM_ARRAY_TASK_MAX": "5", "SLURM_ARRAY_TASK_COUNT": "3"}
+        done = run("batch", "meshes", "-o", "out", env={**os.environ, **slurm})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(list(rows("out")), ["0001.off"])
+        self.bake("meshes", "-o", "out", "--rank", "2", "--world-size", "3")
+        self.assertEqual(list(rows("out")), ["0001.off", "0002.off"])
+        self.bake("meshes", "-o", "out", "--shard", "0/4", code=2)
+        gaps = run("batch", "meshes", "-o", "out", env={**os.environ, **slurm, "SLURM_ARRAY_TASK_MAX": "9"})
+        self.assertEqual(gaps.returncode, 64)
+
+    def test_an_archive_is_a_plain_tar_file(self):
+        ellipsoids("meshes", 2)
+        self.bake("meshes", "-o", "out")
+        with tarfile.open("out/shards/00000-of-00001.tar") as archive:
+            members = archive.getmembers()
+            names = [m.name for m in members]
+            self.assertEqual(names[:2], ["index", "rows.jsonl"])
+            self.assertEqual(names[2:], sorted(names[2:]))
+            self.assertTrue(all(m.mtime == 0 and m.uid == 0 and m.offset_data % 512 == 0 for m in members))
+            models = [m for m in members if m.name.endswith(".sqmap")]
+            index = archive.extractfile("index").read().decode().splitlines()
+            self.assertEqual([line.split()[0] + ".sqmap" for line in index], [m.name for m in models])
+            self.assertEqual([int(line.split()[1]) for line in index], [m.offset_data for m in models])
+            pathlib.Path("m.sqmap").write_bytes(archive.extractfile(models[0]).read())
+        self.assertEqual(run("info", "m.sqmap").returncode, 0)
+
+
+class Archives(BatchTest):
+    def test_meshes_inside_tar_and_zip(self):
+        ellipsoids("meshes", 3)
+        with zipfile.ZipFile("a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.write("meshes/0000.off", "deep/0000.off")
+            archive.write("meshes/0001.off", "readme.txt")
+        with tarfile.open("b.tar.gz", "w:gz") as archive:
+            archive.add("meshes/0001.off")
+            archive.add("meshes/0002.off")
+        pathlib.Path("m.jsonl").write_text('{"path": "a.zip"}\n{"path": "b.tar.gz"}\n{"path": "meshes/0000.off"}\n'
+                                           '{"path": "b.tar.gz", "member": "absent.off"}\n')
+        for jobs in ("1", "2"):
+            self.bake("m.jsonl", "-o", "out" + jobs, "--jobs", jobs)
+            found = rows("out" + jobs)
+            self.assertEqual({p: r["verdict"] for p, r in found.items()},
+                             {"a.zip/deep/0000.off": "accept", "b.tar.gz/meshes/0001.off": "accept", "b.tar.gz/meshes/0002.off": "accept",
+                              "meshes/0000.off": "accept", "b.tar.gz/absent.off": "unreadable"})
+            self.assertEqual(found["a.zip/deep/0000.off"]["key"], found["meshes/0000.off"]["key"])
+
+    def test_a_hostile_archive_is_rows_and_writes_nothing(self):
+        with zipfile.ZipFile("m.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("../../escaped.off", "OFF\n")
+            archive.writestr("/tmp/escaped.off", "OFF\n")
+            archive.writestr("bomb.off", b"0" * 50_000_000)
+            archive.writestr("good.txt", "no mesh")
+        with tarfile.open("l.tar", "w") as archive:
+            link = tarfile.TarInfo("link.off")
+            link.type, link.linkname = tarfile.SYMTYPE, "/etc/passwd"
+            archive.addfile(link)
+        pathlib.Path("cut.zip").write_bytes(pathlib.Path("m.zip").read_bytes()[:200])
+        pathlib.Path("none.tar").write_bytes(b"")
+        pathlib.Path("m.txt").write_text("m.zip\nl.tar\ncut.zip\nnone.tar\nabsent.zip\n")
+        before = sorted(p.name for p in pathlib.Path("..").iterdir())
+        self.bake("m.txt", "-o", "out", "--max-bytes", "1000000")
+        found = rows("out")
+        self.assertEqual({p: (r["verdict"], r["code"]) for p, r in found.items() if not p.startswith("cut.zip")},
+                         {"m.zip/../../escaped.off": ("unreadable", "E_PATH"), "m.zip//tmp/escaped.off": ("unreadable", "E_PATH"),
+                          "m.zip/bomb.off": ("unreadable", "E_LIMIT"), "l.tar/link.off": ("unreadable", "E_PATH"),
+                          "none.tar": ("unreadable", "E_ARCHIVE"), "absent.zip": ("unreadable", "E_FILE")})
+        self.assertTrue(any(p.startswith("cut.zip") for p in found))
+        self.assertEqual(sorted(p.name for p in pathlib.Path("..").iterdir()), before)
+
+
+if __name__ == "__main__":
+    unittest.main()
